@@ -59,6 +59,7 @@ struct ZstdCompressor::Context {
   Context(const Context&) = delete;
   Context& operator=(const Context&) = delete;
   ZSTD_CCtx* zstd;
+  std::vector<std::byte> room;
 };
 
 ZstdCompressor::ZstdCompressor() = default;
@@ -66,21 +67,20 @@ ZstdCompressor::~ZstdCompressor() = default;
 ZstdCompressor::ZstdCompressor(ZstdCompressor&&) noexcept = default;
 ZstdCompressor& ZstdCompressor::operator=(ZstdCompressor&&) noexcept = default;
 
-void ZstdCompressor::compress(std::span<const std::byte> bytes, int level,
-                              std::vector<std::byte>& out) {
+std::span<const std::byte> ZstdCompressor::compress(std::span<const std::byte> bytes, int level) {
   if (!context_) context_ = std::make_unique<Context>();
-  const std::size_t before = out.size();
-  out.resize(before + ZSTD_compressBound(bytes.size()));
-  const std::size_t n = ZSTD_compressCCtx(context_->zstd, out.data() + before, out.size() - before,
-                                          bytes.data(), bytes.size(), level);
+  std::vector<std::byte>& room = context_->room;
+  room.resize(std::max(room.size(), ZSTD_compressBound(bytes.size())));
+  const std::size_t n = ZSTD_compressCCtx(context_->zstd, room.data(), room.size(), bytes.data(),
+                                          bytes.size(), level);
   if (zstd_failed(n)) throw std::bad_alloc();  // there is room, and it refuses nothing else
-  out.resize(before + n);
+  return std::span(room).first(n);
 }
 
 std::vector<std::byte> zstd_compress(std::span<const std::byte> bytes, int level) {
-  std::vector<std::byte> out;
-  ZstdCompressor().compress(bytes, level, out);
-  return out;
+  ZstdCompressor zstd;
+  const auto frame = zstd.compress(bytes, level);
+  return {frame.begin(), frame.end()};
 }
 
 namespace {

@@ -62,8 +62,8 @@ class ZstdCompressor {
   ZstdCompressor(ZstdCompressor&&) noexcept;
   ZstdCompressor& operator=(ZstdCompressor&&) noexcept;
 
-  /// Appends one frame to `out`.
-  void compress(std::span<const std::byte> bytes, int level, std::vector<std::byte>& out);
+  /// One frame; valid until the next one.
+  std::span<const std::byte> compress(std::span<const std::byte> bytes, int level);
 
  private:
   struct Context;

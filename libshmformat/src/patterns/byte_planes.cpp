@@ -12,10 +12,8 @@ constexpr int kPlaneZstdLevel = 1;
 void put_plane(ByteWriter& out, std::span<const std::byte> plane, ZstdCompressor& zstd) {
   if (std::all_of(plane.begin(), plane.end(), [](std::byte it) { return it == std::byte{0}; }))
     return out.put_varint(0);
-  std::vector<std::byte> packed;
-  zstd.compress(plane, kPlaneZstdLevel, packed);
-  const bool pays = packed.size() < plane.size();
-  const std::span<const std::byte> bytes = pays ? std::span<const std::byte>(packed) : plane;
+  const auto packed = zstd.compress(plane, kPlaneZstdLevel);
+  const auto bytes = packed.size() < plane.size() ? packed : plane;
   out.put_varint(bytes.size());
   out.put_bytes(bytes);
 }
@@ -43,7 +41,7 @@ bool get_numbers(ByteReader& in, std::uint64_t count, std::vector<std::uint32_t>
                  std::vector<std::byte>& room, ZstdDecompressor& zstd) {
   const std::uint32_t planes = in.get_u8();
   if (!in.ok() || planes > 4) return false;
-  numbers.assign(to_size(count), 0);
+  numbers.resize(to_size(count));
   return get_planes(in, planes, std::span(numbers), room, zstd);
 }
 

@@ -2,6 +2,7 @@
 // for itself: nothing where it is zero, as it stands, or under zstd. spec: "Patterns"
 #pragma once
 
+#include <algorithm>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
@@ -34,21 +35,27 @@ template <class Word>
 void put_planes(ByteWriter& out, std::span<const Word> numbers, std::uint32_t planes,
                 std::vector<std::byte>& room, ZstdCompressor& zstd) {
   room.resize(numbers.size());
+  std::byte* const plane = room.data();
   for (std::uint32_t b = 0; b < planes; ++b) {
     for (std::size_t i = 0; i < numbers.size(); ++i)
-      room[i] = static_cast<std::byte>(numbers[i] >> 8 * b);
+      plane[i] = static_cast<std::byte>(numbers[i] >> 8 * b);
     put_plane(out, room, zstd);
   }
 }
 
-/// Adds `planes` bytes to each number, which are 0; false for damaged data.
+/// Numbers of `planes` bytes; false for damaged data.
 template <class Word>
 bool get_planes(ByteReader& in, std::uint32_t planes, std::span<Word> numbers,
                 std::vector<std::byte>& room, ZstdDecompressor& zstd) {
+  if (planes == 0) std::fill(numbers.begin(), numbers.end(), Word{0});
   for (std::uint32_t b = 0; b < planes; ++b) {
     if (!get_plane(in, numbers.size(), room, zstd)) return false;
-    for (std::size_t i = 0; i < numbers.size(); ++i)
-      numbers[i] |= std::to_integer<Word>(room[i]) << 8 * b;
+    const std::byte* const plane = room.data();
+    if (b == 0)
+      for (std::size_t i = 0; i < numbers.size(); ++i) numbers[i] = std::to_integer<Word>(plane[i]);
+    else
+      for (std::size_t i = 0; i < numbers.size(); ++i)
+        numbers[i] |= std::to_integer<Word>(plane[i]) << 8 * b;
   }
   return true;
 }

@@ -21,13 +21,15 @@ std::uint32_t most_nodes(const Schema& schema) {
 void PatternHistory::reach(std::uint32_t bits) {
   if (bits <= bits_) return;
   // The oldest row comes first, so that the ring is no longer than what has come.
-  std::vector<std::uint32_t> rows;
-  rows.reserve(std::size_t{remembered_} * stride_);
-  for (std::uint32_t back = remembered_; back > 0; --back) {
-    const std::uint32_t* const row = rows_.data() + place(next_ - back);
-    rows.insert(rows.end(), row, row + stride_);
+  if (!rows_.empty()) {
+    std::vector<std::uint32_t> rows;
+    rows.reserve(std::size_t{remembered_} * stride_);
+    for (std::uint32_t back = remembered_; back > 0; --back) {
+      const std::uint32_t* const row = rows_.data() + place(next_ - back);
+      rows.insert(rows.end(), row, row + stride_);
+    }
+    rows_ = std::move(rows);
   }
-  rows_ = std::move(rows);
   first_ = next_ - remembered_;
   bits_ = bits;
   mask_ = static_cast<std::uint32_t>((std::uint64_t{1} << bits) - 1);

@@ -120,20 +120,6 @@ class PatternHistory {
   // --- cells, by their number in the segment, modulo 2^32
 
   std::uint32_t next() const { return next_; }
-  /// The cells that used the vertex of each of the first nodes of the cell at hand, before it.
-  struct Users {
-    std::array<std::uint32_t, 2 * pattern_source::kUsersOf> cells{};
-  };
-  /// The cell at hand uses the vertex at this node.
-  void use(Vertex& vertex, std::uint32_t node, Users& users) const {
-    if (node < pattern_source::kUsersOf) {
-      users.cells[2 * node] = vertex.last;
-      users.cells[2 * node + 1] = vertex.before;
-    }
-    if (vertex.last == next_) return;
-    vertex.before = vertex.last;
-    vertex.last = next_;
-  }
   bool remembers(std::uint32_t cell) const { return next_ - cell - 1 < remembered_; }
   /// The rows of cells, until one is added: slots by node, kNone where the cell has no more; of a
   /// cell that is not remembered kNone throughout. kStride: that of the history; 0: any.
@@ -184,6 +170,10 @@ class PatternHistory {
       for (std::uint32_t i = 0; i < nodes; ++i) row[i] = slots[i];
       for (std::uint32_t i = nodes; i < stride_; ++i) row[i] = kNone;
     }
+    pass_cell(references);
+  }
+  /// The same of who never asks for rows.
+  void pass_cell(const References& references) {
     references_ = references;
     ++next_;
     if (remembered_ <= mask_) ++remembered_;

@@ -5,10 +5,6 @@
 
 #include "patterns/byte_planes.h"
 
-#if defined(__SSE2__)
-#include <emmintrin.h>
-#endif
-
 namespace shm {
 namespace {
 
@@ -28,25 +24,6 @@ inline void prefetch([[maybe_unused]] const std::uint8_t* bytes) {
 }
 
 std::uint32_t words_of_uses(std::uint32_t nodes) { return (nodes + 31) / 32; }
-
-/// Where `slot` stands first in the row, or `nodes`. kNodes: as many; 0: any number.
-template <std::uint32_t kNodes>
-inline std::uint32_t place_in(const std::uint32_t* row, std::uint32_t nodes, std::uint32_t slot) {
-#if defined(__SSE2__)
-  if constexpr (kNodes == 8) {
-    const __m128i wanted = _mm_set1_epi32(static_cast<int>(slot));
-    const auto at = [&](std::size_t i) {
-      return _mm_cmpeq_epi32(_mm_loadu_si128(reinterpret_cast<const __m128i*>(row + i)), wanted);
-    };
-    const auto found = static_cast<std::uint32_t>(
-        _mm_movemask_epi8(_mm_packs_epi16(_mm_packs_epi32(at(0), at(4)), _mm_setzero_si128())));
-    return found == 0 ? 8 : static_cast<std::uint32_t>(std::countr_zero(found));
-  }
-#endif
-  for (std::uint32_t i = 0; i < nodes; ++i)
-    if (row[i] == slot) return i;
-  return nodes;
-}
 
 std::vector<std::uint32_t> nodes_by_block(const Schema& schema) {
   std::vector<std::uint32_t> nodes;
@@ -75,10 +52,8 @@ void PatternEncoder::add_cell(const PatternCell& cell, std::span<const std::uint
     slots_[i] = (cell.introduced >> i & 1) != 0
                     ? at_slot(slot_of_, handles[i]) = history_.introduce()
                     : slot_of_[handles[i]];
-  if (nodes == 8 && history_.stride() == 8)
-    find_nodes<8>(cell, numbers);
-  else
-    find_nodes<0>(cell, numbers);
+  if (history_.slots() > 0) make_room_soon(uses_, history_.slots() - 1);
+  find_nodes(cell, numbers);
   for (std::uint64_t left = cell.last_use; left != 0; left &= left - 1) {
     const std::uint32_t slot = slots_[static_cast<std::size_t>(std::countr_zero(left))];
     if (history_.is_live(slot)) history_.finalize(slot);
@@ -90,17 +65,19 @@ void PatternEncoder::add_cell(const PatternCell& cell, std::span<const std::uint
     last_use_.push_back(static_cast<std::uint32_t>(cell.last_use >> 32 * w));
 }
 
-/// The cell's pattern, and what it leaves open. kNodes: how many it has, as many as in a row of the
-/// history; 0: any number.
-template <std::uint32_t kNodes>
+/// The cell's pattern, and what it leaves open.
 void PatternEncoder::find_nodes(const PatternCell& cell, std::span<const std::uint64_t> numbers) {
-  const std::uint32_t nodes = kNodes > 0 ? kNodes : static_cast<std::uint32_t>(slots_.size());
-  const PatternHistory::Rows<kNodes> rows(history_);
+  const std::uint32_t here = history_.next();
+  const PatternHistory::References& on = history_.references();
+  Candidates cells;
+  cells.fill(here);
+  cells[kBefore] = here - 1;
+  for (std::uint32_t i = 0; i < on.count; ++i) cells[kOn + i] = on.cells[i] + 1;
   references_ = {};
   again_ = 0;
-  PatternHistory::Users users;
   auto number = numbers.begin();
-  for (std::uint32_t i = 0; i < nodes; ++i) {
+  for (std::uint32_t i = 0; i < slots_.size(); ++i) {
+    Uses& uses = uses_[slots_[i]];
     Op op;
     if ((cell.introduced >> i & 1) != 0) {
       op = {kNew, (cell.imports >> i & 1) != 0 ? new_vertex::kImported : 0};
@@ -111,55 +88,43 @@ void PatternEncoder::find_nodes(const PatternCell& cell, std::span<const std::ui
         }
         last_number_ = *number++;
       }
+      uses.begin(here, i);
+    } else if (uses.cells[0] == here) {
+      op = {kHere, uses.nodes[0]};
+      again_ |= std::uint64_t{1} << i;
     } else {
-      op = find(rows, cell.introduced, i, users);
-      if (history_.vertex(slots_[i]).last == history_.next()) again_ |= std::uint64_t{1} << i;
+      op = find(cells, i, uses);
+      if (i < kUsersOf) {
+        cells[kUsers + 2 * i] = uses.cells[0];
+        cells[kUsers + 2 * i + 1] = uses.cells[1];
+      }
+      uses.add(here, i);
     }
-    history_.use(history_.vertex(slots_[i]), i, users);
     ops_[2 * i] = static_cast<std::uint8_t>(op.source);
     ops_[2 * i + 1] = static_cast<std::uint8_t>(op.node);
   }
-  history_.add_cell<kNodes>(slots_.data(), nodes, references_);
+  history_.pass_cell(references_);
 }
 
-/// Where the vertex of a node stands that is not new. `introduced`: nodes of the cell.
-template <std::uint32_t kNodes>
-auto PatternEncoder::find(const PatternHistory::Rows<kNodes>& rows, std::uint64_t introduced,
-                          std::uint32_t node, const PatternHistory::Users& users) -> Op {
-  const std::uint32_t slot = slots_[node], stride = kNodes > 0 ? kNodes : history_.stride();
-  const std::uint32_t before = history_.next() - 1;
-  std::uint32_t at = place_in<kNodes>(rows.row(before), stride, slot);
-  if (at < stride) return {kBefore, at};
-  const PatternHistory::References& on = history_.references();
-  for (std::uint32_t i = 0; i < on.count; ++i) {
-    const std::uint32_t cell = on.cells[i] + 1;
-    if (cell == before || cell == history_.next()) continue;
-    at = place_in<kNodes>(rows.row(cell), stride, slot);
-    if (at == stride) continue;
-    references_.add(cell);
-    return {kOn + i, at};
-  }
-  for (std::uint32_t j = 0; j < std::min(node, kUsersOf); ++j) {
-    if ((introduced >> j & 1) != 0) continue;
-    for (std::uint32_t second = 0; second < 2; ++second) {
-      const std::uint32_t cell = users.cells[2 * j + second];
-      if (cell == before) continue;
-      at = place_in<kNodes>(rows.row(cell), stride, slot);
-      if (at == stride) continue;
-      references_.add(cell);
-      return {kUsers + 2 * j + second, at};
+/// Where the vertex of a node stands that earlier cells used.
+auto PatternEncoder::find(const Candidates& cells, std::uint32_t node, const Uses& uses) -> Op {
+  const std::uint32_t sources = kUsers + 2 * std::min(node, kUsersOf);
+  // The last two cells first, which are the likely ones.
+  for (const std::size_t use : {0u, 2u})
+    for (std::uint32_t source = kBefore; source < sources; ++source) {
+      if (cells[source] != uses.cells[use] && cells[source] != uses.cells[use + 1]) continue;
+      if (!history_.remembers(cells[source])) continue;
+      if (source != kBefore) references_.add(cells[source]);
+      return {source, uses.nodes[cells[source] == uses.cells[use] ? use : use + 1]};
     }
-  }
-  const std::uint32_t user = history_.vertex(slot).last;
-  if (user == history_.next()) return {kHere, place_in<0>(slots_.data(), node, slot)};
-  if (!history_.remembers(user)) {
+  if (!history_.remembers(uses.cells[0])) {
     ++missed_;
-    slot_list_.push_back(slot);
+    slot_list_.push_back(slots_[node]);
     return {kSlot, 0};
   }
-  references_.add(user);
-  distances_.push_back(history_.next() - user);
-  return {kFar, place_in<kNodes>(rows.row(user), stride, slot)};
+  references_.add(uses.cells[0]);
+  distances_.push_back(history_.next() - uses.cells[0]);
+  return {kFar, uses.nodes[0]};
 }
 
 void PatternEncoder::Patterns::grow() {
@@ -174,7 +139,9 @@ std::uint32_t PatternEncoder::pattern_of(std::uint32_t block, std::uint32_t node
   Patterns& patterns = patterns_[block];
   const std::size_t bytes = 2 * nodes;
   const auto is = [&](std::uint32_t pattern) {
-    return std::memcmp(patterns.ops.data() + pattern * bytes, ops_.data(), bytes) == 0;
+    const std::uint8_t* const ops = patterns.ops.data() + pattern * bytes;
+    return bytes == 16 ? std::memcmp(ops, ops_.data(), 16) == 0  // a call for any other number
+                       : std::memcmp(ops, ops_.data(), bytes) == 0;
   };
   if (!patterns.uses.empty() && is(patterns.last)) {
     ++patterns.uses[patterns.last];

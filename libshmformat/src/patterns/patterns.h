@@ -46,17 +46,31 @@ class PatternEncoder {
   struct Op {
     std::uint32_t source = 0, node = 0;
   };
-  template <std::uint32_t kNodes>
+  /// The last four cells that used a vertex, the latest first, and the first of their nodes at
+  /// which it stands; the cell that introduces it in place of those that are not there.
+  struct Uses {
+    std::array<std::uint32_t, 4> cells{};
+    std::array<std::uint8_t, 4> nodes{};
+    void begin(std::uint32_t cell, std::uint32_t node) {
+      cells.fill(cell);
+      nodes.fill(static_cast<std::uint8_t>(node));
+    }
+    void add(std::uint32_t cell, std::uint32_t node) {
+      cells = {cell, cells[0], cells[1], cells[2]};
+      nodes = {static_cast<std::uint8_t>(node), nodes[0], nodes[1], nodes[2]};
+    }
+  };
+  /// By source: the cell that it names, or the cell at hand.
+  using Candidates = std::array<std::uint32_t, pattern_source::kFar>;
   void find_nodes(const PatternCell& cell, std::span<const std::uint64_t> numbers);
-  template <std::uint32_t kNodes>
-  Op find(const PatternHistory::Rows<kNodes>& rows, std::uint64_t introduced, std::uint32_t node,
-          const PatternHistory::Users& users);
+  Op find(const Candidates& cells, std::uint32_t node, const Uses& uses);
   std::uint32_t pattern_of(std::uint32_t block, std::uint32_t nodes);
 
   bool numbered_;
   PatternHistory history_;
   std::vector<std::uint32_t> nodes_;    // by block
   std::vector<std::uint32_t> slot_of_;  // by handle
+  std::vector<Uses> uses_;              // by slot
   std::vector<std::uint32_t> slots_;    // of the cell at hand
   std::uint64_t again_ = 0;             // likewise
   PatternHistory::References references_;
@@ -74,8 +88,7 @@ class PatternEncoder {
     template <class Is>
     std::size_t find(std::uint64_t key, Is&& is) const {
       std::size_t at = static_cast<std::size_t>(key >> 32) & (table.size() - 1);
-      while (table[at] != 0 && !(keys[table[at] - 1] == key && is(table[at] - 1)))
-        at = (at + 1) & (table.size() - 1);
+      while (table[at] != 0 && !is(table[at] - 1)) at = (at + 1) & (table.size() - 1);
       return at;
     }
     /// Room for one more.

@@ -172,7 +172,7 @@ std::vector<std::byte> DifferenceColumn::encode_differences(std::span<const std:
       for (std::size_t e = 0; e < numbers.size(); ++e)
         planes[at + b * numbers.size() + e] = static_cast<std::byte>(residuals[c][e] >> 8 * b);
   }
-  zstd.compress(planes, kPlaneZstdLevel, out.bytes);
+  out.put_bytes(zstd.compress(planes, kPlaneZstdLevel));
   return std::move(out.bytes);
 }
 

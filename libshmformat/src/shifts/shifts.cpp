@@ -109,7 +109,7 @@ std::vector<std::byte> ShiftEncoder::packed(ZstdCompressor& zstd) const {
   ByteWriter all = bytes_, out;
   out.put_varint(bytes_.bytes.size());
   all.put_bytes(std::as_bytes(std::span(symbols_)));
-  zstd.compress(all.bytes, kShiftZstdLevel, out.bytes);
+  out.put_bytes(zstd.compress(all.bytes, kShiftZstdLevel));
   return std::move(out.bytes);
 }
 
