@@ -9,6 +9,7 @@ import sys
 import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
+from evidence import tell
 from folder_test import SANITIZED, FolderTest
 
 SHM, MAKE_ASKING = "shm", "make_asking"
@@ -33,6 +34,7 @@ class AskingFilesTest(FolderTest):
     def test_no_command_takes_much(self):
         names = sorted(name for name in os.listdir(self.directory.name) if name.endswith(".shm"))
         self.assertGreaterEqual(len(names), 16)
+        runs = most = 0
         for name in names:
             self.assertLess(os.path.getsize(self.path(name)), MOST_FILE, name)
             commands = [["info", name], ["verify", name], ["decompress", name, "-o", "out.vtu", "-f"],
@@ -43,10 +45,12 @@ class AskingFilesTest(FolderTest):
                 commands = commands[:4]
             for words in commands:
                 memory, code = self.peak(*words)
+                runs, most = runs + 1, max(most, memory)
                 with self.subTest(words=words):
                     self.assertIn(code, (0, 1, 3, 5, 6, 7))
                     if not SANITIZED:
                         self.assertLess(memory, MOST_MEMORY, f"{memory >> 20} MiB")
+        tell("asking", files=len(names), runs=runs, most=most)
 
 
 if __name__ == "__main__":

@@ -8,6 +8,7 @@ import sys
 import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
+from evidence import tell
 from folder_test import FolderTest
 from sample_meshes import write_vtk
 
@@ -33,6 +34,7 @@ class LimitsTest(FolderTest):
         text = self.shm(*words, code=OVER)
         self.assertRegex(text, b"the limit (of|is) ")
         self.assertEqual(sorted(os.listdir(self.directory.name)), self.before)
+        tell("limit", refused=1)
 
     def test_all_that_decode(self):
         for words in (["verify", "run.vtk.shm"], ["decompress", "run.vtk.shm", "-o", "out.vtk"],

@@ -11,6 +11,9 @@ import sys
 import tempfile
 import unittest
 
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
+from evidence import tell
+
 SHM = SCARCE = None
 FALLS = 24  # of each command and kind
 # Memory that C libraries ask for too. Of netCDF and HDF5, which crash without, nobody can promise anything.
@@ -78,7 +81,7 @@ class ScarceMemory(unittest.TestCase):
         if name in WITHOUT_NETCDF:
             kinds += [{"SHM_MALLOC": 1}, {"SHM_MALLOC": 1, "SHM_FOR_GOOD": 1}]
         start, *_ = self.count("--version")
-        refused = 0
+        refused = right = 0
         for scarce in kinds:
             total, code, text, written = self.count(*words, **scarce)
             self.assertIn(code, (0, 3), name)
@@ -98,7 +101,9 @@ class ScarceMemory(unittest.TestCase):
                     self.assertEqual(done.returncode, code, done.stderr[-500:])
                     self.assertEqual(done.stdout, text)
                     self.assertEqual(outputs, written)
+                    right += 1
         self.assertGreater(refused, 10, name)
+        tell("scarce", commands=1, refused=refused, right=right)
         self.assertEqual(glob.glob(self.path(".*")), [])
 
     def test_each_command(self):

@@ -89,8 +89,8 @@ Result<void> MeshFeed<Corner>::check_cells() {
       if (begin[c] > begin[c + 1])
         return misuse_error("corner_begin does not fit cells and corners", "mesh");
       if (nodes != 0 && begin[c + 1] - begin[c] != nodes)
-        return misuse_error("cell " + std::to_string(c) + " has not as many corners as its block says",
-                            "mesh");
+        return misuse_error(
+            "cell " + std::to_string(c) + " has not as many corners as its block says", "mesh");
       nodes = begin[c + 1] - begin[c];
     }
     if (nodes > mesh_->corners.size() - corner) return misuse_error("corners are missing", "mesh");
@@ -194,9 +194,8 @@ Result<void> MeshFeed<Corner>::add_cells() {
 }  // namespace
 
 Result<void> feed_mesh(MeshEncoder& encoder, const Schema& schema, const MeshArrays& mesh) {
-  return mesh.corners.visit([&](const auto* corners) {
-    return MeshFeed(encoder, schema, mesh, corners).run();
-  });
+  return mesh.corners.visit(
+      [&](const auto* corners) { return MeshFeed(encoder, schema, mesh, corners).run(); });
 }
 
 }  // namespace shm
