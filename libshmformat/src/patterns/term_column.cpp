@@ -108,14 +108,18 @@ std::vector<std::int64_t> distinct(std::span<const std::int64_t> indices, std::s
   return found;
 }
 
-/// All values that occur, where a sample says that many come again; else nothing.
-std::vector<std::int64_t> table_of(std::span<const std::int64_t> indices) {
-  if (indices.size() < kTableCount) return {};
+/// Whether a sample says that many values come again.
+bool values_repeat(std::span<const std::int64_t> indices) {
+  if (indices.size() < kTableCount) return false;
   const std::size_t step = std::max<std::size_t>(indices.size() / kRepeatSamples, 1);
   std::vector<std::int64_t> sample;
   for (std::size_t i = 0; i < indices.size(); i += step) sample.push_back(indices[i]);
   const std::size_t different = distinct(sample, sample.size()).size();
-  if ((sample.size() - different) * kRepeatShare <= sample.size()) return {};
+  return (sample.size() - different) * kRepeatShare > sample.size();
+}
+
+/// All values that occur; nothing where they are too many.
+std::vector<std::int64_t> table_of(std::span<const std::int64_t> indices) {
   std::vector<std::int64_t> table = distinct(indices, indices.size() / 4 * 3);
   std::sort(table.begin(), table.end());
   return table;
@@ -430,10 +434,10 @@ void TermColumn::encode_component(std::size_t c, const Elements& elements, const
                      return of[e];
                    });
   };
-  std::vector<std::int64_t> table = table_of(indices);
+  const bool may_have_table = values_repeat(indices);
   const std::uint64_t last = component.last;
   // Slots are used again within a group.
-  const auto states = table.empty() ? std::vector<std::uint64_t>() : states_;
+  const auto states = may_have_table ? states_ : std::vector<std::uint64_t>();
   const Predictor first = !elements.vertices.empty()    ? Predictor::terms
                           : !elements.reference.empty() ? Predictor::reference
                                                         : Predictor::last;
@@ -444,7 +448,9 @@ void TermColumn::encode_component(std::size_t c, const Elements& elements, const
     component.last = last;
     residuals_with(best, indices);
   }
-  if (!table.empty() && bits > kTableBits * elements.count) {
+  std::vector<std::int64_t> table;
+  if (may_have_table && bits > kTableBits * elements.count) table = table_of(indices);
+  if (!table.empty()) {
     std::vector<std::int64_t> ranks(elements.count);
     for (std::size_t e = 0; e < ranks.size(); ++e)
       ranks[e] = static_cast<std::int64_t>(rank_of(table, indices[e]));
