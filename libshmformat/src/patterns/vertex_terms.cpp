@@ -96,10 +96,11 @@ auto TermFinder::known_recipes_of(Block& block, const PatternCell& cell)
 void TermFinder::add_cell(const PatternCell& cell, std::vector<VertexTerms>& terms) {
   if (cell.introduced == 0) return;
   for (const Recipe& recipe : known_recipes_of(blocks_[cell.block], cell)) {
-    VertexTerms& it = terms.emplace_back();
+    VertexTerms it;
     it.slot = cell.slots[recipe.node];
     it.count = recipe.count;
     for (std::uint32_t t = 0; t < recipe.count; ++t) it.slots[t] = cell.slots[recipe.nodes[t]];
+    terms.push_back(it);
   }
 }
 
