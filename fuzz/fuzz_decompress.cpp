@@ -35,7 +35,7 @@ void decompress(std::span<const std::byte> file, const Format& format,
   if (is_foreign(mesh.info(), format))
     translation.emplace(mesh, std::string(format.name), *format.capabilities, steps, spool);
   OutputFile output(path, folder, format.temporary);
-  format.write(translation ? translation->mesh() : mesh, output, spool);
+  write_mesh(translation ? translation->mesh() : mesh, output, format, spool);
 }
 
 }  // namespace

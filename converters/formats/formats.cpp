@@ -206,6 +206,13 @@ const Format& output_format(const std::string& path, const std::string& format) 
                       path});
 }
 
+void write_mesh(MeshSource& mesh, OutputFile& output, const Format& format, Spool& spool) {
+  if (format.write == nullptr)
+    compress_mesh(mesh, output.sink(), {}, spool);
+  else
+    format.write(mesh, output.temporary(), spool);
+}
+
 void write_mesh(MeshSource& mesh, const std::string& path, const Format& format, Spool& spool) {
   if (path == "-" && format.name == "shm") {
     const auto sink = unwrap(FileSink::create(path), path);
@@ -214,10 +221,7 @@ void write_mesh(MeshSource& mesh, const std::string& path, const Format& format,
   }
   OutputFile output(path, spool.directory(), format.temporary);
   try {
-    if (format.write == nullptr)
-      compress_mesh(mesh, output.sink(), {}, spool);
-    else
-      format.write(mesh, output.temporary(), spool);
+    write_mesh(mesh, output, format, spool);
   } catch (const Failure& failure) {
     Error error = failure.error();
     if (error.file == output.temporary()) error.file = path;

@@ -56,5 +56,7 @@ bool is_foreign(const MeshInfo& info, const Format& format);
 // Writes `mesh` to a temporary file, then gives that its name. "-" is standard output, which gets
 // a .shm file as it comes, and all else at the end. Throws Failure.
 void write_mesh(MeshSource& mesh, const std::string& path, const Format& format, Spool& spool);
+// The same for who commits the output.
+void write_mesh(MeshSource& mesh, OutputFile& output, const Format& format, Spool& spool);
 
 }  // namespace shm::converters

@@ -206,7 +206,7 @@ void Part::write() {
   const std::string path = part_name(options_.output, ranks_.size(), ranks_.rank());
   std::optional<OutputFile> output;
   ranks_.together([&] { output.emplace(path, "", format_.temporary); });
-  ranks_.together([&] { format_.write(translation_->mesh(), output->temporary(), spool_); });
+  ranks_.together([&] { write_mesh(translation_->mesh(), *output, format_, spool_); });
   bool named = false;
   try {
     ranks_.together([&] {
