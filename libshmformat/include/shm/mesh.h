@@ -136,10 +136,12 @@ class NumberSpan {
   std::uint64_t operator[](std::size_t i) const {
     return narrow_ != nullptr ? narrow_[i] : wide_[i];
   }
-  /// Calls `use` with a pointer to the first number, of the type that they have.
-  template <class Use>
-  decltype(auto) visit(Use&& use) const {
-    return narrow_ != nullptr ? use(narrow_) : use(wide_);
+  /// `count` numbers from `first` on, in `room` where they have 32 bits. Must hold: they are there.
+  std::span<const std::uint64_t> part(std::size_t first, std::size_t count,
+                                      std::vector<std::uint64_t>& room) const {
+    if (narrow_ == nullptr) return {wide_ + first, count};
+    room.assign(narrow_ + first, narrow_ + first + count);
+    return room;
   }
 
  private:

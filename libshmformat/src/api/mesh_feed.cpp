@@ -12,16 +12,12 @@
 namespace shm {
 namespace {
 
-/// Corners are numbers of that type.
-template <class Corner>
 class MeshFeed {
  public:
-  MeshFeed(MeshEncoder& encoder, const Schema& schema, const MeshArrays& mesh,
-           const Corner* corners)
+  MeshFeed(MeshEncoder& encoder, const Schema& schema, const MeshArrays& mesh)
       : encoder_(&encoder),
         schema_(&schema),
         mesh_(&mesh),
-        corners_(corners),
         xyz_bytes_(3 * scalar_bytes(schema.coordinate_type)),
         next_element_(schema.arrays.size()) {}
 
@@ -52,19 +48,18 @@ class MeshFeed {
   MeshEncoder* encoder_;
   const Schema* schema_;
   const MeshArrays* mesh_;
-  const Corner* corners_;
   std::size_t xyz_bytes_;
   std::vector<std::uint64_t> block_cells_;
   std::vector<Vertex> vertices_;
   std::vector<std::size_t> next_element_;  // of each array of cells
   std::size_t next_corner_ = 0;
-  std::vector<std::uint32_t> entries_;  // of the cell at hand
+  std::vector<std::uint64_t> corners_;  // of the cell at hand
+  std::vector<std::uint32_t> entries_;  // likewise
   std::vector<std::byte> data_;
 };
 
 /// Also counts the uses of each vertex.
-template <class Corner>
-Result<void> MeshFeed<Corner>::check_cells() {
+Result<void> MeshFeed::check_cells() {
   const auto cells = static_cast<std::size_t>(mesh_->cells);
   const NumberSpan& begin = mesh_->corner_begin;
   if (mesh_->xyz.size() % xyz_bytes_ != 0)
@@ -96,20 +91,20 @@ Result<void> MeshFeed<Corner>::check_cells() {
     if (nodes > mesh_->corners.size() - corner) return misuse_error("corners are missing", "mesh");
     if (nodes > kMaxNodesPerCell)
       return misuse_error("a cell with " + std::to_string(nodes) + " corners", "mesh");
-    for (const std::size_t end = corner + static_cast<std::size_t>(nodes); corner < end; ++corner) {
-      const Corner v = corners_[corner];
+    for (const std::uint64_t v :
+         mesh_->corners.part(corner, static_cast<std::size_t>(nodes), corners_)) {
       if (v >= vertices_.size())
         return misuse_error("a corner is no vertex: " + std::to_string(v), "mesh");
       std::uint32_t& uses = vertices_[static_cast<std::size_t>(v)].uses;
       uses += uses == kEndless ? 0 : 1;
     }
+    corner += static_cast<std::size_t>(nodes);
   }
   return corner == mesh_->corners.size() ? Result<void>()
                                          : misuse_error("corners of no cell", "mesh");
 }
 
-template <class Corner>
-Result<void> MeshFeed<Corner>::check_arrays() const {
+Result<void> MeshFeed::check_arrays() const {
   if (mesh_->arrays.size() != schema_->arrays.size())
     return misuse_error("arrays do not fit the schema", "mesh");
   for (std::size_t a = 0; a < schema_->arrays.size(); ++a) {
@@ -127,8 +122,7 @@ Result<void> MeshFeed<Corner>::check_arrays() const {
 }
 
 /// Values of static arrays, packed.
-template <class Corner>
-const std::byte* MeshFeed<Corner>::data_of_vertex(std::size_t v) {
+const std::byte* MeshFeed::data_of_vertex(std::size_t v) {
   data_.clear();
   for (std::size_t a = 0; a < schema_->arrays.size(); ++a) {
     const ArrayInfo& info = schema_->arrays[a];
@@ -138,8 +132,7 @@ const std::byte* MeshFeed<Corner>::data_of_vertex(std::size_t v) {
   }
   return data_.data();
 }
-template <class Corner>
-const std::byte* MeshFeed<Corner>::data_of_cell(std::uint32_t block) {
+const std::byte* MeshFeed::data_of_cell(std::uint32_t block) {
   data_.clear();
   for (std::size_t a = 0; a < schema_->arrays.size(); ++a) {
     const ArrayInfo& info = schema_->arrays[a];
@@ -151,14 +144,13 @@ const std::byte* MeshFeed<Corner>::data_of_cell(std::uint32_t block) {
   return data_.data();
 }
 
-template <class Corner>
-Result<void> MeshFeed<Corner>::add_cell(std::size_t cell) {
+Result<void> MeshFeed::add_cell(std::size_t cell) {
   const std::uint32_t block = block_of(cell);
   const std::size_t nodes =
       mesh_->corner_begin.empty()
           ? schema_->blocks[block].nodes_per_cell
           : static_cast<std::size_t>(mesh_->corner_begin[cell + 1] - mesh_->corner_begin[cell]);
-  const Corner* const corners = corners_ + next_corner_;
+  const auto corners = mesh_->corners.part(next_corner_, nodes, corners_);
   entries_.resize(nodes);
   std::uint64_t last_use = 0;
   for (std::size_t i = 0; i < nodes; ++i) {
@@ -177,8 +169,7 @@ Result<void> MeshFeed<Corner>::add_cell(std::size_t cell) {
   return encoder_->enter_cell(block, entries_, last_use, {data, data_.size()});
 }
 
-template <class Corner>
-Result<void> MeshFeed<Corner>::add_cells() {
+Result<void> MeshFeed::add_cells() {
   for (std::size_t c = 0; c < static_cast<std::size_t>(mesh_->cells); ++c)
     if (auto good = add_cell(c); !good) return good;
   for (std::size_t v = 0; v < vertices_.size(); ++v) {
@@ -194,8 +185,7 @@ Result<void> MeshFeed<Corner>::add_cells() {
 }  // namespace
 
 Result<void> feed_mesh(MeshEncoder& encoder, const Schema& schema, const MeshArrays& mesh) {
-  return mesh.corners.visit(
-      [&](const auto* corners) { return MeshFeed(encoder, schema, mesh, corners).run(); });
+  return MeshFeed(encoder, schema, mesh).run();
 }
 
 }  // namespace shm

@@ -28,7 +28,7 @@ template <class Coder>
 class Polyhedra {
  public:
   /// `surface` is borrowed.
-  explicit Polyhedra(ActiveSurface& surface) : surface_(&surface) {}
+  [[gnu::cold]] explicit Polyhedra(ActiveSurface& surface) : surface_(&surface) {}
 
   /// Codes whether a cell is told by its faces, and if it is, its nodes: slots, new_positions and
   /// cell.by_faces. `number`: of the cell in the segment. `add_vertex(position)` makes the new

@@ -66,6 +66,7 @@ class RowHexahedra {
   };
 
   /// Both are borrowed. `open`: faces of cells of all shapes; null in meshes of hexahedra alone.
+  [[gnu::cold]]  // or each of thousands of models is begun by code of its own
   explicit RowHexahedra(ActiveSurface& surface, const OpenFaces* open = nullptr)
       : surface_(&surface), open_(open) {}
 
