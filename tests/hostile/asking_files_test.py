@@ -9,8 +9,7 @@ import sys
 import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
-from evidence import tell
-from folder_test import SANITIZED, FolderTest
+from folder_test import SANITIZED, FolderTest, tell
 
 SHM, MAKE_ASKING = "shm", "make_asking"
 MOST_MEMORY, MOST_FILE = 300 << 20, 200_000

@@ -8,8 +8,7 @@ import sys
 import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
-from evidence import tell
-from folder_test import FolderTest
+from folder_test import FolderTest, tell
 from sample_meshes import write_vtk
 
 IMAGE = ("# vtk DataFile Version 3.0\nimage\nASCII\nDATASET STRUCTURED_POINTS\nDIMENSIONS {0} {0} {0}\n"

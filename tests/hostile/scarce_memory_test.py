@@ -12,7 +12,7 @@ import tempfile
 import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "support"))
-from evidence import tell
+from folder_test import tell
 
 SHM = SCARCE = None
 FALLS = 24  # of each command and kind

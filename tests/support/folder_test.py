@@ -1,4 +1,5 @@
 """What Python tests of the tool share: a folder of its own for each, and ncgen."""
+import json
 import os
 import re
 import shutil
@@ -22,6 +23,14 @@ def lacks(tool, command):
 def forced(words):
     """A command of the tool that may write over what the test wrote before."""
     return [*words, "-f"] if words and words[0] in WRITERS else list(words)
+
+
+def tell(what, **numbers):
+    """What a test counted, for scripts/trust: a line of JSON in the file that SHM_EVIDENCE names, if it does."""
+    path = os.environ.get("SHM_EVIDENCE")
+    if path:
+        with open(path, "a", encoding="utf-8") as out:
+            out.write(json.dumps({"what": what, **numbers}) + "\n")
 
 
 class FolderTest(unittest.TestCase):

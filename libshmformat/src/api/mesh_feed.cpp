@@ -39,7 +39,7 @@ class MeshFeed {
     return mesh_->cell_blocks.empty() ? 0 : mesh_->cell_blocks[cell];
   }
   Result<void> check_cells();
-  Result<void> check_arrays() const;
+  [[gnu::cold]] Result<void> check_arrays() const;
   const std::byte* data_of_vertex(std::size_t v);
   const std::byte* data_of_cell(std::uint32_t block);
   Result<void> add_cell(std::size_t cell);

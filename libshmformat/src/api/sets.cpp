@@ -289,7 +289,7 @@ Result<std::vector<MeshSet>> sets_of(const Mesh& mesh) {
       mesh.extras, SetBounds{mesh.vertex_count(), mesh.cell_count(), mesh.schema.blocks.size()});
 }
 
-Result<std::vector<Extra>> extras_of_sets(std::span<const MeshSet> sets) {
+[[gnu::cold]] Result<std::vector<Extra>> extras_of_sets(std::span<const MeshSet> sets) {
   std::vector<Extra> extras;
   std::array<std::uint64_t, kFolders.size()> counts{};
   for (const MeshSet& set : sets) {

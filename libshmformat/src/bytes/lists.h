@@ -91,7 +91,9 @@ class ShortRuns {
   }
 
  private:
-  void make_room_for(std::size_t count) { room_.resize(std::max(size_ + count, 2 * size_ + 64)); }
+  [[gnu::cold]] void make_room_for(std::size_t count) {
+    room_.resize(std::max(size_ + count, 2 * size_ + 64));
+  }
 
   std::vector<T> room_;
   std::size_t size_ = 0;

@@ -64,17 +64,18 @@ void get_words(const std::byte* planes, std::size_t distance, std::uint32_t widt
                std::span<std::uint64_t> words) {
   std::uint64_t* const to = words.data();
   const std::size_t count = words.size();
-  std::uint32_t b = width % 2;
-  if (b == 0)
-    std::fill_n(to, count, 0);
-  else
-    for (std::size_t e = 0; e < count; ++e) to[e] = std::to_integer<std::uint64_t>(planes[e]);
-  for (; b < width; b += 2) {  // half as many passes as one by one
-    const std::byte *const low = planes + b * distance, *const high = low + distance;
-    for (std::size_t e = 0; e < count; ++e)
-      to[e] |=
-          (std::to_integer<std::uint64_t>(low[e]) | std::to_integer<std::uint64_t>(high[e]) << 8)
-          << 8 * b;
+  std::fill_n(to, count, 0);
+  for (std::uint32_t b = 0; b < width; b += 2) {  // half as many passes as one by one
+    const std::byte* const low = planes + b * distance;
+    const std::byte* const high = b + 1 < width ? low + distance : nullptr;
+    if (high == nullptr)
+      for (std::size_t e = 0; e < count; ++e)
+        to[e] |= std::to_integer<std::uint64_t>(low[e]) << 8 * b;
+    else
+      for (std::size_t e = 0; e < count; ++e)
+        to[e] |=
+            (std::to_integer<std::uint64_t>(low[e]) | std::to_integer<std::uint64_t>(high[e]) << 8)
+            << 8 * b;
   }
 }
 

@@ -124,7 +124,7 @@ MidNode body_node(bool has_faces) {
 
 enum Body : std::uint8_t { none, one };
 
-NodeLayout layout_of(const Solid& solid, bool edges, std::uint8_t faces, Body body) {
+[[gnu::cold]] NodeLayout layout_of(const Solid& solid, bool edges, std::uint8_t faces, Body body) {
   NodeLayout it;
   it.corners = it.nodes = solid.corners;
   if (edges)

@@ -86,8 +86,8 @@ template <class Coder>
 class ValueColumn {
  public:
   /// `blocks`: those whose elements have a value, ascending; empty: all elements have.
-  ValueColumn(const ArrayInfo& info, std::vector<std::uint32_t> blocks,
-              const ColumnTraits& traits = {});
+  [[gnu::cold]] ValueColumn(const ArrayInfo& info, std::vector<std::uint32_t> blocks,
+                            const ColumnTraits& traits = {});
 
   /// Whether its groups may be in this codec.
   bool takes(Codec codec) const {
