@@ -3,7 +3,8 @@
 // repeat, whatever the numbers are; a cell is its place in a list of patterns.
 //
 //   PatternCell     a cell, on its way between coder and values
-//   PatternHistory  what both directions keep: slots of vertices, the last cells, who used a vertex
+//   PatternHistory  what is kept: slots of vertices, and which cells are remembered, in both
+//                   directions; rows of cells, and who used a vertex last, for decoding
 // spec: "Patterns"
 #pragma once
 

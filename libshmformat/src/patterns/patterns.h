@@ -2,7 +2,8 @@
 // zstd. For speed, on meshes of any kind; no active surface of faces, no models.
 //
 // in:    cells, by vertices      out: a bitstream for each group
-// keeps: slots of live vertices, the last cells; changed alike in both directions
+// keeps: slots of live vertices, changed alike in both directions; to decode, the last cells; to
+//        encode, where each live vertex stands in the last four cells that used it
 // spec: "Patterns"
 #pragma once
 
