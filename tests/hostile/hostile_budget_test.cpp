@@ -2,6 +2,7 @@
 #include <string>
 
 #include "hostile/asking_files.h"
+#include "hostile/watched_memory.h"
 #include "shm/appender.h"
 #include "shm/damage.h"
 #include "shm/mesh.h"
@@ -9,7 +10,6 @@
 #include "shm/segment_reader.h"
 #include "shm/step_reader.h"
 #include "support/hostile.h"
-#include "support/watched_memory.h"
 
 namespace shm {
 namespace {

@@ -4,10 +4,10 @@
 
 #include "bytes/binary.h"
 #include "bytes/packing.h"
+#include "hostile/watched_memory.h"
 #include "model/schema.h"
 #include "support/hostile.h"
 #include "support/sanitized.h"
-#include "support/watched_memory.h"
 
 namespace shm {
 namespace {

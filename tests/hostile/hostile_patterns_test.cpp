@@ -5,10 +5,10 @@
 
 #include "bytes/binary.h"
 #include "bytes/packing.h"
+#include "hostile/watched_memory.h"
 #include "patterns/byte_planes.h"
 #include "patterns/pattern_cells.h"
 #include "support/hostile.h"
-#include "support/watched_memory.h"
 
 namespace shm {
 namespace {

@@ -5,10 +5,10 @@
 
 #include "bytes/binary.h"
 #include "bytes/packing.h"
+#include "hostile/watched_memory.h"
 #include "shm/appender.h"
 #include "support/hostile.h"
 #include "support/sanitized.h"
-#include "support/watched_memory.h"
 
 namespace shm {
 namespace {

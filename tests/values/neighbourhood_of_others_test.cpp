@@ -9,11 +9,11 @@
 #include <set>
 #include <vector>
 
-#include "support/seen_neighbours.h"
 #include "surface/cell_shapes.h"
 #include "surface/open_faces.h"
 #include "values/cell_frames.h"
 #include "values/neighbourhood.h"
+#include "values/seen_neighbours.h"
 
 namespace shm {
 namespace {

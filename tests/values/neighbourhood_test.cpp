@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "support/seen_neighbours.h"
+#include "values/seen_neighbours.h"
 
 namespace shm {
 namespace {
