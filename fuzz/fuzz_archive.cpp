@@ -40,91 +40,31 @@ void read_all(shm::SectionSource& member) {
   }
 }
 
-/// What follows the list of members, after the members themselves.
-struct List {
-  std::size_t begin = 0;  // of its chunk
-  shm::container::MemberList list;
-};
-bool find_list(std::span<const std::byte> file, List& out) {
-  if (file.size() < shm::container::kTrailerBytes) return false;
-  shm::ByteReader end(file.last(shm::container::kTrailerBytes));
-  std::uint64_t begin = 0;
-  if (!shm::container::get_trailer(end, begin) || begin >= file.size()) return false;
-  shm::ByteReader in(file.subspan(static_cast<std::size_t>(begin)));
-  shm::container::ChunkHeader header;
-  if (in.left() < shm::container::kLongHeaderBytes + shm::container::kTrailerBytes) return false;
-  if (shm::container::get(in, header) != shm::container::HeaderState::good) return false;
-  shm::ByteReader payload(in.get_bytes(in.left() - shm::container::kTrailerBytes));
-  out.begin = static_cast<std::size_t>(begin);
-  return shm::container::get(payload, out.list);
-}
-
-/// Members stay; the list says something else of them, or has a member that is not there.
-void mutate_list(shm::container::MemberList& list, Random& random) {
-  static const std::string kNames[] = {"../../x",
-                                       "/etc/passwd",
-                                       "..",
-                                       ".",
-                                       "",
-                                       "a/b",
-                                       "a\\b",
-                                       "con\0x",
-                                       "x",
-                                       "a\nb",
-                                       "~",
-                                       "$HOME",
-                                       "-rf",
-                                       "*",
-                                       std::string(256, 'x'),
-                                       std::string("a\0b", 3)};
-  auto& members = list.members;
-  if (members.empty() || random() % 8 == 0) members.push_back({"new", random() % 100});
-  auto& member = members[random() % members.size()];
-  switch (random() % 8) {
-    case 0: shm_fuzz::disturb(member.bytes, random); break;
-    case 1: std::swap(member, members[random() % members.size()]); break;
-    case 2: member.name = members[random() % members.size()].name; break;
-    case 3: members.erase(members.begin()); break;
-    case 4: shm_fuzz::disturb(list.start.minor, random); break;
-    case 5: list.start.needed_features ^= 1u << random() % 5; break;
-    default: member.name = kNames[random() % std::size(kNames)];
-  }
-}
-
+/// Another member in the place of one, which the list knows of; or another field of the list.
 Bytes mutated(std::span<const std::byte> file, Random& random, std::size_t room) {
-  List it;
-  if (!find_list(file, it)) return {};
-  Bytes out;
-  if (random() % 2 == 0) {  // a member is damaged
-    auto& members = it.list.members;
-    const std::size_t at = members.empty() ? 0 : random() % members.size();
-    out.assign(file.begin(), file.begin() + shm::container::kFileStartBytes);
-    std::size_t begin = out.size();
-    for (std::size_t m = 0; m < members.size(); ++m) {
-      if (members[m].bytes > it.begin - begin) return {};
-      const auto bytes = file.subspan(begin, static_cast<std::size_t>(members[m].bytes));
-      begin += bytes.size();
-      Bytes damaged = m == at ? shm_fuzz::mutated_file(bytes, random, room) : Bytes();
-      if (damaged.empty()) damaged.assign(bytes.begin(), bytes.end());
-      members[m].bytes = damaged.size();
-      out.insert(out.end(), damaged.begin(), damaged.end());
+  auto parts = shm::take_apart(file);
+  shm::Chunk* const chunk = parts.find(shm::container::ChunkKind::members);
+  if (chunk == nullptr) return {};
+  shm::ByteReader in(chunk->payload);
+  shm::container::MemberList list;
+  if (random() % 2 == 0 && shm::container::get(in, list) && !list.members.empty()) {
+    const std::size_t at = random() % list.members.size();
+    shm::ByteReader before(parts.members);
+    shm::ByteWriter members, payload;
+    for (std::size_t m = 0; m < list.members.size(); ++m) {
+      const auto bytes = before.get_bytes(list.members[m].bytes);
+      const Bytes other = m == at ? shm_fuzz::mutated_file(bytes, random, room) : Bytes();
+      members.put_bytes(other.empty() ? bytes : other);
+      list.members[m].bytes = other.empty() ? bytes.size() : other.size();
     }
+    shm::container::put(payload, list);
+    parts.members = std::move(members.bytes);
+    chunk->payload = std::move(payload.bytes);
   } else {
-    out.assign(file.begin(), file.begin() + static_cast<std::ptrdiff_t>(it.begin));
-    mutate_list(it.list, random);
+    const std::size_t chunks = parts.chunks.size();
+    shm_fuzz::mutate_field(parts, random() % 4 == 0 ? chunks : random() % chunks, random);
   }
-  const std::size_t begin = out.size();
-  shm::ByteWriter list, end;
-  shm::container::put(list, it.list);
-  shm::container::ChunkHeader header;
-  header.kind = static_cast<std::uint8_t>(shm::container::ChunkKind::members);
-  header.payload_bytes = list.bytes.size();
-  header.payload_checksum = shm::checksum(list.bytes);
-  shm::container::put(end, header);
-  end.put_bytes(list.bytes);
-  shm::container::put_trailer(end, begin);
-  out.insert(out.end(), end.bytes.begin(), end.bytes.end());
-  return out;
+  return shm::put_together(std::move(parts), shm::Numbering::as_they_are);
 }
 
 }  // namespace

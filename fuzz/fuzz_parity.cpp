@@ -6,15 +6,13 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
-#include <cstring>
 #include <filesystem>
 #include <random>
 #include <span>
-#include <string_view>
 #include <vector>
 
 #include "base/failure.h"
-#include "bytes/binary.h"
+#include "support/file_fields.h"
 
 extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t max_size);
 
@@ -23,8 +21,6 @@ namespace {
 using Bytes = std::vector<std::byte>;
 using Random = std::minstd_rand;
 using shm::converters::ProtectedFile;
-
-constexpr std::size_t kHeaderBytes = 40;
 
 void expect(bool good) {
   if (!good) std::abort();
@@ -57,27 +53,6 @@ void check_and_heal(shm::RandomSource& source) {
   }
 }
 
-// --- the mutator
-
-std::vector<std::size_t> packets(std::span<const std::uint8_t> file) {
-  const std::string_view text(reinterpret_cast<const char*>(file.data()), file.size());
-  std::vector<std::size_t> out;
-  for (auto at = text.find("SHMP"); at != text.npos; at = text.find("SHMP", at + 1))
-    if (file.size() - at >= kHeaderBytes) out.push_back(at);
-  return out;
-}
-
-/// Makes the checksums of a packet anew: of what it holds, and of its header.
-void seal(std::span<std::uint8_t> packet) {
-  const auto put = [&](std::size_t at, std::span<const std::uint8_t> of) {
-    const std::uint32_t sum = shm::checksum(std::as_bytes(of));
-    for (std::size_t b = 0; b < 4; ++b) packet[at + b] = static_cast<std::uint8_t>(sum >> 8 * b);
-  };
-  if (packet.size() >= kHeaderBytes + shm::converters::kParityBlockBytes)
-    put(32, packet.subspan(kHeaderBytes, shm::converters::kParityBlockBytes));
-  put(36, packet.first(36));
-}
-
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
@@ -93,8 +68,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
 extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size,
                                                std::size_t max_size, unsigned seed) {
   Random random(seed);
-  const std::span file(data, size);
-  const auto places = packets(file);
+  const auto file = std::as_writable_bytes(std::span(data, size));
+  const auto places = shm::parity_packets(file);
   if (places.empty() || random() % 8 == 0) return LLVMFuzzerMutate(data, size, max_size);
   if (random() % 3 == 0) {  // sectors that are lost
     const std::size_t at = random() % size,
@@ -102,20 +77,20 @@ extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t s
     std::fill_n(data + at, count, static_cast<std::uint8_t>(random()));
     return size;
   }
-  // The same lie in one packet or in all of them.
-  constexpr std::size_t kFields[] = {4, 5, 6, 7, 8, 9, 10, 15, 16, 20, 21, 27, 28};
-  const std::size_t field = kFields[random() % std::size(kFields)];
-  const auto value = static_cast<std::uint8_t>(random() % 3 == 0 ? random() : random() % 8);
+  // The same lie in one packet or in all of them: of its header, or of what it holds.
   const bool all = random() % 2 == 0, payload = random() % 3 == 0;
-  const std::size_t chosen = places[random() % places.size()];
+  const std::size_t chosen = places[random() % places.size()], field = random(), way = random();
   for (const std::size_t at : places) {
     if (!all && at != chosen) continue;
-    const auto packet = file.subspan(at);
-    if (payload && packet.size() > kHeaderBytes)
-      packet[kHeaderBytes + random() % (packet.size() - kHeaderBytes)] = value;
-    else
-      packet[field] = value;
-    seal(packet);
+    const shm::Section header = shm::parity_header(file, at);
+    if (!payload) {
+      const shm::Field& it = header.fields[field % header.fields.size()];
+      shm::put_parity_header(file, at, shm::changed(header, it, way));
+    } else if (size - at > shm::kPacketHeader) {
+      const std::size_t behind = at + shm::kPacketHeader;
+      data[behind + random() % (size - behind)] = static_cast<std::uint8_t>(random());
+      shm::put_parity_header(file, at, header.bytes);
+    }
   }
   return size;
 }

@@ -32,7 +32,17 @@ struct Chunk {
 
 struct FileParts {
   container::FileStart start;
+  std::vector<std::byte> members;  ///< of an archive, in front of their list
   std::vector<Chunk> chunks;
+  std::optional<std::uint64_t> index_offset{};  ///< what the trailer says; else last_offset()
+
+  /// Where the last chunk begins; 0 where there is none.
+  std::uint64_t last_offset() const {
+    if (chunks.empty()) return 0;
+    std::uint64_t offset = container::kFileStartBytes + members.size();
+    for (std::size_t c = 0; c + 1 < chunks.size(); ++c) offset += chunks[c].bytes();
+    return offset;
+  }
 
   Chunk* find(container::ChunkKind kind, std::size_t nth = 0) {
     for (Chunk& chunk : chunks)
@@ -46,6 +56,15 @@ inline FileParts take_apart(std::span<const std::byte> bytes) {
   FileParts parts;
   ByteReader in(bytes);
   container::get(in, parts.start);
+  if ((parts.start.needed_features & container::kArchiveFeature) != 0 &&
+      in.left() >= container::kTrailerBytes) {
+    ByteReader end(bytes.last(container::kTrailerBytes));
+    std::uint64_t list = 0;
+    if (container::get_trailer(end, list) && list >= in.position() && list <= bytes.size()) {
+      const auto members = in.get_bytes(list - in.position());
+      parts.members.assign(members.begin(), members.end());
+    }
+  }
   while (in.left() >= container::kShortHeaderBytes) {
     Chunk chunk;
     if (container::get(in, chunk.header) == container::HeaderState::bad_mark) break;
@@ -63,18 +82,17 @@ enum class Numbering { anew, as_they_are };
 inline std::vector<std::byte> put_together(FileParts parts, Numbering numbering = Numbering::anew) {
   ByteWriter out;
   container::put(out, parts.start);
-  std::uint64_t last_offset = 0;
+  out.put_bytes(parts.members);
   std::uint32_t sequence = 0;
   for (Chunk& chunk : parts.chunks) {
     if (numbering == Numbering::anew) chunk.header.sequence = sequence++;
     chunk.header.payload_bytes = chunk.payload.size();
     chunk.header.payload_checksum = checksum(chunk.payload);
     chunk.header.is_long |= container::has_long_header(chunk.header, parts.start);
-    last_offset = out.bytes.size();
     container::put(out, chunk.header);
     out.put_bytes(chunk.payload);
   }
-  container::put_trailer(out, last_offset);
+  container::put_trailer(out, parts.index_offset.value_or(parts.last_offset()));
   return std::move(out.bytes);
 }
 
@@ -208,17 +226,20 @@ inline std::vector<std::byte> packed_zeros(std::span<const std::byte> head, std:
 }
 
 /// The index again, with a line for each chunk before it that says what there is, as far as that
-/// can be read; totals stay. Must hold: there is an index.
+/// can be read; totals stay. Nothing where there is no index that can be read.
 inline void list_anew(FileParts& parts) {
-  Chunk& last = parts.chunks.back();
-  ByteReader in(last.payload);
+  const auto is_index = [](const Chunk& it) { return it.is(container::ChunkKind::index); };
+  const auto last = std::find_if(parts.chunks.rbegin(), parts.chunks.rend(), is_index);
+  if (last == parts.chunks.rend()) return;
+  ByteReader in(last->payload);
   container::Index index;
-  container::get(in, index, last.header.version, parts.chunks.size() + (std::size_t{1} << 20));
+  if (!container::get(in, index, last->header.version,
+                      parts.chunks.size() + (std::size_t{1} << 20)))
+    return;
   index.entries.clear();
   std::uint64_t offset = container::kFileStartBytes, cells = 0, vertices = 0;
   container::StepEntry before;
-  for (std::size_t c = 0; c + 1 < parts.chunks.size(); ++c) {
-    Chunk& chunk = parts.chunks[c];
+  for (Chunk& chunk : std::span(parts.chunks.begin(), last.base() - 1)) {
     chunk.header.payload_bytes = chunk.payload.size();
     chunk.header.is_long |= container::has_long_header(chunk.header, parts.start);
     container::IndexEntry entry;
@@ -247,11 +268,12 @@ inline void list_anew(FileParts& parts) {
         part.first = before.first + before.count;
       entry.parts.push_back(before = part);
     }
+    if (chunk.is(container::ChunkKind::step_values) && !steps) entry.parts.resize(1);
     index.entries.push_back(std::move(entry));
   }
   ByteWriter out;
   container::put(out, index);
-  last.payload = std::move(out.bytes);
+  last->payload = std::move(out.bytes);
 }
 
 /// Each part of step values in a chunk of its own, as indices of version 0 want them.
