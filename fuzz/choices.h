@@ -2,7 +2,10 @@
 #pragma once
 
 #include <cstdint>
+#include <iterator>
 #include <span>
+
+#include "container/format.h"
 
 /// Takes bytes; zeros when there are no more.
 class Choices {
@@ -25,3 +28,9 @@ class Choices {
  private:
   std::span<const std::uint8_t> bytes_;
 };
+
+/// Automatic, or any codec of cells that there is.
+inline shm::ConnectivityCodec any_codec(Choices& in) {
+  const std::uint32_t n = in.below(1 + std::size(shm::kConnectivityCodecs));
+  return n == 0 ? shm::ConnectivityCodec::automatic : shm::kConnectivityCodecs[n - 1].name;
+}

@@ -277,7 +277,7 @@ class Caller {
   shm::WriteOptions write_options() {
     shm::WriteOptions options;
     options.level = static_cast<shm::Level>(in_.below(3));
-    options.connectivity = static_cast<shm::ConnectivityCodec>(in_.below(6));
+    options.connectivity = any_codec(in_);
     options.group_cells = 1 + in_.below(4);
     options.segment_cells = in_.below(5);
     if (in_.flag()) options.restart_budget = 0;

@@ -90,7 +90,7 @@ shm::TestMesh make_mesh(Choices& in) {
 shm::WriteOptions make_options(Choices& in) {
   shm::WriteOptions options;
   options.level = static_cast<shm::Level>(in.below(3));
-  options.connectivity = static_cast<shm::ConnectivityCodec>(in.below(7));
+  options.connectivity = any_codec(in);
   options.group_cells = 1 + in.below(40);
   if (in.flag()) options.segment_cells = 1 + in.below(40);
   return options;

@@ -23,7 +23,7 @@
 #include <string_view>
 #include <vector>
 
-#include "support/stepped_mesh.h"
+#include "support/coded_meshes.h"
 #ifdef SHM_SEEDS_OF_CONVERTERS
 #include "archive/parity.h"
 #include "base/failure.h"
@@ -121,9 +121,7 @@ std::vector<shm::FeatureFile> more_files() {
     files.push_back({"zeros", std::move(sink.bytes)});
   }
   for (const shm::Order order : {shm::Order::keep, shm::Order::stream})
-    for (const auto codec :
-         {shm::ConnectivityCodec::automatic, shm::ConnectivityCodec::shifts,
-          shm::ConnectivityCodec::patterns}) {  // steps of vertices that no cell uses
+    for (const auto codec : shm::codecs_of_both_kinds()) {  // steps of vertices that no cell uses
       shm::TestMesh mesh = with_order(shm::bent_grid(4, 3, 3), order, order == shm::Order::keep, 0);
       for (int i = 0; i < 3; ++i) append_point(mesh, {2, i + .5, -1});
       for (const shm::Location location : {shm::Location::point, shm::Location::cell}) {
@@ -254,7 +252,8 @@ void write_parity_files(const path& folder, const std::vector<shm::FeatureFile>&
 
 void make_seeds(const path& folder, const path& source) {
   std::vector<shm::FeatureFile> features = shm::feature_files();
-  for (shm::FeatureFile& file : more_files()) features.push_back(std::move(file));
+  for (const auto& more : {more_files(), shm::coded_files()})
+    features.insert(features.end(), more.begin(), more.end());
   char pieces = 0;
   for (const shm::FeatureFile& feature : features)
     write(folder / "shm" / feature.name, pieces++ + text_of(feature.bytes));

@@ -1,7 +1,7 @@
 // Polyhedra: what is open between them, that they come back, and how few bytes say them.
 #include <numeric>
 
-#include "support/feature_files.h"
+#include "support/coded_meshes.h"
 #include "support/sanitized.h"
 #include "surface/polyhedron_surface.h"
 
@@ -60,9 +60,7 @@ TEST(PolyhedronSurface, CrowdedVerticesGetNoMore) {
 
 void expect_all_modes(TestMesh mesh) {
   for (const std::uint32_t delay : {0u, 7u})
-    for (const auto codec :
-         {ConnectivityCodec::automatic, ConnectivityCodec::paper, ConnectivityCodec::rows,
-          ConnectivityCodec::replay, ConnectivityCodec::mixed})
+    for (const auto codec : codecs_for(with_order(mesh, Order::keep, true, delay).schema))
       for (const std::uint64_t segment_cells : {0, 11}) {
         SCOPED_TRACE("delay " + std::to_string(delay) + ", codec " +
                      std::to_string(static_cast<int>(codec)));

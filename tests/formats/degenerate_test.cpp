@@ -10,7 +10,7 @@
 #include "compare/compare.h"
 #include "compression/compress.h"
 #include "compression/decompress.h"
-#include "shifts/shifts.h"
+#include "support/coded_meshes.h"
 #include "support/degenerate_families.h"
 #include "support/memory_mesh.h"
 #include "support/sanitized.h"
@@ -51,15 +51,13 @@ void expect_round_trips(const TestMesh& mesh, ConnectivityCodec codec, SomeCases
 TEST_P(EveryFamily, ThroughWriterAndReader) {
   TestMesh copy = mesh();
   SomeCases some(5);
-  for (const auto codec :
-       {ConnectivityCodec::automatic, ConnectivityCodec::paper, ConnectivityCodec::rows,
-        ConnectivityCodec::replay, ConnectivityCodec::mixed, ConnectivityCodec::shifts,
-        ConnectivityCodec::patterns})
+  copy.schema.delay = 0;
+  for (const auto codec : codecs_for(copy.schema))
     for (const std::uint32_t delay : {0u, 7u, 300u}) {
       copy.schema.delay = delay;
       copy.schema.order = Order::keep;
       copy.schema.corner_order = true;
-      if (codec >= ConnectivityCodec::shifts && !takes_shifts(copy.schema)) continue;
+      if (!can_be_in(copy.schema, codec)) continue;
       expect_round_trips(copy, codec, some);
       copy.schema.order = Order::stream;
       copy.schema.corner_order = false;
@@ -157,9 +155,7 @@ TEST(CellsWithoutNodes, BesideAPointArray) {
   mesh.arrays.resize(1);
   for (double height : {1., 2., 3.}) append(mesh.arrays[0], height);
   SomeCases all(1);
-  for (const auto codec : {ConnectivityCodec::automatic, ConnectivityCodec::paper,
-                           ConnectivityCodec::rows, ConnectivityCodec::replay})
-    expect_round_trips(mesh, codec, all);
+  for (const auto codec : codecs_for(mesh.schema)) expect_round_trips(mesh, codec, all);
 }
 
 }  // namespace

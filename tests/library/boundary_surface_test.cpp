@@ -16,10 +16,8 @@
 #include <vector>
 
 #include "boundary/boundary_search.h"
-#include "shifts/shifts.h"
-#include "support/feature_files.h"
+#include "support/coded_meshes.h"
 #include "support/file_surgery.h"
-#include "support/stepped_mesh.h"
 
 namespace shm {
 namespace {
@@ -415,8 +413,8 @@ TEST(BoundarySurface, OfMeshesOfAllKinds) {
         options.segment_cells = segment;
         options.group_cells = 5;
         expect_counted(with_order(mesh, order, corner_order, delay), options);
-        if (!takes_shifts(with_order(mesh, order, corner_order, delay).schema)) continue;
-        for (const auto codec : {ConnectivityCodec::shifts, ConnectivityCodec::patterns}) {
+        for (const auto codec : codecs_without_delay()) {
+          if (!can_be_in(with_order(mesh, order, corner_order, delay).schema, codec)) continue;
           options.connectivity = codec;
           expect_counted(with_order(mesh, order, corner_order, delay), options);
         }

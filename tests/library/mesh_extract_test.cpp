@@ -5,12 +5,11 @@
 #include <map>
 #include <set>
 
-#include "shifts/shifts.h"
+#include "support/coded_meshes.h"
 #include "support/counted_source.h"
 #include "support/file_surgery.h"
 #include "support/sanitized.h"
 #include "support/second_order_mesh.h"
-#include "support/stepped_mesh.h"
 
 namespace shm {
 namespace {
@@ -346,51 +345,28 @@ Bytes cut_file(const TestMesh& mesh, WriteOptions options) {
   return std::move(sink.bytes);
 }
 
-struct Family {
-  const char* name;
-  TestMesh mesh;
-};
-std::vector<Family> families() {
-  std::vector<Family> all;
-  all.push_back({"holes and unused vertices", grid(5, 4, 4, ScalarType::float64, warped, porous)});
-  all.push_back({"shuffled", shuffled(bent_grid(4, 4, 4))});
-  all.push_back({"every shape", every_shape()});
-  all.push_back({"second order", second_order_cells()});
-  all.push_back({"degenerate", degenerate_hexahedra()});
-  all.push_back({"arrays", with_arrays_of_every_type(bent_grid(3, 3, 3))});
-  all.push_back({"arrays on some blocks", arrays_on_some_blocks()});
-  all.push_back({"special values", special_values()});
-  all.push_back({"rounded", quantized()});
-  return all;
-}
-
 TEST(MeshExtract, PiecesAreThoseOfTheWholeMesh) {
-  SomeCases some(5);
-  using enum ConnectivityCodec;
-  for (const Family& family : families())
-    for (const auto& [order, delay, codec] :
-         {std::tuple(Order::keep, 0u, automatic), std::tuple(Order::keep, 6u, automatic),
-          std::tuple(Order::stream, 0u, replay), std::tuple(Order::stream, 4u, automatic),
-          std::tuple(Order::keep, 0u, shifts), std::tuple(Order::stream, 0u, shifts),
-          std::tuple(Order::keep, 0u, patterns), std::tuple(Order::stream, 0u, patterns)})
-      for (const std::uint64_t segment_cells : {3u, 20u, 1000u}) {
-        const TestMesh mesh = with_order(family.mesh, order, true, delay);
-        if (codec >= shifts && !takes_shifts(mesh.schema)) continue;
-        if (some.skips_next()) continue;
-        SCOPED_TRACE(std::string(family.name) + ", order " + std::to_string(int(order)) +
-                     ", delay " + std::to_string(delay) + ", codec " +
-                     std::string(codec_name(codec)) + ", segments of " +
-                     std::to_string(segment_cells));
-        WriteOptions options;
-        options.segment_cells = segment_cells;
-        options.group_cells = 5;
-        options.connectivity = codec;
-        expect_pieces(cut_file(mesh, options));
-      }
+  SomeCases some(7);
+  for (const GeneratedMesh& family : generated_meshes())
+    for (const auto& [order, delay] : {std::pair(Order::keep, 0u), std::pair(Order::keep, 6u),
+                                       std::pair(Order::stream, 0u), std::pair(Order::stream, 4u)})
+      for (const std::uint64_t segment_cells : {3u, 20u, 1000u})
+        for (const auto codec : codecs_of_both_kinds()) {
+          const TestMesh mesh = with_order(family.mesh, order, true, delay);
+          if (!can_be_in(mesh.schema, codec) || some.skips_next()) continue;
+          SCOPED_TRACE(family.name + ", order " + std::to_string(int(order)) + ", delay " +
+                       std::to_string(delay) + ", codec " + std::string(codec_name(codec)) +
+                       ", segments of " + std::to_string(segment_cells));
+          WriteOptions options;
+          options.segment_cells = segment_cells;
+          options.group_cells = 5;
+          options.connectivity = codec;
+          expect_pieces(cut_file(mesh, options));
+        }
 }
 
 TEST(MeshExtract, StepsOfThePiece) {
-  std::vector<Family> meshes;
+  std::vector<GeneratedMesh> meshes;
   meshes.push_back({"two blocks", two_blocks()});
   TestMesh moved = two_blocks();
   std::mt19937_64 random(5);
@@ -398,12 +374,12 @@ TEST(MeshExtract, StepsOfThePiece) {
   meshes.push_back({"shuffled vertices", moved});
   meshes.push_back({"second order", second_order_cells()});
   SomeCases some(5);
-  for (const Family& family : meshes)
+  for (const GeneratedMesh& family : meshes)
     for (const Order order : {Order::keep, Order::stream})
       for (const std::uint64_t segment_cells : {30u, 1000u}) {
         if (some.skips_next()) continue;
-        SCOPED_TRACE(std::string(family.name) + ", order " + std::to_string(int(order)) +
-                     ", segments of " + std::to_string(segment_cells));
+        SCOPED_TRACE(family.name + ", order " + std::to_string(int(order)) + ", segments of " +
+                     std::to_string(segment_cells));
         Stepped it = with_steps(family.mesh, order);
         it.options.segment_cells = segment_cells;
         it.options.group_cells = 11;

@@ -8,8 +8,7 @@
 #include <optional>
 #include <vector>
 
-#include "shifts/shifts.h"
-#include "support/stepped_mesh.h"
+#include "support/coded_meshes.h"
 
 namespace shm {
 namespace {
@@ -249,7 +248,7 @@ TEST(PartWriter, StepsToo) {
   }
 }
 
-TEST(PartWriter, CellsThatAreShifts) {
+TEST(PartWriter, CellsInCodecsWithoutDelay) {
   const std::vector<TestMesh> meshes = {bent_grid(5, 4, 4), used_only(two_blocks()), quantized(),
                                         arrays_on_some_blocks()};
   for (const TestMesh& family : meshes)
@@ -260,11 +259,10 @@ TEST(PartWriter, CellsThatAreShifts) {
                        << "mesh " << &family - meshes.data() << ", order "
                        << static_cast<int>(order) << ", " << segments << " segments of " << cells);
           const TestMesh mesh = with_order(family, order, true, 0);
-          ASSERT_TRUE(takes_shifts(mesh.schema));
           WriteOptions options;
           options.segment_cells = cells;
           options.group_cells = 4;
-          for (const auto codec : {ConnectivityCodec::shifts, ConnectivityCodec::patterns}) {
+          for (const auto codec : codecs_without_delay()) {
             options.connectivity = codec;
             MemorySink alone;
             ASSERT_TRUE(write_mesh(mesh, alone, options));
@@ -273,28 +271,26 @@ TEST(PartWriter, CellsThatAreShifts) {
         }
 }
 
-TEST(PartWriter, StepsOverShiftsAndPatternsToo) {
-  for (const auto& [order, codec] : {std::pair(Order::keep, ConnectivityCodec::shifts),
-                                     std::pair(Order::stream, ConnectivityCodec::shifts),
-                                     std::pair(Order::keep, ConnectivityCodec::patterns),
-                                     std::pair(Order::stream, ConnectivityCodec::patterns)})
-    for (const std::uint32_t key_steps : {1u, 2u, 8u}) {
-      SCOPED_TRACE(key_steps);
-      Stepped it = with_steps(used_only(two_blocks()), order);
-      it.options.connectivity = codec;
-      it.options.key_steps = key_steps;
-      it.options.segment_cells = 7;
-      it.options.group_cells = 5;
-      MemorySink alone;
-      const auto steps = [&](Writer& writer) -> Result<void> {
-        for (const auto& [of, values] : it.values)
-          if (auto good = writer.add_step_values(of.first, of.second, values); !good) return good;
-        return {};
-      };
-      ASSERT_TRUE(write_mesh(it.mesh, alone, it.options, steps));
-      for (const std::uint64_t segments : {1u, 3u})
-        EXPECT_TRUE(written_in_parts(it.mesh, it.options, segments, it.values) == alone.bytes);
-    }
+TEST(PartWriter, StepsOverThoseToo) {
+  for (const Order order : {Order::keep, Order::stream})
+    for (const auto codec : codecs_without_delay())
+      for (const std::uint32_t key_steps : {1u, 2u, 8u}) {
+        SCOPED_TRACE(key_steps);
+        Stepped it = with_steps(used_only(two_blocks()), order);
+        it.options.connectivity = codec;
+        it.options.key_steps = key_steps;
+        it.options.segment_cells = 7;
+        it.options.group_cells = 5;
+        MemorySink alone;
+        const auto steps = [&](Writer& writer) -> Result<void> {
+          for (const auto& [of, values] : it.values)
+            if (auto good = writer.add_step_values(of.first, of.second, values); !good) return good;
+          return {};
+        };
+        ASSERT_TRUE(write_mesh(it.mesh, alone, it.options, steps));
+        for (const std::uint64_t segments : {1u, 3u})
+          EXPECT_TRUE(written_in_parts(it.mesh, it.options, segments, it.values) == alone.bytes);
+      }
 }
 
 TEST(PartWriter, RefusesWhatCannotFit) {

@@ -1,8 +1,7 @@
 // Every generated family through Writer and Reader: both orders, delay buffers, quantized and not.
 #include <limits>
 
-#include "shifts/shifts.h"
-#include "support/feature_files.h"
+#include "support/coded_meshes.h"
 #include "support/file_surgery.h"
 #include "support/sanitized.h"
 #include "support/test_mesh.h"
@@ -14,10 +13,10 @@ void expect_one_of_some(SomeCases& some, const TestMesh& mesh, const WriteOption
   if (!some.skips_next()) expect_round_trip(mesh, options);
 }
 
-/// As shifts or patterns, where they do: without delay, in segments or one.
-void expect_in_fast_codec(TestMesh mesh, ConnectivityCodec codec) {
+/// Without delay, in segments or one, where it may be in that codec.
+void expect_without_delay(TestMesh mesh, ConnectivityCodec codec) {
   mesh.schema.delay = 0;
-  if (!takes_shifts(mesh.schema)) return;
+  if (!can_be_in(mesh.schema, codec)) return;
   SomeCases some(4);
   for (const Order order : {Order::keep, Order::stream, Order::free})
     for (const Level level : {Level::fast, Level::standard, Level::best}) {
@@ -39,14 +38,14 @@ void expect_in_fast_codec(TestMesh mesh, ConnectivityCodec codec) {
 
 /// Both orders, with and without corner order, and the delay buffers of interest.
 void expect_all_modes(TestMesh mesh) {
-  expect_in_fast_codec(mesh, ConnectivityCodec::shifts);
-  expect_in_fast_codec(mesh, ConnectivityCodec::patterns);
+  for (const auto codec : codecs_without_delay()) expect_without_delay(mesh, codec);
   SomeCases some(5);
+  mesh.schema.delay = 1;
+  const auto codecs = codecs_for(mesh.schema);
   for (std::uint32_t delay : {0u, 1u, 50u, 1000u}) {
     mesh.schema.delay = delay;
     SCOPED_TRACE("delay " + std::to_string(delay));
-    for (const auto codec : {ConnectivityCodec::automatic, ConnectivityCodec::paper,
-                             ConnectivityCodec::replay, ConnectivityCodec::mixed}) {
+    for (const auto codec : codecs) {
       SCOPED_TRACE("codec " + std::to_string(static_cast<int>(codec)));
       WriteOptions options;
       options.connectivity = codec;
@@ -60,6 +59,24 @@ void expect_all_modes(TestMesh mesh) {
       expect_one_of_some(some, mesh, options);
     }
   }
+}
+
+TEST(RoundTrip, EveryGeneratedMeshInEveryCodec) {
+  SomeCases some(5);
+  for (const GeneratedMesh& it : generated_meshes())
+    for (const Order order : {Order::keep, Order::stream}) {
+      const TestMesh mesh = with_order(it.mesh, order, true, 0);
+      for (const auto codec : codecs_for(mesh.schema))
+        for (const Level level : {Level::fast, Level::standard, Level::best}) {
+          SCOPED_TRACE(it.name + ", " + std::string(order_name(order)) + ", " +
+                       std::string(codec_name(codec)) + ", level " +
+                       std::to_string(static_cast<int>(level)));
+          WriteOptions options{.group_cells = 20, .segment_cells = 40};
+          options.connectivity = codec;
+          options.level = level;
+          expect_one_of_some(some, mesh, options);
+        }
+    }
 }
 
 TEST(RoundTrip, EmptyMesh) { expect_all_modes({hexahedra_schema(), {}, 0, {}, {}}); }
@@ -231,8 +248,7 @@ TEST(RoundTrip, QuadraticAndMixedCells) {
   // Shifts are for cells of as many nodes each.
   std::erase_if(mesh.cells, [](const TestCell& cell) { return cell.block == 4; });
   mesh.schema.blocks[4].nodes_per_cell = 64;
-  expect_in_fast_codec(mesh, ConnectivityCodec::shifts);
-  expect_in_fast_codec(mesh, ConnectivityCodec::patterns);
+  for (const auto codec : codecs_without_delay()) expect_without_delay(mesh, codec);
 }
 
 ArrayInfo array_info(const char* name, Location location, ScalarType type, std::uint32_t components,
@@ -282,12 +298,10 @@ TEST(RoundTrip, ArraysOfEveryTypeOnPointsAndCells) {
 }
 
 TEST(RoundTrip, QuantizedValuesKeepThePromise) {
-  for (const auto& [type, codec] : {std::pair(ScalarType::float32, ConnectivityCodec::automatic),
-                                    std::pair(ScalarType::float64, ConnectivityCodec::automatic),
-                                    std::pair(ScalarType::float32, ConnectivityCodec::shifts),
-                                    std::pair(ScalarType::float32, ConnectivityCodec::patterns),
-                                    std::pair(ScalarType::float64, ConnectivityCodec::patterns),
-                                    std::pair(ScalarType::float64, ConnectivityCodec::shifts)})
+  std::vector<std::pair<ScalarType, ConnectivityCodec>> cases;
+  for (const auto type : {ScalarType::float32, ScalarType::float64})
+    for (const auto codec : codecs_of_both_kinds()) cases.emplace_back(type, codec);
+  for (const auto& [type, codec] : cases)
     for (std::uint32_t bits : {1u, 8u, 12u, 16u, 24u, 40u, 52u}) {
       TestMesh mesh = grid(9, 8, 7, type, warped);
       mesh.schema.coordinate_quantization = {bits, {-1, -1, -1}, {1.1, 1.2, 1.3}};
@@ -469,6 +483,7 @@ TEST(Events, FollowTheGrammar) {
 
 // A few thousand small meshes of every kind of mischief.
 TEST(RoundTrip, RandomSmallMeshes) {
+  const auto codecs = codecs_for(hexahedra_schema()), without_delay = codecs_without_delay();
   for (std::uint64_t seed = 0; seed < 3000; seed += every(13)) {
     std::mt19937_64 random(seed);
     TestMesh mesh;
@@ -495,8 +510,8 @@ TEST(RoundTrip, RandomSmallMeshes) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     WriteOptions options;
     options.group_cells = static_cast<std::uint32_t>(1 + random() % 20);
-    options.connectivity = static_cast<ConnectivityCodec>(seed % 7);
-    if (options.connectivity >= ConnectivityCodec::shifts) mesh.schema.delay = 0;
+    options.connectivity = codecs[seed % codecs.size()];
+    if (std::ranges::count(without_delay, options.connectivity) > 0) mesh.schema.delay = 0;
     expect_round_trip(mesh, options);
     options.segment_cells = 7;
     expect_round_trip(mesh, options);

@@ -2,10 +2,9 @@
 // the step that is referred to; and files that lie about it are refused.
 #include "steps/step_values.h"
 
-#include "shifts/shifts.h"
+#include "support/coded_meshes.h"
 #include "support/file_surgery.h"
 #include "support/sanitized.h"
-#include "support/stepped_mesh.h"
 #include "values/shuffled_zstd.h"
 
 namespace shm {
@@ -56,9 +55,7 @@ Bytes expect_values_back(const Stepped& it) {
 TEST(StepValues, WhateverTheMeshAndItsPieces) {
   SomeCases some(3);
   for (const Order order : {Order::keep, Order::stream})
-    for (const auto codec :
-         {ConnectivityCodec::paper, ConnectivityCodec::rows, ConnectivityCodec::replay,
-          ConnectivityCodec::mixed, ConnectivityCodec::shifts, ConnectivityCodec::patterns})
+    for (const auto codec : codecs_for(hexahedra_schema()))
       for (const std::uint64_t segment_cells : {0u, 33u})
         for (const std::uint32_t group_cells : {14u, 65536u})
           for (int family = 0; family < 4; ++family) {
@@ -68,7 +65,7 @@ TEST(StepValues, WhateverTheMeshAndItsPieces) {
                                     : family == 2 ? every_shape()
                                                   : replayed(order),
                                     order);
-            if (codec >= ConnectivityCodec::shifts && !takes_shifts(it.mesh.schema)) continue;
+            if (!can_be_in(it.mesh.schema, codec)) continue;
             it.options.connectivity = codec;
             it.options.level = family % 2 == 0 ? Level::standard : Level::fast;
             it.options.segment_cells = segment_cells;
