@@ -224,6 +224,7 @@ ReadLimits read_limits(const Spool& spool) {
   ReadLimits limits;
   limits.max_unpacked_bytes = spool.memory_budget() / 4;
   limits.max_column_bytes = spool.memory_budget() / 8;
+  limits.max_active_bytes = spool.memory_budget() / 4;
   limits.max_vertices = limits.max_cells = spool.limits().most;
   limits.max_decoded_bytes = spool.limits().bytes;
   return limits;
@@ -236,7 +237,9 @@ std::unique_ptr<StagedMesh> stage_shm(ByteSource& source, const std::string& nam
   ReadOptions options;
   options.threads = threads;
   options.kept_topology_bytes = kept_topology_bytes(spool);
-  return std::make_unique<StagedMesh>(watched, name, spool, read_limits(spool), options);
+  ReadLimits limits = read_limits(spool);
+  limits.max_active_bytes += ReadLimits::kActiveBytesEach * total;
+  return std::make_unique<StagedMesh>(watched, name, spool, limits, options);
 }
 std::unique_ptr<MeshSource> open_shm(const std::string& path, Spool& spool,
                                      const Progress& progress, unsigned threads) {

@@ -10,6 +10,7 @@
 
 #include "support/feature_files.h"
 #include "support/file_surgery.h"
+#include "support/stepped_mesh.h"
 #include "support/test_mesh.h"
 
 namespace shm {
@@ -114,6 +115,21 @@ inline std::vector<std::byte> asking_columns(std::uint32_t side, Location locati
     chunk.payload = put_group_together(*group);
   }
   return put_together_with_index(std::move(parts));
+}
+
+/// A sheet of hexahedra in two layers, with all vertices in between active at once, and what its
+/// first steps are: zeros everywhere.
+inline Bytes asking_sheet(std::uint32_t side, ConnectivityCodec codec,
+                          std::uint32_t components = 0) {
+  Stepped it{grid(side, side, 2), {}, {}};
+  it.options.connectivity = codec;
+  if (components > 0) {
+    const auto array =
+        add_stepped(it.mesh, array_of("u", Location::point, ScalarType::uint8, components));
+    for (const std::uint64_t step : {0, 1, 2})
+      it.values[{array, step}] = Bytes(it.mesh.vertices * components);
+  }
+  return written(it);
 }
 
 struct AskingFile {
@@ -229,6 +245,17 @@ inline std::vector<AskingFile> asking_files() {
   files.push_back({"components of vertices", asking_columns(66, Location::point, 4096)});
   files.push_back({"components of cells", asking_columns(66, Location::cell, 4096)});
   return files;
+}
+
+/// Those that take long to make: sheets of more active vertices than are allowed, or nearly so, and
+/// of as many components at their time steps.
+inline std::vector<AskingFile> asking_sheets() {
+  using enum ConnectivityCodec;
+  return {{"sheet in paper", asking_sheet(480, paper)},
+          {"larger sheet in mixed", asking_sheet(560, mixed)},
+          {"sheet in patterns", asking_sheet(1000, patterns)},
+          {"larger sheet in patterns", asking_sheet(1100, patterns)},
+          {"stepped components of a sheet", asking_sheet(240, rows, 256)}};
 }
 
 }  // namespace shm

@@ -9,6 +9,7 @@
 #include "shm/mesh_extract.h"
 #include "shm/segment_reader.h"
 #include "shm/step_reader.h"
+#include "support/coded_meshes.h"
 #include "support/hostile.h"
 
 namespace shm {
@@ -225,6 +226,45 @@ TEST(Budget, ColumnsTakeNoMoreThanIsAllowed) {
   const auto refused = decode_in_pieces(sink.bytes, 0, limits);
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().code, ErrorCode::over_limit) << refused.error().message();
+}
+
+// Few bytes may be many active vertices, whatever codes the cells; who knows how large the file is
+// counts all of it.
+TEST(Limits, OfActiveVertices) {
+  for (const ConnectivityCodec codec : codecs_for(grid(1, 1, 1).schema)) {
+    SCOPED_TRACE(std::string(codec_name(codec)));
+    const Bytes bytes = asking_sheet(120, codec);
+    ReadLimits limits;
+    limits.max_active_bytes = 0;
+    const auto refused = decode_in_pieces(bytes, 0, limits);
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().code, ErrorCode::over_limit) << refused.error().message();
+    EXPECT_NE(refused.error().detail.find("active vertices, the limit is "), std::string::npos);
+    limits.max_active_bytes = 15000 * 288;
+    const auto all = decode_in_pieces(bytes, 0, limits);
+    EXPECT_TRUE(all) << all.error().message();
+  }
+}
+
+// Nor do columns of time steps keep more of them than they may, front to back and by the index.
+TEST(Limits, OfWhatColumnsOfStepsKeep) {
+  const Bytes bytes = asking_sheet(60, ConnectivityCodec::rows, 128);
+  ASSERT_LT(bytes.size(), 3000U);
+  for (const std::uint64_t most : {std::uint64_t{1} << 20, std::uint64_t{1} << 25}) {
+    ReadLimits limits;
+    limits.max_column_bytes = most;
+    const bool fits = most > std::uint64_t{1} << 20;
+    const auto all = decode_in_pieces(bytes, 0, limits);
+    EXPECT_EQ(static_cast<bool>(all), fits) << all.error().message();
+    MemoryRandomSource source(bytes);
+    auto opened = StepReader::open(source, limits);
+    ASSERT_TRUE(opened);
+    const auto values = opened->read({.array = 0, .step = 0});
+    EXPECT_EQ(static_cast<bool>(values), fits);
+    if (fits) continue;
+    EXPECT_EQ(all.error().code, ErrorCode::over_limit) << all.error().message();
+    EXPECT_EQ(values.error().code, ErrorCode::over_limit) << values.error().message();
+  }
 }
 
 TEST(Limits, OfWhatComesOut) {

@@ -1,12 +1,16 @@
-// make_asking DIR: writes files that ask for much, NAME.shm each, for tests of whole programs.
+// make_asking DIR [large]: writes files that ask for much, NAME.shm each, for tests of whole
+// programs.
 #include <filesystem>
 #include <fstream>
 
 #include "hostile/asking_files.h"
 
 int main(int count, char** words) {
-  if (count != 2) return 2;
-  for (const shm::AskingFile& file : shm::asking_files()) {
+  if (count != 2 && count != 3) return 2;
+  std::vector<shm::AskingFile> files = shm::asking_files();
+  if (count == 3)
+    for (shm::AskingFile& sheet : shm::asking_sheets()) files.push_back(std::move(sheet));
+  for (const shm::AskingFile& file : files) {
     std::string name = file.name + ".shm";
     std::replace(name.begin(), name.end(), ' ', '_');
     std::ofstream out(std::filesystem::path(words[1]) / name, std::ios::binary);

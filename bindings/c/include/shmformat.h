@@ -177,6 +177,7 @@ typedef struct shmf_open_options {
   /* Since 0.10. Of what comes out there is no limit unless one is given; max_decoded_bytes is of
      streams in pieces. */
   uint64_t max_unpacked_bytes, max_column_bytes, max_vertices, max_cells, max_decoded_bytes;
+  uint64_t max_active_bytes;
 } shmf_open_options;
 
 typedef struct shmf_range {

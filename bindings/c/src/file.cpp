@@ -66,6 +66,7 @@ shm::ReadLimits limits_of(const shmf_open_options& options) {
     if (given != 0) limit = given;
   };
   set(limits.max_active_vertices, options.max_active_vertices);
+  set(limits.max_active_bytes, options.max_active_bytes);
   set(limits.max_chunk_bytes, options.max_chunk_bytes);
   set(limits.max_group_bytes, options.max_group_bytes);
   set(limits.max_extra_bytes, options.max_extra_bytes);

@@ -19,7 +19,8 @@ const SETS = ["node", "side", "element"];
 const REFERS = ["nothing", "vertices", "cells"];
 const LIMITS = ["max_arrays", "max_static_components", "max_blocks", "max_segments",
   "max_active_vertices", "max_chunk_bytes", "max_group_bytes", "max_extra_bytes", "max_steps",
-  "max_unpacked_bytes", "max_column_bytes", "max_vertices", "max_cells", "max_decoded_bytes"];
+  "max_unpacked_bytes", "max_column_bytes", "max_vertices", "max_cells", "max_decoded_bytes",
+  "max_active_bytes"];
 
 const UINT8 = 2;
 const UINT32 = 6;

@@ -27,7 +27,7 @@ export const LAYOUTS = {
     "u32 max_static_components", "u32 max_blocks", "u32 max_segments", "u64 max_active_vertices",
     "u64 max_chunk_bytes", "u64 max_group_bytes", "u64 max_extra_bytes", "u64 max_steps",
     "u64 max_unpacked_bytes", "u64 max_column_bytes", "u64 max_vertices", "u64 max_cells",
-    "u64 max_decoded_bytes"),
+    "u64 max_decoded_bytes", "u64 max_active_bytes"),
   shmf_range: layout("u64 offset", "u64 bytes"),
   shmf_source: layout("u32 struct_size", "pointer context", "u64 bytes", "pointer read_at",
     "pointer close", "pointer prefetch"),

@@ -30,8 +30,15 @@ struct ReadLimits {
   /// One chunk group, unpacked; of step values also its neighbourhoods.
   std::uint64_t max_group_bytes = std::uint64_t{1} << 30;
   std::uint64_t max_extra_bytes = std::uint64_t{1} << 30;  ///< one extra, unpacked
+  /// What active vertices may take in a segment, beside `kActiveBytesEach` for each byte of
+  /// the file so far. A file that is opened by its index, or by a tool that knows how large it is,
+  /// has as much for all of its bytes from the beginning. They count as 288 bytes each, by codec
+  /// patterns as 72, by shifts as 16.
+  std::uint64_t max_active_bytes = std::uint64_t{1} << 26;
+  static constexpr std::uint64_t kActiveBytesEach = 256;
   /// What values of active vertices and cells take in a segment, beside 512 bytes for each byte of
-  /// it so far; where all but few are alike they take nothing.
+  /// it so far; where all but few are alike they take nothing. Of time steps the same apart, beside
+  /// 256 bytes for each byte of the file so far.
   std::uint64_t max_column_bytes = std::uint64_t{1} << 25;
   /// Budget of all that a file holds beside its mesh and values, as it is in memory: schema, step
   /// times and extras together. To it come 256 bytes for each byte of the file, which is more than

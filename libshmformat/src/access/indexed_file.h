@@ -28,7 +28,10 @@ class IndexedFile {
  public:
   /// `source` is borrowed.
   IndexedFile(RandomSource& source, const ReadLimits& limits)
-      : source_(&source), limits_(within_sizes(limits)) {}
+      : source_(&source), limits_(within_sizes(limits)) {
+    const std::uint64_t more = ReadLimits::kActiveBytesEach * source.size();
+    limits_.max_active_bytes += std::min(more, ~limits_.max_active_bytes);
+  }
 
   /// Reads trailer, index and schema, and nothing else.
   Result<void> open();

@@ -11,10 +11,15 @@ Result<void> add_group(IndexedFile& file, std::size_t group, StepTopology& topol
   const auto head = file.read_group_head(group);
   if (!head) return head.error();
   const ReadLimits& limits = file.limits();
-  if (head->header.max_active_vertices > limits.max_active_vertices ||
-      head->header.decoded_bytes > limits.max_group_bytes)
-    return IndexedFile::wrong("takes more memory than the limit", "group " + std::to_string(group),
-                              file.groups()[group].offset, ErrorCode::over_limit);
+  const auto& entry = file.groups()[group];
+  const auto wrong = [&](const std::string& detail) {
+    return IndexedFile::wrong(detail, "group " + std::to_string(group), entry.offset,
+                              ErrorCode::over_limit);
+  };
+  if (auto good = check_active(head->header, limits, entry.offset + entry.bytes); !good)
+    return wrong(good.error().detail);
+  if (head->header.decoded_bytes > limits.max_group_bytes)
+    return wrong("takes more memory than the limit");
   std::vector<std::vector<std::byte>> streams(head->header.streams.size());
   for (std::size_t s = 0; s < streams.size(); ++s) {
     if (!topology.uses(head->header, head->header.streams[s])) continue;

@@ -84,8 +84,12 @@ bool SegmentSteps::has_same_groups(std::size_t at) const {
 Result<void> SegmentSteps::read_earlier_passes(StepElements* mesh) {
   if (from_ > key_ && !has_same_groups(from_ - 1))
     return file_->wrong_index("steps of an array have not the same groups");
-  const std::size_t together =
-      std::clamp<std::size_t>(kMostComponents / info().components, 1, kMostSteps);
+  // As many as there is memory for, by what is kept of a vertex or cell.
+  constexpr std::uint64_t kKeptOfEach = 40;
+  const std::uint64_t active = mesh == nullptr ? 0 : mesh->most_active();
+  const std::uint64_t room = most_kept() / (kKeptOfEach * info().components * (active + 1));
+  const auto together = static_cast<std::size_t>(std::clamp<std::uint64_t>(
+      std::min<std::uint64_t>(kMostComponents / info().components, room), 1, kMostSteps));
   const std::size_t groups = parts_of(wanted_).size();
   for (pass_.from = from_;; pass_.from = pass_.end) {
     pass_.end = std::min(pass_.from + together, wanted_ + 1);
@@ -96,11 +100,17 @@ Result<void> SegmentSteps::read_earlier_passes(StepElements* mesh) {
   }
 }
 
+/// By the columns of a pass together.
+std::uint64_t SegmentSteps::most_kept() const {
+  return most_kept_of_steps(file_->limits().max_column_bytes, file_->source().size());
+}
+
 void SegmentSteps::begin_pass() {
   columns_.clear();
   by_mesh_.clear();
   for (std::size_t at = pass_.from; at < pass_.end; ++at) {
-    columns_.emplace_back().emplace(file_->schema(), file_->limits().max_group_bytes, array_);
+    columns_.emplace_back().emplace(file_->schema(), file_->limits().max_group_bytes, array_,
+                                    most_kept() / (pass_.end - pass_.from));
     by_mesh_.push_back(told_by_mesh(at));
   }
   // Until all groups are read, what is held belongs to several steps.

@@ -59,6 +59,7 @@ class SegmentSteps {
   }
   bool has_same_groups(std::size_t at) const;
   Result<void> read_earlier_passes(StepElements* mesh);
+  std::uint64_t most_kept() const;
   void begin_pass();
   Result<void> read_group(std::size_t nth, StepElements* mesh);
   Result<void> read_step(std::size_t at, std::size_t nth, const ColumnElements* elements);

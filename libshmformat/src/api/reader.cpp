@@ -436,7 +436,7 @@ Result<void> Decoder::Impl::read_next_part() {
 Result<void> Decoder::Impl::read_part(const container::StepPart& part,
                                       std::span<const std::byte> bytes) {
   const container::StepHeader& header = part.header;
-  auto piece = step_values_->read(header, bytes);
+  auto piece = step_values_->read(header, bytes, offset_);
   if (!piece) return wrong(piece.error().code, piece.error().detail);
   if (auto good = count_bytes(piece->values.size()); !good) return good;
   if (array_names_.empty()) array_names_ = array_stream_names(*schema_);

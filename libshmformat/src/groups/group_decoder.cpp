@@ -22,6 +22,24 @@ void remove_marked(std::vector<std::byte>& values, std::span<const std::uint8_t>
 
 }  // namespace
 
+Result<void> check_active(const container::GroupHeader& header, const ReadLimits& limits,
+                          std::uint64_t file) {
+  using container::Codec;
+  const Codec codec = container::connectivity_of(header).value_or(Codec::paper);
+  const std::uint64_t each = codec == Codec::shifts ? 16 : codec == Codec::patterns ? 72 : 288;
+  const std::uint64_t bytes = limits.max_active_bytes;
+  const std::uint64_t more = std::min(ReadLimits::kActiveBytesEach * file, ~bytes);
+  const std::uint64_t limit = std::min(limits.max_active_vertices, (bytes + more) / each);
+  const std::uint64_t active = header.max_active_vertices;
+  if (active <= limit) return {};
+  return Error{
+      ErrorCode::over_limit,
+      "needs " + std::to_string(active) + " active vertices, the limit is " + std::to_string(limit),
+      {},
+      kNoOffset,
+      {}};
+}
+
 GroupDecoder::GroupDecoder(const Schema& schema, const SegmentStart& start, DecodedParts parts,
                            CellBytes cell_bytes)
     : schema_(&schema),

@@ -45,6 +45,11 @@ struct DecodedBlock {
 /// Bytes of the static arrays in a cell, by block; shared where there are many segments.
 using CellBytes = std::shared_ptr<const std::vector<std::size_t>>;
 
+/// Whether as many vertices may be active as a group with this header has; `file`: bytes up to its
+/// end. The error names no place.
+Result<void> check_active(const container::GroupHeader& header, const ReadLimits& limits,
+                          std::uint64_t file);
+
 class GroupDecoder {
  public:
   /// `schema` is checked and borrowed. `cell_bytes`: of cell_data_bytes(schema).

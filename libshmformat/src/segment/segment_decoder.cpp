@@ -93,11 +93,8 @@ Result<void> SegmentDecoder::check_header() {
     return damaged("the group does not follow the one before it");
   if (start_.segment == 0 && group_.imported_vertices > 0)
     return damaged("the first segment cannot import vertices");
-  if (group_.max_active_vertices > limits_.max_active_vertices)
-    return damaged("needs " + std::to_string(group_.max_active_vertices) +
-                       " active vertices, the limit is " +
-                       std::to_string(limits_.max_active_vertices),
-                   ErrorCode::over_limit);
+  const std::uint64_t file = group_offset_ + payload_.size();
+  if (auto good = check_active(group_, limits_, file); !good) return placed(good.error());
   if (group_.decoded_bytes > limits_.max_group_bytes)
     return damaged("unpacks to " + std::to_string(group_.decoded_bytes) + " bytes, the limit is " +
                        std::to_string(limits_.max_group_bytes),

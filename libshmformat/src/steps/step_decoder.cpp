@@ -19,7 +19,7 @@ StepDecoder::StepDecoder(const Schema& schema, const ReadLimits& limits, StepTop
 }
 
 Result<StepPiece> StepDecoder::read(const container::StepHeader& header,
-                                    std::span<const std::byte> bytes) {
+                                    std::span<const std::byte> bytes, std::uint64_t file) {
   if (header.array >= schema_->arrays.size() || !schema_->arrays[header.array].per_step)
     return Error{ErrorCode::corrupt, "belongs to no stepped array", "step values", kNoOffset, {}};
   if (header.step >= limits_.max_steps)
@@ -28,7 +28,7 @@ Result<StepPiece> StepDecoder::read(const container::StepHeader& header,
                              ErrorCode::over_limit);
   Last& last = last_[header.array];
   if (array_ != header.array || header.step != last.step)
-    if (auto good = begin_step(header); !good) return good.error();
+    if (auto good = begin_step(header, file); !good) return good.error();
   if (auto good = expect_group(header); !good) return good.error();
   auto values = decode(header, bytes);
   if (!values) return values.error();
@@ -42,7 +42,7 @@ Result<StepPiece> StepDecoder::read(const container::StepHeader& header,
 }
 
 /// A step begins when the last one, of whatever array, is complete.
-Result<void> StepDecoder::begin_step(const container::StepHeader& header) {
+Result<void> StepDecoder::begin_step(const container::StepHeader& header, std::uint64_t file) {
   Last& last = last_[header.array];
   if (!is_complete() || (last.begun && header.step <= last.step))
     return wrong_step_values(*schema_, header,
@@ -57,7 +57,8 @@ Result<void> StepDecoder::begin_step(const container::StepHeader& header) {
   last.first = 0;
   last.groups = 0;
   array_ = header.array;
-  parts_.emplace(*schema_, limits_.max_group_bytes, header.array);
+  parts_.emplace(*schema_, limits_.max_group_bytes, header.array,
+                 most_kept_of_steps(limits_.max_column_bytes, file));
   return {};
 }
 

@@ -22,8 +22,9 @@ class StepDecoder {
   StepDecoder(const Schema& schema, const ReadLimits& limits, StepTopology& topology,
               std::vector<std::uint64_t> elements);
 
-  /// The values of a part. Errors name no place.
-  Result<StepPiece> read(const container::StepHeader& header, std::span<const std::byte> bytes);
+  /// The values of a part. `file`: bytes up to its end. Errors name no place.
+  Result<StepPiece> read(const container::StepHeader& header, std::span<const std::byte> bytes,
+                         std::uint64_t file);
   /// Whether the step that began last is complete.
   bool is_complete() const { return array_ == kNone || last_[array_].first == elements_[array_]; }
 
@@ -39,7 +40,7 @@ class StepDecoder {
     bool has_referred = false;
   };
 
-  Result<void> begin_step(const container::StepHeader& header);
+  Result<void> begin_step(const container::StepHeader& header, std::uint64_t file);
   Result<void> expect_group(const container::StepHeader& header);
   Result<StepReference> reference_of(const container::StepHeader& header) const;
   Result<std::vector<std::byte>> decode(const container::StepHeader& header,

@@ -58,6 +58,7 @@ class StepElements {
   std::uint32_t segment_of(std::size_t group) const { return topology_->segment_of(group); }
   bool has_neighbourhoods(std::size_t group) const { return topology_->has_neighbourhoods(group); }
   std::size_t groups() const { return topology_->groups(); }
+  std::uint64_t most_active() const { return topology_->most_active(); }
   /// Of what is kept of arrays on few elements.
   std::size_t kept_bytes() const { return kept_bytes_; }
 

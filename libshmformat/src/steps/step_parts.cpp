@@ -57,6 +57,10 @@ Result<std::vector<std::byte>> StepParts::decode(const container::StepHeader& he
     return wrong("has too many components for its codec");
   if (!column_.begin(segment, kind)) return wrong("refers to something else than the group before");
   auto values = column_.decode(*elements, codec, bytes, size, reference);
+  if (column_.is_out_of_memory())
+    return wrong_step_values(*schema_, header,
+                             "what is kept of active vertices and cells is over the limit",
+                             ErrorCode::over_limit);
   if (!values || values->size() != size) return wrong("its values make no sense");
   return std::move(*values);
 }

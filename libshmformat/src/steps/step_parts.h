@@ -2,6 +2,7 @@
 // where these stand and what they refer to. spec: "Step values"
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -17,11 +18,20 @@ namespace shm {
 Error wrong_step_values(const Schema& schema, const container::StepHeader& header,
                         const std::string& detail, ErrorCode code = ErrorCode::corrupt);
 
+/// What of this limit (ReadLimits::max_column_bytes) is there for columns of steps in a file of so
+/// many bytes.
+inline std::uint64_t most_kept_of_steps(std::uint64_t limit, std::uint64_t file) {
+  constexpr std::uint64_t kMoreForEachByte = 256;
+  return limit + std::min(kMoreForEachByte * file, ~limit);
+}
+
 class StepParts {
  public:
-  /// `schema` is checked and borrowed. `most_bytes`: of the values of a group.
-  StepParts(const Schema& schema, std::uint64_t most_bytes, std::uint32_t array)
-      : schema_(&schema), most_bytes_(most_bytes), column_(schema, array) {}
+  /// `schema` is checked and borrowed. `most_bytes`: of the values of a group. `most_kept`: of
+  /// what is kept of active vertices and cells.
+  StepParts(const Schema& schema, std::uint64_t most_bytes, std::uint32_t array,
+            std::uint64_t most_kept)
+      : schema_(&schema), most_bytes_(most_bytes), column_(schema, array, most_kept) {}
 
   /// Whether values of this array may be predicted over the mesh: of any codec but terms.
   static bool may_need_elements(const ArrayInfo& info) {

@@ -54,6 +54,7 @@ void StepTopology::add_group(std::uint32_t segment, const container::GroupHeader
   group.header = header;
   group.header.streams.clear();
   cells_in_all_ += header.cells;
+  most_active_ = std::max(most_active_, header.max_active_vertices);
   vertices_in_all_ += header.vertices + header.imported_vertices;
   for (std::size_t s = 0; s < header.streams.size() && s < streams.size(); ++s) {
     if (!uses(header, header.streams[s])) continue;

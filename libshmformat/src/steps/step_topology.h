@@ -80,6 +80,8 @@ class StepTopology {
   /// As the headers of all groups state them; imported vertices each time.
   std::uint64_t cells_in_all() const { return cells_in_all_; }
   std::uint64_t vertices_in_all() const { return vertices_in_all_; }
+  /// Vertices that are active at once, at most.
+  std::uint64_t most_active() const { return most_active_; }
 
   /// How many elements of a stepped array the group has.
   Result<std::uint64_t> count(std::uint32_t array, std::size_t group);
@@ -114,7 +116,7 @@ class StepTopology {
   std::size_t most_kept_;
   CellBytes cell_bytes_;
   std::vector<Group> groups_;
-  std::uint64_t cells_in_all_ = 0, vertices_in_all_ = 0;
+  std::uint64_t cells_in_all_ = 0, vertices_in_all_ = 0, most_active_ = 0;
   std::unique_ptr<GroupDecoder> decoder_;  // of the segment of group next_ - 1, behind that
   std::size_t next_ = 0;
   GroupElements elements_;  // of group next_ - 1

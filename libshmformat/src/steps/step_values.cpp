@@ -126,6 +126,11 @@ bool StepColumn<Coder>::begin(std::uint32_t segment, StepReference reference) {
     column_.emplace(info, may_import ? std::vector<std::uint32_t>{0} : info.blocks,
                     ColumnTraits{.earlier_values = schema_->earlier_values});
     if (reference != StepReference::nothing) column_->use_reference();
+    if constexpr (Coder::kDecodes) {
+      kept_ = std::make_unique<ColumnMemory>();
+      kept_->allow(most_kept_, ~std::uint64_t{0});
+      column_->use_memory(*kept_);
+    }
   }
   segment_ = segment;
   reference_ = reference;

@@ -7,6 +7,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -69,8 +70,9 @@ std::optional<std::vector<std::byte>> decode_terms(const ArrayInfo& info,
 template <class Coder>
 class StepColumn {
  public:
-  /// `schema` is borrowed.
-  StepColumn(const Schema& schema, std::uint32_t array) : schema_(&schema), array_(array) {}
+  /// `schema` is borrowed. `most_kept`: bytes of what is kept by slot.
+  StepColumn(const Schema& schema, std::uint32_t array, std::uint64_t most_kept = ~std::uint64_t{0})
+      : schema_(&schema), array_(array), most_kept_(most_kept) {}
 
   /// Before each group in columns. It goes on with what the group before has left, if that is of
   /// the same segment. False if it cannot, because that group refers to something else.
@@ -84,10 +86,14 @@ class StepColumn {
                                                std::span<const std::byte> bytes,
                                                std::uint64_t limit,
                                                std::span<const std::byte> reference);
+  /// Whether decode() failed since it would have kept more than was allowed.
+  bool is_out_of_memory() const { return kept_ && kept_->is_refused(); }
 
  private:
   const Schema* schema_;
   std::uint32_t array_;
+  std::uint64_t most_kept_;
+  std::unique_ptr<ColumnMemory> kept_;  // decoding: of the column
   std::optional<ValueColumn<Coder>> column_;
   std::uint32_t segment_ = 0;
   StepReference reference_ = StepReference::nothing;
