@@ -647,6 +647,21 @@ TEST(CInterface, WhatComesOutMayBeLimited) {
     }
 }
 
+TEST(CInterface, ActiveVerticesMayBeLimited) {
+  MemorySink sink;
+  ASSERT_TRUE(write_mesh(grid(100, 100, 2, ScalarType::float64), sink,
+                         {.connectivity = ConnectivityCodec::rows}));
+  for (const bool enough : {false, true}) {
+    shmf_open_options options{};
+    options.struct_size = sizeof options;
+    options.max_active_bytes = enough ? 0 : 1;
+    Bytes xyz;
+    shmf_status status{};
+    decoded(sink.bytes, sink.bytes.size(), xyz, status, &options);
+    EXPECT_EQ(status, enough ? SHMF_OK : SHMF_OVER_LIMIT);
+  }
+}
+
 TEST(CInterface, WordsAndNumbersAreThose) {
   EXPECT_EQ(shmf_version(), static_cast<std::uint32_t>(SHMF_VERSION));
   EXPECT_EQ(std::string(shmf_version_string()), std::to_string(SHMF_VERSION_MAJOR) + "." +

@@ -117,8 +117,8 @@ inline std::vector<std::byte> asking_columns(std::uint32_t side, Location locati
   return put_together_with_index(std::move(parts));
 }
 
-/// A sheet of hexahedra in two layers, with all vertices in between active at once, and what its
-/// first steps are: zeros everywhere.
+/// A sheet of hexahedra in two layers, with all vertices in between active at once, and steps of
+/// values that follow from each other over the mesh.
 inline Bytes asking_sheet(std::uint32_t side, ConnectivityCodec codec,
                           std::uint32_t components = 0) {
   Stepped it{grid(side, side, 2), {}, {}};
@@ -126,8 +126,11 @@ inline Bytes asking_sheet(std::uint32_t side, ConnectivityCodec codec,
   if (components > 0) {
     const auto array =
         add_stepped(it.mesh, array_of("u", Location::point, ScalarType::uint8, components));
-    for (const std::uint64_t step : {0, 1, 2})
-      it.values[{array, step}] = Bytes(it.mesh.vertices * components);
+    Bytes values;
+    for (std::uint64_t v = 0; v < it.mesh.vertices; ++v)
+      for (std::uint64_t c = 1; c <= components; ++c)
+        values.push_back(static_cast<std::byte>((v % (side + 1) + v / (side + 1)) * c));
+    for (const std::uint64_t step : {0, 1, 2}) it.values[{array, step}] = values;
   }
   return written(it);
 }
