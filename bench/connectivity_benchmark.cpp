@@ -111,15 +111,18 @@ void decode_o_grid(benchmark::State& state, ConnectivityCodec c) {
   decode_connectivity<o_grid>(state, c);
 }
 
-#define SHM_FOR_EACH_CODEC(function, size)                     \
-  BENCHMARK_CAPTURE(function, paper, ConnectivityCodec::paper) \
-      ->Arg(size)                                              \
-      ->Unit(benchmark::kMillisecond);                         \
-  BENCHMARK_CAPTURE(function, rows, ConnectivityCodec::rows)   \
-      ->Arg(size)                                              \
-      ->Unit(benchmark::kMillisecond);                         \
-  BENCHMARK_CAPTURE(function, mixed, ConnectivityCodec::mixed) \
-      ->Arg(size)                                              \
+#define SHM_FOR_EACH_CODEC(function, size)                       \
+  BENCHMARK_CAPTURE(function, paper, ConnectivityCodec::paper)   \
+      ->Arg(size)                                                \
+      ->Unit(benchmark::kMillisecond);                           \
+  BENCHMARK_CAPTURE(function, rows, ConnectivityCodec::rows)     \
+      ->Arg(size)                                                \
+      ->Unit(benchmark::kMillisecond);                           \
+  BENCHMARK_CAPTURE(function, mixed, ConnectivityCodec::mixed)   \
+      ->Arg(size)                                                \
+      ->Unit(benchmark::kMillisecond);                           \
+  BENCHMARK_CAPTURE(function, replay, ConnectivityCodec::replay) \
+      ->Arg(size)                                                \
       ->Unit(benchmark::kMillisecond)
 
 SHM_FOR_EACH_CODEC(encode_grid, 80);

@@ -15,8 +15,9 @@
 
 namespace shm::bench {
 
-inline constexpr std::array<std::pair<const char*, ConnectivityCodec>, 3> kConnectivityCodecs = {
+inline constexpr std::array<std::pair<const char*, ConnectivityCodec>, 4> kConnectivityCodecs = {
     {{"codec rows", ConnectivityCodec::rows},
+     {"codec replay", ConnectivityCodec::replay},
      {"codec mixed", ConnectivityCodec::mixed},
      {"codec paper", ConnectivityCodec::paper}}};
 

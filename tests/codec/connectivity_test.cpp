@@ -77,6 +77,7 @@ std::vector<CellTopology> expect_same_cells(const TestMesh& mesh, ConnectivityCo
 /// With every codec. Gives the cells of the published one.
 std::vector<CellTopology> expect_same_cells(const TestMesh& mesh) {
   expect_same_cells(mesh, ConnectivityCodec::rows);
+  expect_same_cells(mesh, ConnectivityCodec::replay);
   expect_same_cells(mesh, ConnectivityCodec::mixed);
   return expect_same_cells(mesh, ConnectivityCodec::paper);
 }
@@ -201,6 +202,23 @@ TEST(Connectivity, RegularGridsCostLittle) {
   const auto report = write_mesh(mesh, sink);
   ASSERT_TRUE(report);
   EXPECT_LT(report->streams.at("connectivity"), 600u);  // of 4096 cells
+}
+
+// What a program cut into eight: corners of the cell that was cut are followed.
+TEST(Connectivity, CutCellsReplayInFewBits) {
+  // Bytes; 5000 and 5464 where strays are not followed.
+  for (const auto& [order, most] : {std::pair{Order::keep, 4300u}, {Order::stream, 4950u}}) {
+    TestMesh mesh = cut_into_eight(8);
+    ASSERT_EQ(mesh.cells.size(), 4488u);
+    mesh.schema.order = order;
+    expect_same_cells(mesh);
+    MemorySink sink;
+    WriteOptions options;
+    options.connectivity = ConnectivityCodec::replay;
+    const auto report = write_mesh(mesh, sink, options);
+    ASSERT_TRUE(report);
+    EXPECT_LT(report->streams.at("connectivity"), most);
+  }
 }
 
 // What a decoder makes of bytes that nobody wrote: it may say no, but only that.

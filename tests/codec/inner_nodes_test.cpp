@@ -162,8 +162,8 @@ TEST(MiddleTable, OtherVerticesInTheSameSlotsAreOthers) {
   EXPECT_EQ(table.find(table.edge(taken[0], again)), other);
 }
 
-constexpr std::array kCodecs = {ConnectivityCodec::rows, ConnectivityCodec::mixed,
-                                ConnectivityCodec::paper};
+constexpr std::array kCodecs = {ConnectivityCodec::rows, ConnectivityCodec::replay,
+                                ConnectivityCodec::mixed, ConnectivityCodec::paper};
 
 TEST(MidNodes, OfAllShapesComeBack) {
   for (Order order : {Order::keep, Order::stream})
@@ -183,8 +183,8 @@ TEST(MidNodes, OfAllShapesComeBack) {
 // Corners of hexahedra of eight nodes may come back turned, those of their second-order neighbours
 // not: both sides must think the same of the corners of a face between them.
 TEST(MidNodes, BesideHexahedraThatMayTurn) {
-  for (const auto codec :
-       {ConnectivityCodec::paper, ConnectivityCodec::rows, ConnectivityCodec::mixed})
+  for (const auto codec : {ConnectivityCodec::paper, ConnectivityCodec::rows,
+                           ConnectivityCodec::mixed, ConnectivityCodec::replay})
     for (const std::uint32_t every : {2u, 3u, 5u}) {
       TestMesh mesh = grid(4, 4, 3);
       mesh.schema.order = Order::stream;

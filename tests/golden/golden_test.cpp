@@ -42,38 +42,6 @@ TEST(Golden, EveryFeatureHasAFile) {
     EXPECT_TRUE(fs::exists(golden_folder() / "0.10" / (feature.name + ".shm"))) << feature.name;
 }
 
-// No Writer replays hexahedra any more; in which order they came it still knows, so that such files
-// can be compared with what they were made of.
-TEST(Golden, TheOrderOfReplayedHexahedra) {
-  const std::pair<const char*, TestMesh> files[] = {
-      {"replay_stream", replayed(Order::stream)},
-      {"replay_strays_stream", with_order(cut_into_eight(3), Order::stream, true, 0)},
-      {"second_order_stream", with_order(second_order_grid(3, 2, 2, 27), Order::stream, true, 0)}};
-  for (const auto& [name, mesh] : files) {
-    SCOPED_TRACE(name);
-    const auto back = read_mesh(golden_bytes(name));
-    ASSERT_TRUE(back);
-    ASSERT_EQ(back->mesh.vertex_count(), mesh.vertices);
-    RecordedOrder order;
-    WriteOptions options;
-    options.coding_order = &order;
-    options.segment_connectivity = back->totals.segment_connectivity;
-    EXPECT_EQ(options.segment_connectivity[0], ConnectivityCodec::replay);
-    NullSink nowhere;
-    const auto finished = write_mesh(mesh, nowhere, options);
-    ASSERT_FALSE(finished);  // there is no file
-    EXPECT_EQ(finished.error().code, ErrorCode::misuse);
-    ASSERT_EQ(order.vertices.size(), mesh.vertices);
-    const std::size_t size = mesh.xyz.size() / static_cast<std::size_t>(mesh.vertices);
-    std::vector<std::byte> expected;
-    for (const std::uint64_t v : order.vertices) {
-      const auto from = mesh.xyz.begin() + static_cast<std::ptrdiff_t>(size * v);
-      expected.insert(expected.end(), from, from + static_cast<std::ptrdiff_t>(size));
-    }
-    EXPECT_EQ(back->mesh.xyz, expected);
-  }
-}
-
 // Each file is refused, as the list says, and the list tells of each.
 TEST(Golden, EveryFaultyFileIsRefused) {
   std::map<std::string, std::string> list;  // name: code

@@ -36,8 +36,8 @@ FOLDERS = ("exodus", "vtk", "gmsh", "other")
 SETTINGS = [options.split() for options in (
     "--order keep --level default", "--order stream --level best", "--order free --level fast",
     "--order keep --codec rows --delay 7", "--order stream --codec paper --delay 5", "--order keep --level best",
-    "--order keep --codec rows", "--order stream --codec mixed", "--order keep --level fast",
-    "--order stream --codec shifts", "--order keep --codec shifts --level best", "--order stream --codec rows",
+    "--order keep --codec replay", "--order stream --codec mixed", "--order keep --level fast",
+    "--order stream --codec shifts", "--order keep --codec shifts --level best", "--order stream --codec replay",
     "--order keep --codec paper --delay 3", "--order keep --codec mixed --segment-cells 17",
     "--order stream --level default --segment-cells 23", "--order keep --codec shifts --segment-cells 40",
     "--order stream --codec shifts --level best --segment-cells 31", "--order free --level best --key-steps 1",
@@ -208,7 +208,7 @@ class Generated(BothAgree):
         for i in range(spokes):
             quad = [0, 1 + 2 * i, 2 + 2 * i, 1 + (2 * i + 2) % (2 * spokes)]
             cells += [[size * (layer + up) + v for up in (0, 1) for v in quad] for layer in range(layers)]
-        self.check_hexahedra(points, cells, ("rows", "mixed", "paper"))
+        self.check_hexahedra(points, cells, ("rows", "mixed", "replay", "paper"))
 
     def test_grids_full_of_holes(self):
         """What is kept of a hexahedron is forgotten in a certain order, which shows where nothing is regular."""
@@ -224,7 +224,7 @@ class Generated(BothAgree):
     def test_polygons_of_several_sizes(self):
         points = [(x, y, 0) for y in range(3) for x in range(4)]
         cells = [[0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 11, 6], [4, 5, 9, 8]]
-        self.check_cells(points, cells, 7, ("rows", "mixed", "paper"))
+        self.check_cells(points, cells, 7, ("rows", "mixed", "replay", "paper"))
 
     def test_hexahedra_with_joined_corners(self):
         """A vertex may stand twice in a face, and a hexahedron be a wedge, a pyramid or less."""
@@ -238,7 +238,7 @@ class Generated(BothAgree):
                     joined[v] = v + chance.choice((1, m, m * m))
             corners = [x + m * (y + m * z) for z in range(n) for y in range(n) for x in range(n)]
             cells = [[joined[up + v] for up in (c, c + m * m) for v in (0, 1, m + 1, m)] for c in corners]
-            self.check_hexahedra(points, cells, ("rows", "mixed", "paper", "patterns"))
+            self.check_hexahedra(points, cells, ("rows", "mixed", "replay", "paper", "patterns"))
 
     def test_a_range_too_small_for_a_step(self):
         """Whose step is 0: division by it is IEEE 754's."""

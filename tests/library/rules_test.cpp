@@ -97,8 +97,7 @@ const std::vector<Tree>& trees() {
            {"surface", {"bytes"}},
            {"container", {"bytes"}},
            {"model", {"bytes", "container"}},
-           {"former", {"bytes", "entropy", "surface"}},
-           {"connectivity", {"bytes", "entropy", "surface", "former"}},
+           {"connectivity", {"bytes", "entropy", "surface"}},
            {"values", {"bytes", "entropy", "surface"}},
            {"shifts", {"bytes", "surface", "values"}},
            {"patterns", {"bytes", "surface", "values", "shifts"}},
@@ -247,7 +246,7 @@ TEST(Rules, TheContainerKnowsNoHexahedra) {
 }
 
 TEST(Rules, TheCodersKnowNoChunks) {
-  for (const char* room : {"former", "connectivity", "values", "shifts", "entropy", "surface"})
+  for (const char* room : {"connectivity", "values", "shifts", "entropy", "surface"})
     for (const Source& source : sources_in(std::string("libshmformat/src/") + room))
       for (const char* word : {"ChunkHeader", "ChunkKind", "ChunkWriter", "GroupHeader", "Index"})
         EXPECT_FALSE(says(source.code, word)) << source.path << " says " << word;

@@ -286,16 +286,6 @@ TEST(Writer, OptionsAndSchemaAreChecked) {
   EXPECT_EQ(sink.bytes, 0u);
 }
 
-TEST(Writer, HexahedraAreNotReplayed) {
-  using enum ConnectivityCodec;
-  for (const WriteOptions& options : {WriteOptions{.connectivity = replay},
-                                      WriteOptions{.segment_connectivity = {rows, replay}}}) {
-    NullSink sink;
-    EXPECT_EQ(Writer::create(sink, hexahedra_schema(), options).error().code, ErrorCode::misuse);
-    EXPECT_EQ(sink.bytes, 0u);
-  }
-}
-
 TEST(Writer, ShiftsAreNotForEverySchema) {
   const auto code_with = [](const WriteOptions& options,
                             const std::function<void(Schema&)>& change) {

@@ -153,8 +153,9 @@ TEST(SparseElements, SayWhatAllElementsSay) {
   SomeCases some(7);
   std::size_t compared = 0;
   for (const Order order : {Order::keep, Order::stream})
-    for (const auto codec : {ConnectivityCodec::paper, ConnectivityCodec::rows,
-                             ConnectivityCodec::mixed, ConnectivityCodec::shifts})
+    for (const auto codec :
+         {ConnectivityCodec::paper, ConnectivityCodec::rows, ConnectivityCodec::replay,
+          ConnectivityCodec::mixed, ConnectivityCodec::shifts})
       for (const std::uint64_t segment_cells : {0u, 150u})
         for (const std::uint32_t group_cells : {19u, 65536u})
           for (int family = 0; family < 4; ++family) {

@@ -13,7 +13,6 @@
 
 #include "shm/archive.h"
 #include "shm/mesh.h"
-#include "support/golden_files.h"
 #include "support/second_order_mesh.h"
 #include "support/test_mesh.h"
 
@@ -573,11 +572,21 @@ inline std::vector<std::byte> written(const TestMesh& mesh, std::uint32_t group_
   return std::move(sink.bytes);
 }
 
-/// What an earlier Writer made of a feature.
-inline std::vector<std::byte> golden_bytes(const std::string& name) {
-  const std::string bytes = content(golden_folder() / "0.10" / (name + ".shm"));
-  const auto begin = reinterpret_cast<const std::byte*>(bytes.data());
-  return {begin, begin + bytes.size()};
+/// Cut into segments of `cells`, each of several groups, with values at vertices and cells.
+inline std::vector<std::byte> segments_file(Order order, bool corner_order, std::uint32_t delay,
+                                            std::uint64_t cells) {
+  TestMesh mesh =
+      with_order(grid(3, 4, 3, ScalarType::float32, bent, porous), order, corner_order, delay);
+  add_array(mesh, array_of("u", Location::point, ScalarType::int16, 2), mesh.vertices);
+  add_array(mesh, array_of("p", Location::cell, ScalarType::float32), mesh.cells.size());
+  MemorySink sink;
+  WriteOptions options;
+  options.group_cells = 4;
+  options.segment_cells = cells;
+  options.segment_connectivity = {ConnectivityCodec::rows, ConnectivityCodec::rows,
+                                  ConnectivityCodec::replay, ConnectivityCodec::paper};
+  EXPECT_TRUE(write_mesh(mesh, sink, options));
+  return std::move(sink.bytes);
 }
 
 /// Steps at vertices and cells, in two segments of cells in this codec.
@@ -708,8 +717,6 @@ inline std::vector<FeatureFile> feature_files() {
   const auto add = [&](const char* name, std::vector<std::byte> bytes) {
     files.push_back({name, std::move(bytes)});
   };
-  // With hexahedra that are replayed, which no Writer writes any more.
-  const auto add_golden = [&](const char* name) { add(name, golden_bytes(name)); };
   add("no_blocks", written({}));
   add("no_cells", written({hexahedra_schema(), {}, 0, {}, {}}));
   add("one_hexahedron", written(grid(1, 1, 1)));
@@ -737,7 +744,8 @@ inline std::vector<FeatureFile> feature_files() {
   add("polyhedra_values",
       written(with_arrays_of_every_type(polyhedra()), 40, ConnectivityCodec::rows, Level::best));
   add("second_order", written(second_order_cells()));
-  add_golden("second_order_stream");
+  add("second_order_stream", written(with_order(second_order_grid(3, 2, 2, 27), stream, true, 0), 5,
+                                     ConnectivityCodec::replay));
   add("degenerate", written(degenerate_hexahedra()));
   add("arrays", written(with_arrays_of_every_type(bent_grid(2, 2, 1))));
   add("arrays_on_some_blocks", written(arrays_on_some_blocks()));
@@ -747,8 +755,11 @@ inline std::vector<FeatureFile> feature_files() {
   add("quantized", written(quantized()));
   add("bounded", bounded_file());
   add("special_values", written(special_values()));
-  for (const char* name : {"replay_keep", "replay_stream", "replay_strays", "replay_strays_stream"})
-    add_golden(name);
+  add("replay_keep", written(replayed(Order::keep), 65536, ConnectivityCodec::replay));
+  add("replay_stream", written(replayed(Order::stream), 20, ConnectivityCodec::replay));
+  add("replay_strays", written(cut_into_eight(3), 65536, ConnectivityCodec::replay));
+  add("replay_strays_stream",
+      written(with_order(cut_into_eight(3), stream, true, 0), 100, ConnectivityCodec::replay));
   add("mixed_rows", written(shuffled(bent_grid(4, 4, 3)), 20, ConnectivityCodec::mixed));
   add("mixed_rows_stream",
       written(with_order(mixed_cells(), stream, false, 3), 65536, ConnectivityCodec::mixed));
@@ -765,7 +776,8 @@ inline std::vector<FeatureFile> feature_files() {
   add("broken_shapes", written(broken(mixed_cells())));
   add("shifts_broken", written(broken(bent_grid(6, 4, 3, ScalarType::float64)), 40,
                                ConnectivityCodec::shifts, Level::standard));
-  for (const char* name : {"segments", "segments_stream"}) add_golden(name);
+  add("segments", segments_file(keep, true, 3, 7));
+  add("segments_stream", segments_file(stream, false, 0, 6));
   add("shifts", rows_of_cells(ConnectivityCodec::shifts, Level::fast));
   add("shifts_stream", rows_of_cells(ConnectivityCodec::shifts, Level::fast, stream));
   // More shifts than the table holds.

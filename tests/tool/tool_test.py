@@ -288,7 +288,7 @@ class ToolTest(FolderTest):
 
     def test_info_tells_the_codec(self):
         packed = self.path("mesh.shm")
-        for codec in ("paper", "rows", "mixed", "shifts", "patterns"):
+        for codec in ("paper", "rows", "replay", "mixed", "shifts", "patterns"):
             self.shm("compress", self.mesh, "-o", packed, "--codec", codec)
             report = json.loads(self.shm("info", "-v", packed, "--json")[0])
             self.assertEqual(report["segment_codecs"], [codec])
@@ -394,10 +394,10 @@ class ToolTest(FolderTest):
         ways = ([], ["--order", "stream"], ["--order", "stream", "--delay", "20"],
                 ["--delay", "7"], ["--bits", "12"], ["--codec", "paper"],
                 ["--abs", "1e-12"], ["--rel", "1e-12", "--order", "free"],
-                ["--order", "free"], ["--codec", "rows"],
+                ["--order", "free"], ["--codec", "replay"],
                 ["--codec", "mixed"], ["--codec", "mixed", "--order", "free"],
                 ["--codec", "paper", "--order", "stream", "--delay", "9"],
-                ["--codec", "shifts", "--order", "free"],
+                ["--codec", "replay", "--order", "free"],
                 ["--codec", "rows", "--order", "stream"],
                 ["--level", "fast"], ["--level", "best", "--order", "stream"])
         for options in ways[::4 if SANITIZED else 1]:

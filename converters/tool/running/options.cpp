@@ -9,10 +9,6 @@ namespace shm::converters {
 
 namespace {
 
-constexpr ConnectivityCodec kWrittenCodecs[] = {ConnectivityCodec::paper, ConnectivityCodec::rows,
-                                                ConnectivityCodec::mixed, ConnectivityCodec::shifts,
-                                                ConnectivityCodec::patterns};
-
 // CLI11's own words are those of programmers: "x unit not recognized", and a list of 26.
 const CLI::Validator kSize(
     [](std::string& word) {
@@ -182,14 +178,18 @@ Level level_of(const std::string& name) {
 
 std::vector<std::string> codec_names() {
   std::vector<std::string> names = {"auto"};
-  for (const ConnectivityCodec codec : kWrittenCodecs) names.emplace_back(codec_name(codec));
-  return names;
+  for (std::uint8_t number = 1;; ++number) {
+    const std::string_view name = codec_name(static_cast<ConnectivityCodec>(number));
+    if (name == codec_name(static_cast<ConnectivityCodec>(std::uint8_t{255}))) return names;
+    names.emplace_back(name);
+  }
 }
 
 ConnectivityCodec codec_of(const std::string& name) {
-  for (const ConnectivityCodec codec : kWrittenCodecs)
-    if (name == codec_name(codec)) return codec;
-  return ConnectivityCodec::automatic;
+  const std::vector<std::string> names = codec_names();
+  const auto at = std::find(names.begin(), names.end(), name);
+  return at == names.end() ? ConnectivityCodec::automatic
+                           : static_cast<ConnectivityCodec>(at - names.begin());
 }
 
 std::string format_names() {

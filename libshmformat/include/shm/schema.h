@@ -155,15 +155,13 @@ enum class Order : std::uint8_t {
 /// "keep", "stream", "free".
 SHM_API std::string_view order_name(Order order);
 
-/// How hexahedra are encoded. A Reader takes any, a Writer all but replay.
+/// How hexahedra are encoded. A Reader takes any.
 enum class ConnectivityCodec : std::uint8_t {
   automatic = 0,  ///< what the Writer's level tries
   paper = 1,      ///< the published scheme, as a baseline (spec "Connectivity stream")
   rows = 2,       ///< predicted from the neighbouring row (spec "Row hexahedra")
-  /// Repeated from cells before, numbers and all (spec "Replay hexahedra"), in files of earlier
-  /// Writers. One that has a coding order tells that of such a file; what it writes then is none.
-  replay = 3,
-  mixed = 4,  ///< as rows, smaller and slower (spec "Mixed rows")
+  replay = 3,     ///< repeated from cells before, numbers and all (spec "Replay hexahedra")
+  mixed = 4,      ///< as rows, smaller and slower (spec "Mixed rows")
   /// The cell before, moved: many times faster where numbers run in rows and layers, and so are the
   /// values, which take more room (spec "Shifts"). Any order without delay, cells of 1 to 64
   /// nodes, no stepped array of more than 32 components.
@@ -179,8 +177,8 @@ SHM_API std::string_view codec_name(ConnectivityCodec codec);
 /// bitstream names its codec.
 enum class Level : std::uint8_t {
   fast = 0,      ///< shifts where they do; else patterns, or rows where there can be none
-  standard = 1,  ///< shifts, rows or mixed: what is smallest, or nearly so and faster
-  best = 2,      ///< the smallest of these
+  standard = 1,  ///< replay or rows: what is smallest, or nearly so and faster
+  best = 2,      ///< the smallest of these and mixed, at half the speed of rows or less
 };
 
 /// What the values of a stepped array at one step may refer to.

@@ -216,8 +216,6 @@ Result<PartWriter> PartWriter::create(Schema schema, const WriteOptions& options
   auto checked = schema_of_file(std::move(schema), options);
   if (!checked) return checked.error();
   if (auto good = check_start(options, start); !good) return good.error();
-  if (tells_order_alone(options))
-    return misuse_error("hexahedra are no longer replayed: there is no part", "options");
   return PartWriter(std::make_unique<Impl>(std::move(*checked), options, start));
 }
 

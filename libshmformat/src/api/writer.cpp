@@ -26,8 +26,7 @@ class __attribute__((visibility("hidden"))) Writer::Impl {
                 return write_group(segment, header, streams);
               }),
         key_steps_(options.key_steps),
-        level_(options.level),
-        order_alone_(tells_order_alone(options)) {
+        level_(options.level) {
     if (has_steps(schema_))
       topology_.emplace(schema_, ~std::uint64_t{0}, needs_of_steps(schema_),
                         to_size(options.kept_topology_bytes));
@@ -80,7 +79,6 @@ class __attribute__((visibility("hidden"))) Writer::Impl {
 
   std::uint32_t key_steps_;
   Level level_;
-  bool order_alone_;
   std::optional<StepTopology> topology_;  // where there are steps
 };
 
@@ -150,8 +148,6 @@ Result<SizeReport> Writer::Impl::finish() {
   return calls_.finish([&]() -> Result<SizeReport> {
     if (!mesh_ended_)
       if (auto good = end_mesh(); !good) return good.error();
-    if (order_alone_)
-      return misuse_error("hexahedra are no longer replayed: there is no file", "options");
     return file_.finish(mesh_.totals());
   });
 }

@@ -30,11 +30,8 @@ void Connectivity<Coder>::set_codec(ConnectivityCodec codec) {
       hexahedra_ = std::make_unique<MixedRows<Coder>>(surface_, open);
       break;
     case ConnectivityCodec::replay:
-      if constexpr (Coder::kDecodes)
-        hexahedra_ = std::make_unique<Replay>(surface_, schema_->order == Order::keep,
-                                              schema_->earlier_values);
-      else
-        hexahedra_ = std::make_unique<Replay>(surface_);
+      hexahedra_ = std::make_unique<ReplayHexahedra<Coder>>(surface_, schema_->order == Order::keep,
+                                                            schema_->earlier_values);
       break;
   }
   finds_by_number_ =

@@ -9,7 +9,6 @@
 #include <map>
 #include <memory>
 #include <optional>
-#include <type_traits>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -19,10 +18,9 @@
 #include "connectivity/mixed_rows.h"
 #include "connectivity/paper_hexahedra.h"
 #include "connectivity/polyhedra.h"
+#include "connectivity/replay_hexahedra.h"
 #include "connectivity/row_hexahedra.h"
 #include "entropy/models.h"
-#include "former/replay_hexahedra.h"
-#include "former/replay_order.h"
 #include "shm/schema.h"
 #include "surface/active_surface.h"
 #include "surface/cell_topology.h"
@@ -51,7 +49,7 @@ class Connectivity {
   Connectivity& operator=(const Connectivity&) = delete;
 
   /// How hexahedra are coded. Before the first cell; rows if never called. Neither automatic nor
-  /// shifts. Of replay an encoder finds the order of new vertices alone.
+  /// shifts.
   void set_codec(ConnectivityCodec codec);
 
   /// Codes one cell. Encoding: cell.block, slots (kNone: new), numbers and last_use are set, in
@@ -106,9 +104,8 @@ class Connectivity {
 
   const Schema* schema_;
   ActiveSurface surface_;
-  using Replay = std::conditional_t<Coder::kDecodes, ReplayHexahedra, ReplayOrder>;
   std::variant<std::unique_ptr<RowHexahedra<Coder>>, std::unique_ptr<MixedRows<Coder>>,
-               std::unique_ptr<Replay>, std::unique_ptr<PaperHexahedra<Coder>>>
+               std::unique_ptr<ReplayHexahedra<Coder>>, std::unique_ptr<PaperHexahedra<Coder>>>
       hexahedra_;
   bool has_codec_ = false;
   bool finds_by_number_ = false;                 // what hexahedra_ does

@@ -68,14 +68,14 @@ CodecTrial trial_for(const Schema& schema, ConnectivityCodec codec, Level level)
     case Level::standard: break;
     case Level::best:
       return {.level = level,
-              .codecs = {rows, mixed},
+              .codecs = {replay, rows, mixed},
               .shifts = CodecTrial::Shifts::for_size,
               .sample_cells = 65536,
               .spare_share = 1 << 16,
               .spare_bits = 1 << 16};
   }
   return {.level = level,
-          .codecs = {rows, mixed},
+          .codecs = {replay, rows, mixed},
           .shifts = CodecTrial::Shifts::for_size,
           .sample_cells = 32768};
 }
@@ -226,9 +226,10 @@ auto ChoosingEncoder::finish_race(std::vector<Runner>& runners, bool is_over) ->
 }
 
 /// How many of them: values of mixed rows are those of rows.
-std::size_t ChoosingEncoder::have_values_of_their_own(std::span<Runner> runners) {
-  using enum ConnectivityCodec;
-  return runners.size() - (find(runners, rows) && find(runners, mixed) ? 1 : 0);
+std::size_t ChoosingEncoder::have_values_of_their_own(std::span<const Runner> runners) {
+  return static_cast<std::size_t>(std::count_if(runners.begin(), runners.end(), [](auto& it) {
+    return it.codec != ConnectivityCodec::mixed;
+  }));
 }
 
 /// Null: it has left.

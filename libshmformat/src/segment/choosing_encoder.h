@@ -85,7 +85,7 @@ class ChoosingEncoder {
   bool lies_in_a_layer() const;
   std::uint64_t value_bytes(std::size_t pieces) const;
   std::vector<ConnectivityCodec> candidates() const;
-  static std::size_t have_values_of_their_own(std::span<Runner> runners);
+  static std::size_t have_values_of_their_own(std::span<const Runner> runners);
   static Runner* find(std::span<Runner> runners, ConnectivityCodec codec);
   static std::uint64_t coded_values(Runner& runner);
   Result<void> run(std::vector<Runner>& runners, std::size_t pieces, Values values,

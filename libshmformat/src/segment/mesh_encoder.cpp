@@ -570,8 +570,6 @@ Result<void> check_options(const Schema& schema, const WriteOptions& options) {
   if (!is_codec(options.connectivity) || !std::all_of(codecs.begin(), codecs.end(), is_codec) ||
       options.level > Level::best)
     return misuse_error("unknown codec of connectivity, or level", "options");
-  if (tells_order_alone(options) && options.coding_order == nullptr)
-    return misuse_error("hexahedra are no longer replayed: readers alone know how", "options");
   const bool shifts =
       options.connectivity == ConnectivityCodec::shifts ||
       std::find(codecs.begin(), codecs.end(), ConnectivityCodec::shifts) != codecs.end();
@@ -593,12 +591,6 @@ Result<void> check_options(const Schema& schema, const WriteOptions& options) {
 }
 
 }  // namespace
-
-bool tells_order_alone(const WriteOptions& options) {
-  const auto& codecs = options.segment_connectivity;
-  return options.connectivity == ConnectivityCodec::replay ||
-         std::find(codecs.begin(), codecs.end(), ConnectivityCodec::replay) != codecs.end();
-}
 
 Result<Schema> schema_of_file(Schema schema, const WriteOptions& options) {
   if (auto good = check_schema(schema); !good) return good.error();

@@ -167,8 +167,5 @@ class MeshEncoder {
 
 /// The schema that stands in a file written with these options; misuse where either is wrong.
 Result<Schema> schema_of_file(Schema schema, const WriteOptions& options);
-/// Whether hexahedra are to be replayed: then the coding order is told, and what is written is no
-/// file.
-bool tells_order_alone(const WriteOptions& options);
 
 }  // namespace shm

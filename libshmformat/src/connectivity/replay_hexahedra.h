@@ -1,7 +1,7 @@
 // Replay hexahedra: each hexahedron repeats, in other numbers, one that came some cells earlier.
-// Read alone: no Writer of this version writes them (decision 0089).
-// in:    symbols of "connectivity"            out: hexahedra in coding order
-// keeps: the last cells in a ring, the numbers of live vertices, the models
+// in:    hexahedra in coding order            out: symbols for "connectivity"
+// keeps: the last cells in a ring, the numbers of live vertices, the models; the same in
+//        encoder and decoder
 //
 // Layouts that a program enumerated go on as they began: with a distance d, corner by corner,
 //   number[i] = number[i - d] + (number[i - 1] - number[i - 1 - d])
@@ -25,7 +25,6 @@
 #include <vector>
 
 #include "entropy/models.h"
-#include "entropy/range_coder.h"
 #include "surface/active_surface.h"
 #include "surface/cell_topology.h"
 #include "surface/number_map.h"
@@ -81,17 +80,17 @@ class LastRing {
   std::uint64_t sequence_ = 0, kept_ = 0;
 };
 
+template <class Coder>
 class ReplayHexahedra {
  public:
-  /// `surface` is borrowed. `keep`: corners are coded by the source's numbers, which go into
+  /// `surface` is borrowed. `keep`: corners are coded by the source's numbers, in
   /// cell.original; else by stream numbers. `strays`: whether those may be followed.
   ReplayHexahedra(ActiveSurface& surface, bool keep, bool strays)
       : surface_(&surface), keep_(keep), may_follow_(strays) {}
 
-  /// Decodes corners as stored, and which of them are used last, of one hexahedron. False for
-  /// damaged data.
-  bool code(RangeDecoder& symbols, RangeDecoder& corner_order, CellTopology& cell,
-            bool order_matters);
+  /// Codes corners as stored, and which of them are used last, of one hexahedron. False when
+  /// decoding damaged data, or when two live vertices have the same number.
+  bool code(Coder& symbols, Coder& corner_order, CellTopology& cell, bool order_matters);
   /// The number of a vertex that no hexahedron has as a corner so far.
   void set_number(std::uint32_t slot, std::uint64_t number);
   /// Before any vertex is finalized.
@@ -100,6 +99,7 @@ class ReplayHexahedra {
  private:
   using Numbers = std::array<std::uint64_t, 8>;
   using Slots = std::array<std::uint32_t, 8>;
+  static constexpr std::size_t kMissSlots = 1024;
   static constexpr std::uint32_t kDistances = 6;     // as many as trees of 3 bits can choose from
   static constexpr std::uint32_t kFollowStrays = 7;  // in place of a place: once, from here on
   static constexpr int kFollowerBits = 12;           // frozen: part of the format
@@ -130,10 +130,11 @@ class ReplayHexahedra {
   };
   /// Which guess to take.
   struct Choice {
-    std::uint32_t place = 0;   // in distances_; kDistances: a new one
-    bool old_shift = false;    // the shift is over the distance used last
-    std::uint32_t beside = 0;  // whose shift: 0 as the model's, 1 the last cell's,
-                               // 2.. that of the cell at distances_[beside - 2]
+    std::uint32_t place = 0;     // in distances_; kDistances: a new one
+    std::uint64_t distance = 0;  // if new
+    bool old_shift = false;      // the shift is over the distance used last
+    std::uint32_t beside = 0;    // whose shift: 0 as the model's, 1 the last cell's,
+                                 // 2.. that of the cell at distances_[beside - 2]
   };
 
   const Past& past(std::uint64_t distance) const { return pasts_[distance]; }
@@ -153,10 +154,13 @@ class ReplayHexahedra {
   std::uint64_t beside_of(std::uint64_t distance, std::uint32_t choice) const {
     return choice == 0 ? beside_of(distance) : choice == 1 ? 1 : distances_[choice - 2];
   }
-  bool code_miss(RangeDecoder& symbols, CellTopology& cell, Numbers& number, std::uint8_t& marks);
-  bool code_choice_of_guess(RangeDecoder& symbols, Choice& choice);
-  bool code_corners(RangeDecoder& symbols, const Guess& guess, Numbers& number);
-  void code_marks(RangeDecoder& symbols, std::uint8_t expected, std::uint8_t& marks);
+  void take(const CellTopology& cell, Numbers& number, std::uint8_t& marks) const;
+  Choice choose(const CellTopology& cell, const Numbers& number, std::uint8_t marks) const;
+  std::size_t step_key(const Numbers& number) const;
+  bool code_miss(Coder& symbols, CellTopology& cell, Numbers& number, std::uint8_t& marks);
+  bool code_choice_of_guess(Coder& symbols, Choice& choice);
+  bool code_corners(Coder& symbols, const Guess& guess, Numbers& number);
+  void code_marks(Coder& symbols, std::uint8_t expected, std::uint8_t& marks);
   bool resolve(CellTopology& cell, const Numbers& number);
   std::uint32_t look_up_hints(CellTopology& cell, const Numbers& number) const;
   bool resolve_corner(CellTopology& cell, const Numbers& number, std::uint32_t corner);
@@ -179,20 +183,26 @@ class ReplayHexahedra {
   bool keep_, may_follow_;
 
   LastRing<Past> pasts_;
-  LastRing<Halves> upper_;  // of their numbers, from the first one on that has any
-  LastRing<Slots> slots_;   // of fewer of them
+  LastRing<Halves> upper_;      // of their numbers, from the first one on that has any
+  LastRing<Slots> slots_;       // decoder: of fewer of them
+  std::uint64_t sequence_ = 0;  // of the hexahedron at hand
   std::array<std::uint64_t, kDistances> distances_{1};  // the one used last first
   bool marks_shift_ = false;
 
-  std::vector<Named> named_;  // by vertex slot
-  NumberMap by_number_;       // Order::keep
+  std::vector<Named> named_;               // by vertex slot
+  std::vector<std::uint64_t> introduced_;  // encoder, by vertex slot: the hexahedron at hand then
+  std::vector<std::uint64_t>
+      misses_;           // encoder, by step_key: the last hexahedron that was not as expected
+  bool clash_ = false;   // two live vertices had the same number
+  NumberMap by_number_;  // Order::keep
   std::uint64_t largest_ = ~std::uint64_t{0};
   Numbers top_{};  // largest number of each corner, where it was not as expected
-  std::array<std::array<Source, 2>, 8> sources_{};  // the one that was right last first
+  std::array<std::array<Source, 2>, 8> sources_{};  // decoder: the one that was right last first
   std::uint8_t next_ = 0;                           // of the hexahedron at hand
   std::uint8_t strays_ = 0;                         // of the hexahedron at hand
   std::uint64_t beside_now_ = 1;
   bool follows_strays_ = false;
+  std::uint32_t repeated_strays_ = 0;  // encoder: cells with strays where they were likely
   // The number of the last stray, its step from the one before it, and by a step and a corner which
   // step came next there.
   std::uint64_t last_stray_ = 0, stray_step_ = 0;
@@ -217,5 +227,8 @@ class ReplayHexahedra {
   AdaptiveBit marks_as_guessed_;
   std::array<std::array<AdaptiveBit, 2>, 8> mark_;
 };
+
+extern template class ReplayHexahedra<RangeEncoder>;
+extern template class ReplayHexahedra<RangeDecoder>;
 
 }  // namespace shm
