@@ -231,21 +231,24 @@ TEST(PartWriter, PartsMakeTheFileOfOneWriter) {
         }
 }
 
+/// Two blocks with steps, in parts, are the same file as alone.
+void expect_steps_in_parts(Order order, WriteOptions options) {
+  Stepped it = with_steps(used_only(two_blocks()), order);
+  options.segment_cells = 7;
+  options.group_cells = 5;
+  MemorySink alone;
+  const auto steps = [&](Writer& writer) -> Result<void> {
+    for (const auto& [of, values] : it.values)
+      if (auto good = writer.add_step_values(of.first, of.second, values); !good) return good;
+    return {};
+  };
+  ASSERT_TRUE(write_mesh(it.mesh, alone, options, steps));
+  for (const std::uint64_t segments : {1u, 3u})
+    EXPECT_TRUE(written_in_parts(it.mesh, options, segments, it.values) == alone.bytes);
+}
+
 TEST(PartWriter, StepsToo) {
-  for (const Order order : {Order::keep, Order::stream}) {
-    Stepped it = with_steps(used_only(two_blocks()), order);
-    it.options.segment_cells = 7;
-    it.options.group_cells = 5;
-    MemorySink alone;
-    const auto steps = [&](Writer& writer) -> Result<void> {
-      for (const auto& [of, values] : it.values)
-        if (auto good = writer.add_step_values(of.first, of.second, values); !good) return good;
-      return {};
-    };
-    ASSERT_TRUE(write_mesh(it.mesh, alone, it.options, steps));
-    for (const std::uint64_t segments : {1u, 3u})
-      EXPECT_TRUE(written_in_parts(it.mesh, it.options, segments, it.values) == alone.bytes);
-  }
+  for (const Order order : {Order::keep, Order::stream}) expect_steps_in_parts(order, {});
 }
 
 TEST(PartWriter, CellsInCodecsWithoutDelay) {
@@ -276,20 +279,7 @@ TEST(PartWriter, StepsOverThoseToo) {
     for (const auto codec : codecs_without_delay())
       for (const std::uint32_t key_steps : {1u, 2u, 8u}) {
         SCOPED_TRACE(key_steps);
-        Stepped it = with_steps(used_only(two_blocks()), order);
-        it.options.connectivity = codec;
-        it.options.key_steps = key_steps;
-        it.options.segment_cells = 7;
-        it.options.group_cells = 5;
-        MemorySink alone;
-        const auto steps = [&](Writer& writer) -> Result<void> {
-          for (const auto& [of, values] : it.values)
-            if (auto good = writer.add_step_values(of.first, of.second, values); !good) return good;
-          return {};
-        };
-        ASSERT_TRUE(write_mesh(it.mesh, alone, it.options, steps));
-        for (const std::uint64_t segments : {1u, 3u})
-          EXPECT_TRUE(written_in_parts(it.mesh, it.options, segments, it.values) == alone.bytes);
+        expect_steps_in_parts(order, {.connectivity = codec, .key_steps = key_steps});
       }
 }
 

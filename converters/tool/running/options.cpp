@@ -58,9 +58,11 @@ CLI::App* add_command(CLI::App& tool, CommonOptions& options, const std::string&
       ->check(CLI::Validator(CLI::ExistingDirectory).description(""))
       ->type_name("DIR");
   command
-      ->add_option("--memory", options.memory,
-                   "What tables of vertices, cells and values may take of it, such as 512M; the "
-                   "rest is on disk\n(default: 256M; 1G for what needs them in any order)")
+      ->add_option(
+          "--memory", options.memory,
+          "What tables of vertices, cells and values may take of it, such as 512M; the "
+          "rest is on disk\n(default: 256M; 1G for what needs them in any order); more also allows "
+          ".shm files\nthat need more active vertices than they may have for their size")
       ->transform(kSize)
       ->type_name("SIZE");
   command

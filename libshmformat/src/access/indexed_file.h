@@ -29,8 +29,8 @@ class IndexedFile {
   /// `source` is borrowed.
   IndexedFile(RandomSource& source, const ReadLimits& limits)
       : source_(&source), limits_(within_sizes(limits)) {
-    const std::uint64_t more = ReadLimits::kActiveBytesEach * source.size();
-    limits_.max_active_bytes += std::min(more, ~limits_.max_active_bytes);
+    limits_.max_active_bytes =
+        limit_with(limits_.max_active_bytes, ReadLimits::kActiveBytesEach, source.size());
   }
 
   /// Reads trailer, index and schema, and nothing else.

@@ -27,6 +27,11 @@ inline std::size_t to_size(std::uint64_t number) {
   return static_cast<std::size_t>(
       std::min<std::uint64_t>(number, std::numeric_limits<std::size_t>::max()));
 }
+/// A limit that grows with the bytes there are: `each` more for each of them, up to any number.
+constexpr std::uint64_t limit_with(std::uint64_t limit, std::uint64_t each, std::uint64_t bytes) {
+  constexpr std::uint64_t kAll = ~std::uint64_t{0};
+  return bytes > (kAll - limit) / each ? kAll : limit + each * bytes;
+}
 /// The same limits where sizes have 64 bits. Where they have 32, at most 1 GiB each: what needs
 /// more is over_limit, however much its caller allows.
 ReadLimits within_sizes(ReadLimits limits);

@@ -41,10 +41,7 @@ class UnpackBudget {
 
   /// What is left where the file has so many bytes, or so many have been read of it.
   std::uint64_t left(std::uint64_t file_bytes) const {
-    constexpr std::uint64_t kAll = ~std::uint64_t{0};
-    const std::uint64_t more =
-        file_bytes > kAll / kMostUnpackedEach ? kAll : file_bytes * kMostUnpackedEach;
-    const std::uint64_t all = most_ > kAll - more ? kAll : most_ + more;
+    const std::uint64_t all = limit_with(most_, kMostUnpackedEach, file_bytes);
     return all - std::min(taken_, all);
   }
   void take(std::uint64_t bytes) { taken_ += std::min(bytes, ~taken_); }

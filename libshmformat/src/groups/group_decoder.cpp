@@ -27,9 +27,9 @@ Result<void> check_active(const container::GroupHeader& header, const ReadLimits
   using container::Codec;
   const Codec codec = container::connectivity_of(header).value_or(Codec::paper);
   const std::uint64_t each = codec == Codec::shifts ? 16 : codec == Codec::patterns ? 72 : 288;
-  const std::uint64_t bytes = limits.max_active_bytes;
-  const std::uint64_t more = std::min(ReadLimits::kActiveBytesEach * file, ~bytes);
-  const std::uint64_t limit = std::min(limits.max_active_vertices, (bytes + more) / each);
+  const std::uint64_t bytes =
+      limit_with(limits.max_active_bytes, ReadLimits::kActiveBytesEach, file);
+  const std::uint64_t limit = std::min(limits.max_active_vertices, bytes / each);
   const std::uint64_t active = header.max_active_vertices;
   if (active <= limit) return {};
   return Error{

@@ -78,8 +78,7 @@ Result<void> SegmentDecoder::begin_group(container::GroupChunk chunk) {
   }
   if (auto good = decoder_->begin_group(group_); !good) return placed(good.error());
   constexpr std::uint64_t kColumnBytesEach = 512;
-  const std::uint64_t more = segment_bytes_ * kColumnBytesEach;
-  decoder_->allow_memory(limits_.max_column_bytes + std::min(more, ~limits_.max_column_bytes),
+  decoder_->allow_memory(limit_with(limits_.max_column_bytes, kColumnBytesEach, segment_bytes_),
                          limits_.max_column_bytes / 4);
   if (auto good = begin_streams(); !good) return good;
   next_cell_ += group_.cells;

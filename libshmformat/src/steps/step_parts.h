@@ -2,7 +2,6 @@
 // where these stand and what they refer to. spec: "Step values"
 #pragma once
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -10,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "bytes/binary.h"
 #include "steps/step_values.h"
 
 namespace shm {
@@ -22,7 +22,7 @@ Error wrong_step_values(const Schema& schema, const container::StepHeader& heade
 /// many bytes.
 inline std::uint64_t most_kept_of_steps(std::uint64_t limit, std::uint64_t file) {
   constexpr std::uint64_t kMoreForEachByte = 256;
-  return limit + std::min(kMoreForEachByte * file, ~limit);
+  return limit_with(limit, kMoreForEachByte, file);
 }
 
 class StepParts {
