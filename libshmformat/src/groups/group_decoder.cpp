@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "groups/point_box.h"
+
 namespace shm {
 namespace {
 
@@ -84,7 +86,6 @@ Result<void> GroupDecoder::next_block(DecodedBlock& decoded) {
   if (codec_) decoded.connectivity = *connectivity_codec(*codec_);
   block.first_vertex = header_->first_vertex + done_.own;
   block.first_cell = header_->first_cell + done_.cells;
-  block.corner_begin.push_back(0);
   block.arrays.resize(schema_->arrays.size());
   if (auto good = decode_elements(decoded); !good) return good;
   return decode_values(block);
@@ -124,7 +125,16 @@ std::size_t GroupDecoder::make_room_for_cells(std::uint64_t cells, std::size_t n
       static_cast<std::size_t>(std::min<std::uint64_t>(header_->cells - done_.cells, cells));
   block.corners.resize(most * nodes);
   resize_cells(most, block);
+  block.corner_begin[0] = 0;
   return most;
+}
+
+void GroupDecoder::begin_cells(MeshBlock& block) {
+  for (auto* it :
+       {&block.vertices_before_cell, &block.cell_numbers, &block.last_use, &block.corners})
+    it->clear();
+  block.cell_blocks.clear();
+  block.corner_begin.assign(1, 0);
 }
 
 void GroupDecoder::keep_cells(std::size_t cells, MeshBlock& block) {

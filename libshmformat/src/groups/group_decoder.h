@@ -139,8 +139,10 @@ class GroupDecoder {
     done_.bytes += vertex_bytes_;
   }
   void add_own_vertices(std::span<const std::uint64_t> numbers, DecodedBlock& decoded);
-  /// Makes room in a new block for `cells`, or those that are left, of so many nodes at most; how
-  /// many these are.
+  // A block may have the cells of one before. Either they go, and its own are added one by one:
+  static void begin_cells(MeshBlock& block);
+  /// Or it gets room for `cells`, or those that are left, of so many nodes at most, and what is in
+  /// it is written over; how many these are.
   std::size_t make_room_for_cells(std::uint64_t cells, std::size_t nodes, MeshBlock& block) const;
   /// So many it has; their corners must be told.
   static void keep_cells(std::size_t cells, MeshBlock& block);

@@ -6,6 +6,7 @@
 
 #include "bytes/binary.h"
 #include "bytes/lists.h"
+#include "groups/point_box.h"
 #include "model/schema.h"
 
 namespace shm {

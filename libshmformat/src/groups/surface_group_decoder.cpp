@@ -76,6 +76,7 @@ Result<void> SurfaceGroupDecoder::end_streams() {
 
 Result<void> SurfaceGroupDecoder::decode_elements(DecodedBlock& decoded) {
   streams_.values().clear();
+  begin_cells(decoded.mesh);
   const std::uint64_t bytes_before = done_.bytes;
   const auto is_full = [&] { return done_.bytes - bytes_before >= kTileBytes; };
   while (done_.cells < header_->cells && decoded.mesh.cell_count() < kTileCells && !is_full())

@@ -83,8 +83,5 @@ struct ValueRange {
 /// Of `count` scalars, `stride` bytes apart. Integers are rounded to doubles.
 ValueRange range_of(ScalarType type, const std::byte* values, std::size_t count,
                     std::size_t stride);
-/// The same of points, by axis, in one pass.
-std::array<ValueRange, 3> box_of(ScalarType type, const std::byte* points, std::size_t count,
-                                 std::size_t stride);
 
 }  // namespace shm

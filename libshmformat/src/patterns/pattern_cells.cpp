@@ -1,7 +1,6 @@
 #include "patterns/pattern_cells.h"
 
 #include <algorithm>
-#include <utility>
 
 namespace shm {
 
@@ -21,26 +20,33 @@ std::uint32_t most_nodes(const Schema& schema) {
 void PatternHistory::reach(std::uint32_t bits) {
   if (bits <= bits_) return;
   // The oldest row comes first, so that the ring is no longer than what has come.
-  if (!rows_.empty()) {
-    std::vector<std::uint32_t> rows;
-    rows.reserve(std::size_t{remembered_} * stride_);
-    for (std::uint32_t back = remembered_; back > 0; --back) {
-      const std::uint32_t* const row = rows_.data() + place(next_ - back);
-      rows.insert(rows.end(), row, row + stride_);
-    }
-    rows_ = std::move(rows);
+  if (!rows_.empty() && remembered_ > at_) {
+    std::rotate(rows_.begin(), rows_.begin() + static_cast<std::ptrdiff_t>(at_ + 1) * stride_,
+                rows_.end());
+    at_ = remembered_;
   }
-  first_ = next_ - remembered_;
   bits_ = bits;
-  mask_ = static_cast<std::uint32_t>((std::uint64_t{1} << bits) - 1);
+  ring_ = (std::uint32_t{1} << bits) + 1;
 }
 
 void PatternHistory::expect(std::uint64_t cells) {
-  const std::uint64_t room = std::min<std::uint64_t>(std::uint64_t{mask_} + 1, remembered_ + cells);
-  const auto size = static_cast<std::size_t>(room * stride_);
-  if (size <= rows_.size()) return;
-  rows_.reserve(size);  // or it would double
-  rows_.resize(size, kNone);
+  const std::uint64_t rows = std::min<std::uint64_t>(ring_, remembered_ + 1 + cells);
+  rows_.reserve(static_cast<std::size_t>(rows * stride_));  // or it would double
+}
+
+std::uint32_t PatternHistory::add_slot() {
+  expect_more_soon(vertices_, 1);
+  vertices_.emplace_back();
+  states_.emplace_back();
+  return static_cast<std::uint32_t>(vertices_.size() - 1);
+}
+
+/// A few more, which are written soon.
+void PatternHistory::add_rows() {
+  constexpr std::size_t kRows = 256;
+  const std::size_t rows = std::min<std::size_t>(ring_, std::size_t{at_} + kRows);
+  if (rows * stride_ > rows_.capacity()) expect(kRows + remembered_ / 2);
+  rows_.resize(rows * stride_, kNone);
 }
 
 }  // namespace shm

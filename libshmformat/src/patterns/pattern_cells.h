@@ -86,11 +86,9 @@ class PatternHistory {
   enum class State : std::uint8_t { finalized, own, imported };
   /// Of a vertex that the cell at hand introduces; its slot.
   std::uint32_t introduce(State state = State::own) {
-    std::uint32_t slot = static_cast<std::uint32_t>(vertices_.size());
+    std::uint32_t slot;
     if (free_.empty()) {
-      expect_more_soon(vertices_, 1);
-      vertices_.emplace_back();
-      states_.emplace_back();
+      slot = add_slot();
     } else {
       slot = free_.back();
       free_.pop_back();
@@ -130,22 +128,27 @@ class PatternHistory {
     explicit Rows(const PatternHistory& of)
         : rows_(of.rows_.data()),
           nobody_(of.nobody_.data()),
+          ring_(of.ring_),
+          at_(of.at_),
           stride_(of.stride_),
-          first_(of.first_),
-          mask_(of.mask_),
           next_(of.next_),
           remembered_(of.remembered_) {}
     const std::uint32_t* row(std::uint32_t cell) const {
-      return next_ - cell - 1 < remembered_
-                 ? rows_ + std::size_t{(cell - first_) & mask_} * (kStride > 0 ? kStride : stride_)
-                 : nobody_;
+      const std::uint32_t back = next_ - cell;
+      const std::uint32_t at = at_ - back + (back > at_ ? ring_ : 0);
+      return back - 1 < remembered_ ? rows_ + std::size_t{at} * (kStride > 0 ? kStride : stride_)
+                                    : nobody_;
     }
 
    private:
     const std::uint32_t *rows_, *nobody_;
-    std::uint32_t stride_, first_, mask_, next_, remembered_;
+    std::uint32_t ring_, at_, stride_, next_, remembered_;
   };
-  const std::uint32_t* row(std::uint32_t cell) const { return Rows<0>(*this).row(cell); }
+  /// That of the cell at hand, to be written; until the cell behind the next one is begun.
+  std::uint32_t* begin_row() {
+    if (std::size_t{at_ + 1} * stride_ > rows_.size()) add_rows();
+    return rows_.data() + std::size_t{at_} * stride_;
+  }
   /// What the cell before referred to, `count` of them.
   struct References {
     std::array<std::uint32_t, pattern_source::kOnCount> cells{};
@@ -158,37 +161,28 @@ class PatternHistory {
   };
   const References& references() const { return references_; }
 
-  /// The cell at hand is whole, each of its nodes used: `slots` by node. kStride: as many nodes as
-  /// the most; 0: any number.
-  template <std::uint32_t kStride = 0>
-  void add_cell(const std::uint32_t* slots, std::uint32_t nodes, const References& references) {
-    const std::size_t at = place(next_);
-    if (at >= rows_.size()) expect(64 + remembered_ / 2);
-    std::uint32_t* const row = rows_.data() + at;
-    if constexpr (kStride > 0) {
-      std::memcpy(row, slots, kStride * sizeof(std::uint32_t));
-    } else {
-      for (std::uint32_t i = 0; i < nodes; ++i) row[i] = slots[i];
-      for (std::uint32_t i = nodes; i < stride_; ++i) row[i] = kNone;
-    }
+  /// The cell at hand is whole, each of its nodes used, and so many in its row.
+  void add_cell(std::uint32_t nodes, const References& references) {
+    for (std::uint32_t i = nodes; i < stride_; ++i) rows_[std::size_t{at_} * stride_ + i] = kNone;
+    at_ = at_ + 1 == ring_ ? 0 : at_ + 1;
     pass_cell(references);
   }
   /// The same of who never asks for rows.
   void pass_cell(const References& references) {
     references_ = references;
     ++next_;
-    if (remembered_ <= mask_) ++remembered_;
+    if (remembered_ + 1 < ring_) ++remembered_;
   }
 
  private:
-  std::size_t place(std::uint32_t cell) const {
-    return std::size_t{(cell - first_) & mask_} * stride_;
-  }
+  void add_rows();
+  std::uint32_t add_slot();
 
   std::uint32_t stride_;
-  std::uint32_t bits_ = 0, mask_ = 0;
-  std::vector<std::uint32_t> rows_;  // as far as cells have come, a ring once there are 2^bits
-  std::uint32_t first_ = 0;          // the cell of the first row, when the ring got its size
+  std::uint32_t bits_ = 0;
+  std::uint32_t ring_ = 2;           // rows of the cells remembered and of the one at hand
+  std::vector<std::uint32_t> rows_;  // as far as cells have come, in order until the ring is full
+  std::uint32_t at_ = 0;             // the row of the cell at hand
   std::uint32_t next_ = 0, remembered_ = 0;
   std::vector<std::uint32_t> nobody_;
   References references_;

@@ -251,7 +251,6 @@ PatternDecoder::PatternDecoder(const Schema& schema, bool numbered, bool may_imp
       may_import_(may_import),
       history_(most_nodes(schema)),
       nodes_(nodes_by_block(schema)),
-      slots_(history_.stride()),
       words_of_uses_(words_of_uses(history_.stride())),
       next_own_(first_vertex),
       patterns_(schema.blocks.size()) {}
@@ -341,13 +340,19 @@ bool PatternDecoder::begin_cell() {
   cell_.last_use = last_use_[next_use_++];
   for (std::uint32_t w = 1; w < words_of_uses_; ++w)
     cell_.last_use |= std::uint64_t{last_use_[next_use_++]} << 32 * w;
-  cell_.slots = std::span(slots_).first(nodes);
+  slots_ = history_.begin_row();
+  cell_.slots = std::span(slots_, nodes);
   return nodes == 64 || cell_.last_use >> nodes == 0;
+}
+
+/// The last one becomes the next that is told.
+void PatternDecoder::take_number() {
+  last_number_ += static_cast<std::uint64_t>(numbers_.get_signed());
 }
 
 std::optional<std::uint64_t> PatternDecoder::next_unused() {
   if (!numbered_) return next_own_++;
-  last_number_ += static_cast<std::uint64_t>(numbers_.get_signed());
+  take_number();
   return numbers_.ok() ? std::optional(last_number_) : std::nullopt;
 }
 

@@ -96,11 +96,11 @@ auto TermFinder::known_recipes_of(Block& block, const PatternCell& cell)
 void TermFinder::add_cell(const PatternCell& cell, std::vector<VertexTerms>& terms) {
   if (cell.introduced == 0) return;
   for (const Recipe& recipe : known_recipes_of(blocks_[cell.block], cell)) {
-    VertexTerms it;
+    VertexTerms& it = terms.emplace_back();
     it.slot = cell.slots[recipe.node];
     it.count = recipe.count;
-    for (std::uint32_t t = 0; t < recipe.count; ++t) it.slots[t] = cell.slots[recipe.nodes[t]];
-    terms.push_back(it);
+    // All of them: it takes less time than to tell by the count when to stop.
+    for (std::uint32_t t = 0; t < kMostTerms; ++t) it.slots[t] = cell.slots[recipe.nodes[t]];
   }
 }
 

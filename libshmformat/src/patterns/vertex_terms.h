@@ -25,7 +25,7 @@ inline constexpr std::uint32_t kMostTerms = 7;
 struct VertexTerms {
   std::uint32_t slot = 0;
   std::uint32_t count = 0;
-  std::array<std::uint32_t, kMostTerms> slots{};
+  std::array<std::uint32_t, kMostTerms> slots{};  ///< what stands behind `count` is no term
 };
 
 class TermFinder {

@@ -91,9 +91,13 @@ Result<void> MeshDecoder::check_imports(const DecodedBlock& block) {
 void MeshDecoder::count(const DecodedBlock& block) {
   vertices_ += block.mesh.vertex_count();
   cells_ += block.mesh.cell_count();
-  for (std::uint32_t b : block.mesh.cell_blocks) {
-    ++block_cells_[b];
-    hexahedra_ += is_hexahedral(schema_->blocks[b]) ? 1 : 0;
+  const std::vector<std::uint32_t>& blocks = block.mesh.cell_blocks;
+  for (auto run = blocks.begin(); run != blocks.end();) {
+    const auto end = std::find_if(run, blocks.end(), [&](std::uint32_t b) { return b != *run; });
+    const auto cells = static_cast<std::uint64_t>(end - run);
+    block_cells_[*run] += cells;
+    if (is_hexahedral(schema_->blocks[*run])) hexahedra_ += cells;
+    run = end;
   }
   if (!block.group_end) return;
   ++groups_;

@@ -124,13 +124,10 @@ Result<void> SegmentDecoder::begin_streams() {
 
 namespace {
 
-/// Empties it, but for the room that it takes.
+/// Empties it of vertices and values, but for the room that they take. Cells are written over.
 void clear(MeshBlock& block) {
-  for (auto* numbers : {&block.vertex_numbers, &block.cell_numbers, &block.corner_begin,
-                        &block.corners, &block.last_use, &block.vertices_before_cell})
-    numbers->clear();
+  block.vertex_numbers.clear();
   block.xyz.clear();
-  block.cell_blocks.clear();
   block.imported.clear();
   for (auto& values : block.arrays) values.clear();
 }
