@@ -42,6 +42,7 @@ class MeshFeed {
   [[gnu::cold]] Result<void> check_arrays() const;
   const std::byte* data_of_vertex(std::size_t v);
   const std::byte* data_of_cell(std::uint32_t block);
+  std::uint64_t nodes_with(std::uint32_t entry, std::size_t last) const;
   Result<void> add_cell(std::size_t cell);
   Result<void> add_cells();
 
@@ -144,6 +145,18 @@ const std::byte* MeshFeed::data_of_cell(std::uint32_t block) {
   return data_.data();
 }
 
+/// Bits of those of the cell at hand, as far as `last`, that have this vertex.
+std::uint64_t MeshFeed::nodes_with(std::uint32_t entry, std::size_t last) const {
+  std::uint64_t nodes = 0;
+  if (entries_.size() == 8) {  // no loop whose end is a surprise
+    for (std::size_t i = 0; i < 8; ++i) nodes |= std::uint64_t{entries_[i] == entry} << i;
+    return nodes & ((std::uint64_t{2} << last) - 1);
+  }
+  for (std::size_t i = 0; i < std::min<std::size_t>(last + 1, kMaxLastUse); ++i)
+    nodes |= std::uint64_t{entries_[i] == entry} << i;
+  return nodes;
+}
+
 Result<void> MeshFeed::add_cell(std::size_t cell) {
   const std::uint32_t block = block_of(cell);
   const std::size_t nodes =
@@ -161,8 +174,7 @@ Result<void> MeshFeed::add_cell(std::size_t cell) {
           encoder_->enter_vertex(v, mesh_->xyz.data() + v * xyz_bytes_, data_of_vertex(v));
     entries_[i] = vertex.entry;
     if (vertex.uses == kEndless || --vertex.uses > 0) continue;
-    for (std::size_t j = std::min<std::size_t>(i + 1, kMaxLastUse); j-- > 0;)
-      if (entries_[j] == entries_[i]) last_use |= std::uint64_t{1} << j;
+    last_use |= nodes_with(entries_[i], i);
   }
   next_corner_ += nodes;
   const std::byte* data = data_of_cell(block);

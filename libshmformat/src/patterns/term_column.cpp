@@ -90,7 +90,7 @@ std::vector<std::int64_t> distinct(std::span<const std::int64_t> indices, std::s
   const Scatter place_of;
   std::vector<std::int64_t> found;
   // Place in `found` + 1, open addressing; 0: none.
-  std::vector<std::uint32_t> table(std::bit_ceil(std::clamp<std::size_t>(2 * most, 64, 4096)));
+  std::vector<std::uint32_t> table(std::bit_ceil(std::clamp<std::size_t>(2 * most, 64, 16384)));
   const auto place = [&](std::int64_t index) -> std::uint32_t& {
     const std::size_t mask = table.size() - 1;
     std::size_t at = static_cast<std::size_t>(place_of(static_cast<std::uint64_t>(index))) & mask;
