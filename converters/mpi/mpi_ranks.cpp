@@ -81,10 +81,22 @@ void MpiRanks::uninterrupted(const std::function<void()>& calls) {
   } catch (const SharedFailure&) {
     throw;
   } catch (...) {
-    const Error error = current_error();
-    std::fprintf(stderr, "shm_mpi: %s\n", error.message().c_str());
-    abort(exit_code(error.code));
+    abort_with([] {
+      const Error error = current_error();
+      std::fprintf(stderr, "shm_mpi: %s\n", error.message().c_str());
+      return exit_code(error.code);
+    });
   }
+}
+
+void MpiRanks::abort_with(const std::function<int()>& complain) noexcept {
+  int code = kLimit;
+  try {
+    code = complain();
+  } catch (...) {  // there is no memory for a sentence about it
+    std::fputs("shm_mpi: needs more memory than there is\n", stderr);
+  }
+  abort(code);
 }
 
 void MpiRanks::agree(const std::optional<Error>& error) {
@@ -161,7 +173,7 @@ std::vector<std::byte> MpiRanks::exchange_bytes(std::vector<std::byte> packed,
     bytes[r] = static_cast<std::size_t>(receive[r]);
     received += bytes[r];
   }
-  if (received > static_cast<std::size_t>(std::numeric_limits<int>::max())) abort(5);
+  if (received > static_cast<std::size_t>(std::numeric_limits<int>::max())) abort(kLimit);
   std::vector<std::byte> got(received);
   MPI_Alltoallv(packed.data(), send.data(), send_at.data(), MPI_BYTE, got.data(), receive.data(),
                 receive_at.data(), MPI_BYTE, MPI_COMM_WORLD);

@@ -20,6 +20,9 @@ class MpiRanks final : public Ranks {
   ~MpiRanks() override;
   // Ends all processes at once: for what went wrong where ranks do not agree.
   [[noreturn]] static void abort(int code);
+  // The same with the code that `complain` gives; where that takes memory that is not there, says
+  // so.
+  [[noreturn]] static void abort_with(const std::function<int()>& complain) noexcept;
 
   void uninterrupted(const std::function<void()>& calls) override;
   void agree(const std::optional<Error>& error) override;

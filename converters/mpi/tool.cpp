@@ -157,7 +157,7 @@ int guarded_run(int argc, char** argv) {
     return exit_code(failure.error().code);
   } catch (...) {
     // One rank alone, among calls that others wait in.
-    MpiRanks::abort(complain(commands, current_error()));
+    MpiRanks::abort_with([&] { return complain(commands, current_error()); });
   }
 }
 
