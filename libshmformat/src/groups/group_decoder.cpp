@@ -4,8 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "groups/point_box.h"
-
 namespace shm {
 namespace {
 

@@ -4,6 +4,7 @@
 // spec: "Segments", "Group", "Tiles", "Value columns", "Decoding a group"
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -18,6 +19,7 @@
 #include "connectivity/number_column.h"
 #include "connectivity/vertex_numbers.h"
 #include "container/format.h"
+#include "model/schema.h"
 #include "shm/schema.h"
 #include "values/value_column.h"
 
@@ -300,6 +302,9 @@ class MeshStreams {
 std::size_t point_data_bytes(const Schema& schema);
 /// Bytes of the static arrays in one cell, by block.
 std::vector<std::size_t> cell_data_bytes(const Schema& schema);
+/// The smallest and the largest finite coordinate of `count` points, `stride` bytes apart, by axis.
+std::array<ValueRange, 3> box_of(ScalarType type, const std::byte* points, std::size_t count,
+                                 std::size_t stride);
 
 extern template class ValueStreams<SplitEncoder>;
 extern template class ValueStreams<SplitDecoder>;

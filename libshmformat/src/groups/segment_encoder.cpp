@@ -6,7 +6,6 @@
 
 #include "bytes/binary.h"
 #include "bytes/lists.h"
-#include "groups/point_box.h"
 #include "model/schema.h"
 
 namespace shm {
