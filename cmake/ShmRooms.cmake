@@ -25,11 +25,15 @@ function(shm_precompile target)
   target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
 endfunction()
 
-# shm_room(TARGET [WITHOUT SOURCE...] [ALONE SOURCE...]): the sources of this folder belong to TARGET.
-# ALONE: these are translation units of their own.
+# shm_room(TARGET [ONLY SOURCE...] [WITHOUT SOURCE...] [ALONE SOURCE...]): the sources of this folder
+# belong to TARGET, or these only. ALONE: these are translation units of their own.
 function(shm_room target)
-  cmake_parse_arguments(arg "" "" "WITHOUT;ALONE" ${ARGN})
+  cmake_parse_arguments(arg "" "" "ONLY;WITHOUT;ALONE" ${ARGN})
   file(GLOB sources CONFIGURE_DEPENDS "${CMAKE_CURRENT_SOURCE_DIR}/*.cpp")
+  if(arg_ONLY)
+    set(sources ${arg_ONLY})
+    list(TRANSFORM sources PREPEND "${CMAKE_CURRENT_SOURCE_DIR}/")
+  endif()
   list(TRANSFORM arg_WITHOUT PREPEND "${CMAKE_CURRENT_SOURCE_DIR}/")
   list(TRANSFORM arg_ALONE PREPEND "${CMAKE_CURRENT_SOURCE_DIR}/")
   list(REMOVE_ITEM sources ${arg_WITHOUT})

@@ -266,7 +266,9 @@ bool PatternDecoder::decode_nodes(std::uint32_t nodes, std::uint64_t* numbers, I
   };
   if constexpr (kNodes > 0) {
     // Each node has branches of its own to be foretold: reading takes 3 % less time.
+#if !defined(__wasm__)  // where the size of code counts for more
 #pragma GCC unroll 8
+#endif
     for (std::uint32_t i = 0; i < kNodes; ++i)
       if (!decode_node(i)) return false;
   } else {
