@@ -230,6 +230,28 @@ SizeReport write_series(
   return unwrap(writer.finish());
 }
 
+/// Of so many bytes each, to where they stood; a copy of a known size is one instruction.
+template <std::size_t kBytes>
+void scatter_known(const std::byte* values, std::size_t bytes,
+                   std::span<const std::uint64_t> numbers, std::vector<std::byte>& out) {
+  if constexpr (kBytes > 0) bytes = kBytes;
+  const std::size_t most = out.size() / bytes;
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    if (numbers[i] >= most) throw std::runtime_error("a vertex came back that there was not");
+    std::memcpy(out.data() + numbers[i] * bytes, values + i * bytes, bytes);
+  }
+}
+void scatter(const std::vector<std::byte>& values, std::size_t bytes,
+             std::span<const std::uint64_t> numbers, std::vector<std::byte>& out) {
+  switch (bytes) {
+    case 4: return scatter_known<4>(values.data(), bytes, numbers, out);
+    case 8: return scatter_known<8>(values.data(), bytes, numbers, out);
+    case 12: return scatter_known<12>(values.data(), bytes, numbers, out);
+    case 24: return scatter_known<24>(values.data(), bytes, numbers, out);
+    default: return scatter_known<0>(values.data(), bytes, numbers, out);
+  }
+}
+
 void read(std::span<const std::byte> file, ReadBack& into) {
   MemorySource source(file);
   Reader reader = unwrap(Reader::open(source));
@@ -242,11 +264,6 @@ void read(std::span<const std::byte> file, ReadBack& into) {
   std::size_t corners = 0;
   const auto stride = [&](std::size_t a) {
     return scalar_bytes(schema.arrays[a].type) * schema.arrays[a].components;
-  };
-  const auto scatter = [](const std::vector<std::byte>& values, std::size_t bytes,
-                          std::span<const std::uint64_t> numbers, std::vector<std::byte>& out) {
-    for (std::size_t i = 0; i < numbers.size(); ++i)
-      std::memcpy(&out.at(numbers[i] * bytes), values.data() + i * bytes, bytes);
   };
   const auto take_mesh = [&](const MeshBlock& block) {
     scatter(block.xyz, xyz_bytes, block.vertex_numbers, into.xyz);

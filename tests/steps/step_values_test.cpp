@@ -1,6 +1,7 @@
 // Step values: what goes in comes out, whatever the mesh, its segments and groups, the codecs, and
 // the step that is referred to; and files that lie about it are refused.
 #include "steps/step_values.h"
+#include "steps/step_memory.h"
 
 #include "support/coded_meshes.h"
 #include "support/file_surgery.h"
@@ -306,6 +307,9 @@ TEST(StepValues, ATrendGoesOn) {
             (std::vector<std::uint64_t>{2, 1}));
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(trend_of<double>(ScalarType::float64, {nan}, {7}), std::vector<double>{7});
+  // Bit by bit: what signals goes on signalling.
+  const std::vector<std::uint32_t> odd = {0x7f800001, 0xffc01234, 0x7f800000};
+  EXPECT_EQ(trend_of<std::uint32_t>(ScalarType::float32, {0, 0, 0}, odd), odd);
 }
 
 TEST(StepValues, ATrendIsFollowed) {

@@ -4,6 +4,8 @@
 #include <string>
 #include <utility>
 
+#include "steps/step_memory.h"
+
 namespace shm {
 namespace {
 

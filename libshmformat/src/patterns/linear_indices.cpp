@@ -16,17 +16,31 @@ bool is_usual_binary(const ValueDomain& domain) {
   return domain.kind == DomainKind::binary && domain.exponent >= -900 && domain.exponent <= 900;
 }
 
+constexpr double kRound = 6755399441055744.0;  // 1.5 * 2^52: sums with it are whole
+constexpr double kMost = 1125899906842624.0;   // 2^50
+
+// Whole numbers up to kMost, by their bits: of several at once, unlike what processors convert.
+std::int64_t as_integer(double whole) {
+  return std::bit_cast<std::int64_t>(whole + kRound) - std::bit_cast<std::int64_t>(kRound);
+}
+double as_double(std::uint64_t integer) {
+  return std::bit_cast<double>(integer + std::bit_cast<std::uint64_t>(kRound)) - kRound;
+}
+
+template <class Bits>
+double value_of(std::uint64_t bits) {
+  using Float = std::conditional_t<sizeof(Bits) == 4, float, double>;
+  return static_cast<double>(std::bit_cast<Float>(static_cast<Bits>(bits)));
+}
+
 /// `unit(d)` is the value of index d; scale(value) is near the index.
 template <class Bits, class Scale, class Unit>
 bool indices_as(std::span<const std::uint64_t> bits, std::span<std::int64_t> indices,
                 const Scale& scale, const Unit& unit) {
   using Float = std::conditional_t<sizeof(Bits) == 4, float, double>;
-  constexpr double kRound = 6755399441055744.0;  // 1.5 * 2^52: sums with it are whole
-  constexpr double kMost = 1125899906842624.0;   // 2^50
   bool good = true;
   for (std::size_t i = 0; i < bits.size(); ++i) {
-    const auto value = std::bit_cast<Float>(static_cast<Bits>(bits[i]));
-    const double scaled = scale(static_cast<double>(value));
+    const double scaled = scale(value_of<Bits>(bits[i]));
     const bool within = scaled < kMost && scaled > -kMost;
     const double whole = within ? scaled + kRound - kRound : 0.0;
     good = good && within &&
@@ -50,17 +64,52 @@ bool indices_as(std::span<const std::uint64_t> bits, const ValueDomain& domain,
       [by = power_of_two(-domain.exponent)](double d) { return d * by; });
 }
 
+/// What nearest_integer() gives; false where a value is too large for that, or no number. Compares
+/// by bits: of several at once.
+template <class Bits, class Scale>
+bool nearest_as(std::span<const std::uint64_t> bits, std::span<std::int64_t> nearest,
+                const Scale& scale) {
+  constexpr auto kMostBits = std::bit_cast<std::uint64_t>(kMost);
+  constexpr auto kHalfBits = std::bit_cast<std::uint64_t>(.5);
+  std::uint64_t within = ~std::uint64_t{0};  // the highest bit of it
+  for (std::size_t i = 0; i < bits.size(); ++i) {
+    const double scaled = scale(value_of<Bits>(bits[i]));
+    within &= (std::bit_cast<std::uint64_t>(scaled) << 1 >> 1) - kMostBits;
+    const double even = scaled + kRound - kRound;  // the nearest, of two the even one
+    const std::uint64_t other = std::bit_cast<std::uint64_t>(scaled - even) ^ kHalfBits;
+    nearest[i] = as_integer(even) + 1 - static_cast<std::int64_t>((other | (0 - other)) >> 63);
+  }
+  return within >> 63 != 0;
+}
+
+template <class Bits>
+bool nearest_as(std::span<const std::uint64_t> bits, const ValueDomain& domain,
+                std::span<std::int64_t> nearest) {
+  if (domain.kind == DomainKind::decimal && domain.exponent >= 0) {
+    const double ten = kPowersOfTen[static_cast<std::size_t>(domain.exponent)];
+    return nearest_as<Bits>(bits, nearest, [ten](double v) { return v * ten; });
+  }
+  if (!is_usual_binary(domain)) return false;
+  return nearest_as<Bits>(bits, nearest,
+                          [by = power_of_two(domain.exponent)](double v) { return v * by; });
+}
+
 template <class Unit>
 void values_as(ScalarType type, std::span<std::uint64_t> words, const Unit& unit) {
-  const auto value = [&](std::uint64_t word) {
-    return unit(static_cast<double>(static_cast<std::int64_t>(word)));
+  std::uint64_t beyond = 0;
+  for (const std::uint64_t it : words)
+    beyond |= it + static_cast<std::uint64_t>(kMost) > 2 * static_cast<std::uint64_t>(kMost);
+  const auto save = [&](auto&& value) {
+    if (type == ScalarType::float32)
+      for (std::uint64_t& it : words)
+        it = std::bit_cast<std::uint32_t>(static_cast<float>(unit(value(it))));
+    else
+      for (std::uint64_t& it : words) it = std::bit_cast<std::uint64_t>(unit(value(it)));
   };
-  if (type == ScalarType::float32) {
-    for (std::uint64_t& it : words)
-      it = std::bit_cast<std::uint32_t>(static_cast<float>(value(it)));
-  } else {
-    for (std::uint64_t& it : words) it = std::bit_cast<std::uint64_t>(value(it));
-  }
+  if (beyond == 0)
+    save(as_double);
+  else
+    save([](std::uint64_t it) { return static_cast<double>(static_cast<std::int64_t>(it)); });
 }
 
 }  // namespace
@@ -69,6 +118,12 @@ bool linear_indices(ScalarType type, std::span<const std::uint64_t> bits, const 
                     std::span<std::int64_t> indices) {
   return type == ScalarType::float32 ? indices_as<std::uint32_t>(bits, domain, indices)
                                      : indices_as<std::uint64_t>(bits, domain, indices);
+}
+
+bool linear_references(ScalarType type, std::span<const std::uint64_t> bits,
+                       const ValueDomain& domain, std::span<std::int64_t> nearest) {
+  return type == ScalarType::float32 ? nearest_as<std::uint32_t>(bits, domain, nearest)
+                                     : nearest_as<std::uint64_t>(bits, domain, nearest);
 }
 
 bool linear_values(ScalarType type, const ValueDomain& domain, std::span<std::uint64_t> words) {

@@ -329,7 +329,7 @@ void TermColumn::refer(std::size_t c, const Elements& elements,
       for (std::size_t e = 0; e < words.size(); ++e)
         references[e] = (words[e] & ~sign) > infinity ? 0 : index_of(words[e]);  // of a NaN 0
     });
-  } else {
+  } else if (!linear_references(info_->type, words, component.domain, references)) {
     const ValueTranslator translator(*info_, c, component.domain);
     with_differences(info_->type, component.domain.kind, [&](const auto& differences) {
       for (std::size_t e = 0; e < words.size(); ++e) {

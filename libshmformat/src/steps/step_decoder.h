@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "shm/reader.h"
+#include "steps/step_memory.h"
 #include "steps/step_parts.h"
 
 namespace shm {

@@ -10,6 +10,7 @@
 #include <span>
 #include <vector>
 
+#include "steps/step_memory.h"
 #include "steps/step_values.h"
 
 namespace shm {
