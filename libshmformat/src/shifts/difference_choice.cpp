@@ -73,19 +73,18 @@ class Trial {
   void try_element(const Differences& differences, std::size_t e) {
     const std::uint64_t number = group_.numbers[e];
     for (std::size_t c = 0; c < group_.values.size(); ++c) {
-      const std::vector<std::int64_t>& values = group_.values[c];
       for (std::size_t p = 0; p < powers_.size(); ++p)
         remembered_[p] = remembered(differences, number - powers_[p], c);
       for (Candidate& it : candidates_) {
         typename Differences::Sum sum = Differences::sum_of(0);
         if (it.taps.empty() || !is_known(number - it.taps[0].back))
-          sum = Differences::sum_of(differences.remember(values[e - 1]));
+          sum = Differences::sum_of(differences.remember(group_.index(c, e - 1)));
         else
           for (std::size_t t = 0; t < it.taps.size(); ++t)
             sum = Differences::add(sum, Differences::weight(it.taps[t].count),
                                    remembered_[it.places[t]]);
         it.cost += static_cast<std::uint64_t>(
-            std::bit_width(differences.residual(values[e], differences.index(sum))));
+            std::bit_width(differences.residual(group_.index(c, e), differences.index(sum))));
       }
     }
   }
@@ -99,7 +98,7 @@ class Trial {
                            std::size_t component) const {
     const std::size_t slot = known_->place(number);
     return placed_[slot] == 0 ? group_.ring[slot * group_.ring_stride + component]
-                              : differences.remember(group_.values[component][placed_[slot] - 1]);
+                              : differences.remember(group_.index(component, placed_[slot] - 1));
   }
 
   GroupIndices group_;

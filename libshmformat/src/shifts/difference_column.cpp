@@ -128,25 +128,22 @@ std::vector<std::byte> DifferenceColumn::encode_differences(std::span<const std:
                                                             std::span<const std::uint32_t> lags,
                                                             DifferenceScratch& scratch,
                                                             ZstdCompressor& zstd) {
-  const std::span bits = std::span(scratch.words).first(components_.size());
-  const std::span indices = std::span(scratch.indices).first(components_.size());
-  const std::vector<ValueDomain> domains = choose_domains(bits);
-  if (info_->quantization.bits > 0) round_to_quantized(domains, bits);
+  // Bits of the values, then their indices, then residuals, each in the place of the other.
+  const std::span words = std::span(scratch.words).first(components_.size());
+  const std::vector<ValueDomain> domains = choose_domains(words);
+  if (info_->quantization.bits > 0) round_to_quantized(domains, words);
   begin({}, domains, numbers.size());
-  for (std::size_t c = 0; c < bits.size(); ++c) {
-    indices[c].resize(numbers.size());
+  for (std::size_t c = 0; c < words.size(); ++c)
     with_translation(*info_, c, domains[c], [&](auto&& index_of, auto&&) {
-      for (std::size_t e = 0; e < numbers.size(); ++e) indices[c][e] = index_of(bits[c][e]);
+      for (std::uint64_t& it : words[c]) it = static_cast<std::uint64_t>(index_of(it));
     });
-  }
   const std::vector<Factor> factors = choose_factors(
-      info_->type, domains[0].kind, {numbers, indices, ring_, ring_stride()}, known_, lags);
+      info_->type, domains[0].kind, {numbers, words, ring_, ring_stride()}, known_, lags);
   begin(factors, domains, numbers.size());
-  const std::span residuals = bits;  // their room is free by now
   for_each_value(
       numbers, [&](const auto& differences, std::size_t e, std::size_t c, std::int64_t predicted) {
-        const std::int64_t index = indices[c][e];
-        residuals[c][e] = differences.residual(index, predicted);
+        const auto index = static_cast<std::int64_t>(words[c][e]);
+        words[c][e] = differences.residual(index, predicted);
         return index;
       });
 
@@ -161,7 +158,7 @@ std::vector<std::byte> DifferenceColumn::encode_differences(std::span<const std:
   planes.clear();
   for (std::size_t c = 0; c < components_.size(); ++c) {
     std::uint64_t largest = 0;
-    for (std::uint64_t it : residuals[c]) largest |= it;
+    for (std::uint64_t it : words[c]) largest |= it;
     const std::uint32_t width = bytes_for(largest);
     out.put_u8(static_cast<std::uint8_t>(domains[c].kind));
     out.put_signed(domains[c].exponent);
@@ -170,7 +167,7 @@ std::vector<std::byte> DifferenceColumn::encode_differences(std::span<const std:
     planes.resize(at + width * numbers.size());
     for (std::uint32_t b = 0; b < width; ++b)
       for (std::size_t e = 0; e < numbers.size(); ++e)
-        planes[at + b * numbers.size() + e] = static_cast<std::byte>(residuals[c][e] >> 8 * b);
+        planes[at + b * numbers.size() + e] = static_cast<std::byte>(words[c][e] >> 8 * b);
   }
   out.put_bytes(zstd.compress(planes, kPlaneZstdLevel));
   return std::move(out.bytes);
@@ -180,7 +177,6 @@ auto DifferenceColumn::encode(std::span<const std::uint64_t> numbers, const std:
                               std::size_t stride, std::span<const std::uint32_t> lags,
                               DifferenceScratch& scratch, ZstdCompressor& zstd) -> Encoded {
   scratch.words.resize(std::max(scratch.words.size(), components_.size()));
-  scratch.indices.resize(scratch.words.size());
   for (std::size_t c = 0; c < components_.size(); ++c) {
     scratch.words[c].resize(numbers.size());
     load(values + c * width_, stride, width_, scratch.words[c]);

@@ -21,8 +21,7 @@ namespace shm {
 
 /// Room that columns use in turn.
 struct DifferenceScratch {
-  std::vector<std::vector<std::uint64_t>> words;   // by component
-  std::vector<std::vector<std::int64_t>> indices;  // by component
+  std::vector<std::vector<std::uint64_t>> words;  // by component
   std::vector<std::byte> planes;
 };
 

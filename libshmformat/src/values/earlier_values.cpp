@@ -215,13 +215,13 @@ class Elements {
 };
 
 /// Of each element of a group the next one that stands alike: itself where there is none.
-std::vector<std::uint32_t> next_alike(std::span<const Neighbourhood> items) {
+std::vector<std::uint32_t> next_alike(std::span<const std::uint8_t> stands) {
   constexpr std::size_t kPlaces = 64;
-  std::vector<std::uint32_t> next(items.size());
+  std::vector<std::uint32_t> next(stands.size());
   std::array<std::uint32_t, kPlaces> last;
   last.fill(kNone);
-  for (auto i = static_cast<std::uint32_t>(items.size()); i-- > 0;) {
-    std::uint32_t& it = last[(items[i].corner | std::size_t{items[i].kind} << 3) % kPlaces];
+  for (auto i = static_cast<std::uint32_t>(stands.size()); i-- > 0;) {
+    std::uint32_t& it = last[stands[i] % kPlaces];
     next[i] = it == kNone ? i : it;
     it = i;
   }
@@ -230,14 +230,14 @@ std::vector<std::uint32_t> next_alike(std::span<const Neighbourhood> items) {
 
 }  // namespace
 
-std::vector<std::uint32_t> find_copies(std::span<const Neighbourhood> items,
+std::vector<std::uint32_t> find_copies(std::span<const std::uint8_t> stands,
                                        std::span<const std::vector<std::uint64_t>> bits,
                                        std::span<const std::vector<std::uint64_t>> history,
                                        std::uint32_t farthest) {
   constexpr std::uint32_t kLongestRun = 32, kMostLooks = 16;
   const Elements all(bits, history);
-  std::vector<std::uint32_t> back(items.size()), wanted(items.size());
-  const std::vector<std::uint32_t> next = next_alike(items);
+  std::vector<std::uint32_t> back(stands.size()), wanted(stands.size());
+  const std::vector<std::uint32_t> next = next_alike(stands);
   // Earlier elements with the same hash, the last one first.
   std::vector<std::uint32_t> heads(std::bit_ceil(all.size() + 1), kNone), chain(all.size());
   for (std::size_t i = 0; i < all.size(); ++i) {

@@ -45,11 +45,16 @@ class EarlierValues {
   std::uint64_t recallable_ = 0, partners_ = 0;  // values that may be helped
 };
 
+/// How an element stands: at which corner, of what kind.
+inline std::uint8_t stand_of(const Neighbourhood& it) {
+  return static_cast<std::uint8_t>((it.corner | it.kind << 3) & 63);
+}
+
 /// Of each element how far back one with the same bits stands, in the group or before it: as far as
-/// at the last like element, where that is possible, or else where that goes on for longest. 0: at
-/// most `farthest` back there is none. `bits`, `history`: by component; `history` ends where the
-/// group begins.
-std::vector<std::uint32_t> find_copies(std::span<const Neighbourhood> items,
+/// at the last one that stands alike, where that is possible, or else where that goes on for
+/// longest. 0: at most `farthest` back there is none. `bits`, `history`: by component; `history`
+/// ends where the group begins.
+std::vector<std::uint32_t> find_copies(std::span<const std::uint8_t> stands,
                                        std::span<const std::vector<std::uint64_t>> bits,
                                        std::span<const std::vector<std::uint64_t>> history,
                                        std::uint32_t farthest);

@@ -215,10 +215,11 @@ template <class Coder>
 std::vector<std::uint32_t> ValueColumn<Coder>::copies_among(const TiledItems& elements,
                                                             const Bits& bits) {
   if (!has_copies_) return {};
-  std::vector<Neighbourhood> items;
+  std::vector<std::uint8_t> stands;
   for (std::size_t i = 0; i < elements.items.size(); ++i)
-    if (elements.blocks.empty() || covers(elements.blocks[i])) items.push_back(elements.items[i]);
-  auto back = find_copies(items, bits, history_, CopiedElements<Coder>::kFarthest);
+    if (elements.blocks.empty() || covers(elements.blocks[i]))
+      stands.push_back(stand_of(elements.items[i]));
+  auto back = find_copies(stands, bits, history_, CopiedElements<Coder>::kFarthest);
   const auto none = static_cast<std::size_t>(std::count(back.begin(), back.end(), 0u));
   if ((back.size() - none) * kFewestCopies < back.size() || back.empty()) back.clear();
   return back;
