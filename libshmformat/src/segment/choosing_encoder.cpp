@@ -211,6 +211,17 @@ auto ChoosingEncoder::finish_race(std::vector<Runner>& runners, bool is_over) ->
     }
     return std::move(best_of(runners));
   }
+  if (lies_in_a_layer()) {
+    // More of its first layer tells nothing of the next ones, and takes most of the memory.
+    const std::uint64_t bytes = value_bytes(sample_.size());
+    for (Runner& it : runners)
+      for (std::uint64_t* part : {&it.size.topology, &it.size.besides, &it.size.values})
+        *part = *part * bytes / std::max<std::uint64_t>(it.value_bytes, 1);
+    Runner best = std::move(best_of(runners));
+    if (Runner* its = find(runners, ConnectivityCodec::shifts); its && its->encoder)
+      shifts_ = std::move(*its);
+    return best;
+  }
   // Two at a time: there is no room for what all of them have coded.
   while (runners.size() > 1) {
     std::vector<Runner> two;
