@@ -7,6 +7,7 @@ there is neither, the package uses the one that the loader finds.
 """
 import os
 import re
+import runpy
 import shutil
 from pathlib import Path
 
@@ -33,6 +34,7 @@ class WithLibrary(build_py):
         super().run()
         into = Path(self.build_lib) / "shmformat"
         shutil.copyfile(HEADER, into / HEADER.name)
+        runpy.run_path(str(HERE / "shmformat" / "_declarations.py"))["write_table"](HEADER, into / "_table.py")
         if NAMED or LIBRARY.exists():
             shutil.copyfile(LIBRARY, into / "libshmformat_c.so.1")
 

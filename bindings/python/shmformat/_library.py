@@ -1,38 +1,35 @@
 """The C library, by its own header: cffi parses it, so there is no compiler and no version of Python here.
 
 The library is the file that SHMFORMAT_LIBRARY names; else libshmformat_c.so.1 beside this module; else
-the one that the loader finds. The header is shmformat.h beside this module, or that of the source tree.
+the one that the loader finds. The header was parsed when the package was made; in the source tree it is
+parsed now.
 """
 from __future__ import annotations
 
 import os
-import re
 from pathlib import Path
 from typing import Any, NoReturn
 
-import cffi
 import numpy as np
+
+from ._declarations import table_of
 
 _HERE = Path(__file__).resolve().parent
 _NAME = "libshmformat_c.so.1"
 
-ffi = cffi.FFI()
-
-
-def _declarations() -> str:
-    """The header without what is the preprocessor's."""
+def _interface() -> Any:
+    try:
+        from ._table import ffi as parsed  # type: ignore  # which setup.py writes
+        return parsed
+    except ImportError:
+        pass
     for path in (_HERE / "shmformat.h", _HERE.parents[1] / "c" / "include" / "shmformat.h"):
         if path.exists():
-            break
-    else:
-        raise ImportError("shmformat.h is neither beside the module nor in its source tree")
-    text = re.sub(r"/\*.*?\*/", " ", path.read_text(encoding="utf-8"), flags=re.S)
-    text = re.sub(r"^#ifdef __cplusplus$.*?^#endif$", "", text, flags=re.S | re.M)
-    return re.sub(r"^\s*#.*$", "", text, flags=re.M).replace("SHMF_API", "")
+            return table_of(path)
+    raise ImportError("shmformat.h is neither beside the module nor in its source tree")
 
 
 def _loaded() -> Any:
-    ffi.cdef(_declarations())
     named = os.environ.get("SHMFORMAT_LIBRARY")
     beside = _HERE / _NAME
     path = named or (str(beside) if beside.exists() else _NAME)
@@ -42,6 +39,7 @@ def _loaded() -> Any:
         raise ImportError(f"{path} cannot be loaded: {why}. SHMFORMAT_LIBRARY may name the library.") from why
 
 
+ffi = _interface()
 lib = _loaded()
 
 
