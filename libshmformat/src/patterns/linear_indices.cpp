@@ -64,16 +64,16 @@ bool indices_as(std::span<const std::uint64_t> bits, const ValueDomain& domain,
       [by = power_of_two(-domain.exponent)](double d) { return d * by; });
 }
 
-/// What nearest_integer() gives; false where a value is too large for that, or no number. Compares
-/// by bits: of several at once.
-template <class Bits, class Scale>
-bool nearest_as(std::span<const std::uint64_t> bits, std::span<std::int64_t> nearest,
-                const Scale& scale) {
+/// What nearest_integer() gives of so many times the values; false where one is too large for that,
+/// or no number. Compares by bits: of several at once.
+template <class Bits>
+bool nearest_as(std::span<const std::uint64_t> bits, double times,
+                std::span<std::int64_t> nearest) {
   constexpr auto kMostBits = std::bit_cast<std::uint64_t>(kMost);
   constexpr auto kHalfBits = std::bit_cast<std::uint64_t>(.5);
   std::uint64_t within = ~std::uint64_t{0};  // the highest bit of it
   for (std::size_t i = 0; i < bits.size(); ++i) {
-    const double scaled = scale(value_of<Bits>(bits[i]));
+    const double scaled = value_of<Bits>(bits[i]) * times;
     within &= (std::bit_cast<std::uint64_t>(scaled) << 1 >> 1) - kMostBits;
     const double even = scaled + kRound - kRound;  // the nearest, of two the even one
     const std::uint64_t other = std::bit_cast<std::uint64_t>(scaled - even) ^ kHalfBits;
@@ -82,34 +82,19 @@ bool nearest_as(std::span<const std::uint64_t> bits, std::span<std::int64_t> nea
   return within >> 63 != 0;
 }
 
-template <class Bits>
-bool nearest_as(std::span<const std::uint64_t> bits, const ValueDomain& domain,
-                std::span<std::int64_t> nearest) {
-  if (domain.kind == DomainKind::decimal && domain.exponent >= 0) {
-    const double ten = kPowersOfTen[static_cast<std::size_t>(domain.exponent)];
-    return nearest_as<Bits>(bits, nearest, [ten](double v) { return v * ten; });
-  }
-  if (!is_usual_binary(domain)) return false;
-  return nearest_as<Bits>(bits, nearest,
-                          [by = power_of_two(domain.exponent)](double v) { return v * by; });
-}
-
+/// False where an index is too large for as_double(), and nothing is done.
 template <class Unit>
-void values_as(ScalarType type, std::span<std::uint64_t> words, const Unit& unit) {
+bool values_as(ScalarType type, std::span<std::uint64_t> words, const Unit& unit) {
+  constexpr auto kMostIndex = static_cast<std::uint64_t>(kMost);
   std::uint64_t beyond = 0;
-  for (const std::uint64_t it : words)
-    beyond |= it + static_cast<std::uint64_t>(kMost) > 2 * static_cast<std::uint64_t>(kMost);
-  const auto save = [&](auto&& value) {
-    if (type == ScalarType::float32)
-      for (std::uint64_t& it : words)
-        it = std::bit_cast<std::uint32_t>(static_cast<float>(unit(value(it))));
-    else
-      for (std::uint64_t& it : words) it = std::bit_cast<std::uint64_t>(unit(value(it)));
-  };
-  if (beyond == 0)
-    save(as_double);
+  for (const std::uint64_t it : words) beyond |= (it + kMostIndex) >> 51;
+  if (beyond != 0) return false;
+  if (type == ScalarType::float32)
+    for (std::uint64_t& it : words)
+      it = std::bit_cast<std::uint32_t>(static_cast<float>(unit(as_double(it))));
   else
-    save([](std::uint64_t it) { return static_cast<double>(static_cast<std::int64_t>(it)); });
+    for (std::uint64_t& it : words) it = std::bit_cast<std::uint64_t>(unit(as_double(it)));
+  return true;
 }
 
 }  // namespace
@@ -122,21 +107,27 @@ bool linear_indices(ScalarType type, std::span<const std::uint64_t> bits, const 
 
 bool linear_references(ScalarType type, std::span<const std::uint64_t> bits,
                        const ValueDomain& domain, std::span<std::int64_t> nearest) {
-  return type == ScalarType::float32 ? nearest_as<std::uint32_t>(bits, domain, nearest)
-                                     : nearest_as<std::uint64_t>(bits, domain, nearest);
+  double times = 0;
+  if (domain.kind == DomainKind::decimal && domain.exponent >= 0)
+    times = kPowersOfTen[static_cast<std::size_t>(domain.exponent)];
+  else if (is_usual_binary(domain))
+    times = power_of_two(domain.exponent);
+  else
+    return false;
+  return type == ScalarType::float32 ? nearest_as<std::uint32_t>(bits, times, nearest)
+                                     : nearest_as<std::uint64_t>(bits, times, nearest);
 }
 
 bool linear_values(ScalarType type, const ValueDomain& domain, std::span<std::uint64_t> words) {
   if (is_usual_binary(domain))
-    values_as(type, words, [by = power_of_two(-domain.exponent)](double d) { return d * by; });
-  else if (domain.kind == DomainKind::decimal && domain.exponent >= 0)
-    values_as(type, words,
-              [ten = kPowersOfTen[static_cast<std::size_t>(domain.exponent)]](double d) {
-                return d / ten;
-              });
-  else
-    return false;
-  return true;
+    return values_as(type, words,
+                     [by = power_of_two(-domain.exponent)](double d) { return d * by; });
+  if (domain.kind == DomainKind::decimal && domain.exponent >= 0)
+    return values_as(type, words,
+                     [ten = kPowersOfTen[static_cast<std::size_t>(domain.exponent)]](double d) {
+                       return d / ten;
+                     });
+  return false;
 }
 
 }  // namespace shm

@@ -20,8 +20,8 @@ bool linear_indices(ScalarType type, std::span<const std::uint64_t> bits, const 
 bool linear_references(ScalarType type, std::span<const std::uint64_t> bits,
                        const ValueDomain& domain, std::span<std::int64_t> nearest);
 
-/// Bits of the values of these indices, in their place. False for a domain that is not as simple,
-/// and nothing is done.
+/// Bits of the values of these indices, in their place. False where one is above 2^50, and for a
+/// domain that is not as simple: nothing is done.
 bool linear_values(ScalarType type, const ValueDomain& domain, std::span<std::uint64_t> words);
 
 }  // namespace shm

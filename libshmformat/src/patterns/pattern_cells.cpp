@@ -3,6 +3,11 @@
 #include <algorithm>
 
 namespace shm {
+namespace {
+
+constexpr std::size_t kRows = 256;  // that are added at once
+
+}  // namespace
 
 bool takes_patterns(const Schema& schema) {
   return schema.delay == 0 &&
@@ -30,7 +35,7 @@ void PatternHistory::reach(std::uint32_t bits) {
 }
 
 void PatternHistory::expect(std::uint64_t cells) {
-  const std::uint64_t rows = std::min<std::uint64_t>(ring_, remembered_ + 1 + cells);
+  const std::uint64_t rows = std::min<std::uint64_t>(ring_, remembered_ + 1 + cells + kRows);
   rows_.reserve(static_cast<std::size_t>(rows * stride_));  // or it would double
 }
 
@@ -43,9 +48,8 @@ std::uint32_t PatternHistory::add_slot() {
 
 /// A few more, which are written soon.
 void PatternHistory::add_rows() {
-  constexpr std::size_t kRows = 256;
   const std::size_t rows = std::min<std::size_t>(ring_, std::size_t{at_} + kRows);
-  if (rows * stride_ > rows_.capacity()) expect(kRows + remembered_ / 2);
+  if (rows * stride_ > rows_.capacity()) expect(remembered_ / 2);
   rows_.resize(rows * stride_, kNone);
 }
 

@@ -29,6 +29,9 @@ constexpr std::size_t kRepeatSamples = 2048, kRepeatShare = 8;
 constexpr std::size_t kTableCount = 16;
 constexpr std::uint64_t kTableBits = 8;
 
+/// Bytes of planes for which there is room before they have come.
+constexpr std::uint64_t kMostReserved = std::uint64_t{4} << 20;
+
 // A head: kind, predictor, whether there is a table.
 constexpr std::uint8_t kKinds = 7, kPredictorShift = 3, kTableBit = 0x40;
 
@@ -546,6 +549,9 @@ bool TermColumn::read_terms(std::span<const std::byte> bytes, std::uint64_t most
   ++group_;
   if (!read_heads(in)) return false;
   unpacked_.clear();
+  std::uint64_t planes = 0;
+  for (const Component& component : components_) planes += component.width * count_;
+  unpacked_.reserve(to_size(std::min(planes, kMostReserved)));  // or it would double
   for (Component& component : components_) {
     if (!component.table.empty() && !read_table(in, component.table, scratch)) return false;
     component.planes = unpacked_.size();
