@@ -241,8 +241,7 @@ Result<void> MeshPass::append(const MeshBlock& block, std::size_t first, std::si
         }
         break;
       case SHMF_CELL_NUMBERS:
-        for (std::size_t c = first; c < end; ++c)
-          target.put_number(next_cell_ + (c - first), block.cell_numbers[c]);
+        target.put_numbers(next_cell_, std::span(block.cell_numbers).subspan(first, end - first));
         break;
       default:
         if (auto good = append_values(block, first, end, filled); !good) return good;
@@ -265,6 +264,11 @@ Result<void> MeshPass::append_corners(const MeshBlock& block, std::size_t first,
       std::span(block.corners)
           .subspan(static_cast<std::size_t>(block.corner_begin[first]),
                    static_cast<std::size_t>(block.corner_begin[end] - block.corner_begin[first]));
+  if (piece().whole && !corners.empty() &&
+      *std::max_element(corners.begin(), corners.end()) < piece().vertex_count) {
+    target.put_numbers(at, corners);
+    return {};
+  }
   for (const std::uint64_t corner : corners) {
     const auto place = position(piece().vertices, piece().whole, piece().vertex_count, corner);
     if (!place) return corrupt("uses vertex " + std::to_string(corner) + ", which is none", "mesh");

@@ -1,6 +1,7 @@
 // What a caller wants to be filled, and how: types, room, places.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -37,6 +38,14 @@ class Target {
       reinterpret_cast<std::uint64_t*>(data_)[i] = value;
     else
       reinterpret_cast<std::uint32_t*>(data_)[i] = static_cast<std::uint32_t>(value);
+  }
+  /// The same from `first` on.
+  void put_numbers(std::uint64_t first, std::span<const std::uint64_t> values) {
+    if (wide_)
+      std::copy(values.begin(), values.end(), reinterpret_cast<std::uint64_t*>(data_) + first);
+    else
+      std::transform(values.begin(), values.end(), reinterpret_cast<std::uint32_t*>(data_) + first,
+                     [](std::uint64_t value) { return static_cast<std::uint32_t>(value); });
   }
   void put_byte(std::uint64_t i, std::uint8_t value) { data_[i] = std::byte{value}; }
   /// Values of `count` elements, as they stand in the file, are those from `first` on. Must hold:
