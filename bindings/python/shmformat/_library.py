@@ -12,8 +12,6 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from ._declarations import table_of
-
 _HERE = Path(__file__).resolve().parent
 _NAME = "libshmformat_c.so.1"
 
@@ -23,6 +21,7 @@ def _interface() -> Any:
         return parsed
     except ImportError:
         pass
+    from ._declarations import table_of
     for path in (_HERE / "shmformat.h", _HERE.parents[1] / "c" / "include" / "shmformat.h"):
         if path.exists():
             return table_of(path)
