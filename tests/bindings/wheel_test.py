@@ -50,7 +50,8 @@ class Wheel(unittest.TestCase):
         listed = self.run_in("tar", "tzf", sources)
         for name in ("shmformat/shmformat.h", "shmformat_paraview.py"):
             self.assertIn(name, listed)
-        self.assertIn("shmformat_paraview.py", zipfile.ZipFile(wheel).namelist())
+        for name in ("shmformat_paraview.py", "shmformat/_table.py"):
+            self.assertIn(name, zipfile.ZipFile(wheel).namelist())
         self.assertRegex(wheel.name, r"^shmformat-\d+\.\d+\.\d+-py3-none-linux_\w+\.whl$")
         version = re.search(r"-(\d+\.\d+\.\d+)-", wheel.name)[1]
         self.run_in(sys.executable, "-m", "venv", "--system-site-packages", self.path / "new")

@@ -15,6 +15,7 @@ import numpy as np
 _HERE = Path(__file__).resolve().parent
 _NAME = "libshmformat_c.so.1"
 
+
 def _interface() -> Any:
     try:
         from ._table import ffi as parsed  # type: ignore  # which setup.py writes

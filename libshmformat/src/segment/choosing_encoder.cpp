@@ -370,8 +370,8 @@ Result<bool> ChoosingEncoder::shifts_are_as_small(Runner& shifts, Runner& other)
   return are_as_small();
 }
 
-/// Of a first layer three quarters of that: more of it tells nothing of the next ones, and each has a
-/// vertex in memory.
+/// Of a first layer three quarters of that: more tells nothing of the next ones, and each cell has
+/// a vertex in memory.
 bool ChoosingEncoder::is_enough() const {
   return sample_cells_ >= trial_.sample_cells ||
          (4 * sample_cells_ >= 3 * trial_.sample_cells && lies_in_a_layer());
