@@ -14,6 +14,7 @@
 #include "access/step_index.h"
 #include "bytes/errors.h"
 #include "groups/mesh_streams.h"
+#include "steps/step_memory.h"
 
 namespace shm {
 namespace {
