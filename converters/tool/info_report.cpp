@@ -165,7 +165,7 @@ Json info_fields(const InfoReport& report) {
   json["bytes_as_numbers"] = bytes_of_mesh(info).all();
   json["box"] = report.extent.box ? Json(*report.extent.box) : Json(nullptr);
   for (std::size_t a = 0; a < report.extent.ranges.size(); ++a) {
-    const ValueRange& range = report.extent.ranges[a];
+    const FoundRange& range = report.extent.ranges[a];
     json["arrays"][a]["range"] =
         range.is_empty ? Json(nullptr) : Json::array({range.least, range.most});
     json["arrays"][a]["not_finite"] = range.not_finite;
@@ -249,7 +249,7 @@ std::string block_text(const BlockInfo& block, std::uint64_t cells) {
                                     : plural(block.nodes_per_cell, "node", "nodes"));
 }
 
-std::string array_text(const ArrayInfo& array, const ValueRange* range) {
+std::string array_text(const ArrayInfo& array, const FoundRange* range) {
   std::string text = quoted(array.name) + ": " +
                      (array.location == Location::point ? "point" : "cell") + " data, " +
                      std::to_string(array.components) + " x " +
@@ -309,7 +309,7 @@ std::string coder_text(const MeshInfo& info, const Totals& totals) {
 }
 
 // Widens a range by values of one type.
-void widen(ValueRange& range, const std::byte* values, std::size_t count, ScalarType type) {
+void widen(FoundRange& range, const std::byte* values, std::size_t count, ScalarType type) {
   with_scalar(type, [&](auto zero) {
     using T = decltype(zero);
     for (std::size_t i = 0; i < count; ++i) {
@@ -349,19 +349,19 @@ InfoExtent measure_extent(MeshSource& mesh, bool ranges, const Progress& progres
   InfoExtent extent;
   const ScalarType type = info.schema.coordinate_type;
   std::vector<std::byte> values(kElements * 3 * scalar_bytes(type));
-  std::array<ValueRange, 3> axes;
+  std::array<FoundRange, 3> axes;
   for (std::uint64_t first = 0; first < info.vertices; first += kElements) {
     const std::uint64_t count = std::min(kElements, info.vertices - first);
     watched.read_points(first, count, values.data());
     for (std::uint64_t i = 0; i < 3 * count; ++i)
       widen(axes[i % 3], values.data() + i * scalar_bytes(type), 1, type);
   }
-  if (std::none_of(axes.begin(), axes.end(), [](const ValueRange& axis) { return axis.is_empty; }))
+  if (std::none_of(axes.begin(), axes.end(), [](const FoundRange& axis) { return axis.is_empty; }))
     extent.box = {axes[0].least, axes[1].least, axes[2].least,
                   axes[0].most,  axes[1].most,  axes[2].most};
   for (std::size_t a = 0; ranges && a < info.schema.arrays.size(); ++a) {
     const ArrayInfo& array = info.schema.arrays[a];
-    ValueRange& range = extent.ranges.emplace_back();
+    FoundRange& range = extent.ranges.emplace_back();
     const std::uint64_t elements = info.array_elements(a), stride = info.array_stride(a);
     const std::uint64_t at_once = std::max<std::uint64_t>(1, values.size() / stride);
     values.resize(std::max<std::size_t>(values.size(), at_once * stride));

@@ -13,7 +13,7 @@
 namespace shm::converters {
 
 // Smallest and largest finite value of an array, over all components, elements and steps.
-struct ValueRange {
+struct FoundRange {
   double least = 0, most = 0;
   bool is_empty = true;
   std::uint64_t not_finite = 0;
@@ -22,7 +22,7 @@ struct ValueRange {
 // What is known beside the heads of a file.
 struct InfoExtent {
   std::optional<std::array<double, 6>> box;  // smallest x y z, largest x y z
-  std::vector<ValueRange> ranges;            // of each array; empty: not looked at
+  std::vector<FoundRange> ranges;            // of each array; empty: not looked at
   bool is_unreadable = false;                // the values could not be read
 };
 
