@@ -96,7 +96,7 @@ Result<void> ChoosingEncoder::take(const SegmentPiece& piece, std::vector<Encode
   if (encoder_) return encoder_->take(piece, done);
   sample_.push_back(piece);
   sample_cells_ += piece.cells.size();
-  return is_enough() ? choose(false, done) : Result<void>();
+  return sample_cells_ >= trial_.sample_cells ? choose(false, done) : Result<void>();
 }
 
 Result<void> ChoosingEncoder::end(std::vector<EncodedGroup>& done) {
@@ -144,7 +144,8 @@ Result<void> ChoosingEncoder::go_on_with(Runner& runner, std::vector<EncodedGrou
 /// Whether shifts come into question: they take no room, and the segment is one on which time is
 /// felt.
 Result<bool> ChoosingEncoder::shifts_do(Runner& shifts) const {
-  if (trial_.shifts == CodecTrial::Shifts::no || !is_enough() || !takes_shifts(*schema_))
+  if (trial_.shifts == CodecTrial::Shifts::no || sample_cells_ < trial_.sample_cells ||
+      !takes_shifts(*schema_))
     return false;
   const std::uint64_t parts = trial_.shifts == CodecTrial::Shifts::for_size ? kShiftPart : 1;
   // Where the first cells alone take more than all may, the others need not be seen.
@@ -340,7 +341,7 @@ bool ChoosingEncoder::is_better(const Runner& it, const Runner& faster) const {
 
 bool ChoosingEncoder::is_worth_it(const SegmentSize& smaller, const SegmentSize& faster) const {
   if (smaller.all() >= faster.all()) return false;
-  if (!is_enough()) return true;  // time is no matter
+  if (sample_cells_ < trial_.sample_cells) return true;  // time is no matter
   const auto is_felt = [&](std::uint64_t bytes) {
     return 8 * bytes * trial_.spare_bits > sample_cells_;
   };
@@ -368,13 +369,6 @@ Result<bool> ChoosingEncoder::shifts_are_as_small(Runner& shifts, Runner& other)
     it->size.values += it->encoder->values_if_coded();
   }
   return are_as_small();
-}
-
-/// Of a first layer three quarters of that: more tells nothing of the next ones, and each cell has
-/// a vertex in memory.
-bool ChoosingEncoder::is_enough() const {
-  return sample_cells_ >= trial_.sample_cells ||
-         (4 * sample_cells_ >= 3 * trial_.sample_cells && lies_in_a_layer());
 }
 
 /// Nearly each cell of the sample has left a vertex that later ones use.

@@ -82,7 +82,6 @@ class ChoosingEncoder {
   Result<Runner> finish_race(std::vector<Runner>& runners, bool is_over);
   Result<bool> shifts_do(Runner& shifts) const;
   Result<bool> shifts_are_as_small(Runner& shifts, Runner& other) const;
-  bool is_enough() const;
   bool lies_in_a_layer() const;
   std::uint64_t value_bytes(std::size_t pieces) const;
   std::vector<ConnectivityCodec> candidates() const;
