@@ -68,8 +68,8 @@ TEST(LinearIndices, ReferencesAreThoseOfATranslator) {
 TEST(LinearIndices, ReferencesOfLargeOnesAreLeftToATranslator) {
   const double infinity = std::numeric_limits<double>::infinity();
   for (const ScalarType type : {ScalarType::float32, ScalarType::float64})
-    for (const double odd :
-         {kMost, -kMost, 1e30, infinity, -infinity, std::numeric_limits<double>::quiet_NaN()}) {
+    for (const double odd : {kMost, -kMost, -6 * kMost, -6.5 * kMost, 1e30, infinity, -infinity,
+                             std::numeric_limits<double>::quiet_NaN()}) {
       const std::vector<std::uint64_t> values = {bits_of(type, 1), bits_of(type, odd),
                                                  bits_of(type, 2)};
       std::vector<std::int64_t> nearest(values.size());

@@ -20,11 +20,12 @@ constexpr double kRound = 6755399441055744.0;  // 1.5 * 2^52: sums with it are w
 constexpr double kMost = 1125899906842624.0;   // 2^50
 
 // Whole numbers up to kMost, by their bits: of several at once, unlike what processors convert.
-std::int64_t as_integer(double whole) {
-  return std::bit_cast<std::int64_t>(whole + kRound) - std::bit_cast<std::int64_t>(kRound);
+constexpr auto kRoundBits = std::bit_cast<std::uint64_t>(kRound);
+std::uint64_t as_integer(double whole) {
+  return std::bit_cast<std::uint64_t>(whole + kRound) - kRoundBits;
 }
 double as_double(std::uint64_t integer) {
-  return std::bit_cast<double>(integer + std::bit_cast<std::uint64_t>(kRound)) - kRound;
+  return std::bit_cast<double>(integer + kRoundBits) - kRound;
 }
 
 template <class Bits>
@@ -77,7 +78,7 @@ bool nearest_as(std::span<const std::uint64_t> bits, double times,
     within &= (std::bit_cast<std::uint64_t>(scaled) << 1 >> 1) - kMostBits;
     const double even = scaled + kRound - kRound;  // the nearest, of two the even one
     const std::uint64_t other = std::bit_cast<std::uint64_t>(scaled - even) ^ kHalfBits;
-    nearest[i] = as_integer(even) + 1 - static_cast<std::int64_t>((other | (0 - other)) >> 63);
+    nearest[i] = static_cast<std::int64_t>(as_integer(even) + 1 - ((other | (0 - other)) >> 63));
   }
   return within >> 63 != 0;
 }
