@@ -1,8 +1,8 @@
 // Damage behind right checksums (damaged_file.h). The target feeds the Decoder in pieces whose
 // sizes the input says. An item, an error or a wish for more; never a crash, never memory out of
 // proportion, and the same whatever the pieces. What read_summary tells of the file is what the
-// Decoder counted, where both take it. An input is one byte, the seed of the piece sizes, and a
-// file.
+// Decoder counted, where both take it; sets that it has can be written again. An input is one byte,
+// the seed of the piece sizes, and a file.
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "damaged_file.h"
+#include "shm/sets.h"
 #include "shm/summary.h"
 
 namespace {
@@ -132,6 +133,14 @@ Outcome decode(std::span<const std::byte> bytes, std::uint32_t seed) {
   }
 }
 
+/// Sets that make sense can be written again.
+void read_sets(const shm::Summary& summary) {
+  const shm::Totals& totals = summary.totals;
+  const auto sets = shm::sets_of_extras(
+      summary.extras, {totals.vertices, totals.cells, summary.schema.blocks.size()});
+  if (sets && !shm::extras_of_sets(*sets)) std::abort();
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
@@ -144,6 +153,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const auto summary = shm::read_summary(source, shm_fuzz::small_limits());
   if (summary && outcome.totals() && !Outcome::same(summary->totals, outcome.totals()))
     std::abort();
+  if (summary) read_sets(*summary);
   return 0;
 }
 

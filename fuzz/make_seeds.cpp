@@ -23,6 +23,7 @@
 #include <string_view>
 #include <vector>
 
+#include "shm/sets.h"
 #include "support/coded_meshes.h"
 #ifdef SHM_SEEDS_OF_CONVERTERS
 #include "archive/parity.h"
@@ -119,6 +120,27 @@ std::vector<shm::FeatureFile> more_files() {
     (void)writer->end_mesh();
     (void)writer->finish();
     files.push_back({"zeros", std::move(sink.bytes)});
+  }
+  {  // sets of each kind, and one of each that makes no sense
+    using Kind = shm::MeshSet::Kind;
+    std::vector<shm::MeshSet> sets = {{Kind::nodes, 7, "inlet", {0, 3, 5}, {}, {}, {1, .5, 2}},
+                                      {Kind::sides, -1, "", {0, 4, 4}, {1, 6, 2}, {}, {}},
+                                      {Kind::elements, 2, "all", {1, 2}, {}, {0}, {}}};
+    for (const bool odd : {false, true}) {
+      if (odd)
+        for (shm::MeshSet& set : sets) set.members.push_back(std::uint64_t{1} << 40);
+      if (odd) sets[1].sides.push_back(3);
+      shm::MemorySink sink;
+      const auto extras = [&](shm::Writer& writer) -> shm::Result<void> {
+        const auto made = shm::extras_of_sets(sets);
+        if (!made) return made.error();
+        for (const shm::Extra& extra : *made)
+          if (auto good = writer.add_extra(extra); !good) return good;
+        return {};
+      };
+      (void)write_mesh(shm::bent_grid(3, 2, 2), sink, {}, extras);
+      files.push_back({odd ? "odd_sets" : "sets", std::move(sink.bytes)});
+    }
   }
   for (const shm::Order order : {shm::Order::keep, shm::Order::stream})
     for (const auto codec : shm::codecs_of_both_kinds()) {  // steps of vertices that no cell uses
