@@ -1,0 +1,10 @@
+#!/usr/bin/env python3
+"""The prose of the project keeps the limits of scripts/prose."""
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+
+if __name__ == "__main__":
+    sys.exit(subprocess.run([sys.executable, ROOT / "scripts" / "prose", "--check"], check=False).returncode)
