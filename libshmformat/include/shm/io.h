@@ -30,7 +30,7 @@ class SHM_API ByteSink {
   virtual Result<void> copy(RandomSource& from, std::uint64_t offset, std::uint64_t bytes);
   /// Declares the output complete. Writer::finish() and all other calls that finish a file call it
   /// once, after the last byte. Most sinks do nothing here. A sink that passes its bytes on to
-  /// another sink passes this call on as well, unless it adds the end of the file itself.
+  /// another sink passes this call on too, unless more bytes follow (after a member of an archive).
   virtual Result<void> commit();
 };
 
