@@ -228,7 +228,7 @@ class Remote(unittest.TestCase):
         with self.assertRaises(shmformat.Error) as caught:
             self.open("/text")
         self.assertIn(caught.exception.code, ("corrupt", "truncated"))
-        for mode, words in (("no ranges", "no ranges of files"), ("others", "other bytes")):
+        for mode, words in (("no ranges", "does not support byte ranges"), ("others", "other bytes")):
             self.server.mode = mode
             self.fails(words, self.open)
 

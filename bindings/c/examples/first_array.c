@@ -10,7 +10,7 @@
 
 static int failed(shmf_file* file, const shmf_error* why) {
   fprintf(stderr, "%s\n", why->message);
-  shmf_close(file); /* NULL where it is not open */
+  shmf_close(file); /* NULL if opening failed */
   return why->status;
 }
 
@@ -39,7 +39,7 @@ int main(int argc, char** argv) {
 
   want.type = array.type;
   if (shmf_read(file, &want, 1, NULL, &why) != SHMF_OK)
-    return failed(file, &why); /* how much is it? */
+    return failed(file, &why); /* sets want.used */
   want.data = malloc(want.used);
   want.bytes = want.used;
   if (shmf_read(file, &want, 1, NULL, &why) != SHMF_OK) return failed(file, &why);

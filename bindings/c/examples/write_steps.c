@@ -36,7 +36,7 @@ int main(int argc, char** argv) {
   mesh[1].data = corners;
   mesh[1].bytes = sizeof corners;
 
-  /* The first failure of a writer stays: it is enough to look at the last call. */
+  /* After a failure all later calls fail too, so checking the last call is enough. */
   if (shmf_writer_path(argv[1], NULL, &writer, &why) == SHMF_OK) {
     shmf_writer_block(writer, &block, NULL);
     shmf_writer_array(writer, &array, NULL);

@@ -1,4 +1,4 @@
-// The boundary surface of a file's cells, and what a caller sees of it.
+// The boundary surface of the selected cells.
 #include <algorithm>
 #include <memory>
 #include <optional>
@@ -13,7 +13,7 @@
 
 struct shmf_boundary {
   shm::BoundarySurface surface;
-  // Of its arrays.
+  // Pointers to and sizes of the arrays of `surface`.
   std::vector<const void*> values;
   std::vector<std::uint64_t> bytes;
 };
@@ -38,14 +38,14 @@ Result<shm::BoundaryOptions> options_of(const shmf_boundary_options* options,
   return wanted;
 }
 
-/// One pass over the selected cells, then one over each step that is wanted.
+/// One pass over the selected cells, then one over each requested step.
 class BoundaryPass {
  public:
-  /// All is borrowed.
+  /// All arguments are borrowed.
   BoundaryPass(shmf_file& file, const shm::BoundaryOptions& options, const shmf_run_options& run)
       : file_(&file), run_(run), watch_(run) {
-    for (const shm::BoundaryArray& it : options.arrays)
-      (file.schema().arrays[it.array].per_step ? steps_ : static_).push_back(it);
+    for (const shm::BoundaryArray& array : options.arrays)
+      (file.schema().arrays[array.array].per_step ? steps_ : static_).push_back(array);
     all_ = static_cast<double>(file.mesh->cells()) * static_cast<double>(1 + steps_.size());
   }
 
@@ -55,7 +55,8 @@ class BoundaryPass {
   Result<void> expect_steps();
   Result<void> read_mesh(shm::BoundaryFinder& finder);
   Result<void> read_step(const shm::BoundaryArray& wanted, shm::BoundaryFinder& finder);
-  /// Whether numbers are those of the file, and steps need no piece.
+  /// Returns true if the whole file is selected: numbers are then those of the file, and steps can
+  /// be read without a selection.
   bool is_whole() const { return file_->piece.cells.all() && !file_->damaged; }
 
   shmf_file* file_;
@@ -66,26 +67,26 @@ class BoundaryPass {
 };
 
 Result<shm::BoundarySurface> BoundaryPass::run(shm::BoundaryFinder finder) {
-  if (auto good = expect_steps(); !good) return good.error();
-  if (auto good = read_mesh(finder); !good) return good.error();
+  if (auto status = expect_steps(); !status) return status.error();
+  if (auto status = read_mesh(finder); !status) return status.error();
   done_ = static_cast<double>(file_->mesh->cells());
   for (const shm::BoundaryArray& wanted : steps_) {
-    if (auto good = watch_.tell(done_, all_); !good) return good.error();
-    if (auto good = read_step(wanted, finder); !good) return good.error();
+    if (auto status = watch_.tell(done_, all_); !status) return status.error();
+    if (auto status = read_step(wanted, finder); !status) return status.error();
     done_ += static_cast<double>(file_->mesh->cells());
   }
-  if (auto good = watch_.tell(1, 1); !good) return good.error();
+  if (auto status = watch_.tell(1, 1); !status) return status.error();
   return finder.finish();
 }
 
-/// What has no values at its step fails before the mesh is read.
+/// Fails before the mesh is read if an array has no values at its step.
 Result<void> BoundaryPass::expect_steps() {
   if (!is_whole() || steps_.empty()) return {};
   const auto reader = file_->mesh->step_reader();
   if (!reader) return reader.error();
   for (const shm::BoundaryArray& wanted : steps_)
-    if (auto good = (*reader)->begin({wanted.array, wanted.step, std::nullopt, false}); !good)
-      return good;
+    if (auto status = (*reader)->begin({wanted.array, wanted.step, std::nullopt, false}); !status)
+      return status;
   return {};
 }
 
@@ -97,14 +98,14 @@ Result<void> BoundaryPass::read_mesh(shm::BoundaryFinder& finder) {
   std::sort(request.arrays->begin(), request.arrays->end());
   request.arrays->erase(std::unique(request.arrays->begin(), request.arrays->end()),
                         request.arrays->end());
-  if (auto good = file_->mesh->begin(request, read_options(run_)); !good) return good;
+  if (auto status = file_->mesh->begin(request, read_options(run_)); !status) return status;
   while (true) {
     const auto block = file_->mesh->next();
     if (!block) return block.error();
     if (*block == nullptr) return {};
-    if (auto good = finder.add(**block); !good) return good;
+    if (auto status = finder.add(**block); !status) return status;
     done_ += static_cast<double>((*block)->cell_count());
-    if (auto good = watch_.tell(done_, all_); !good) return good;
+    if (auto status = watch_.tell(done_, all_); !status) return status;
   }
 }
 
@@ -116,10 +117,10 @@ Result<void> BoundaryPass::read_step(const shm::BoundaryArray& wanted,
     if (!opened) return opened.error();
     reader = *opened;
   }
-  auto good = reader != nullptr ? reader->begin({wanted.array, wanted.step, std::nullopt, false})
-                                : file_->mesh->begin_values(wanted.array, wanted.step);
-  if (!good) return good;
-  // A piece may have none of them, and of a damaged file they may be lost.
+  auto status = reader != nullptr ? reader->begin({wanted.array, wanted.step, std::nullopt, false})
+                                  : file_->mesh->begin_values(wanted.array, wanted.step);
+  if (!status) return status;
+  // An empty piece has no values, and values of a damaged file may be lost.
   if (auto none = finder.add(wanted.array, wanted.step, shm::StepValues()); !none) return none;
   while (true) {
     const auto values = reader != nullptr ? reader->next() : file_->mesh->next_values();

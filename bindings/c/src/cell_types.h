@@ -1,4 +1,4 @@
-// Cell types of VTK, as vtkCellType.h numbers them.
+// Cell types of VTK, numbered as in vtkCellType.h.
 #pragma once
 
 #include <cstdint>
@@ -7,8 +7,8 @@
 
 namespace shmf {
 
-/// Of a cell with so many nodes. 2, a poly-vertex, where VTK has none for it; of polyhedra whose
-/// faces are not known 41, a convex point set.
+/// Returns the type of a cell with `nodes` nodes: 2 (a poly-vertex) if VTK has no type for it, 41
+/// (a convex point set) for polyhedra whose faces are unknown.
 std::uint8_t vtk_cell_type(shm::CellShape shape, std::uint64_t nodes);
 
 }  // namespace shmf

@@ -1,4 +1,4 @@
-// A stream in pieces: bytes in, items out.
+// Decoding of a stream: the caller feeds bytes and takes items.
 #include <memory>
 #include <optional>
 #include <span>
@@ -15,8 +15,8 @@ struct shmf_decoder {
   explicit shmf_decoder(const shm::ReadLimits& limits) : decoder(limits) {}
 
   shm::Decoder decoder;
-  std::optional<shm::Item> item;  // that was given last
-  // Of its arrays.
+  std::optional<shm::Item> item;  // the item returned last
+  // Pointers to and sizes of the arrays of `item`.
   std::vector<const void*> values;
   std::vector<std::uint64_t> bytes;
   shmf_extra extra{};
@@ -73,10 +73,10 @@ void fill(shmf_item& item, const shm::Extra& extra, shmf_decoder& decoder) {
   item.extra = &decoder.extra;
 }
 
-/// Nothing that a caller of this interface has not got.
+/// Totals are not part of this interface.
 void fill(shmf_item& item, const shm::Totals&, shmf_decoder&) { item.kind = SHMF_NEED_INPUT; }
 
-/// The next item that is something to a caller.
+/// Returns the next item that the interface has a kind for.
 Result<shmf_item> next_item(shmf_decoder& decoder) {
   while (true) {
     shmf_item item{};
@@ -89,18 +89,18 @@ Result<shmf_item> next_item(shmf_decoder& decoder) {
       return item;
     }
     decoder.item.emplace(decoder.decoder.take());
-    std::visit([&](const auto& it) { fill(item, it, decoder); }, *decoder.item);
+    std::visit([&](const auto& content) { fill(item, content, decoder); }, *decoder.item);
     if (!std::holds_alternative<shm::Totals>(*decoder.item)) return item;
   }
 }
 
-/// guarded(), where `call(schema)` wants what the stream says of itself.
+/// Runs `call(schema)` as guarded() does, once the schema of the stream is known.
 template <class Call>
 shmf_status with_schema(const shmf_decoder* decoder, shmf_error* error, Call&& call) noexcept {
   return guarded(error, [&]() -> Result<void> {
     if (decoder == nullptr) return misuse("the decoder is NULL");
     const shm::Schema* schema = decoder->decoder.schema();
-    if (schema == nullptr) return misuse("nothing of the stream is known yet");
+    if (schema == nullptr) return misuse("the schema of the stream has not been decoded yet");
     return call(*schema);
   });
 }
@@ -118,7 +118,7 @@ shmf_status shmf_decoder_new(const shmf_open_options* options, shmf_decoder** de
     *decoder = nullptr;
     const auto own = shmf::taken_or_default(options, "options");
     if (!own) return own.error();
-    if (own->damaged != 0) return misuse("of a damaged stream nothing can be decoded");
+    if (own->damaged != 0) return misuse("a damaged stream cannot be decoded");
     *decoder = std::make_unique<shmf_decoder>(shmf::limits_of(*own)).release();
     return {};
   });

@@ -1,4 +1,4 @@
-// Sources and sinks whose bytes come from and go to functions of the caller; what watches a run.
+// Sources and sinks that call functions of the caller, and reporting of progress.
 #pragma once
 
 #include <cstddef>
@@ -13,13 +13,14 @@
 
 namespace shmf {
 
-/// Where the library would take a "-" for standard input or output, it is a file like others.
+/// Returns a path that names a file even if it is "-", which the library takes as standard input or
+/// output.
 inline std::string path_of(const char* path) {
   const std::string name(path);
   return name == "-" ? "./-" : name;
 }
 
-/// Bytes that a function of the caller gives. Closes when it is destroyed.
+/// A source that reads through a function of the caller. The destructor closes it.
 class CallbackSource final : public shm::RandomSource {
  public:
   explicit CallbackSource(const shmf_source& source) : source_(source) {}
@@ -47,14 +48,14 @@ class CallbackSink final : public shm::ByteSink {
   void* context_;
 };
 
-/// With as many threads as the caller wants.
+/// Read options with the number of threads that the caller wants.
 shm::ReadOptions read_options(const shmf_run_options& run);
 
-/// Tells the caller how far a run is.
+/// Reports progress to the caller.
 class Watch {
  public:
   explicit Watch(const shmf_run_options& run) : run_(run) {}
-  /// `done` of `all` is done. Fails where the caller wants no more.
+  /// Reports that `done` of `all` is done. Fails if the caller cancels.
   shm::Result<void> tell(double done, double all);
 
  private:

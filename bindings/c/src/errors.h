@@ -1,4 +1,5 @@
-// How failures of the library become a status and a shmf_error, and how no exception leaves a call.
+// Converts failures of the library to a status and a shmf_error, and keeps exceptions from leaving
+// a call.
 #pragma once
 
 #include <cstdint>
@@ -13,15 +14,15 @@
 
 namespace shmf {
 
-/// What shm::ErrorCode has no number for.
+/// Codes in addition to shm::ErrorCode.
 inline constexpr auto kNoMemory = static_cast<shm::ErrorCode>(SHMF_NO_MEMORY);
 inline constexpr auto kCancelled = static_cast<shm::ErrorCode>(SHMF_CANCELLED);
 
-/// Of a call that its caller should not have made.
+/// Error of a call that breaks the contract.
 inline shm::Error misuse(std::string detail, std::string section = {}) {
   return {shm::ErrorCode::misuse, std::move(detail), std::move(section), shm::kNoOffset, {}};
 }
-/// Of a file that is not what its index says.
+/// Error of a file that disagrees with its index.
 inline shm::Error corrupt(std::string detail, std::string section) {
   return {shm::ErrorCode::corrupt, std::move(detail), std::move(section), shm::kNoOffset, {}};
 }
@@ -31,7 +32,7 @@ shmf_status report(shmf_error* error, const shm::Error& why);
 shmf_status report_no_memory(shmf_error* error) noexcept;
 shmf_status report_other(shmf_error* error, const char* what) noexcept;
 
-/// Calls `call`, which returns a Result, and tells in *error what failed.
+/// Runs `call`, which returns a Result, and reports a failure in *error.
 template <class Call>
 shmf_status guarded(shmf_error* error, Call&& call) noexcept {
   try {

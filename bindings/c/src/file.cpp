@@ -1,4 +1,4 @@
-// Opening, and what a file holds.
+// Opening files, and describing their contents.
 #include "file.h"
 
 #include <algorithm>
@@ -16,7 +16,7 @@ namespace {
 
 using FilePointer = std::unique_ptr<shmf_file>;
 
-/// Opens what `file` has as its bytes.
+/// Opens the file whose bytes `file` already holds.
 shm::Result<FilePointer> opened(FilePointer file, const shmf_open_options* options) {
   const auto own = taken_or_default(options, "options");
   if (!own) return own.error();
@@ -29,7 +29,7 @@ shm::Result<FilePointer> opened(FilePointer file, const shmf_open_options* optio
   std::array<std::byte, 16> head{};
   shm::RandomSource& bytes = file->bytes();
   if (bytes.size() >= head.size()) {
-    if (auto good = bytes.read_at(0, head); !good) return named(good.error());
+    if (auto status = bytes.read_at(0, head); !status) return named(status.error());
     if (!file->section && shm::looks_like_archive(head)) {
       auto archive = shm::ArchiveReader::open(bytes, file->limits);
       if (!archive) return named(archive.error());
@@ -45,7 +45,7 @@ shm::Result<FilePointer> opened(FilePointer file, const shmf_open_options* optio
   return file;
 }
 
-/// Gives the caller what `make` makes, or null.
+/// Gives the caller the handle that `make` returns, or null if `make` fails.
 template <class Handle, class Make>
 shmf_status give_handle(Handle** handle, shmf_error* error, Make&& make) noexcept {
   return guarded(error, [&]() -> shm::Result<void> {
@@ -160,9 +160,10 @@ Result<void> shmf_file::read_extras() {
 
 Result<void> shmf_file::read_sets() {
   if (sets) return {};
-  if (auto good = read_extras(); !good) return good;
+  if (auto status = read_extras(); !status) return status;
   shm::SetBounds bounds{mesh->vertices(), mesh->cells(), schema().blocks.size()};
-  if (damaged) {  // nobody may know how many there were, and a set that is hurt hides no other
+  // The original counts may be unknown, and a damaged set must not hide the other sets.
+  if (damaged) {
     bounds.vertices = bounds.cells = ~std::uint64_t{0};
     std::vector<shm::MeshSet> whole;
     for (const shm::SetPlace& place : shm::find_sets(*extras))
@@ -205,14 +206,14 @@ shmf_status shmf_open_source(const shmf_source* source, const shmf_open_options*
   shmf_source own{};
   if (source != nullptr && source->struct_size >= sizeof(std::size_t))
     std::memcpy(&own, source, std::min(source->struct_size, sizeof own));
-  bool closes = false;  // by itself, when it is destroyed
+  bool closes = false;  // set: the source closes itself when it is destroyed
   const auto status = shmf::give_handle(file, error, [&]() -> Result<shmf::FilePointer> {
-    if (const auto good = taken(source, "the source"); !good) return good.error();
+    if (const auto status = taken(source, "the source"); !status) return status.error();
     if (own.read_at == nullptr) return misuse("the source has no read_at()");
     auto made = std::make_unique<shmf_file>();
     auto bytes = std::make_unique<shmf::CallbackSource>(own);
     closes = true;
-    // Members of an archive, in threads of their own, share one source.
+    // Members of an archive share one source and may be used in different threads.
     made->source = std::make_shared<shm::SharedSource>(std::move(bytes));
     return shmf::opened(std::move(made), options);
   });
@@ -345,7 +346,7 @@ shmf_status shmf_get_steps(shmf_file* file, uint32_t array, const uint64_t** ste
 shmf_status shmf_extra_count(shmf_file* file, uint64_t* count, shmf_error* error) {
   return with_mesh(file, error, [&]() -> Result<void> {
     if (count == nullptr) return misuse("nowhere to put the count");
-    if (auto good = file->read_extras(); !good) return good;
+    if (auto status = file->read_extras(); !status) return status;
     *count = file->extras->size();
     return {};
   });
@@ -353,7 +354,7 @@ shmf_status shmf_extra_count(shmf_file* file, uint64_t* count, shmf_error* error
 
 shmf_status shmf_get_extra(shmf_file* file, uint64_t extra, shmf_extra* info, shmf_error* error) {
   return with_mesh(file, error, [&]() -> Result<void> {
-    if (auto good = file->read_extras(); !good) return good;
+    if (auto status = file->read_extras(); !status) return status;
     if (extra >= file->extras->size()) return misuse("no extra " + std::to_string(extra));
     const shm::Extra& from = (*file->extras)[static_cast<std::size_t>(extra)];
     return give(info, shmf::extra_of(from), "info");
@@ -363,7 +364,7 @@ shmf_status shmf_get_extra(shmf_file* file, uint64_t extra, shmf_extra* info, sh
 shmf_status shmf_set_count(shmf_file* file, uint64_t* count, shmf_error* error) {
   return with_mesh(file, error, [&]() -> Result<void> {
     if (count == nullptr) return misuse("nowhere to put the count");
-    if (auto good = file->read_sets(); !good) return good;
+    if (auto status = file->read_sets(); !status) return status;
     *count = file->sets->size();
     return {};
   });
@@ -371,7 +372,7 @@ shmf_status shmf_set_count(shmf_file* file, uint64_t* count, shmf_error* error) 
 
 shmf_status shmf_get_set(shmf_file* file, uint64_t set, shmf_set* info, shmf_error* error) {
   return with_mesh(file, error, [&]() -> Result<void> {
-    if (auto good = file->read_sets(); !good) return good;
+    if (auto status = file->read_sets(); !status) return status;
     if (set >= file->sets->size()) return misuse("no set " + std::to_string(set));
     const shm::MeshSet& from = (*file->sets)[static_cast<std::size_t>(set)];
     shmf_set own{};

@@ -1,4 +1,4 @@
-// An open file: what a shmf_file is.
+// shmf_file: an open file.
 #pragma once
 
 #include <atomic>
@@ -17,45 +17,45 @@
 
 namespace shmf {
 
-/// The cells that shmf_read() is to give, and how many there are of what.
+/// The cells selected for shmf_read(), with their counts.
 struct Piece {
   shm::CellSelection cells;
   bool whole = true;     ///< all of an undamaged file: numbers are those of the file, from 0
   bool counted = false;  ///< the members below are known
   std::uint64_t vertex_count = 0, cell_count = 0, corner_count = 0;
   std::vector<std::uint64_t> block_cells;
-  /// Unless it is whole: the numbers in the file, ascending.
+  /// Unless `whole`: numbers in the file, ascending.
   std::vector<std::uint64_t> vertices, numbers;
 };
 
 shm::ReadLimits limits_of(const shmf_open_options& options);
-/// What a schema tells; counts are 0.
+/// Descriptions from a schema; all counts are 0.
 shmf_info info_of(const shm::Schema& schema);
 shm::Result<shmf_block> block_of(const shm::Schema& schema, std::uint32_t block);
 shm::Result<shmf_array> array_of(const shm::Schema& schema, std::uint32_t array);
 shmf_extra extra_of(const shm::Extra& extra);
-/// Cells of the blocks that an array of cells covers.
+/// Returns the number of cells in the blocks that an array of cells covers.
 std::uint64_t covered_cells(const shm::Schema& schema, std::uint32_t array,
                             const std::vector<std::uint64_t>& block_cells);
 
 }  // namespace shmf
 
 struct shmf_file {
-  // In this order: what is below borrows what is above.
+  // The order matters: later members borrow earlier members.
   std::string name;                           // for messages; may be empty
-  std::shared_ptr<shm::RandomSource> source;  // of the whole file, or of the archive
-  std::optional<shm::SectionSource> section;  // of a member
+  std::shared_ptr<shm::RandomSource> source;  // of the whole file; for a member, of its archive
+  std::optional<shm::SectionSource> section;  // of a member of an archive
   std::optional<shm::ArchiveReader> archive;
   shm::ReadLimits limits;
   bool damaged = false;
-  std::optional<shm::MeshExtractor> mesh;  // nothing in an archive
+  std::optional<shm::MeshExtractor> mesh;  // empty for an archive
 
   std::optional<std::vector<double>> times;
   std::vector<std::uint64_t> array_steps;
   std::optional<std::vector<shm::Extra>> extras;
   std::optional<std::vector<shm::MeshSet>> sets;
   shmf::Piece piece;
-  mutable std::atomic<bool> busy = false;  // with a call
+  mutable std::atomic<bool> busy = false;  // a call is active
 
   shm::RandomSource& bytes() {
     return section ? static_cast<shm::RandomSource&>(*section) : *source;
@@ -68,14 +68,14 @@ struct shmf_file {
 
 namespace shmf {
 
-/// guarded(), where `call` wants an open mesh; errors get the name of the file. Of calls from
-/// within a function of the caller's, or from another thread at the same time, the second is
+/// Runs `call` as guarded() does, for a file with an open mesh. Errors get the name of the file. A
+/// second call for the same file, made from a callback or another thread while one is active, is
 /// misuse.
 template <class Call>
 shmf_status with_mesh(const shmf_file* file, shmf_error* error, Call&& call) noexcept {
   return guarded(error, [&]() -> shm::Result<void> {
     if (file == nullptr) return misuse("the file is NULL");
-    if (!file->mesh) return misuse("an archive: open a member of it");
+    if (!file->mesh) return misuse("this is an archive: open one of its members");
     if (file->busy.exchange(true)) return misuse("the file is busy with another call");
     struct Leaving {
       std::atomic<bool>& busy;

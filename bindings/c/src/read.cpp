@@ -1,4 +1,4 @@
-// Selecting, and reading whole arrays in one pass.
+// Selecting cells, and reading whole arrays in one pass.
 #include <algorithm>
 #include <map>
 #include <optional>
@@ -20,7 +20,7 @@ namespace {
 using shm::MeshBlock;
 using shm::Result;
 
-/// Which of the piece's elements has this number in the file; nothing where none has.
+/// Returns the index in the piece of the element with this number in the file, if there is one.
 std::optional<std::uint64_t> position(const std::vector<std::uint64_t>& numbers, bool whole,
                                       std::uint64_t count, std::uint64_t number) {
   if (whole) return number < count ? std::optional(number) : std::nullopt;
@@ -29,18 +29,19 @@ std::optional<std::uint64_t> position(const std::vector<std::uint64_t>& numbers,
   return static_cast<std::uint64_t>(found - numbers.begin());
 }
 
-/// One pass over the mesh: what is wanted of vertices and cells goes to its places.
+/// One pass over the mesh, which fills the targets for vertices, cells and static arrays.
 class MeshPass {
  public:
-  /// All is borrowed. `keep_blocks`: cell_blocks() is asked for.
+  /// All arguments are borrowed. `keep_blocks`: cell_blocks() will be needed.
   MeshPass(shmf_file& file, std::span<Target> targets, bool coordinates, bool keep_blocks);
   Result<void> run(Watch& watch, double all, const shm::ReadOptions& options);
 
-  /// Index of the block of each cell.
+  /// Block index of each cell.
   const std::vector<std::uint32_t>& cell_blocks() const { return cell_blocks_; }
 
  private:
-  /// A target, and what has come of it; of static arrays of cells, also in the block at hand.
+  /// A target, the number of elements filled, and for static cell arrays the number of elements
+  /// taken from the current block.
   struct Filled {
     Target* target;
     std::uint64_t count = 0;
@@ -52,7 +53,7 @@ class MeshPass {
   }
   Result<void> take_vertices(const MeshBlock& block);
   Result<void> take_cells(const MeshBlock& block);
-  /// Cells first to end of a block are the next ones.
+  /// Appends cells `first` to `end` - 1 of a block as the next cells.
   Result<void> append(const MeshBlock& block, std::size_t first, std::size_t end,
                       std::span<Filled> cells);
   Result<void> append_corners(const MeshBlock& block, std::size_t first, std::size_t end,
@@ -61,7 +62,8 @@ class MeshPass {
                              Filled& filled);
   Result<void> append_waiting();
   MeshBlock alone(const MeshBlock& block, std::size_t cell);
-  /// Whether `cell` of a block comes `ahead` behind the next one that is missing.
+  /// Returns true if `cell` of a block is the cell that belongs `ahead` places after the next
+  /// missing cell.
   bool follows(const MeshBlock& block, std::size_t cell, std::size_t ahead) const {
     const std::uint64_t next = next_cell_ + ahead;
     if (next >= piece().cell_count) return false;
@@ -73,12 +75,12 @@ class MeshPass {
   shmf_file* file_;
   bool coordinates_, keep_blocks_;
   std::vector<Filled> vertices_, cells_;
-  std::vector<std::uint32_t> arrays_;  // that are wanted
-  std::vector<std::uint8_t> types_;    // VTK's, of each block; 0: as many nodes as a cell has
-  std::vector<std::uint64_t> places_;  // of the vertices of a block
+  std::vector<std::uint32_t> arrays_;  // requested static arrays
+  std::vector<std::uint8_t> types_;    // VTK's type per block; 0: depends on the nodes of each cell
+  std::vector<std::uint64_t> places_;  // places of the vertices of a block
   std::uint64_t vertices_done_ = 0, next_cell_ = 0, next_corner_ = 0;
   std::vector<std::uint32_t> cell_blocks_;
-  std::map<std::uint64_t, MeshBlock> waiting_;  // cells that came before their turn, by number
+  std::map<std::uint64_t, MeshBlock> waiting_;  // cells that arrived too early, by number
 };
 
 MeshPass::MeshPass(shmf_file& file, std::span<Target> targets, bool coordinates, bool keep_blocks)
@@ -101,19 +103,19 @@ Result<void> MeshPass::run(Watch& watch, double all, const shm::ReadOptions& opt
   request.cells = piece().cells;
   request.arrays = arrays_;
   request.coordinates = coordinates_;
-  if (auto good = file_->mesh->begin(request, options); !good) return good;
+  if (auto status = file_->mesh->begin(request, options); !status) return status;
   while (true) {
     const auto part = file_->mesh->next();
     if (!part) return part.error();
     if (*part == nullptr) break;
-    if (auto good = take_vertices(**part); !good) return good;
-    if (auto good = take_cells(**part); !good) return good;
-    if (auto good = watch.tell(static_cast<double>(vertices_done_ + next_cell_), all); !good)
-      return good;
+    if (auto status = take_vertices(**part); !status) return status;
+    if (auto status = take_cells(**part); !status) return status;
+    if (auto status = watch.tell(static_cast<double>(vertices_done_ + next_cell_), all); !status)
+      return status;
   }
   if (vertices_done_ != piece().vertex_count || next_cell_ != piece().cell_count ||
       next_corner_ != piece().corner_count)
-    return corrupt("counts more than there is", "index");
+    return corrupt("counts more elements than the file has", "index");
   for (Filled& filled : cells_) {
     if (filled.target->what() == SHMF_CORNER_BEGIN)
       filled.target->put_number(next_cell_, next_corner_);
@@ -134,8 +136,8 @@ Result<void> MeshPass::take_vertices(const MeshBlock& block) {
     const auto place =
         position(piece().vertices, piece().whole, piece().vertex_count, block.vertex_numbers[v]);
     if (!place)
-      return corrupt("has vertex " + std::to_string(block.vertex_numbers[v]) + ", of " +
-                         std::to_string(piece().vertex_count),
+      return corrupt("has vertex " + std::to_string(block.vertex_numbers[v]) +
+                         ", the number of vertices is " + std::to_string(piece().vertex_count),
                      "mesh");
     places_[v] = *place;
   }
@@ -147,7 +149,7 @@ Result<void> MeshPass::take_vertices(const MeshBlock& block) {
       continue;
     }
     const auto& values = target.what() == SHMF_POINTS ? block.xyz : block.arrays[target.array()];
-    for (std::size_t v = 0; v < count;) {  // runs that stay together
+    for (std::size_t v = 0; v < count;) {  // runs of consecutive places
       std::size_t end = v + 1;
       while (end < count && places_[end] == places_[v] + (end - v)) ++end;
       target.put_values(places_[v], values.data() + v * target.stride(), end - v);
@@ -163,8 +165,8 @@ Result<void> MeshPass::take_cells(const MeshBlock& block) {
     std::size_t end = cell;
     while (end < block.cell_count() && follows(block, end, end - cell)) ++end;
     if (end > cell) {
-      if (auto good = append(block, cell, end, cells_); !good) return good;
-      if (auto good = append_waiting(); !good) return good;
+      if (auto status = append(block, cell, end, cells_); !status) return status;
+      if (auto status = append_waiting(); !status) return status;
       cell = end;
       continue;
     }
@@ -178,7 +180,7 @@ Result<void> MeshPass::take_cells(const MeshBlock& block) {
   return {};
 }
 
-/// A cell of a block as a block of its own, with what is wanted of it.
+/// Copies one cell, with the requested values, to a block of its own.
 MeshBlock MeshPass::alone(const MeshBlock& block, std::size_t cell) {
   MeshBlock own;
   const auto corner = [&](std::size_t i) {
@@ -202,9 +204,9 @@ Result<void> MeshPass::append_waiting() {
   while (!waiting_.empty()) {
     const MeshBlock& next = waiting_.begin()->second;
     if (!follows(next, 0, 0)) break;
-    std::vector<Filled> cells = cells_;  // counts in its own block from 0
+    std::vector<Filled> cells = cells_;  // counts from 0 in the cell's own block
     for (Filled& filled : cells) filled.taken = 0;
-    if (auto good = append(next, 0, 1, cells); !good) return good;
+    if (auto status = append(next, 0, 1, cells); !status) return status;
     for (std::size_t i = 0; i < cells.size(); ++i) cells_[i].count = cells[i].count;
     waiting_.erase(waiting_.begin());
   }
@@ -220,7 +222,7 @@ Result<void> MeshPass::append(const MeshBlock& block, std::size_t first, std::si
     Target& target = *filled.target;
     switch (target.what()) {
       case SHMF_CORNERS:
-        if (auto good = append_corners(block, first, end, target); !good) return good;
+        if (auto status = append_corners(block, first, end, target); !status) return status;
         break;
       case SHMF_CORNER_BEGIN:
         for (std::size_t c = first; c < end; ++c)
@@ -244,7 +246,7 @@ Result<void> MeshPass::append(const MeshBlock& block, std::size_t first, std::si
         target.put_numbers(next_cell_, std::span(block.cell_numbers).subspan(first, end - first));
         break;
       default:
-        if (auto good = append_values(block, first, end, filled); !good) return good;
+        if (auto status = append_values(block, first, end, filled); !status) return status;
         break;
     }
   }
@@ -259,34 +261,36 @@ Result<void> MeshPass::append(const MeshBlock& block, std::size_t first, std::si
 
 Result<void> MeshPass::append_corners(const MeshBlock& block, std::size_t first, std::size_t end,
                                       Target& target) {
-  std::uint64_t at = next_corner_;
+  std::uint64_t next = next_corner_;
   const auto corners =
       std::span(block.corners)
           .subspan(static_cast<std::size_t>(block.corner_begin[first]),
                    static_cast<std::size_t>(block.corner_begin[end] - block.corner_begin[first]));
   if (piece().whole && !corners.empty() &&
       *std::max_element(corners.begin(), corners.end()) < piece().vertex_count) {
-    target.put_numbers(at, corners);
+    target.put_numbers(next, corners);
     return {};
   }
   for (const std::uint64_t corner : corners) {
     const auto place = position(piece().vertices, piece().whole, piece().vertex_count, corner);
-    if (!place) return corrupt("uses vertex " + std::to_string(corner) + ", which is none", "mesh");
-    target.put_number(at++, *place);
+    if (!place)
+      return corrupt("uses vertex " + std::to_string(corner) + ", which does not exist", "mesh");
+    target.put_number(next++, *place);
   }
   return {};
 }
 
-/// The index may count cells of other blocks than there are: the room is for what it counts.
+/// The index may give wrong counts of cells per block; the target has exactly the size that follows
+/// from the index.
 Result<void> MeshPass::append_values(const MeshBlock& block, std::size_t first, std::size_t end,
                                      Filled& filled) {
   Target& target = *filled.target;
   const std::byte* values = block.arrays[target.array()].data();
-  for (std::size_t c = first; c < end;) {  // runs that have values, or have none
+  for (std::size_t c = first; c < end;) {  // runs of cells with, or without, values
     const bool has = covers(filled, block.cell_blocks[c]);
-    std::size_t behind = c + 1;
-    while (behind < end && covers(filled, block.cell_blocks[behind]) == has) ++behind;
-    const std::size_t count = behind - c;
+    std::size_t run_end = c + 1;
+    while (run_end < end && covers(filled, block.cell_blocks[run_end]) == has) ++run_end;
+    const std::size_t count = run_end - c;
     if ((has || target.fills()) && count > target.elements() - filled.count)
       return corrupt("counts fewer cells of a block than there are", "index");
     if (has) {
@@ -296,19 +300,19 @@ Result<void> MeshPass::append_values(const MeshBlock& block, std::size_t first, 
       target.put_nothing(filled.count, count);
     }
     filled.count += has || target.fills() ? count : 0;
-    c = behind;
+    c = run_end;
   }
   return {};
 }
 
-/// Values of stepped arrays.
+/// Reads values of stepped arrays.
 class StepPass {
  public:
-  /// All is borrowed. `cell_blocks`: of each cell of the piece, where an array of cells that is not
-  /// on all of them is wanted without the others.
+  /// All arguments are borrowed. `cell_blocks`: block of each cell of the piece; needed for cell
+  /// arrays on some blocks only, unless they are filled up for all cells.
   StepPass(shmf_file& file, std::span<Target> targets,
            const std::vector<std::uint32_t>& cell_blocks);
-  /// Of all targets together.
+  /// Number of elements of all targets together.
   std::uint64_t elements() const;
   Result<void> run(Watch& watch, double done, double all);
 
@@ -321,8 +325,8 @@ class StepPass {
 
   shmf_file* file_;
   const std::vector<std::uint32_t>* cell_blocks_;
-  Wanted wanted_;                       // by array and step, ascending: so it costs least
-  std::vector<std::uint64_t> covered_;  // places of the cells that the array at hand is on
+  Wanted wanted_;                       // by array and step; ascending steps are fastest
+  std::vector<std::uint64_t> covered_;  // places of the cells that the current array covers
   std::uint64_t placed_ = 0;
 };
 
@@ -342,9 +346,9 @@ std::uint64_t StepPass::elements() const {
 
 Result<void> StepPass::run(Watch& watch, double done, double all) {
   for (auto& [key, targets] : wanted_) {
-    if (auto good = read(key.first, key.second, targets); !good) return good;
+    if (auto status = read(key.first, key.second, targets); !status) return status;
     done += static_cast<double>(targets.front()->elements());
-    if (auto good = watch.tell(done, all); !good) return good;
+    if (auto status = watch.tell(done, all); !status) return status;
   }
   return {};
 }
@@ -364,9 +368,9 @@ Result<void> StepPass::read(std::uint32_t array, std::uint64_t step, std::span<T
     if (!opened) return opened.error();
     reader = *opened;
   }
-  auto good = reader != nullptr ? reader->begin({array, step, std::nullopt, true})
-                                : file_->mesh->begin_values(array, step);
-  if (!good) return good;
+  auto status = reader != nullptr ? reader->begin({array, step, std::nullopt, true})
+                                  : file_->mesh->begin_values(array, step);
+  if (!status) return status;
   placed_ = 0;
   while (true) {
     const auto values = reader != nullptr ? reader->next() : file_->mesh->next_values();
@@ -377,16 +381,16 @@ Result<void> StepPass::read(std::uint32_t array, std::uint64_t step, std::span<T
   const std::uint64_t expected =
       of_points ? piece.vertex_count : covered_cells(file_->schema(), array, piece.block_cells);
   if (placed_ < expected && !file_->damaged)
-    return corrupt(
-        "has values of " + std::to_string(placed_) + " elements, of " + std::to_string(expected),
-        "step values");
+    return corrupt("has values of " + std::to_string(placed_) + " elements, expected " +
+                       std::to_string(expected),
+                   "step values");
   return {};
 }
 
 Result<void> StepPass::place(const shm::StepValues& values, std::span<Target*> targets) {
   const std::size_t count = values.numbers.size();
   for (Target* target : targets) {
-    for (std::size_t i = 0; i < count;) {  // runs that stay together
+    for (std::size_t i = 0; i < count;) {  // runs of consecutive places
       const auto first = place_of(*target, values.numbers[i]);
       if (!first) return first.error();
       std::size_t end = i + 1;
@@ -416,14 +420,14 @@ Result<std::uint64_t> StepPass::place_of(const Target& target, std::uint64_t num
                 : std::nullopt;
   }
   if (!place || *place >= target.elements())
-    return corrupt("has a value of element " + std::to_string(number) + ", which is none",
+    return corrupt("has a value of element " + std::to_string(number) + ", which does not exist",
                    "step values");
   return *place;
 }
 
 Result<void> read_targets(shmf_file& file, std::span<Target> targets, const shmf_run_options& run) {
-  // The mesh is passed for what is wanted of it, to know a piece, and to know which cells have
-  // values of an array that is not on all.
+  // The mesh is needed for its own targets, for a selection, and to know which cells have values of
+  // an array that does not cover all blocks.
   bool mesh = false, stepped = false, stepped_points = false, blocks = false;
   for (const Target& target : targets) {
     if (!target.wanted()) continue;
@@ -433,7 +437,7 @@ Result<void> read_targets(shmf_file& file, std::span<Target> targets, const shmf
     mesh = mesh || !target.is_stepped();
   }
   mesh = mesh || blocks || (stepped && !file.piece.whole);
-  // Where values of vertices stand is found by the places of these.
+  // Coordinates locate the segments that own the vertices, which have their step values.
   MeshPass mesh_pass(file, targets, stepped_points && !file.piece.whole, blocks);
   StepPass step_pass(file, targets, mesh_pass.cell_blocks());
   const double in_mesh =
@@ -441,12 +445,12 @@ Result<void> read_targets(shmf_file& file, std::span<Target> targets, const shmf
   const double all = in_mesh + static_cast<double>(step_pass.elements());
   Watch watch(run);
   if (mesh)
-    if (auto good = mesh_pass.run(watch, all, read_options(run)); !good) return good;
-  if (auto good = step_pass.run(watch, in_mesh, all); !good) return good;
+    if (auto status = mesh_pass.run(watch, all, read_options(run)); !status) return status;
+  if (auto status = step_pass.run(watch, in_mesh, all); !status) return status;
   return watch.tell(1, 1);
 }
 
-/// A source front to back that knows how far it is.
+/// A sequential source that counts the bytes read.
 class CountingSource final : public shm::ByteSource {
  public:
   explicit CountingSource(shm::RandomSource& source) : section_(source, 0, source.size()) {}
@@ -480,14 +484,15 @@ Result<shm::CellSelection> selection_of(const shmf_selection* selection) {
   return cells;
 }
 
-/// Counts what the index does not know, or need not know rightly, by going through the cells.
+/// Counts the elements of the piece by decoding its cells, if the index does not have the counts or
+/// does not have to be right.
 Result<void> count_by_decoding(shmf_file& file, const shmf_run_options& run) {
   Piece& piece = file.piece;
   shm::ExtractRequest request;
   request.cells = piece.cells;
   request.arrays.emplace();
   request.coordinates = false;
-  if (auto good = file.mesh->begin(request, read_options(run)); !good) return good;
+  if (auto status = file.mesh->begin(request, read_options(run)); !status) return status;
   Watch watch(run);
   piece.vertex_count = piece.cell_count = piece.corner_count = 0;
   piece.block_cells.assign(file.schema().blocks.size(), 0);
@@ -499,9 +504,9 @@ Result<void> count_by_decoding(shmf_file& file, const shmf_run_options& run) {
     for (const std::uint32_t b : (*part)->cell_blocks) ++piece.block_cells[b];
     piece.vertex_count += (*part)->vertex_count();
     piece.cell_count += (*part)->cell_count();
-    const auto good =
+    const auto status =
         watch.tell(static_cast<double>(piece.cell_count), static_cast<double>(file.mesh->cells()));
-    if (!good) return good;
+    if (!status) return status;
   }
   if (piece.whole) return {};
   piece.vertices = file.mesh->vertex_numbers();
@@ -518,7 +523,7 @@ shm::Result<void> shmf_file::count_piece(const shmf_run_options& run) {
   const bool varies = std::any_of(blocks.begin(), blocks.end(),
                                   [](const auto& block) { return block.nodes_per_cell == 0; });
   if (!piece.whole || varies) {
-    if (auto good = shmf::count_by_decoding(*this, run); !good) return good;
+    if (auto status = shmf::count_by_decoding(*this, run); !status) return status;
   } else {
     piece.vertex_count = mesh->vertices();
     piece.cell_count = mesh->cells();
@@ -550,7 +555,7 @@ shmf_status shmf_select(shmf_file* file, const shmf_selection* selection,
     shmf::Piece piece;
     piece.cells = std::move(*cells);
     piece.whole = piece.cells.all() && !file->damaged;
-    // Where counting fails, or memory does, what was selected before still is.
+    // If counting fails or memory runs out, the previous selection is restored.
     struct Restoring {
       shmf::Piece& of;
       shmf::Piece old;
@@ -560,7 +565,7 @@ shmf_status shmf_select(shmf_file* file, const shmf_selection* selection,
       }
     } restoring{file->piece, std::move(piece)};
     std::swap(file->piece, restoring.old);
-    if (auto good = file->count_piece(*watched); !good) return good;
+    if (auto status = file->count_piece(*watched); !status) return status;
     restoring.counted = true;
     if (counts == nullptr) return {};
     shmf_counts own{};
@@ -577,9 +582,9 @@ shmf_status shmf_read(shmf_file* file, shmf_target* targets, size_t count,
     if (targets == nullptr && count > 0) return shmf::misuse("the targets are NULL");
     const auto watched = shmf::taken_or_default(run, "run");
     if (!watched) return watched.error();
-    if (auto good = file->count_piece(shmf_run_options{}); !good) return good;
+    if (auto status = file->count_piece(shmf_run_options{}); !status) return status;
     std::vector<shmf::Target> own;
-    std::optional<shm::Error> first;  // `used` is told of all, whatever is wrong with one
+    std::optional<shm::Error> first;  // returned after the loop, which sets `used` of all targets
     for (std::size_t i = 0; i < count; ++i) {
       auto target = shmf::Target::of(*shmf::at(targets, i), i, *file);
       if (target)
@@ -594,7 +599,7 @@ shmf_status shmf_read(shmf_file* file, shmf_target* targets, size_t count,
 
 shmf_status shmf_verify(shmf_file* file, const shmf_run_options* run, shmf_error* error) {
   return with_mesh(file, error, [&]() -> Result<void> {
-    if (file->damaged) return shmf::misuse("a file that is open for damage");
+    if (file->damaged) return shmf::misuse("a file opened as damaged cannot be verified");
     const auto watched = shmf::taken_or_default(run, "run");
     if (!watched) return watched.error();
     shmf::Watch watch(*watched);
@@ -608,7 +613,7 @@ shmf_status shmf_verify(shmf_file* file, const shmf_run_options* run, shmf_error
       if (!item) return item.error();
       const auto size = static_cast<double>(file->bytes().size());
       const auto done = *item == nullptr ? size : static_cast<double>(source.done());
-      if (auto good = watch.tell(done, size); !good) return good;
+      if (auto status = watch.tell(done, size); !status) return status;
       if (*item == nullptr) return {};
     }
   });

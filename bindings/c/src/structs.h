@@ -1,5 +1,5 @@
-// Structs of the interface, which begin with their size: a caller may have been compiled with a
-// header that knew fewer members, or more.
+// Structs of the interface begin with their size, since a caller may have been compiled with a
+// header that has fewer or more members.
 #pragma once
 
 #include <algorithm>
@@ -13,7 +13,8 @@
 
 namespace shmf {
 
-/// What the caller's struct holds; members that it has not are 0. `name` is for the complaint.
+/// Copies the caller's struct; members that it does not have become 0. `name` is used in error
+/// messages.
 template <class Struct>
 shm::Result<Struct> taken(const Struct* from, const char* name) {
   static_assert(std::is_trivially_copyable_v<Struct>);
@@ -26,7 +27,7 @@ shm::Result<Struct> taken(const Struct* from, const char* name) {
   return own;
 }
 
-/// The same of a struct that may be left out: all 0 then.
+/// The same for an optional struct; all members are 0 if it is missing.
 template <class Struct>
 shm::Result<Struct> taken_or_default(const Struct* from, const char* name) {
   if (from != nullptr) return taken(from, name);
@@ -35,7 +36,7 @@ shm::Result<Struct> taken_or_default(const Struct* from, const char* name) {
   return own;
 }
 
-/// Fills as much of the caller's struct as he knows.
+/// Fills the members that the caller's struct has.
 template <class Struct>
 shm::Result<void> give(Struct* to, Struct value, const char* name) {
   static_assert(std::is_trivially_copyable_v<Struct>);
@@ -47,7 +48,7 @@ shm::Result<void> give(Struct* to, Struct value, const char* name) {
   return {};
 }
 
-/// The i-th of several structs, each as long as the first says.
+/// Returns element `i` of an array of structs whose size the first one gives.
 template <class Struct>
 Struct* at(Struct* first, std::size_t i) {
   using Byte = std::conditional_t<std::is_const_v<Struct>, const std::byte, std::byte>;

@@ -17,7 +17,7 @@ bool is_number(std::int32_t type) {
   return type == SHMF_INT32 || type == SHMF_UINT32 || type == SHMF_INT64 || type == SHMF_UINT64;
 }
 
-/// Numbers of this type are below it.
+/// Returns the bound below which all numbers of this type are.
 std::uint64_t end_of_numbers(std::int32_t type) {
   switch (type) {
     case SHMF_INT32: return std::uint64_t{1} << 31;
@@ -59,29 +59,30 @@ Result<Target> Target::of(shmf_target& target, std::size_t number, const shmf_fi
 
   const std::uint64_t element = made.components_ * shm::scalar_bytes(made.to_);
   if (made.elements_ > (std::numeric_limits<std::uint64_t>::max() >> 1) / element)
-    return misuse("no memory holds so many elements", name);
+    return misuse("too many elements for any memory", name);
   const std::uint64_t bytes = made.elements_ * element;
   if (target.struct_size >= sizeof target) target.used = bytes;
   if (made.wanted() && own->bytes < bytes)
-    return misuse("room for " + std::to_string(own->bytes) + " bytes, of " + std::to_string(bytes),
-                  name);
+    return misuse(
+        "has room for " + std::to_string(own->bytes) + " bytes, needs " + std::to_string(bytes),
+        name);
   if (made.wanted() &&
       reinterpret_cast<std::uintptr_t>(made.data_) % shm::scalar_bytes(made.to_) != 0)
-    return misuse("memory that is not aligned for its type", name);
+    return misuse("its memory is not aligned for its type", name);
   return made;
 }
 
-/// What there is of it in the piece, and whether the type can hold that.
+/// Finds the number of elements in the piece, and checks that the type can hold the values.
 Result<void> Target::fit(const shmf_target& own, const shmf_file& file) {
   const Piece& piece = file.piece;
   const auto numbers = [&](std::uint64_t count, std::uint64_t end) -> Result<void> {
     if (!is_number(own.type)) return misuse("numbers are integers of 32 or 64 bits");
-    if (end > end_of_numbers(own.type)) return misuse("numbers that need 64 bits");
+    if (end > end_of_numbers(own.type)) return misuse("the numbers need a type of 64 bits");
     elements_ = count;
     wide_ = shm::scalar_bytes(to_) == 8;
     return {};
   };
-  const auto behind = [](const std::vector<std::uint64_t>& all, std::uint64_t count) {
+  const auto end_of = [](const std::vector<std::uint64_t>& all, std::uint64_t count) {
     return all.empty() ? count : all.back() + 1;
   };
   switch (own.what) {
@@ -101,11 +102,11 @@ Result<void> Target::fit(const shmf_target& own, const shmf_file& file) {
       elements_ = piece.cell_count;
       return {};
     case SHMF_VERTEX_NUMBERS:
-      return numbers(piece.vertex_count, behind(piece.vertices, piece.vertex_count));
+      return numbers(piece.vertex_count, end_of(piece.vertices, piece.vertex_count));
     case SHMF_CELL_NUMBERS:
-      return numbers(piece.cell_count, behind(piece.numbers, piece.cell_count));
+      return numbers(piece.cell_count, end_of(piece.numbers, piece.cell_count));
     case SHMF_VALUES: return fit_values(own, file);
-    default: return misuse("nothing that is called " + std::to_string(own.what));
+    default: return misuse("there is no shmf_what " + std::to_string(own.what));
   }
 }
 
@@ -117,9 +118,9 @@ Result<void> Target::fit_values(const shmf_target& own, const shmf_file& file) {
   step_ = own.step;
   from_ = info_->type;
   components_ = info_->components;
-  if (!info_->per_step && step_ != 0) return misuse("a step of an array that has none");
+  if (!info_->per_step && step_ != 0) return misuse("a step of an array that is not per step");
   if (to_ != from_ && !(from_ == ScalarType::float64 && to_ == ScalarType::float32))
-    return misuse("values of another type than " + std::string(shm::scalar_name(from_)));
+    return misuse("the array has another type, " + std::string(shm::scalar_name(from_)));
   const bool of_points = info_->location == shm::Location::point;
   fills_ = !of_points && ((own.flags & SHMF_FILL) != 0 || info_->blocks.empty());
   if (of_points)

@@ -1,4 +1,4 @@
-// Writing: what the mesh is made of, its vertices and cells, what comes behind them.
+// Writing: the schema, vertices and cells, then steps, extras and sets.
 #include <array>
 #include <memory>
 #include <optional>
@@ -36,8 +36,8 @@ std::size_t stride_of(const shm::ArrayInfo& info) {
   return shm::scalar_bytes(info.type) * info.components;
 }
 
-/// Takes the place of the file that is read meanwhile, and closes that one before: not all systems
-/// replace a file that is open. After commit() nobody reads it any more.
+/// Replaces the file that is still being read, and closes it first, since not all systems can
+/// replace an open file. Nothing reads the old file after commit().
 class SuccessorSink final : public shm::ByteSink {
  public:
   SuccessorSink(std::unique_ptr<shm::ByteSink> sink, std::unique_ptr<shm::FileRandomSource>& old)
@@ -65,19 +65,19 @@ struct shmf_writer {
   std::unique_ptr<shm::ByteSink> sink;
   std::string name;  // for messages; may be empty
   shm::RecordedOrder order;
-  std::optional<shm::Writer> writer;  // behind the schema
-  // Or steps for a file that is there.
+  std::optional<shm::Writer> writer;  // once the schema is complete
+  // Or, to append steps to an existing file:
   std::unique_ptr<shm::FileRandomSource> old;
   std::optional<shm::Appender> appender;
   shmf::Stage stage = shmf::Stage::schema;
-  bool keeps_blocks = false;               // an array at steps is on some blocks only
-  std::vector<std::uint32_t> cell_blocks;  // where it does
+  bool keeps_blocks = false;               // a stepped array covers some blocks only
+  std::vector<std::uint32_t> cell_blocks;  // needed if keeps_blocks
   bool has_sets = false;
-  /// Elements of the array whose values came last, in coding order.
+  /// Elements of the array written last, in coding order.
   std::optional<std::uint32_t> ordered_array;
   std::vector<std::uint64_t> coded_elements;
   std::optional<shm::Error> failed;
-  bool ran_out = false;  // of memory
+  bool ran_out = false;  // an earlier call ran out of memory
 
   shm::Result<void> begin_mesh();
   shm::Result<void> end_mesh();
@@ -90,7 +90,7 @@ struct shmf_writer {
   }
   shm::Result<void> add_extra(shm::Extra extra);
   shm::Result<void> read_order();
-  /// Static arrays of the elements that are added, packed: bytes of one element.
+  /// Returns the size in bytes of an element's values in static arrays, packed.
   std::size_t element_bytes(shm::Location location, std::uint32_t block) const;
 };
 
@@ -98,7 +98,7 @@ using shm::Result;
 using shmf::misuse;
 using shmf::Stage;
 
-/// The schema is complete.
+/// Creates the writer; the schema is complete now.
 Result<void> shmf_writer::begin_mesh() {
   if (stage == Stage::mesh) return {};
   if (stage != Stage::schema) return misuse("the mesh has ended");
@@ -118,8 +118,8 @@ Result<void> shmf_writer::begin_mesh() {
 Result<void> shmf_writer::end_mesh() {
   if (stage == Stage::behind_mesh) return {};
   if (stage == Stage::finished) return misuse("the file is finished");
-  if (auto good = begin_mesh(); !good) return good;
-  if (auto good = writer->end_mesh(); !good) return good;
+  if (auto status = begin_mesh(); !status) return status;
+  if (auto status = writer->end_mesh(); !status) return status;
   stage = Stage::behind_mesh;
   return {};
 }
@@ -135,7 +135,7 @@ std::size_t shmf_writer::element_bytes(shm::Location location, std::uint32_t blo
   return bytes;
 }
 
-/// Brings values into coding order, some at a time.
+/// Writes values in coding order, a part at a time.
 Result<void> shmf_writer::add_values(std::uint32_t array, std::uint64_t step,
                                      std::span<const std::byte> values) {
   if (array >= schema.arrays.size()) return misuse("no array " + std::to_string(array));
@@ -159,22 +159,23 @@ Result<void> shmf_writer::add_values(std::uint32_t array, std::uint64_t step,
     some.insert(some.end(), values.begin() + static_cast<std::ptrdiff_t>(from),
                 values.begin() + static_cast<std::ptrdiff_t>(from + stride));
     if (some.size() < kBytesAtOnce && i + 1 < coded_elements.size()) continue;
-    if (auto good = add_coded_values(array, step, some); !good) return good;
+    if (auto status = add_coded_values(array, step, some); !status) return status;
     some.clear();
   }
-  // Of no elements, too, the writer is told that there are none.
+  // An array without elements is reported to the writer, too.
   return coded_elements.empty() ? add_coded_values(array, step, {}) : Result<void>();
 }
 
-/// Numbers in it are those of the calls; of a file that is there they are what readers see.
+/// Adds an extra. References use the caller's numbers; when appending, the numbers that readers
+/// see.
 Result<void> shmf_writer::add_extra(shm::Extra extra) {
   if (appender) return appender->add_extra(extra);
   if (schema.order != shm::Order::keep)
-    if (auto good = order.renumber(extra); !good) return good;
+    if (auto status = order.renumber(extra); !status) return status;
   return writer->add_extra(extra);
 }
 
-/// In which order the old file has its vertices and cells, and the block of each cell.
+/// Reads the coding order of the old file, and the block of each cell.
 Result<void> shmf_writer::read_order() {
   auto mesh = appender->without_steps();
   if (!mesh) return mesh.error();
@@ -197,8 +198,8 @@ Result<void> shmf_writer::read_order() {
   cell_blocks.resize(coded_blocks.size());
   for (std::size_t i = 0; i < coded_blocks.size(); ++i) {
     if (order.cells[i] >= coded_blocks.size())
-      return shmf::corrupt("has cell " + std::to_string(order.cells[i]) + ", of " +
-                               std::to_string(coded_blocks.size()),
+      return shmf::corrupt("has cell " + std::to_string(order.cells[i]) +
+                               ", the number of cells is " + std::to_string(coded_blocks.size()),
                            "mesh");
     cell_blocks[static_cast<std::size_t>(order.cells[i])] = coded_blocks[i];
   }
@@ -208,15 +209,15 @@ Result<void> shmf_writer::read_order() {
 namespace shmf {
 namespace {
 
-/// guarded(); the first failure of a writer is that of all later calls.
+/// Runs `call` as guarded() does. After the first failure of a writer all calls fail with it.
 template <class Call>
 shmf_status with_writer(shmf_writer* writer, shmf_error* error, Call&& call) noexcept {
   return guarded(error, [&]() -> Result<void> {
     if (writer == nullptr) return misuse("the writer is NULL");
     if (writer->failed) return *writer->failed;
     if (writer->ran_out)
-      return shm::Error{kNoMemory, "out of memory before", "", shm::kNoOffset, {}};
-    writer->ran_out = true;  // what throws leaves it so
+      return shm::Error{kNoMemory, "an earlier call ran out of memory", "", shm::kNoOffset, {}};
+    writer->ran_out = true;  // stays set if `call` throws
     auto done = call();
     if (done) {
       writer->ran_out = false;
@@ -231,8 +232,9 @@ shmf_status with_writer(shmf_writer* writer, shmf_error* error, Call&& call) noe
 
 Result<shm::Quantization> bound_of(double error, shm::ScalarType type, std::uint32_t components) {
   if (error == 0) return shm::Quantization();
-  if (!(error > 0) || !(error < 1e300)) return misuse("an error bound is above 0 and below 1e300");
-  if (!shm::is_float(type)) return misuse("an error bound of values that are no floats");
+  if (!(error > 0) || !(error < 1e300))
+    return misuse("an error bound must be above 0 and below 1e300");
+  if (!shm::is_float(type)) return misuse("only floating-point values can have an error bound");
   return shm::Quantization::absolute(error, components);
 }
 
@@ -263,7 +265,8 @@ Result<std::unique_ptr<shmf_writer>> writer_with(const shmf_write_options& optio
   return made;
 }
 
-/// Gives the caller a writer whose sink is what `open(writer, options)` opens, or null.
+/// Makes a writer, lets `open(writer, options)` open its sink, and gives it to the caller, or null
+/// on failure.
 template <class Open>
 shmf_status give_writer(const shmf_write_options* options, shmf_writer** writer, shmf_error* error,
                         Open&& open) noexcept {
@@ -274,7 +277,7 @@ shmf_status give_writer(const shmf_write_options* options, shmf_writer** writer,
     if (!own) return own.error();
     auto made = writer_with(*own);
     if (!made) return made.error();
-    if (auto good = open(**made, *own); !good) return good;
+    if (auto status = open(**made, *own); !status) return status;
     *writer = made->release();
     return {};
   });
@@ -285,15 +288,15 @@ Result<shm::NumberSpan> numbers_of(const shmf_target& from) {
   const bool is_number = from.type >= SHMF_INT32 && from.type <= SHMF_UINT64;
   if (!is_number) return misuse("numbers are integers of 32 or 64 bits");
   if (reinterpret_cast<std::uintptr_t>(from.data) % width != 0)
-    return misuse("memory that is not aligned for its type");
+    return misuse("its memory is not aligned for its type");
   const auto count = static_cast<std::size_t>(from.bytes / width);
-  // A negative number is one that no mesh has.
+  // A negative number becomes one that no mesh has.
   if (width == 4)
     return shm::NumberSpan(std::span(static_cast<const std::uint32_t*>(from.data), count));
   return shm::NumberSpan(std::span(static_cast<const std::uint64_t*>(from.data), count));
 }
 
-/// A whole mesh from the arrays of a caller.
+/// Collects a whole mesh from arrays of the caller.
 class ArraysOfCaller {
  public:
   explicit ArraysOfCaller(const shm::Schema& schema) : schema_(&schema) {
@@ -330,12 +333,13 @@ Result<void> ArraysOfCaller::take(const shmf_target& from) {
       if (from.type != SHMF_INT32 && from.type != SHMF_UINT32)
         return misuse("blocks are integers of 32 bits");
       if (reinterpret_cast<std::uintptr_t>(from.data) % sizeof(std::uint32_t) != 0)
-        return misuse("memory that is not aligned for its type");
+        return misuse("its memory is not aligned for its type");
       mesh_.cell_blocks = std::span(static_cast<const std::uint32_t*>(from.data),
                                     static_cast<std::size_t>(from.bytes / sizeof(std::uint32_t)));
       return {};
     case SHMF_VALUES: return take_values(from);
-    default: return misuse("nothing to write that is called " + std::to_string(from.what));
+    default:
+      return misuse("shmf_writer_mesh() does not take shmf_what " + std::to_string(from.what));
   }
 }
 
@@ -350,7 +354,7 @@ Result<void> ArraysOfCaller::take_values(const shmf_target& from) {
   return {};
 }
 
-/// How many cells that are.
+/// Derives the number of cells and returns the mesh.
 Result<const shm::MeshArrays*> ArraysOfCaller::finish() {
   if (!mesh_.corner_begin.empty()) {
     mesh_.cells = mesh_.corner_begin.size() - 1;
@@ -358,9 +362,9 @@ Result<const shm::MeshArrays*> ArraysOfCaller::finish() {
     mesh_.cells = mesh_.cell_blocks.size();
   } else if (!mesh_.corners.empty()) {
     const std::uint32_t nodes = schema_->blocks.empty() ? 0 : schema_->blocks[0].nodes_per_cell;
-    if (nodes == 0) return misuse("corner_begin is missing: cells have any number of corners");
+    if (nodes == 0) return misuse("corner_begin is missing: the number of corners varies");
     if (mesh_.corners.size() % nodes != 0)
-      return misuse("corners are not " + std::to_string(nodes) + " for each cell");
+      return misuse("the corners do not form cells of " + std::to_string(nodes) + " nodes");
     mesh_.cells = mesh_.corners.size() / nodes;
   }
   return &mesh_;
@@ -450,7 +454,7 @@ shmf_status shmf_writer_append(const char* path, const shmf_write_options* optio
     if (!appender) return named(appender.error());
     made.appender.emplace(std::move(*appender));
     made.schema = made.appender->schema();
-    if (auto good = made.read_order(); !good) return named(good.error());
+    if (auto status = made.read_order(); !status) return named(status.error());
     made.stage = Stage::behind_mesh;
     return {};
   };
@@ -510,23 +514,24 @@ shmf_status shmf_writer_array(shmf_writer* writer, const shmf_array* array, shmf
 shmf_status shmf_writer_mesh(shmf_writer* writer, const shmf_target* arrays, size_t count,
                              shmf_error* error) {
   return with_writer(writer, error, [&]() -> Result<void> {
-    if (writer->stage != Stage::schema) return misuse("a mesh has begun before");
+    if (writer->stage != Stage::schema) return misuse("the mesh has already begun");
     if (arrays == nullptr && count > 0) return misuse("the arrays are NULL");
     shmf::ArraysOfCaller own(writer->schema);
     for (std::size_t i = 0; i < count; ++i) {
       const std::string name = "array " + std::to_string(i);
       const auto from = shmf::taken(shmf::at(arrays, i), name.c_str());
       if (!from) return from.error();
-      if (auto good = own.take(*from); !good) return misuse(good.error().detail, name);
+      if (auto status = own.take(*from); !status) return misuse(status.error().detail, name);
     }
     const auto mesh = own.finish();
     if (!mesh) return mesh.error();
-    if (auto good = writer->begin_mesh(); !good) return good;
-    if (auto good = writer->writer->add_mesh(**mesh); !good) return good;
+    if (auto status = writer->begin_mesh(); !status) return status;
+    if (auto status = writer->writer->add_mesh(**mesh); !status) return status;
     if (writer->keeps_blocks) {
       const auto& blocks = (*mesh)->cell_blocks;
       writer->cell_blocks.assign(blocks.begin(), blocks.end());
-      writer->cell_blocks.resize(static_cast<std::size_t>((*mesh)->cells));  // left out: all of 0
+      writer->cell_blocks.resize(
+          static_cast<std::size_t>((*mesh)->cells));  // if left out, all cells belong to block 0
     }
     return writer->end_mesh();
   });
@@ -535,7 +540,7 @@ shmf_status shmf_writer_mesh(shmf_writer* writer, const shmf_target* arrays, siz
 shmf_status shmf_writer_vertices(shmf_writer* writer, uint64_t count, const uint64_t* numbers,
                                  const void* xyz, const void* values, shmf_error* error) {
   return with_writer(writer, error, [&]() -> Result<void> {
-    if (auto good = writer->begin_mesh(); !good) return good;
+    if (auto status = writer->begin_mesh(); !status) return status;
     const std::size_t data_bytes = writer->element_bytes(shm::Location::point, 0);
     if (count > 0 && (numbers == nullptr || xyz == nullptr)) return misuse("vertices are NULL");
     if (count > 0 && (values == nullptr) != (data_bytes == 0))
@@ -552,17 +557,17 @@ shmf_status shmf_writer_cells(shmf_writer* writer, uint64_t count, uint32_t bloc
                               const uint64_t* corners, const uint64_t* last_use, const void* values,
                               shmf_error* error) {
   return with_writer(writer, error, [&]() -> Result<void> {
-    if (auto good = writer->begin_mesh(); !good) return good;
+    if (auto status = writer->begin_mesh(); !status) return status;
     if (block >= writer->schema.blocks.size()) return misuse("no block " + std::to_string(block));
     const std::size_t data_bytes = writer->element_bytes(shm::Location::cell, block);
     if (count > 0 && nodes > 0 && corners == nullptr) return misuse("corners are NULL");
     if (count > 0 && (values == nullptr) != (data_bytes == 0))
       return misuse("values of these cells take " + std::to_string(data_bytes) + " bytes each");
-    const auto good = writer->writer->add_cells(
+    const auto status = writer->writer->add_cells(
         block, static_cast<std::size_t>(count), shmf::list_of(corners, count * nodes),
         shmf::list_of(last_use, last_use == nullptr ? 0 : count),
         shmf::list_of(static_cast<const std::byte*>(values), count * data_bytes));
-    if (!good) return good;
+    if (!status) return status;
     if (writer->keeps_blocks)
       writer->cell_blocks.insert(writer->cell_blocks.end(), static_cast<std::size_t>(count), block);
     return {};
@@ -572,7 +577,7 @@ shmf_status shmf_writer_cells(shmf_writer* writer, uint64_t count, uint32_t bloc
 shmf_status shmf_writer_values(shmf_writer* writer, uint32_t array, uint64_t step,
                                const void* values, uint64_t bytes, shmf_error* error) {
   return with_writer(writer, error, [&]() -> Result<void> {
-    if (auto good = writer->end_mesh(); !good) return good;
+    if (auto status = writer->end_mesh(); !status) return status;
     if (values == nullptr && bytes > 0) return misuse("the values are NULL");
     return writer->add_values(array, step,
                               shmf::list_of(static_cast<const std::byte*>(values), bytes));
@@ -582,7 +587,7 @@ shmf_status shmf_writer_values(shmf_writer* writer, uint32_t array, uint64_t ste
 shmf_status shmf_writer_times(shmf_writer* writer, const double* times, uint64_t count,
                               shmf_error* error) {
   return with_writer(writer, error, [&]() -> Result<void> {
-    if (auto good = writer->end_mesh(); !good) return good;
+    if (auto status = writer->end_mesh(); !status) return status;
     if (times == nullptr && count > 0) return misuse("the times are NULL");
     const auto all = shmf::list_of(times, count);
     return writer->appender ? writer->appender->set_step_times(all)
@@ -592,7 +597,7 @@ shmf_status shmf_writer_times(shmf_writer* writer, const double* times, uint64_t
 
 shmf_status shmf_writer_extra(shmf_writer* writer, const shmf_extra* extra, shmf_error* error) {
   return with_writer(writer, error, [&]() -> Result<void> {
-    if (auto good = writer->end_mesh(); !good) return good;
+    if (auto status = writer->end_mesh(); !status) return status;
     const auto own = shmf::taken(extra, "the extra");
     if (!own) return own.error();
     auto made = shmf::extra_from(*own);
@@ -604,10 +609,11 @@ shmf_status shmf_writer_extra(shmf_writer* writer, const shmf_extra* extra, shmf
 shmf_status shmf_writer_sets(shmf_writer* writer, const shmf_set* sets, uint64_t count,
                              shmf_error* error) {
   return with_writer(writer, error, [&]() -> Result<void> {
-    if (auto good = writer->end_mesh(); !good) return good;
+    if (auto status = writer->end_mesh(); !status) return status;
     if (sets == nullptr && count > 0) return misuse("the sets are NULL");
-    if (writer->appender) return misuse("the sets of a file that is there stay");
-    if (std::exchange(writer->has_sets, true)) return misuse("sets come once, all together");
+    if (writer->appender) return misuse("the sets of an existing file cannot be changed");
+    if (std::exchange(writer->has_sets, true))
+      return misuse("all sets must be written in one call");
     std::vector<shm::MeshSet> all;
     for (std::uint64_t i = 0; i < count; ++i) {
       const auto own = shmf::taken(shmf::at(sets, static_cast<std::size_t>(i)), "a set");
@@ -619,14 +625,14 @@ shmf_status shmf_writer_sets(shmf_writer* writer, const shmf_set* sets, uint64_t
     auto extras = shm::extras_of_sets(all);
     if (!extras) return extras.error();
     for (shm::Extra& extra : *extras)
-      if (auto good = writer->add_extra(std::move(extra)); !good) return good;
+      if (auto status = writer->add_extra(std::move(extra)); !status) return status;
     return {};
   });
 }
 
 shmf_status shmf_writer_finish(shmf_writer* writer, uint64_t* bytes, shmf_error* error) {
   return with_writer(writer, error, [&]() -> Result<void> {
-    if (auto good = writer->end_mesh(); !good) return good;
+    if (auto status = writer->end_mesh(); !status) return status;
     const auto report = writer->appender ? writer->appender->finish() : writer->writer->finish();
     if (!report) return report.error();
     writer->stage = Stage::finished;

@@ -5,14 +5,14 @@
     with shmformat.open("run.shm") as mesh:
         mesh.points                      # float64 or float32, (vertices, 3)
         mesh.cells.connectivity          # vertex numbers, cell after cell, as VTK has them
-        mesh.point_data["u"][4]          # an array at time step 4; decoded when it is asked for
+        mesh.point_data["u"][4]          # an array at time step 4; decoded on access
         part = mesh.select(box=(0, 0, 0, 1, 1, 1))
-        mesh.boundary(cell_data=["p"], step=4)  # the faces that one cell alone has
+        mesh.boundary(cell_data=["p"], step=4)  # the faces that belong to exactly one cell
 
     shmformat.write("cube.shm", points, hexahedra)
 
-Every array belongs to NumPy, and the library writes into it; meanwhile other threads of Python run.
-What goes wrong is an Error, with a code, a section and an offset.
+All arrays are NumPy arrays, which the library fills directly; meanwhile other Python threads can run.
+Failures raise Error, with a code, a section and an offset.
 """
 from ._library import Error, library_version
 from ._mesh import Archive, Arrays, Block, Boundary, Cells, Data, Extra, Mesh, Segment, Set, Steps, open

@@ -1,7 +1,7 @@
-"""What the C interface declares, as cffi takes it: parsed once, when the package is made.
+"""The declarations of the C interface for cffi, parsed once when the package is built.
 
-Types that are named in calls (ffi.new("shmf_error*")) are then found in a table. cffi's own objects of this kind
-would parse each such name the first time, a millisecond of a program that reads a small mesh in ten.
+Types named in calls (ffi.new("shmf_error*")) are then looked up in a table. cffi's own FFI objects would parse
+each such name on first use, which costs a millisecond of the ten that a program needs to read a small mesh.
 """
 from __future__ import annotations
 
@@ -16,23 +16,23 @@ import cffi
 
 
 def declarations(header: Path) -> str:
-    """The header without what is the preprocessor's."""
+    """Returns the header without preprocessor lines."""
     text = re.sub(r"/\*.*?\*/", " ", header.read_text(encoding="utf-8"), flags=re.S)
     text = re.sub(r"^#ifdef __cplusplus$.*?^#endif$", "", text, flags=re.S | re.M)
     return re.sub(r"^\s*#.*$", "", text, flags=re.M).replace("SHMF_API", "")
 
 
 def write_table(header: Path, module: Path) -> None:
-    """Writes a module with `ffi`."""
+    """Writes a module that defines `ffi`."""
     parser = cffi.FFI()
     parser.cdef(declarations(header))
     parser.set_source(f"shmformat.{module.stem}", None)
-    with contextlib.redirect_stdout(io.StringIO()):  # which it tells that it writes
+    with contextlib.redirect_stdout(io.StringIO()):  # cffi prints the name of the file
         parser.emit_python_code(str(module))
 
 
 def table_of(header: Path) -> Any:
-    """The `ffi` of such a module, where there is none."""
+    """Returns the `ffi` of such a module, for use without a written module."""
     names: dict[str, Any] = {}
     with tempfile.TemporaryDirectory() as folder:
         module = Path(folder) / "_table.py"

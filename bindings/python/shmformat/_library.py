@@ -1,8 +1,8 @@
-"""The C library, by its own header: cffi parses it, so there is no compiler and no version of Python here.
+"""The C library, loaded through its own header: cffi parses it, so no compiler and no Python version is involved.
 
-The library is the file that SHMFORMAT_LIBRARY names; else libshmformat_c.so.1 beside this module; else
-the one that the loader finds. The header was parsed when the package was made; in the source tree it is
-parsed now.
+The library is the file named by SHMFORMAT_LIBRARY; otherwise libshmformat_c.so.1 next to this module;
+otherwise the one found by the loader. The header was parsed when the package was built; in the source tree it
+is parsed now.
 """
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _NAME = "libshmformat_c.so.1"
 
 def _interface() -> Any:
     try:
-        from ._table import ffi as parsed  # type: ignore  # which setup.py writes
+        from ._table import ffi as parsed  # type: ignore  # written by setup.py
         return parsed
     except ImportError:
         pass
@@ -26,7 +26,7 @@ def _interface() -> Any:
     for path in (_HERE / "shmformat.h", _HERE.parents[1] / "c" / "include" / "shmformat.h"):
         if path.exists():
             return table_of(path)
-    raise ImportError("shmformat.h is neither beside the module nor in its source tree")
+    raise ImportError("shmformat.h is neither next to the module nor in its source tree")
 
 
 def _loaded() -> Any:
@@ -54,7 +54,7 @@ class Error(Exception):
           or "cancelled".
     section: the part of the file, or "".
     offset: bytes from the start of the file, or None.
-    detail: one sentence, without file and place; str() has all.
+    detail: one sentence, without file and place; str() returns the whole message.
     """
 
     def __init__(self, code: str, detail: str, section: str = "", offset: int | None = None, message: str = ""):
@@ -66,33 +66,33 @@ class Error(Exception):
 
 
 def text(chars: Any) -> str:
-    """Names in files need not be UTF-8."""
+    """Converts a C string; names in files need not be valid UTF-8."""
     return ffi.string(chars).decode("utf-8", "surrogateescape") if chars != ffi.NULL else ""
 
 
 def encoded(name: str | os.PathLike[str]) -> bytes:
     chars = os.fsencode(name) if isinstance(name, os.PathLike) else name.encode("utf-8", "surrogateescape")
     if b"\0" in chars:
-        raise ValueError(f"a name with a 0 in it: {name!r}")
+        raise ValueError(f"a name contains a zero byte: {name!r}")
     return chars
 
 
 def raise_with(why: Error, raised: BaseException | None) -> NoReturn:
-    """What a callback raised is the cause of the error; what is to end the program ends it."""
+    """Raises `why`, caused by the exception of a callback; re-raises that one if it is to end the program."""
     if raised is not None and not isinstance(raised, Exception):
         raise raised
     raise why from raised
 
 
 def struct(name: str) -> Any:
-    """A struct of the interface, which says its size."""
+    """Returns a new struct of the interface with its struct_size set."""
     made = ffi.new(f"shmf_{name}*")
     made.struct_size = ffi.sizeof(f"shmf_{name}")
     return made
 
 
 def check(call: Any, *arguments: Any) -> None:
-    """Calls a function of the interface, whose last argument is the error; raises what it tells."""
+    """Calls a function of the interface, whose last argument is the error, and raises its failure."""
     why = ffi.new("shmf_error*")
     status = call(*arguments, why)
     if status == lib.SHMF_OK:
@@ -114,12 +114,12 @@ SHAPES = ("other", "vertex", "line", "triangle", "quad", "polygon", "tetrahedron
           "hexahedron", "polyhedron", "faces")
 
 
-# Cells of a fixed number of nodes that VTK has a type for.
+# Cells with a fixed number of nodes that have a VTK type.
 KINDS = (("vertex", 1), ("line", 2), ("line", 3), ("line", 4), ("triangle", 3), ("triangle", 6), ("triangle", 7), ("quad", 4),
          ("quad", 8), ("quad", 9), ("tetrahedron", 4), ("tetrahedron", 10), ("pyramid", 5), ("pyramid", 13), ("pyramid", 19),
          ("wedge", 6), ("wedge", 15), ("wedge", 18), ("hexahedron", 8), ("hexahedron", 20), ("hexahedron", 24),
          ("hexahedron", 27))
-POLYGON, CONVEX_POINT_SET, POLYHEDRON = 7, 41, 42  # of VTK, with any number of nodes
+POLYGON, CONVEX_POINT_SET, POLYHEDRON = 7, 41, 42  # VTK's types with any number of nodes
 
 
 def vtk_type(shape: str, nodes: int) -> int:
@@ -127,7 +127,7 @@ def vtk_type(shape: str, nodes: int) -> int:
 
 
 def copied(data: Any, shape: int | tuple[int, ...], dtype: Any) -> np.ndarray:
-    """Numbers of the library, in memory of NumPy."""
+    """Copies numbers of the library to a new NumPy array."""
     out = np.empty(shape, dtype)
     if out.size:
         ffi.memmove(ffi.from_buffer(out), data, out.nbytes)

@@ -1,4 +1,4 @@
-"""Reading: a mesh whose arrays are decoded when they are asked for."""
+"""Reading: a mesh whose arrays are decoded on access."""
 from __future__ import annotations
 
 import io
@@ -25,13 +25,13 @@ class Block:
     id: int
     name: str
     shape: str  # "hexahedron", ...
-    nodes_per_cell: int  # 0: varies
+    nodes_per_cell: int  # 0: varies from cell to cell
     cells: int
 
 
 @dataclass(frozen=True)
 class Segment:
-    """A run of cells that can be decoded alone."""
+    """A run of cells that can be decoded independently."""
     first_cell: int
     cells: int
     first_vertex: int
@@ -42,19 +42,19 @@ class Segment:
 
 @dataclass(frozen=True)
 class Set:
-    """A named group of vertices, sides or cells. Numbers are those of the whole mesh."""
+    """A named set of vertices, sides or cells. Numbers are those of the whole mesh."""
     kind: str  # "node", "side" or "element"
     id: int
     name: str
     numbers: np.ndarray
-    sides: np.ndarray | None = None  # of side sets: from 1, as Exodus counts
-    blocks: np.ndarray | None = None  # of element sets: all of their cells belong to it, too
-    factors: np.ndarray | None = None  # distribution factors where they are not all 1
+    sides: np.ndarray | None = None  # side sets: numbered from 1 as in Exodus
+    blocks: np.ndarray | None = None  # element sets: all cells of these blocks belong to the set too
+    factors: np.ndarray | None = None  # distribution factors, unless all are 1
 
 
 @dataclass(frozen=True)
 class Extra:
-    """What the model has no word for."""
+    """Data that the mesh model does not cover."""
     key: str
     values: np.ndarray
     refers: str  # "nothing", "vertices" or "cells"
@@ -62,7 +62,7 @@ class Extra:
 
 @dataclass(frozen=True)
 class Cells:
-    """Cells as VTK has them: cell i has the vertices connectivity[offsets[i]:offsets[i + 1]]."""
+    """Cells as in VTK: cell i has the vertices connectivity[offsets[i]:offsets[i + 1]]."""
     offsets: np.ndarray
     connectivity: np.ndarray
     types: np.ndarray  # VTK's cell types
@@ -74,7 +74,7 @@ class Cells:
 
 @dataclass
 class Arrays:
-    """What Mesh.read() gives."""
+    """The result of Mesh.read()."""
     points: np.ndarray | None = None
     cells: Cells | None = None
     point_data: dict[str, np.ndarray] = field(default_factory=dict)
@@ -83,18 +83,18 @@ class Arrays:
 
 @dataclass(frozen=True)
 class Boundary:
-    """What Mesh.boundary() gives: face i has the points connectivity[offsets[i]:offsets[i + 1]], counter-clockwise seen
-    from outside; 2 of a line, 1 of a vertex."""
-    points: np.ndarray  # (n, 3): those that faces use
+    """The result of Mesh.boundary(): face i has the points connectivity[offsets[i]:offsets[i + 1]], counter-clockwise as
+    seen from outside; lines have 2 points, vertices 1."""
+    points: np.ndarray  # (n, 3): the points used by faces
     offsets: np.ndarray
     connectivity: np.ndarray
-    vertex_numbers: np.ndarray  # of each point, in the whole file
-    cell_numbers: np.ndarray  # of each face: its cell, in the whole file
-    blocks: np.ndarray  # index of the block of that
-    sides: np.ndarray  # which side of it, from 1, as Exodus counts; 0: the cell itself
-    left_out: int  # cells of which no face is known
+    vertex_numbers: np.ndarray  # number of each point in the whole file
+    cell_numbers: np.ndarray  # for each face: number of its cell in the whole file
+    blocks: np.ndarray  # for each face: index of the block of its cell
+    sides: np.ndarray  # for each face: side of its cell, from 1 as in Exodus; 0: the cell itself
+    left_out: int  # number of cells whose faces are unknown
     point_data: dict[str, np.ndarray] = field(default_factory=dict)
-    cell_data: dict[str, np.ndarray] = field(default_factory=dict)  # an element for each face
+    cell_data: dict[str, np.ndarray] = field(default_factory=dict)  # one element per face
 
     def __len__(self) -> int:
         return len(self.cell_numbers)
@@ -102,7 +102,7 @@ class Boundary:
 
 @dataclass(frozen=True)
 class _Array:
-    """What the file says of an array; nothing of it is the library's."""
+    """Description of an array, copied from the library."""
     name: str
     role: str
     location: int
@@ -112,13 +112,13 @@ class _Array:
     error: float
 
     @staticmethod
-    def of(told: Any) -> _Array:
-        return _Array(text(told.name), text(told.role), told.location, told.type, told.components,
-                      bool(told.per_step), told.error)
+    def of(info: Any) -> _Array:
+        return _Array(text(info.name), text(info.role), info.location, info.type, info.components,
+                      bool(info.per_step), info.error)
 
 
 class Steps(Mapping):
-    """An array at time steps: steps[4] is decoded when it is asked for."""
+    """An array at time steps: steps[4] is decoded on access."""
 
     def __init__(self, mesh: Mesh, array: int):
         self._mesh, self._array = mesh, array
@@ -140,7 +140,7 @@ class Steps(Mapping):
 
 
 class Data(Mapping):
-    """Arrays by name: an ndarray, or Steps where there are time steps. Of several arrays of a name the first."""
+    """Arrays by name: an ndarray, or Steps if the array has time steps. If several arrays share a name, the first one."""
 
     def __init__(self, mesh: Mesh, location: int):
         self._mesh = mesh
@@ -165,24 +165,24 @@ class Data(Mapping):
         return len(self._arrays)
 
     def role(self, name: str) -> str:
-        """"" for data; else what the source calls it, as "exodus:node_num_map"."""
+        """Returns "" for data, otherwise the source's name for the array, e.g. "exodus:node_num_map"."""
         return self._mesh._arrays[self._arrays[name]].role
 
     def error(self, name: str) -> float:
-        """0 where it is lossless; else the most that a value differs from its source."""
+        """Returns 0 if the array is lossless, otherwise the largest error of a value."""
         return self._mesh._arrays[self._arrays[name]].error
 
 
 class _Handle:
-    """A shmf_file, and what must live as long."""
+    """A shmf_file, and the objects that must live as long."""
 
     def __init__(self, file: Any, *keep: Any):
         self.file = file
         self.keep = keep
-        self.remote: Remote | None = None  # that is closed with it
-        self.error: BaseException | None = None  # that a callback raised
-        self.origin = self  # where callbacks leave what they raise
-        self.selected: Any = None  # the token of the Mesh whose cells the file has selected
+        self.remote: Remote | None = None  # closed with the file
+        self.error: BaseException | None = None  # raised by a callback
+        self.origin = self  # the handle in which callbacks leave their exceptions
+        self.selected: Any = None  # token of the Mesh whose cells are selected in the file
         self._calls = 0
 
     def close(self) -> None:
@@ -215,7 +215,7 @@ def _options(wanted: Mapping[str, int | None]) -> Any:
     for name, value in wanted.items():
         if value is not None:
             if name != "damaged" and value < 1:
-                raise ValueError(f"{name} is at least 1")
+                raise ValueError(f"{name} must be at least 1")
             setattr(options, name, value)
     return options
 
@@ -224,7 +224,7 @@ def _opened(source: Source, wanted: Mapping[str, int | None]) -> _Handle:
     file = ffi.new("shmf_file**")
     options = _options(wanted)
     if isinstance(source, str) and re.match(r"[a-z][a-z0-9+.-]+://", source):
-        from ._remote import open_url  # what it needs of Python is large, and most files are here
+        from ._remote import open_url  # loaded on demand: its imports are large, and most files are local
 
         remote = open_url(source)
         try:
@@ -245,7 +245,7 @@ def _opened(source: Source, wanted: Mapping[str, int | None]) -> _Handle:
 
 
 def _opened_object(source: BinaryIO, options: Any, file: Any) -> _Handle:
-    """A file object that can be sought in, borrowed."""
+    """Opens a seekable file object, which is borrowed."""
 
     def read_into(offset: int, into: memoryview) -> None:
         source.seek(offset)
@@ -261,8 +261,8 @@ def _opened_object(source: BinaryIO, options: Any, file: Any) -> _Handle:
 
 def _opened_ranges(size: int, read_into: Callable[[int, memoryview], None], source: Any, options: Any,
                    file: Any, tell: Callable[[Sequence[tuple[int, int]]], None] | None = None) -> _Handle:
-    """Bytes that a function of Python gives. What it raises is the cause of the Error. tell: wants to know what
-    will be read next: (first byte, the one behind the last) each."""
+    """Opens a source that is read by the Python function read_into; its exceptions become the cause of the Error.
+    tell, if given, is called with the ranges that will be read next, as (first byte, end)."""
     handle = _Handle(None)
 
     def read_at(_: Any, offset: int, into: Any, count: int, why: Any, why_bytes: int) -> int:
@@ -279,7 +279,7 @@ def _opened_ranges(size: int, read_into: Callable[[int, memoryview], None], sour
     own.bytes = size
     own.read_at = callback = ffi.callback(
         "int(void*, uint64_t, void*, uint64_t, char*, size_t)", read_at, error=1)
-    told = None
+    announce = None
     if tell is not None:
         def prefetch(_: Any, ranges: Any, count: int) -> None:
             try:
@@ -287,25 +287,26 @@ def _opened_ranges(size: int, read_into: Callable[[int, memoryview], None], sour
             except BaseException as raised:  # nothing may pass through C
                 handle.error = raised
 
-        told = own.prefetch = ffi.callback("void(void*, const shmf_range*, size_t)", prefetch)
+        announce = own.prefetch = ffi.callback("void(void*, const shmf_range*, size_t)", prefetch)
     try:
         check(lib.shmf_open_source, own, options, file)
     except Error as why:
         raise_with(why, handle.error)
-    handle.file, handle.keep = file[0], (callback, told, source)
+    handle.file, handle.keep = file[0], (callback, announce, source)
     return handle
 
 
 def open(source: Source, *, damaged: bool = False, max_cells: int | None = None,
          max_vertices: int | None = None) -> Mesh | Archive:
-    """Opens a .shm file: a path, a URL, bytes, or a file object that can be sought in.
+    """Opens a .shm file: a path, a URL, bytes, or a seekable file object.
 
-    Of a URL it reads what is asked for, by ranges, as the server must give them; protocols beside http and
-    https are those of fsspec, where it is installed.
+    From a URL only the requested data is read, in byte ranges, which the server must support. Protocols other than
+    http and https need fsspec.
 
-    Reads the end of the file, its index and its schema. With `damaged` a hurt file gives what of it is
-    whole; values that are lost are NaN, integers 0. An archive of several files is an Archive. A file of more
-    cells or vertices than are given is an Error, "over limit": few bytes may be very many.
+    Reads the end of the file, its index and its schema. With `damaged`, the intact parts of a damaged file can be
+    read; lost values are NaN, or 0 for integers. An archive of several files is returned as an Archive. A file
+    with more than max_cells cells or max_vertices vertices raises Error "over limit", since a small file can
+    contain very many.
     """
     wanted = {"damaged": damaged, "max_cells": max_cells, "max_vertices": max_vertices}
     handle = _opened(source, wanted)
@@ -344,15 +345,15 @@ class Archive(Mapping):
         self.close()
 
     def close(self) -> None:
-        """Meshes that were opened from it stay open."""
+        """Closes the archive. Meshes opened from it stay open."""
         self._handle = _Handle(None)
 
 
 class Mesh:
-    """A mesh in a file, or some cells of one. Arrays are decoded when they are asked for, and belong to NumPy.
+    """A mesh in a file, or a selection of its cells. Arrays are decoded on access and belong to NumPy.
 
-    One mesh is used by one thread at a time; meshes that were opened apart are independent. What select()
-    gives shares the file, and counts as the same.
+    Use a mesh in one thread at a time. Meshes opened by separate calls of open() are independent; a result of select()
+    shares the file with its mesh and counts as the same mesh.
     """
 
     def __init__(self, handle: _Handle, selection: Any = None, keep: Any = None):
@@ -373,7 +374,7 @@ class Mesh:
         self.close()
 
     def close(self) -> None:
-        """Closes the file. Arrays that were read stay."""
+        """Closes the file. Arrays that were read remain valid."""
         self._handle.close()
 
     def __repr__(self) -> str:
@@ -385,17 +386,17 @@ class Mesh:
         self._handle(call, index, own)
         return own
 
-    # --- what it holds, of the whole file
+    # --- contents of the whole file
 
     @property
     def blocks(self) -> list[Block]:
-        told = (self._told("block", lib.shmf_get_block, i) for i in range(self._info.blocks))
-        return [Block(b.id, text(b.name), SHAPES[b.shape], b.nodes_per_cell, b.cells) for b in told]
+        infos = (self._told("block", lib.shmf_get_block, i) for i in range(self._info.blocks))
+        return [Block(b.id, text(b.name), SHAPES[b.shape], b.nodes_per_cell, b.cells) for b in infos]
 
     @property
     def segments(self) -> list[Segment]:
-        told = (self._told("segment", lib.shmf_get_segment, i) for i in range(self._info.segments))
-        return [Segment(s.first_cell, s.cells, s.first_vertex, s.vertices, s.bytes, tuple(s.box)) for s in told]
+        infos = (self._told("segment", lib.shmf_get_segment, i) for i in range(self._info.segments))
+        return [Segment(s.first_cell, s.cells, s.first_vertex, s.vertices, s.bytes, tuple(s.box)) for s in infos]
 
     @property
     def step_count(self) -> int:
@@ -403,19 +404,19 @@ class Mesh:
 
     @property
     def step_times(self) -> np.ndarray:
-        """Of each time step; empty where the file does not say."""
+        """The time of each step; empty if the file has none."""
         times, count = ffi.new("double**"), ffi.new("uint64_t*")
         self._handle(lib.shmf_get_times, ffi.cast("const double**", times), count)
         return copied(times[0], count[0], np.float64)
 
     @property
     def source_format(self) -> str:
-        """"exodus", "vtk", "gmsh", or whatever made the mesh; may be empty."""
+        """"exodus", "vtk", "gmsh", or another origin of the mesh; may be empty."""
         return self._source_format
 
     @property
     def coordinate_error(self) -> float:
-        """0 where coordinates are lossless; else the most that one differs from its source."""
+        """0 if coordinates are lossless, otherwise their largest error."""
         return float(self._info.coordinate_error)
 
     @property
@@ -424,15 +425,15 @@ class Mesh:
 
     @property
     def cell_data(self) -> Data:
-        """An element for each cell; NaN (integers: 0) where its block has no values."""
+        """Cell arrays with one element per cell; NaN (integers: 0) if its block has no values."""
         return Data(self, lib.SHMF_CELL_DATA)
 
     @property
     def extras(self) -> list[Extra]:
         count = ffi.new("uint64_t*")
         self._handle(lib.shmf_extra_count, count)
-        told = (self._told("extra", lib.shmf_get_extra, i) for i in range(count[0]))
-        return [self._extra(extra) for extra in told]
+        infos = (self._told("extra", lib.shmf_get_extra, i) for i in range(count[0]))
+        return [self._extra(extra) for extra in infos]
 
     @staticmethod
     def _extra(extra: Any) -> Extra:
@@ -447,29 +448,30 @@ class Mesh:
         self._handle(lib.shmf_set_count, count)
         sets = []
         for i in range(count[0]):
-            told = self._told("set", lib.shmf_get_set, i)
-            sides = copied(told.sides, told.members, np.int32) if told.sides != ffi.NULL else None
-            blocks = copied(told.blocks, told.block_count, np.uint32) if told.block_count else None
-            factors = copied(told.factors, told.factor_count, np.float64) if told.factor_count else None
-            sets.append(Set(("node", "side", "element")[told.kind], told.id, text(told.name),
-                            copied(told.numbers, told.members, np.uint64), sides, blocks, factors))
+            info = self._told("set", lib.shmf_get_set, i)
+            sides = copied(info.sides, info.members, np.int32) if info.sides != ffi.NULL else None
+            blocks = copied(info.blocks, info.block_count, np.uint32) if info.block_count else None
+            factors = copied(info.factors, info.factor_count, np.float64) if info.factor_count else None
+            sets.append(Set(("node", "side", "element")[info.kind], info.id, text(info.name),
+                            copied(info.numbers, info.members, np.uint64), sides, blocks, factors))
         return sets
 
-    # --- which cells
+    # --- selections
 
     def select(self, *, cells: tuple[int, int] | None = None, numbers: Any = None,
                blocks: Sequence[int] | None = None, box: Sequence[float] | None = None) -> Mesh:
-        """The cells that meet all conditions, with their vertices, numbered anew in their old order.
+        """Returns the cells that meet all conditions, with their vertices, renumbered in their old order.
 
-        cells: (first, end) by number; numbers: one by one; blocks: indices into `blocks`; box: smallest x y z, largest x y z, of
-        which a cell has a vertex. All are of the whole file, also where this is a piece itself.
+        cells: (first, end) of a range of numbers. numbers: single cell numbers. blocks: indices into `blocks`.
+        box: smallest x y z, largest x y z; selects cells with a vertex in it. All of these refer to the whole file,
+        even if this mesh is a selection itself.
         """
         selection = struct("selection")
         keep = []
         if cells is not None:
             selection.first_cell, selection.end_cell = cells
             if tuple(cells) == (0, 0):
-                blocks = ()  # no cells; to the library it would be no condition
+                blocks = ()  # no cells; the library would take it as no condition
         if blocks is not None:
             listed = sorted(set(blocks))
             keep.append(ffi.new("uint32_t[]", listed or [0]))
@@ -483,7 +485,7 @@ class Mesh:
         return Mesh(self._handle, selection, keep)
 
     def _count(self) -> Any:
-        """Selects the piece, unless it is the one that the file has selected."""
+        """Selects the cells of this mesh in the file, unless they are selected already, and returns the counts."""
         if self._counted is None or self._handle.selected is not self._token:
             counted = struct("counts")
             self._handle(lib.shmf_select, self._selection or ffi.NULL, ffi.NULL, counted)
@@ -500,7 +502,7 @@ class Mesh:
 
     @property
     def vertex_numbers(self) -> np.ndarray:
-        """Of each vertex: its number in the whole file."""
+        """Number of each vertex in the whole file."""
         return self._read([(lib.SHMF_VERTEX_NUMBERS, np.empty(self.vertex_count, np.int64), 0, 0)])[0]
 
     @property
@@ -511,14 +513,14 @@ class Mesh:
 
     @property
     def points(self) -> np.ndarray:
-        """(vertices, 3), of the type that the file has. Read once."""
+        """Coordinates, (vertices, 3), of the type in the file. They are read once."""
         if self._points is None:
             self._points = self.read(cells=False).points
         return self._points
 
     @property
     def cells(self) -> Cells:
-        """Read once."""
+        """All cells. They are read once."""
         if self._cells is None:
             self._cells = self.read(points=False).cells
         return self._cells
@@ -526,26 +528,26 @@ class Mesh:
     def read(self, *, points: bool = True, cells: bool = True, point_data: Sequence[str] = (),
              cell_data: Sequence[str] = (), step: int | None = None, out: Mapping[str, np.ndarray] | None = None,
              progress: Callable[[float], Any] | None = None, threads: int = 1) -> Arrays:
-        """Several arrays in one pass over the file, which costs less than one after the other.
+        """Reads several arrays in one pass over the file, which is faster than one after the other.
 
-        step: of arrays with time steps. out: arrays to fill by name, "points", "offsets", "connectivity",
-        "types", "blocks", or that of a point or cell array, instead of new ones: contiguous, of the right
-        shape. Points may be float32 or float64 there, offsets and connectivity integers of 32 or 64 bits.
-        progress: called now and then with what is done, from 0 to 1. threads: that decode; 0 is one for each
-        core.
+        step: time step of arrays that have steps. out: arrays to fill, by name: "points", "offsets", "connectivity",
+        "types", "blocks", or the name of a point or cell array. They must be contiguous and have the right shape;
+        points may be float32 or float64, offsets and connectivity integers of 32 or 64 bits.
+        progress: called regularly with the completed fraction, 0 to 1. threads: number of decoding threads; 0 is
+        one per core.
         """
         counts = self._count()
         left = dict(out or {})
         index = np.int32 if max(counts.vertices, counts.corners) < 2**31 else np.int64
         wanted: list[tuple[int, np.ndarray, int, int]] = []
 
-        def want(what: int, name: str, shape: tuple[int, ...], dtype: Any, array: int = 0, at: int = 0) -> np.ndarray:
+        def want(what: int, name: str, shape: tuple[int, ...], dtype: Any, array: int = 0, of_step: int = 0) -> np.ndarray:
             into = left.pop(name, None)
             if into is None:
                 into = np.empty(shape, dtype)
             elif into.shape != shape:
                 raise ValueError(f"out['{name}'] has the shape {into.shape}, not {shape}")
-            wanted.append((what, into, array, at))
+            wanted.append((what, into, array, of_step))
             return into
 
         result = Arrays()
@@ -560,30 +562,30 @@ class Mesh:
                                     (cell_data, self.cell_data, result.cell_data)):
             for name in names:
                 array = data._arrays[name]
-                told = self._arrays[array]
-                if told.per_step and step is None:
-                    raise ValueError(f"'{name}' has time steps: say which")
-                values[name] = want(lib.SHMF_VALUES, name, self._shape(array), DTYPES[told.type], array,
-                                    step if told.per_step else 0)
+                info = self._arrays[array]
+                if info.per_step and step is None:
+                    raise ValueError(f"'{name}' has time steps: choose one with step=...")
+                values[name] = want(lib.SHMF_VALUES, name, self._shape(array), DTYPES[info.type], array,
+                                    step if info.per_step else 0)
         if left:
-            raise ValueError(f"nothing to read that is called {', '.join(map(repr, left))}")
+            raise ValueError(f"out has arrays that are not read: {', '.join(map(repr, left))}")
         self._read(wanted, progress, threads)
         return result
 
     def boundary(self, *, point_data: Sequence[str] = (), cell_data: Sequence[str] = (), step: int | None = None,
                  max_bytes: int = 0, progress: Callable[[float], Any] | None = None, threads: int = 1) -> Boundary:
-        """The sides that one volume cell alone has, and cells of fewer dimensions themselves: what is seen of the mesh,
-        or of this piece, from outside. Memory follows the active surface and what is found; of a piece, the piece.
+        """Returns the boundary of the mesh or selection: the sides that belong to exactly one volume cell, and all
+        cells of lower dimension. Memory follows the active surface and the result; for a selection, its size.
 
-        point_data, cell_data: arrays that are carried along; step: of those with time steps. max_bytes: what it may take, 0 is
-        4 GiB. progress and threads as of read().
+        point_data, cell_data: arrays to transfer to the boundary. step: time step of arrays that have steps.
+        max_bytes: memory limit, 0 is 4 GiB. progress and threads: as for read().
         """
         names = [(self.point_data, name) for name in point_data] + [(self.cell_data, name) for name in cell_data]
         arrays = [data._arrays[name] for data, name in names]
         for array in arrays:
             if self._arrays[array].per_step and step is None:
-                raise ValueError(f"'{self._arrays[array].name}' has time steps: say which")
-        if self._selection is not None or self._handle.selected is not None:  # else the file has all cells selected
+                raise ValueError(f"'{self._arrays[array].name}' has time steps: choose one with step=...")
+        if self._selection is not None or self._handle.selected is not None:  # otherwise all cells are selected
             self._count()
         options, made, surface = struct("boundary_options"), ffi.new("shmf_boundary**"), struct("surface")
         listed = ffi.new("uint32_t[]", arrays or [0]), ffi.new("uint64_t[]", [step or 0] * max(len(arrays), 1))
@@ -602,18 +604,18 @@ class Mesh:
             cell_numbers=copied(surface.cell_numbers, surface.faces, np.int64),
             blocks=copied(surface.cell_blocks, surface.faces, np.uint32),
             sides=copied(surface.sides, surface.faces, np.int32), left_out=int(surface.left_out))
-        for at, ((_, name), array) in enumerate(zip(names, arrays)):
-            told = self._arrays[array]
-            count = surface.vertices if told.location == lib.SHMF_POINT_DATA else surface.faces
-            shape = (count,) if told.components == 1 else (count, told.components)
-            into = result.point_data if at < len(point_data) else result.cell_data
-            into[name] = copied(surface.array_values[at], shape, DTYPES[told.type])
+        for position, ((_, name), array) in enumerate(zip(names, arrays)):
+            info = self._arrays[array]
+            count = surface.vertices if info.location == lib.SHMF_POINT_DATA else surface.faces
+            shape = (count,) if info.components == 1 else (count, info.components)
+            into = result.point_data if position < len(point_data) else result.cell_data
+            into[name] = copied(surface.array_values[position], shape, DTYPES[info.type])
         return result
 
     def _shape(self, array: int) -> tuple[int, ...]:
-        told, counts = self._arrays[array], self._count()
-        elements = counts.vertices if told.location == lib.SHMF_POINT_DATA else counts.cells
-        return (elements,) if told.components == 1 else (elements, told.components)
+        info, counts = self._arrays[array], self._count()
+        elements = counts.vertices if info.location == lib.SHMF_POINT_DATA else counts.cells
+        return (elements,) if info.components == 1 else (elements, info.components)
 
     def _steps_of(self, array: int) -> list[int]:
         steps, count = ffi.new("uint64_t**"), ffi.new("uint64_t*")
@@ -626,13 +628,13 @@ class Mesh:
 
     def _read(self, wanted: list[tuple[int, np.ndarray, int, int]],
               progress: Callable[[float], Any] | None = None, threads: int = 1) -> list[np.ndarray]:
-        """Fills arrays: (what, array, index of the array in the file, step) each."""
+        """Fills arrays; each entry is (kind of target, array to fill, index of the array in the file, step)."""
         self._count()
         targets = ffi.new("shmf_target[]", len(wanted))
         buffers = []
         for target, (what, into, array, step) in zip(targets, wanted):
             if not into.flags.c_contiguous or not into.flags.writeable or into.dtype not in TYPES:
-                raise ValueError("arrays are filled that are contiguous, writeable and of plain numbers")
+                raise ValueError("arrays to be filled must be contiguous, writeable and of plain numbers")
             buffers.append(ffi.from_buffer(into.reshape(-1).view(np.uint8)) if into.size else ffi.NULL)
             target.struct_size = ffi.sizeof("shmf_target")
             target.what, target.type, target.array, target.step = what, TYPES[into.dtype], array, step
@@ -643,13 +645,13 @@ class Mesh:
         return [into for _, into, _, _ in wanted]
 
     def verify(self, progress: Callable[[float], Any] | None = None, threads: int = 1) -> None:
-        """Decodes all of the file and keeps nothing; raises an Error where anything is wrong with it."""
+        """Decodes the whole file and discards the result; raises an Error if anything is wrong with it."""
         with _Run(progress, threads) as run:
             self._handle(lib.shmf_verify, run.options)
 
 
 class _Run:
-    """What runs long: with threads, and telling how far it is. What `progress` raises ends it, and comes out of it."""
+    """Options of a long call: threads and progress. An exception of `progress` ends the call and is raised again."""
 
     def __init__(self, progress: Callable[[float], Any] | None, threads: int):
         self._raised: BaseException | None = None
@@ -658,7 +660,7 @@ class _Run:
         if progress is None:
             return
 
-        def told(_: Any, done: float) -> int:
+        def report(_: Any, done: float) -> int:
             try:
                 progress(done)
                 return 0
@@ -666,7 +668,7 @@ class _Run:
                 self._raised = raised
                 return 1
 
-        self._callback = ffi.callback("int(void*, double)", told, error=1)
+        self._callback = ffi.callback("int(void*, double)", report, error=1)
         self.options.progress = self._callback
 
     def __enter__(self) -> _Run:

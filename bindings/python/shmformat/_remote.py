@@ -1,8 +1,8 @@
-"""Files that are far away: bytes by ranges, of a URL, with what was fetched kept for a while.
+"""Remote files: byte ranges of a URL, with a cache of recently fetched bytes.
 
-The library tells what it will read: ranges less than 64 KB apart are fetched as one, and several in one
-request where the server can do that. Through fsspec where it is installed, which knows many protocols;
-else http and https with what Python has, over one connection.
+The library announces the ranges that it will read: ranges less than 64 KB apart are fetched as one, and several in
+one request if the server supports that. fsspec, if installed, provides other protocols; http and https use Python's
+own client over one connection.
 """
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from typing import Protocol
 
 from ._library import Error
 
-_NEAR = 1 << 16  # ranges that are not so far apart are one
-_MOST_AT_ONCE = 16 << 20  # bytes of what is told before
-_MOST_RANGES = 64  # of a request
-_MOST_OF_HEADERS = 1 << 12  # bytes, of a part of an answer
-_MOST_KEPT = 64 << 20  # bytes
-_MOST_PIECES = 1 << 12  # that are kept
+_NEAR = 1 << 16  # bytes; ranges less far apart are fetched as one
+_MOST_AT_ONCE = 16 << 20  # bytes of announced ranges per request
+_MOST_RANGES = 64  # per request
+_MOST_OF_HEADERS = 1 << 12  # bytes, per part of a response
+_MOST_KEPT = 64 << 20  # bytes in the cache
+_MOST_PIECES = 1 << 12  # in the cache
 _MOST_REDIRECTS = 5
 
-Range = tuple[int, int]  # first byte, and the one behind the last
+Range = tuple[int, int]  # first byte, end
 
 
 def _error(url: str, sentence: str) -> Error:
@@ -31,24 +31,24 @@ def _error(url: str, sentence: str) -> Error:
 
 
 class Ranges(Protocol):
-    """What gives bytes by ranges."""
+    """A source of byte ranges."""
 
     size: int
 
     def fetch(self, ranges: Sequence[Range]) -> list[bytes]:
-        """The bytes of each range; they ascend and do not touch."""
+        """Returns the bytes of each range; the ranges ascend and do not touch."""
 
     def close(self) -> None: ...
 
 
 class _Http:
-    """A file on a server, over one connection. The first request fetches its end, and tells its size."""
+    """A file on a server, over one connection. The first request fetches the end of the file and returns its size."""
 
     def __init__(self, url: str):
         self._url = self._first_url = url
         self._connection: http.client.HTTPConnection | None = None
-        self._version: str | None = None  # that the first answer told of
-        self._gives_many = True  # ranges in one request, as far as is known
+        self._version: str | None = None  # from the first response
+        self._gives_many = True  # the server may support several ranges per request
         try:
             status, headers, self.tail = self._follow(f"bytes=-{_NEAR}")
             if status == 416 or (status == 200 and headers.get("Content-Length") == "0"):
@@ -61,15 +61,15 @@ class _Http:
 
     def _total(self, status: int, headers: http.client.HTTPMessage) -> int:
         if status == 200 and self.tail:
-            return len(self.tail)  # all of a small file
+            return len(self.tail)  # a small file, all of it
         if status == 200:
-            raise _error(self._url, "the server gives no ranges of files")
+            raise _error(self._url, "the server does not support byte ranges")
         found = re.fullmatch(r"bytes (\d+)-(\d+)/(\d+)", headers.get("Content-Range", ""))
         if status != 206 or found is None:
             raise _error(self._url, f"the server answers {status} {http.client.responses.get(status, '')}".rstrip())
         first, last, total = map(int, found.groups())
         if last - first + 1 != len(self.tail) or last + 1 != total:
-            raise _error(self._url, "the server gives other bytes than it was asked for")
+            raise _error(self._url, "the server returned other bytes than requested")
         return total
 
     @staticmethod
@@ -83,10 +83,10 @@ class _Http:
                 return status, headers, body
             self.close()
             self._url = urllib.parse.urljoin(self._url, headers["Location"])
-        raise _error(self._url, "the server sends from one place to another without end")
+        raise _error(self._url, "the server redirects without end")
 
     def _request(self, wanted: str, most: int = _NEAR) -> tuple[int, http.client.HTTPMessage, bytes]:
-        """`most`: bytes of a body that are read; of a longer one, one more is."""
+        """most: number of bytes of a body to read; of a longer body, one more byte is read."""
         parts = urllib.parse.urlsplit(self._url)
         if parts.scheme not in ("http", "https") or not parts.netloc:
             raise _error(self._url, "without fsspec only http and https can be read")
@@ -99,7 +99,7 @@ class _Http:
                 self._connection.request("GET", target, headers={"Range": wanted, "Accept-Encoding": "identity"})
                 answer = self._connection.getresponse()
                 if answer.status == 200 and int(answer.headers.get("Content-Length") or _NEAR + 1) > _NEAR:
-                    self.close()  # all of a large file
+                    self.close()  # a large file, all of it
                     return answer.status, answer.headers, b""
                 body = answer.read(most + 1)
                 if len(body) > most:
@@ -109,7 +109,7 @@ class _Http:
                 return answer.status, answer.headers, body
             except (OSError, ValueError, http.client.HTTPException) as why:
                 self.close()
-                if fresh:  # else the server had closed a connection that was idle
+                if fresh:  # otherwise the server had closed an idle connection
                     raise _error(self._url, f"the connection failed: {why or type(why).__name__}") from why
         raise AssertionError("unreachable")
 
@@ -124,7 +124,7 @@ class _Http:
     def _answer(self, wanted: str, most: int) -> tuple[int, http.client.HTTPMessage, bytes]:
         status, headers, body = self._request(wanted, most)
         if status in (301, 302, 303, 307, 308, 401, 403) and self._url != self._first_url:
-            self.close()  # where it was sent to may be for a while only
+            self.close()  # redirect targets may be temporary
             self._url = self._first_url
             status, headers, body = self._follow(wanted, most)
         if status in (206, 412, 416) and self._version_of(headers) not in (None, self._version):
@@ -134,27 +134,27 @@ class _Http:
     def _fetch(self, first: int, end: int) -> bytes:
         status, headers, body = self._answer(f"bytes={first}-{end - 1}", end - first)
         if status == 200:
-            raise _error(self._url, "the server gives no ranges of files any more")
+            raise _error(self._url, "the server no longer supports byte ranges")
         if status != 206:
             raise _error(self._url, f"the server answers {status} {http.client.responses.get(status, '')}".rstrip())
         if headers.get("Content-Range") != f"bytes {first}-{end - 1}/{self.size}" or len(body) != end - first:
-            raise _error(self._url, "the server gives other bytes than it was asked for")
+            raise _error(self._url, "the server returned other bytes than requested")
         return body
 
     def _fetch_many(self, ranges: Sequence[Range]) -> list[bytes] | None:
-        """In one request; None where the server gives one range at a time."""
+        """Fetches ranges in one request; returns None if the server returns only one range at a time."""
         most = sum(end - first + _MOST_OF_HEADERS for first, end in ranges) + _MOST_OF_HEADERS
         status, headers, body = self._answer("bytes=" + ",".join(f"{first}-{end - 1}" for first, end in ranges), most)
         if status != 206 or headers.get_content_type() != "multipart/byteranges":
             return None
-        bodies, at = [], 0
-        for first, end in ranges:  # a part each: headers, an empty line, the bytes
-            begin = body.find(b"\r\n\r\n", at) + 4
+        bodies, position = [], 0
+        for first, end in ranges:  # per part: headers, an empty line, the bytes
+            begin = body.find(b"\r\n\r\n", position) + 4
             wanted = rb"(?i)content-range:\s*bytes %d-%d/%d\s" % (first, end - 1, self.size)
-            if begin < 4 or not re.search(wanted, body[at:begin]) or len(body) - begin < end - first:
+            if begin < 4 or not re.search(wanted, body[position:begin]) or len(body) - begin < end - first:
                 return None
-            at = begin + end - first
-            bodies.append(body[begin:at])
+            position = begin + end - first
+            bodies.append(body[begin:position])
         return bodies
 
     def close(self) -> None:
@@ -173,14 +173,14 @@ class _Fsspec:
         try:
             self._system, self._path = fsspec.core.url_to_fs(url)  # type: ignore[attr-defined]
             self.size = int(self._system.info(self._path)["size"])
-        except Exception as why:  # of any protocol, of any kind
+        except Exception as why:  # protocols raise exceptions of any kind
             raise _error(url, f"cannot be opened: {why or type(why).__name__}") from why
 
     def fetch(self, ranges: Sequence[Range]) -> list[bytes]:
         firsts, ends = zip(*ranges)
         bodies = self._system.cat_ranges([self._path] * len(ranges), list(firsts), list(ends), on_error="raise")
         if any(len(body) != end - first for body, (first, end) in zip(bodies, ranges)):
-            raise _error(self._url, "gives other bytes than it was asked for")
+            raise _error(self._url, "returns other bytes than requested")
         return bodies
 
     def close(self) -> None:
@@ -188,19 +188,19 @@ class _Fsspec:
 
 
 class Remote:
-    """Reads anywhere, and keeps what was fetched last."""
+    """Random access to a remote file, with a cache of the bytes fetched last."""
 
     def __init__(self, ranges: Ranges, tail: bytes = b""):
         self._ranges = ranges
         self.size = ranges.size
         self._kept: list[tuple[int, bytes]] = []  # first byte, and the bytes; the oldest first
         self._kept_bytes = len(tail)
-        self._told: list[Range] = []  # ascending, and apart
+        self._told: list[Range] = []  # announced ranges, ascending and disjoint
         if tail:
             self._kept.append((self.size - len(tail), tail))
 
     def tell(self, ranges: Sequence[Range]) -> None:
-        """What will be read next."""
+        """Announces the ranges that will be read next."""
         runs: list[Range] = []
         for first, end in sorted(ranges):
             end = min(end, self.size)
@@ -226,19 +226,19 @@ class Remote:
         return None
 
     def _fetch(self, first: int, end: int) -> None:
-        """These bytes, with those that will be read behind them."""
-        at = bisect_right(self._told, first, key=lambda told: told[0]) - 1
-        told_end = self._told[at][1] if at >= 0 else 0
+        """Fetches these bytes, together with announced ranges that follow them."""
+        index = bisect_right(self._told, first, key=lambda told: told[0]) - 1
+        told_end = self._told[index][1] if index >= 0 else 0
         ranges = [(first, max(end, min(told_end, first + _MOST_AT_ONCE)))]
         room = _MOST_AT_ONCE - (ranges[0][1] - ranges[0][0])
-        for told in self._told[at + 1:]:
+        for told in self._told[index + 1:]:
             if self._find(told[0], told[1] - told[0]):
                 continue
             room -= told[1] - told[0]
             if room < 0 or told[0] <= ranges[-1][1] or len(ranges) == _MOST_RANGES:
                 break
             ranges.append(told)
-        if len(ranges) == 1:  # more costs nothing
+        if len(ranges) == 1:  # up to _NEAR bytes cost nothing extra
             ranges = [(first, max(ranges[0][1], min(first + _NEAR, self.size)))]
         bodies = self._ranges.fetch(ranges)
         self._kept += zip((begin for begin, _ in ranges), bodies)
@@ -251,7 +251,7 @@ class Remote:
 
     @staticmethod
     def _without(told: Range, fetched: Range) -> list[Range]:
-        """What is left of a range."""
+        """Returns the parts of a range that were not fetched."""
         parts = (told[0], min(told[1], fetched[0])), (max(told[0], fetched[1]), told[1])
         return [(first, end) for first, end in parts if first < end]
 
@@ -260,7 +260,7 @@ class Remote:
 
 
 def open_url(url: str) -> Remote:
-    """Through fsspec, if it is there and knows the protocol; http and https without it, too."""
+    """Opens a URL: http and https directly, other protocols through fsspec if it is installed."""
     try:
         import fsspec
     except ImportError:

@@ -1,6 +1,6 @@
-"""Sides of cells, as Exodus counts them from 1: which of a cell's nodes a side has.
+"""Sides of cells, numbered from 1 as in Exodus: the nodes of a cell that belong to each side.
 
-As converters/sets/set_cells.cpp knows them, of which `shm extract --set` makes cells; a test compares the two.
+The tables are those of converters/sets/set_cells.cpp, which `shm extract --set` uses; a test compares the two.
 """
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ import numpy as np
 from ._library import vtk_type
 from ._mesh import Cells, Mesh
 
-# By shape the corners of each side, as the Exodus manual counts sides.
+# Corners of each side by shape, numbered as in the Exodus manual.
 _SIDES: dict[str, tuple[tuple[int, ...], ...]] = {
-    # In three dimensions these are shells: a front, a back, then edges.
+    # In three dimensions these are shells: front, back, then edges.
     "triangle": ((0, 1, 2), (0, 2, 1), (0, 1), (1, 2), (2, 0)),
     "quad": ((0, 1, 2, 3), (0, 3, 2, 1), (0, 1), (1, 2), (2, 3), (3, 0)),
     "tetrahedron": ((0, 1, 3), (1, 2, 3), (0, 3, 2), (0, 2, 1)),
@@ -23,7 +23,7 @@ _SIDES: dict[str, tuple[tuple[int, ...], ...]] = {
 }
 _CORNERS = {"triangle": 3, "quad": 4, "tetrahedron": 4, "pyramid": 5, "wedge": 6, "hexahedron": 8}
 
-# Nodes of second order stand behind the corners: first in the middle of these edges, in VTK's order.
+# Second-order nodes follow the corners: first the middles of these edges, in VTK's order.
 _EDGES: dict[str, tuple[tuple[int, int], ...]] = {
     "triangle": ((0, 1), (1, 2), (2, 0)),
     "quad": ((0, 1), (1, 2), (2, 3), (3, 0)),
@@ -32,26 +32,28 @@ _EDGES: dict[str, tuple[tuple[int, int], ...]] = {
     "wedge": ((0, 1), (1, 2), (2, 0), (3, 4), (4, 5), (5, 3), (0, 3), (1, 4), (2, 5)),
     "hexahedron": ((0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)),
 }
-# Then in the middle of these quads. Triangles are given without a node in their middle.
+# Then the middles of these quads. Triangular sides are returned without a node in the middle.
 _MIDDLES: dict[str, tuple[tuple[int, ...], ...]] = {
     "quad": ((0, 1, 2, 3),),
     "pyramid": ((0, 1, 2, 3),),
     "wedge": ((0, 1, 3, 4), (1, 2, 4, 5), (0, 2, 3, 5)),
     "hexahedron": ((0, 3, 4, 7), (1, 2, 5, 6), (0, 1, 4, 5), (2, 3, 6, 7), (0, 1, 2, 3), (4, 5, 6, 7)),
 }
-_SHAPE_OF_SIDE = {2: "line", 3: "triangle", 4: "quad"}  # by corners
+_SHAPE_OF_SIDE = {2: "line", 3: "triangle", 4: "quad"}  # by number of corners
 
 
 def is_flat(mesh: Mesh) -> bool:
-    """Whether the mesh has two dimensions, as files from Exodus say."""
+    """Returns whether the mesh is two-dimensional, as recorded in files from Exodus."""
     return any(extra.key == "exodus/skeleton" and b"\nD\tnum_dim\t2\n" in extra.values.tobytes() for extra in mesh.extras)
 
 
 @lru_cache(maxsize=None)
 def side_of(shape: str, nodes: int, side: int, flat: bool) -> tuple[str, tuple[int, ...]]:
-    """The shape of a side, and its nodes as places in the cell, in VTK's order; no nodes: there is no such side.
+    """Returns the shape of a side, and the indices of its nodes in the cell in VTK's order.
 
-    flat: the mesh has two dimensions, so that sides of triangles and quads are edges.
+    An unknown side has no nodes.
+
+    flat: the mesh is two-dimensional, so that sides of triangles and quads are edges.
     """
     sides = _SIDES.get(shape, ())
     if flat and shape in ("triangle", "quad"):
@@ -77,9 +79,11 @@ def side_of(shape: str, nodes: int, side: int, flat: bool) -> tuple[str, tuple[i
 
 def sides_as_cells(cells: Cells, shapes: list[str], rows: np.ndarray, sides: np.ndarray,
                    flat: bool) -> tuple[Cells, np.ndarray]:
-    """Sides of the cells in `rows`, in their order, and which of the given ones these are: unknown ones are left out.
+    """Returns sides of the cells in `rows` as cells in the same order, and the indices of these sides.
 
-    shapes: of the blocks.
+    Unknown sides are left out.
+
+    shapes: shape of each block.
     """
     begin = np.asarray(cells.offsets, np.int64)[rows]
     size = np.asarray(cells.offsets, np.int64)[rows + 1] - begin

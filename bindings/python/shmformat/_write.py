@@ -33,7 +33,7 @@ class _Writer:
             def taken(_: Any, data: Any, count: int) -> int:
                 try:
                     left = memoryview(ffi.buffer(data, count)[:])
-                    while left:  # raw files may take less
+                    while left:  # raw files may write less
                         taken_now = to.write(left)
                         left = left[len(left) if taken_now is None else taken_now:]
                     return 0
@@ -53,7 +53,7 @@ class _Writer:
             raise_with(why, self._raised)
 
     def finish(self) -> int:
-        """The bytes of the file."""
+        """Returns the size of the file in bytes."""
         size = ffi.new("uint64_t*")
         self(lib.shmf_writer_finish, size)
         return int(size[0])
@@ -62,7 +62,7 @@ class _Writer:
         ffi.release(self._writer)
 
     def kept(self, data: Any) -> Any:
-        """A pointer for C to something that lives as long as the writer."""
+        """Returns a C pointer to data that is kept as long as the writer."""
         if isinstance(data, str):
             data = encoded(data)
         if isinstance(data, bytes):
@@ -76,24 +76,24 @@ class _Writer:
 
 
 def _plain(values: Any, dtype: Any = None) -> np.ndarray:
-    """Contiguous, in the byte order of this machine, of a type that a file can have."""
+    """Returns a contiguous array in native byte order, of a type that a file can have."""
     array = np.asarray(values, order="C")
     array = array.astype(array.dtype.newbyteorder("="), copy=False)
     if dtype is not None and array.dtype != dtype:
         own = array.astype(dtype)
-        # Floats may be rounded; else numbers must be the same.
+        # Floats may be rounded; other numbers must not change.
         if not (array.dtype.kind == "f" and own.dtype.kind == "f") and not np.array_equal(own, array):
-            raise TypeError(f"values of the type {array.dtype} are no {own.dtype}")
+            raise TypeError(f"values of type {array.dtype} cannot be stored as {own.dtype}")
         array = own
     if array.dtype not in TYPES:
-        raise TypeError(f"values of the type {array.dtype}")
+        raise TypeError(f"values of type {array.dtype} are not supported")
     return array
 
 
 def _numbers(values: Any) -> np.ndarray:
     array = _plain(values)
     if array.dtype.kind not in "iu":
-        raise TypeError(f"vertex numbers are integers, not {array.dtype}")
+        raise TypeError(f"vertex numbers must be integers, not {array.dtype}")
     return array if array.dtype.itemsize in (4, 8) else array.astype(np.int64)
 
 
@@ -114,14 +114,14 @@ def write(to: Target, points: Any, cells: Cells | Any, *, blocks: Sequence[Block
           step_times: Sequence[float] | None = None, sets: Sequence[Set] = (), extras: Sequence[Extra] = (),
           order: str = "keep", level: str = "default", threads: int = 1, coordinate_error: float = 0,
           errors: Mapping[str, float] | None = None, source_format: str = "", replace: bool = False) -> int:
-    """Writes a mesh, and returns the bytes of the file.
+    """Writes a mesh, and returns the size of the file in bytes.
 
-    to: a path, which appears whole or not at all (a file of that name stays, unless `replace`), or a file
-    object. points: (n, 3), float64 or float32. cells: an (n, 8) array of hexahedra, or Cells, of whose
-    `types` nothing is taken: what they are say the `blocks`. point_data, cell_data: an array with an element
-    for each vertex or cell, or a mapping from time steps to such arrays. order: "keep", "stream" or "free".
-    level: "fast", "default" or "best". threads: 0 is one for each core. coordinate_error, errors (by name of
-    the array): the most that a value may differ; 0 is lossless.
+    to: a path or a file object. A path appears complete or not at all; an existing file is kept unless `replace`.
+    points: (n, 3), float64 or float32. cells: an (n, 8) array of hexahedra, or Cells, whose `types` are ignored
+    since the `blocks` define the shapes. point_data, cell_data: an array with one element per vertex or cell, or a
+    mapping from time steps to such arrays. order: "keep", "stream" or "free". level: "fast", "default" or "best".
+    threads: 0 is one per core. coordinate_error, errors (by name of the array): the largest allowed error of a
+    value; 0 is lossless.
     """
     options = struct("write_options")
     options.order, options.level = _ORDERS[order], _LEVELS[level]
@@ -172,10 +172,10 @@ def write(to: Target, points: Any, cells: Cells | Any, *, blocks: Sequence[Block
 def append(path: str | os.PathLike[str], *, point_data: Mapping[str, Mapping[int, np.ndarray]] | None = None,
            cell_data: Mapping[str, Mapping[int, np.ndarray]] | None = None, step_times: Sequence[float] | None = None,
            level: str = "default") -> int:
-    """Adds time steps to a file, and returns its bytes. It stays as it is until the longer one takes its place.
+    """Adds time steps to a file, and returns its size in bytes. The file is unchanged until the new one replaces it.
 
-    point_data, cell_data: of arrays that the file has, a mapping from new steps to values, in the numbers that
-    a Mesh of the file has. step_times: of all steps, the old ones included.
+    point_data, cell_data: for arrays of the file, a mapping from new steps to values, in the numbering of a Mesh of
+    the file. step_times: the times of all steps, old steps included.
     """
     wanted: list[tuple[int, np.dtype, Mapping[int, np.ndarray]]] = []
     with open_shm(path) as mesh:
@@ -211,7 +211,7 @@ def _write_times(times: Sequence[float] | None, writer: _Writer) -> None:
 
 
 def _cell_targets(cells: Cells | Any, blocks: Sequence[Block] | None, writer: _Writer) -> list[Any]:
-    """Declares the blocks; gives what is to be written of cells."""
+    """Declares the blocks, and returns the targets that describe the cells."""
     if isinstance(cells, Cells):
         corners = _numbers(cells.connectivity)
         more = [_target(lib.SHMF_CORNER_BEGIN, _numbers(cells.offsets), writer),
@@ -243,7 +243,7 @@ def _write_sets(sets: Sequence[Set], writer: _Writer) -> None:
         made.numbers = ffi.cast("uint64_t*", writer.kept(_plain(own.numbers, np.uint64)))
         if own.sides is not None:
             if len(own.sides) != len(own.numbers):
-                raise ValueError("a side set has as many sides as cells")
+                raise ValueError("a side set must have one side per cell")
             made.sides = ffi.cast("int32_t*", writer.kept(_plain(own.sides, np.int32)))
         if own.blocks is not None:
             made.block_count = len(own.blocks)

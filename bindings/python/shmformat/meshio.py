@@ -6,9 +6,9 @@
     mesh = meshio.read("run.shm")
     meshio.write("again.shm", mesh)
 
-A cell block is a run of cells of one block and one type, as in meshio's own readers. Of arrays with time
-steps it has the values of the first step that has some, as of Exodus files; read(path, step=...) gives
-others. Node sets are point_sets, element sets cell_sets; side sets have no place in meshio.
+A cell block is a run of cells of one block and one type, as in meshio's own readers. For an array with time
+steps it has the values of its first step, as for Exodus files; read(path, step=...) returns another step.
+Node sets become point_sets, element sets cell_sets; meshio has no place for side sets.
 """
 from __future__ import annotations
 
@@ -25,19 +25,19 @@ from ._library import KINDS, POLYGON, vtk_type
 
 
 def _name(shape: str, nodes: int) -> str:
-    """What meshio calls it: the fewest nodes of a shape go without saying."""
+    """Returns meshio's name of a cell type: the smallest number of nodes of a shape is left out."""
     fewest = min(n for s, n in KINDS if s == shape)
     return ("tetra" if shape == "tetrahedron" else shape) + ("" if nodes == fewest else str(nodes))
 
 
-_SHAPES = {_name(*kind): kind for kind in KINDS if kind != ("pyramid", 19)}  # which meshio has not
+_SHAPES = {_name(*kind): kind for kind in KINDS if kind != ("pyramid", 19)}  # meshio does not have it
 _NAMES = {vtk_type(*kind): name for name, kind in _SHAPES.items()}
-# meshio's linear wedges are turned inside out against VTK's.
+# meshio's linear wedges have the opposite orientation to VTK's.
 _ORDERS = {"wedge": [0, 2, 1, 3, 5, 4]}
 
 
 def _runs(cells: Cells) -> list[tuple[int, int]]:
-    """Cells of one block, one type and one number of nodes: first and end of each run."""
+    """Returns first and end of each run of cells with the same block, type and number of nodes."""
     if not len(cells):
         return []
     sizes = np.diff(cells.offsets)
@@ -57,7 +57,7 @@ def _cell_block(cells: Cells, first: int, end: int) -> meshio.CellBlock:
     try:
         return meshio.CellBlock(name, corners[:, _ORDERS[name]] if name in _ORDERS else corners)
     except KeyError as why:  # meshio 5.0 has no wedges of 15 nodes, triangles of 7 ...
-        raise meshio.ReadError(f"this meshio has no cells that it calls '{name}'") from why
+        raise meshio.ReadError(f"this version of meshio has no cell type '{name}'") from why
 
 
 def _values(data: Any, name: str, step: int | None) -> np.ndarray | None:
@@ -85,7 +85,7 @@ def _sets(mesh: Mesh, cells: Cells, runs: list[tuple[int, int]]) -> tuple[dict[s
 
 
 def read(filename: str | os.PathLike[str], step: int | None = None) -> meshio.Mesh:
-    """A mesh for meshio, of values at a step: arrays that have none there are left out."""
+    """Returns a meshio mesh with values at a step; arrays without values there are left out."""
     with open_shm(filename) as mesh:
         if not isinstance(mesh, Mesh):
             raise meshio.ReadError(f"{filename} is an archive of several meshes")
@@ -105,13 +105,13 @@ def _block(index: int, block: meshio.CellBlock) -> Block:
     if block.type == "polygon":
         return Block(index + 1, "", "polygon", 0, len(block))
     if block.type not in _SHAPES:
-        raise meshio.WriteError(f".shm files have no cells that meshio calls '{block.type}'")
+        raise meshio.WriteError(f".shm files have no cell type for meshio's '{block.type}'")
     shape, nodes = _SHAPES[block.type]
     return Block(index + 1, "", shape, nodes, len(block))
 
 
 def write(filename: str | os.PathLike[str], mesh: meshio.Mesh, level: str = "default") -> None:
-    """Each cell block is a block. As meshio's writers do, it replaces a file of that name."""
+    """Writes a meshio mesh; each cell block becomes a block. Like meshio's writers, it replaces an existing file."""
     points = np.asarray(mesh.points)
     if points.shape[1] == 2:
         points = np.column_stack([points, np.zeros(len(points), points.dtype)])

@@ -1,6 +1,6 @@
-"""PyVista reads and writes .shm files: the entry points `pyvista.readers` and `pyvista.writers` name these.
+"""PyVista reads and writes .shm files: the entry points `pyvista.readers` and `pyvista.writers` refer to this module.
 
-Not tested where PyVista cannot be imported, as on Debian 12; it stands on shmformat.vtk, which is.
+Not tested on systems that cannot import PyVista, such as Debian 12. Its base, shmformat.vtk, is tested.
 """
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from . import vtk
 
 
 def read(filename: str | os.PathLike[str], **_: Any) -> Any:
-    """A pyvista.UnstructuredGrid."""
+    """Returns a pyvista.UnstructuredGrid."""
     import pyvista
     reader = vtk.Reader()
     reader.SetFileName(os.fspath(filename))

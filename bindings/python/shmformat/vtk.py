@@ -5,9 +5,9 @@
     reader.Update()
     grid = reader.GetOutput()
 
-Arrays are VTK's own memory, which the library fills: nothing belongs to NumPy, and nothing but the points and
-values of node sets and side sets is copied. Arrays, blocks and sets that are switched off are not read. Pieces,
-for pipelines in parallel, are runs of segments.
+Arrays are in VTK's own memory, which the library fills: nothing belongs to NumPy, and only the points and values of
+node sets and side sets are copied. Arrays, blocks and sets that are switched off are not read. In parallel
+pipelines, pieces are runs of segments.
 """
 from __future__ import annotations
 
@@ -33,16 +33,16 @@ from . import write as write_shm
 from ._library import CONVEX_POINT_SET, DTYPES, KINDS, POLYGON, POLYHEDRON, lib, vtk_type
 from ._sides import is_flat, sides_as_cells
 
-# By VTK's cell type: shape and nodes; 0 nodes: any number of them.
+# Shape and number of nodes by VTK's cell type; 0: any number of nodes.
 _SHAPES = {vtk_type(*kind): kind for kind in KINDS} | {POLYGON: ("polygon", 0)}
 
-# The groups of a collection, as VTK's reader of Exodus files (vtkIOSSReader) calls them.
+# Names of the groups in a collection, as in VTK's reader of Exodus files (vtkIOSSReader).
 _GROUPS = {"block": "element_blocks", "node": "node_sets", "side": "side_sets", "element": "element_sets"}
-VERTEX_NUMBERS = "shm_vertex_number"  # as the tool calls them in pieces
+VERTEX_NUMBERS = "shm_vertex_number"  # the name that the tool uses in extracted pieces
 
 
 def _array(dtype: np.dtype, count: int, components: int = 1) -> tuple[Any, np.ndarray]:
-    """An array of VTK's, and its memory for NumPy."""
+    """Returns a new VTK array, and its memory as a NumPy array."""
     made = vtkDataArray.CreateDataArray(get_vtk_array_type(dtype))
     made.SetNumberOfComponents(components)
     made.SetNumberOfTuples(count)
@@ -52,7 +52,7 @@ def _array(dtype: np.dtype, count: int, components: int = 1) -> tuple[Any, np.nd
 
 
 def _filled(values: np.ndarray, name: str | None = None) -> Any:
-    """A copy in an array of VTK's."""
+    """Returns a copy as a VTK array."""
     made, memory = _array(values.dtype, len(values), values.shape[1] if values.ndim == 2 else 1)
     memory[...] = values
     made.SetName(name)
@@ -60,7 +60,7 @@ def _filled(values: np.ndarray, name: str | None = None) -> Any:
 
 
 def _cell_array(offsets: Any, corners: Any) -> vtkCellArray:
-    """Of arrays of a type that a vtkCellArray may keep without a copy, under another name of it."""
+    """Makes a vtkCellArray that shares the memory of two arrays. It needs them as arrays of another VTK class."""
     own = vtkTypeInt32Array if offsets.GetDataTypeSize() == 4 else vtkTypeInt64Array
     kept = own(), own()
     for made, array in zip(kept, (offsets, corners)):
@@ -71,7 +71,7 @@ def _cell_array(offsets: Any, corners: Any) -> vtkCellArray:
 
 
 def _grid_of(points: np.ndarray, cells: Cells, point_data: dict[str, np.ndarray]) -> vtkUnstructuredGrid:
-    """Copies of arrays of NumPy's."""
+    """Makes a grid from copies of NumPy arrays."""
     xyz = vtkPoints()
     xyz.SetData(_filled(points))
     grid = vtkUnstructuredGrid()
@@ -83,7 +83,7 @@ def _grid_of(points: np.ndarray, cells: Cells, point_data: dict[str, np.ndarray]
 
 
 class _Wanted:
-    """What is read of a mesh in one pass, into arrays of VTK's."""
+    """The arrays to be read from a mesh in one pass, into VTK arrays."""
 
     def __init__(self, mesh: Mesh):
         self._mesh = mesh
@@ -107,7 +107,7 @@ class _Wanted:
         return made
 
     def add_numbers(self) -> None:
-        """Global ids of the points: which vertices of the file they are."""
+        """Adds global ids of the points: their vertex numbers in the file."""
         self.numbers = vtkIdTypeArray()
         self.numbers.SetName(VERTEX_NUMBERS)
         self.numbers.SetNumberOfTuples(self._mesh.vertex_count)
@@ -115,11 +115,11 @@ class _Wanted:
             self._wanted.append((lib.SHMF_VERTEX_NUMBERS, vtk_to_numpy(self.numbers), 0, 0))
 
     def add(self, array: int, step: int) -> None:
-        told = self._mesh._arrays[array]
-        of_points = told.location == lib.SHMF_POINT_DATA
+        info = self._mesh._arrays[array]
+        of_points = info.location == lib.SHMF_POINT_DATA
         count = self._mesh.vertex_count if of_points else self._mesh.cell_count
-        made = self._want(lib.SHMF_VALUES, DTYPES[told.type], count, told.components, array, step)
-        made.SetName(told.name)
+        made = self._want(lib.SHMF_VALUES, DTYPES[info.type], count, info.components, array, step)
+        made.SetName(info.name)
         (self.point_data if of_points else self.cell_data).append(made)
 
     def read(self) -> vtkUnstructuredGrid:
@@ -139,8 +139,8 @@ class _Wanted:
         return grid
 
     def _set_polyhedra(self, grid: vtkUnstructuredGrid, kinds: np.ndarray) -> None:
-        """Faces stand one after the other, each closed by its first vertex; VTK wants them counted. A cell that
-        is no such list is given as the points that it has."""
+        """Converts faces, each of which ends by repeating its first vertex, to VTK's lists with counts. A cell that is not
+        such a list becomes a convex point set."""
         offsets, corners = vtk_to_numpy(self.offsets), vtk_to_numpy(self.corners)
         cells, faces, places = vtkCellArray(), vtkIdTypeArray(), vtkIdTypeArray()
         for index, (kind, first, end) in enumerate(zip(kinds.tolist(), offsets[:-1], offsets[1:])):
@@ -161,31 +161,31 @@ class _Wanted:
 
 def _faces(closed: list[int]) -> list[list[int]] | None:
     faces: list[list[int]] = []
-    at = 0
-    while at < len(closed):
+    position = 0
+    while position < len(closed):
         try:
-            end = closed.index(closed[at], at + 1)
+            end = closed.index(closed[position], position + 1)
         except ValueError:
             return None
-        faces.append(closed[at:end])
-        at = end + 1
+        faces.append(closed[position:end])
+        position = end + 1
     return faces
 
 
 class Reader(VTKPythonAlgorithmBase):
-    """A .shm file as a vtkUnstructuredGrid; with blocks=True as a vtkPartitionedDataSetCollection: a grid for each
+    """Reads a .shm file as a vtkUnstructuredGrid, or with blocks=True as a vtkPartitionedDataSetCollection: a grid for each
     block, node set (vertices), side set (edges and faces) and element set (cells), and an assembly with a group for
-    each kind of them, as vtkIOSSReader has.
+    each of these kinds, as in vtkIOSSReader.
 
-    GetPointDataArraySelection() and GetCellDataArraySelection() list the arrays, once UpdateInformation() was
-    called, and switch them off; in collections GetElementBlockSelection(), GetNodeSetSelection(),
-    GetSideSetSelection() and GetElementSetSelection() do so for blocks and sets. Sets are off at first, unless
-    sets=True, since the cells that they need are decoded once more.
+    GetPointDataArraySelection() and GetCellDataArraySelection() list the arrays after UpdateInformation(), and switch
+    them on and off; in collections GetElementBlockSelection(), GetNodeSetSelection(), GetSideSetSelection() and
+    GetElementSetSelection() do the same for blocks and sets. Sets are off by default, unless sets=True, since their
+    cells have to be decoded once more.
 
-    Points of blocks and element sets have global ids, "shm_vertex_number": a vertex of several blocks is known by it.
-    The cell array "block" is the index of each cell's block. Sides have the cell arrays "shm_cell_number", the number
-    of their cell in the file, and "shm_side", which of its sides they are, from 1; they are not there for cells
-    whose sides are not known: lines, polygons and polyhedra.
+    Points of blocks and element sets have global ids, "shm_vertex_number", which identify a vertex of several blocks.
+    The cell array "block" is the index of each cell's block. Side sets have the cell arrays "shm_cell_number", the number
+    of a side's cell in the file, and "shm_side", the side of that cell, from 1. Sides of lines, polygons and polyhedra are
+    unknown and left out.
     """
 
     def __init__(self, blocks: bool = False, sets: bool = False):
@@ -195,7 +195,7 @@ class Reader(VTKPythonAlgorithmBase):
         self._mesh: Mesh | None = None
         self._sets: list[Set] = []
         self._flat: bool | None = None
-        self._selections = (vtkDataArraySelection(), vtkDataArraySelection())  # of points, of cells
+        self._selections = (vtkDataArraySelection(), vtkDataArraySelection())  # point arrays, cell arrays
         self._parts = {kind: vtkDataArraySelection() for kind in _GROUPS}
         for selection in (*self._selections, *self._parts.values()):
             selection.AddObserver("ModifiedEvent", lambda *_: self.Modified())
@@ -211,7 +211,7 @@ class Reader(VTKPythonAlgorithmBase):
         return self._name
 
     def SetBlocks(self, blocks: bool) -> None:
-        """Whether the output is a collection."""
+        """Chooses between a collection and one grid as output."""
         if blocks != self._blocks:
             self._blocks = blocks
             self.Modified()
@@ -240,7 +240,7 @@ class Reader(VTKPythonAlgorithmBase):
     def _opened(self) -> Mesh:
         if self._mesh is None:
             if self._name is None:
-                raise ValueError("SetFileName() comes first")
+                raise ValueError("call SetFileName() first")
             mesh = open_shm(self._name)
             if not isinstance(mesh, Mesh):
                 raise ValueError(f"{self._name} is an archive of several meshes")
@@ -254,7 +254,7 @@ class Reader(VTKPythonAlgorithmBase):
         return self._mesh
 
     def _times(self) -> list[float]:
-        """Of each step; where the file does not say, its number."""
+        """Returns the time of each step, or its number if the file has no times."""
         mesh = self._opened()
         times = mesh.step_times.tolist()
         return times if len(times) >= mesh.step_count else list(map(float, range(mesh.step_count)))
@@ -297,7 +297,7 @@ class Reader(VTKPythonAlgorithmBase):
 
     @staticmethod
     def _piece(mesh: Mesh, information: Any) -> tuple[Mesh, int, int]:
-        """What of the mesh is asked for, and its cells: those of some segments."""
+        """Returns the requested part of the mesh, a run of segments, and the range of its cells."""
         pieces = information.Get(Pipeline.UPDATE_NUMBER_OF_PIECES()) or 1
         number = information.Get(Pipeline.UPDATE_PIECE_NUMBER()) or 0
         if pieces <= 1:
@@ -308,21 +308,21 @@ class Reader(VTKPythonAlgorithmBase):
         return mesh.select(cells=(first, end)), first, end
 
     def _arrays_at(self, mesh: Mesh, step: int) -> list[int]:
-        """Those that are wanted and have values at the step."""
+        """Returns the arrays that are switched on and have values at the step."""
         return [index for index, array in enumerate(mesh._arrays)
                 if self._selections[array.location].ArrayIsEnabled(array.name)
                 and (not array.per_step or step in mesh._steps_of(index))]
 
     def _grid(self, mesh: Mesh, step: int) -> vtkUnstructuredGrid:
         wanted = _Wanted(mesh)
-        if self._blocks and VERTEX_NUMBERS not in mesh.point_data:  # pieces have those of the file that they are from
+        if self._blocks and VERTEX_NUMBERS not in mesh.point_data:  # extracted pieces have such an array
             wanted.add_numbers()
         for index in self._arrays_at(mesh, step):
             wanted.add(index, step if mesh._arrays[index].per_step else 0)
         return wanted.read()
 
     def _collect(self, mesh: Mesh, cells: tuple[int, int], step: int, out: vtkPartitionedDataSetCollection) -> None:
-        """Fills the collection, and the assembly that says what is what."""
+        """Fills the collection, and the assembly that names its parts."""
         assembly = vtkDataAssembly()
         assembly.SetRootNodeName("shm")
         next_part = 0
@@ -350,13 +350,13 @@ class Reader(VTKPythonAlgorithmBase):
         return list(zip(map(_name_of, sets), make(sets, mesh, cells, step)))
 
     def _points_of(self, mesh: Mesh, step: int, cells: bool) -> Arrays:
-        """Points and their values in memory of NumPy's, from which sets copy."""
+        """Reads points and their values into NumPy arrays, from which sets are copied."""
         names = [mesh._arrays[index].name for index in self._arrays_at(mesh, step)
                  if mesh._arrays[index].location == lib.SHMF_POINT_DATA]
         return mesh.read(cells=cells, point_data=list(dict.fromkeys(names)), step=step)
 
     def _node_sets(self, sets: list[Set], mesh: Mesh, cells: tuple[int, int], step: int) -> list[vtkUnstructuredGrid]:
-        """A vertex for each node. Of several pieces the first has them."""
+        """Makes a grid with a vertex for each node. If there are several pieces, the first one has them."""
         if cells[0] != 0:
             return [vtkUnstructuredGrid() for _ in sets]
         all_of = self._points_of(mesh, step, cells=False)
@@ -370,7 +370,7 @@ class Reader(VTKPythonAlgorithmBase):
         return made
 
     def _side_sets(self, sets: list[Set], mesh: Mesh, cells: tuple[int, int], step: int) -> list[vtkUnstructuredGrid]:
-        """The cells of all sets are decoded in one pass."""
+        """Makes the grids of side sets, decoding the cells of all sets in one pass."""
         if self._flat is None:
             self._flat = is_flat(mesh)
         numbers = np.unique(np.concatenate([own.numbers for own in sets])).astype(np.int64)
@@ -381,7 +381,7 @@ class Reader(VTKPythonAlgorithmBase):
         for own in sets:
             inside = np.flatnonzero(np.isin(own.numbers, numbers))
             rows = np.searchsorted(numbers, own.numbers[inside].astype(np.int64))
-            numbers_of_sides = np.zeros(0, np.int32) if own.sides is None else own.sides[inside]  # None: an empty set
+            numbers_of_sides = np.zeros(0, np.int32) if own.sides is None else own.sides[inside]  # None for an empty set
             sides, known = sides_as_cells(all_of.cells, shapes, rows, numbers_of_sides, self._flat)
             used, corners = np.unique(sides.connectivity, return_inverse=True)
             grid = _grid_of(all_of.points[used], replace(sides, connectivity=corners),
@@ -407,14 +407,14 @@ def _name_of(part: Block | Set) -> str:
 
 
 class Writer:
-    """Writes a vtkUnstructuredGrid, and replaces a file of that name as VTK's writers do.
+    """Writes a vtkUnstructuredGrid; like VTK's writers, it replaces an existing file.
 
-    Cells are blocks by their cell array of integers "block", where there is one, and by their types. VTK's
-    polyhedra, and types that .shm files have not, are a ValueError.
+    The integer cell array "block", if there is one, and the cell types divide the cells into blocks. VTK's polyhedra, and
+    types that .shm files do not have, raise a ValueError.
 
-    Of a collection of grids each is a block, but those in groups of sets: sets are not written. Arrays are those that
-    all grids have. Points that are the same vertex by their global ids are one, if all else of them is the same,
-    too; without global ids each grid keeps its own points.
+    In a collection each grid becomes a block; groups of sets are not written. Only arrays that all grids have are
+    written. Points with the same global id are merged if all their values are the same; without global ids each
+    grid keeps its own points.
     """
 
     def __init__(self) -> None:
@@ -436,20 +436,20 @@ class Writer:
         self._producer = port
 
     def Write(self) -> int:
-        """Returns the bytes of the file."""
+        """Writes the file, and returns its size in bytes."""
         if self._producer is not None:
             algorithm = self._producer.GetProducer()
             algorithm.Update()
             self._input = algorithm.GetOutputDataObject(self._producer.GetIndex())
         if self._name is None or self._input is None:
-            raise ValueError("SetFileName() and SetInputData() come first")
+            raise ValueError("call SetFileName() and SetInputData() first")
         one = _merged(_joined(list(_leaves(self._input))))
         return write_shm(self._name, one.points, one.cells, blocks=one.blocks, point_data=one.point_data,
                          cell_data=one.cell_data, level=self.level, replace=True)
 
 
 def _leaves(data: Any, name: str = "") -> Iterator[tuple[str, vtkUnstructuredGrid]]:
-    """The grids in a collection, without those of sets, and their names."""
+    """Yields the grids of a collection with their names, without those of sets."""
     if data is None:
         return
     if isinstance(data, vtkUnstructuredGrid):
@@ -466,7 +466,7 @@ def _leaves(data: Any, name: str = "") -> Iterator[tuple[str, vtkUnstructuredGri
         for index in range(data.GetNumberOfPartitions()):
             yield from _leaves(data.GetPartitionAsDataObject(index), name)
     else:
-        raise ValueError(f"a {data.GetClassName()} is no unstructured grid, and cannot be written")
+        raise ValueError(f"a {data.GetClassName()} is not an unstructured grid and cannot be written")
 
 
 def _name_in(data: Any, index: int) -> str | None:
@@ -482,7 +482,7 @@ def _in_groups_of_sets(assembly: vtkDataAssembly | None) -> set[int]:
 
 @dataclass(frozen=True)
 class _Joined:
-    """What is written of a grid, or of several as one."""
+    """One grid, or several joined grids, in the form to be written."""
     points: np.ndarray
     cells: Cells
     blocks: list[Block]
@@ -492,7 +492,7 @@ class _Joined:
 
 
 def _joined(leaves: list[tuple[str, vtkUnstructuredGrid]]) -> _Joined:
-    """Grids one after the other, each with its own points."""
+    """Joins grids one after the other, each with its own points."""
     leaves = [(name, grid) for name, grid in leaves if grid.GetNumberOfPoints()] or [("", vtkUnstructuredGrid())]
     grids = [grid for _, grid in leaves]
     made = [_cells_of(grid) for grid in grids]
@@ -517,7 +517,7 @@ def _joined(leaves: list[tuple[str, vtkUnstructuredGrid]]) -> _Joined:
 
 
 def _named(block: Block, name: str, others: list[Block]) -> Block:
-    """A block with the name of its grid, or with the number that Reader makes a name of; numbers are told apart."""
+    """Gives a block the name of its grid, or the number in a name made by Reader; the number is made unique."""
     number = re.fullmatch(r"block (\d+)", name)
     wanted = int(number[1]) if number else block.id
     used = {other.id for other in others}
@@ -525,13 +525,13 @@ def _named(block: Block, name: str, others: list[Block]) -> Block:
 
 
 def _common(parts: list[dict[str, np.ndarray]]) -> dict[str, np.ndarray]:
-    """Arrays that all have, with as many components."""
+    """Joins the arrays that all parts have, with the same number of components."""
     return {name: np.concatenate([part[name] for part in parts]) for name, first in parts[0].items()
             if all(name in part and part[name].shape[1:] == first.shape[1:] for part in parts)}
 
 
 def _merged(joined: _Joined) -> _Joined:
-    """Points of the same global id as one, unless they differ otherwise."""
+    """Merges points with the same global id, unless they differ in other values."""
     if joined.vertices is None:
         return joined
     _, first, vertex_of = np.unique(joined.vertices, return_index=True, return_inverse=True)
@@ -551,7 +551,7 @@ def _cells_of(grid: vtkUnstructuredGrid) -> tuple[Cells, list[Block]]:
     types = vtk_to_numpy(grid.GetCellTypesArray())
     unknown = set(np.unique(types).tolist()) - set(_SHAPES)
     if unknown:
-        raise ValueError(f"no cells of VTK's type {min(unknown)} can be written")
+        raise ValueError(f"cells of VTK's type {min(unknown)} cannot be written")
     named = grid.GetCellData().GetArray("block")
     keys = np.column_stack([vtk_to_numpy(named) if named is not None else np.zeros(count, int), types]).astype(np.int64)
     kinds, blocks = np.unique(keys, axis=0, return_inverse=True)
@@ -563,10 +563,10 @@ def _cells_of(grid: vtkUnstructuredGrid) -> tuple[Cells, list[Block]]:
 
 
 def _data_of(data: Any, without: str = "") -> dict[str, np.ndarray]:
-    """Arrays of numbers that have a name; of several of a name the first."""
+    """Returns the named arrays of numbers; if several share a name, the first one."""
     arrays: dict[str, np.ndarray] = {}
     for index in range(data.GetNumberOfArrays()):
-        array = data.GetArray(index)  # None for strings
+        array = data.GetArray(index)  # None for arrays of strings
         if array is None or not array.GetName() or array.GetName() in (without, *arrays):
             continue
         values = vtk_to_numpy(array)

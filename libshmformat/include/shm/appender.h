@@ -1,8 +1,9 @@
-// Appender: more time steps for a file that is there. It writes the file anew: what stands in it is
-// copied as it is, not decoded, and the new steps come behind, coded as the Writer that made the
-// file would have gone on. Nothing of the old file changes. Whoever puts the new one in its place
-// when finish() has succeeded (FileSink does so) has the old one or the new one at every instant.
-// Memory as of a Writer after end_mesh, and as of a StepReader that has read the last steps.
+// Appender: adds time steps to an existing file by writing a new one. It copies the contents of the
+// old file without decoding them and then writes the new steps, encoded exactly as the Writer of
+// the old file would have continued. The old file does not change. A caller that replaces it only
+// after finish() has succeeded (a FileSink does so) has either the old or the new file in place at
+// every instant. Memory: that of a Writer after end_mesh, plus that of a StepReader that has read
+// the last steps.
 // spec: "Step values", "Index and trailer"
 #pragma once
 
@@ -20,19 +21,19 @@ namespace shm {
 
 struct AppendOptions {
   Level level = Level::standard;
-  /// As in WriteOptions. 0: the longest way from one key step to the next in the file, at least 8.
-  /// Steps refer to no more than the file's schema says (Schema::step_references).
+  /// As in WriteOptions. 0: the longest distance between key steps in the old file, but at least 8.
+  /// Steps refer to no more than the schema of the file allows (Schema::step_references).
   std::uint32_t key_steps = 0;
 };
 
-/// Order of calls: open; perhaps drop_extras; then steps, times and extras in any order; then
-/// finish. After the first error every call returns that error. Not thread safe.
-/// The old file is believed as a StepReader believes it: its index, and the headers of its chunks.
-/// Damage inside a chunk that is only copied is found by who reads it, as before.
+/// Order of calls: open; optionally drop_extras; then steps, times and extras in any order; then
+/// finish. After the first error every call returns that error. Not thread safe. The Appender
+/// trusts the index and the chunk headers of the old file, as a StepReader does. Damage inside a
+/// chunk that is only copied remains in the new file; a reader of that chunk finds it.
 class SHM_API Appender {
  public:
-  /// `file` is a whole .shm file, no archive. Both are borrowed and must outlive the Appender;
-  /// `sink` gets nothing before the first step, times or extra.
+  /// `file` is a complete .shm file, not an archive. Both arguments are borrowed and must outlive
+  /// the Appender. Nothing is written to `sink` before the first step, times or extra.
   static Result<Appender> open(RandomSource& file, ByteSink& sink,
                                const AppendOptions& options = {}, const ReadLimits& limits = {});
   Appender(Appender&&) noexcept;
@@ -40,28 +41,31 @@ class SHM_API Appender {
   ~Appender();
 
   const Schema& schema() const;
-  /// Of the old file, or nothing.
+  /// Times of the old file; empty if it has none.
   const std::vector<double>& step_times() const;
-  /// Of the old file: as many as it has times, or the highest step + 1 if that is more.
+  /// Number of steps of the old file: its number of times, or its highest step + 1 if that is
+  /// larger.
   std::uint64_t steps() const;
-  /// How many elements a stepped array has.
+  /// Returns the number of elements of a stepped array.
   std::uint64_t elements(std::uint32_t array) const;
-  /// The old file without its step values, as a .shm file: a Reader gives its mesh, static arrays,
-  /// times and extras, and MeshBlock::vertex_numbers and cell_numbers tell the coding order.
-  /// Valid as long as the Appender and `file`.
+  /// Returns the old file without its step values, as a .shm file. A Reader of it yields the mesh,
+  /// static arrays, times and extras; MeshBlock::vertex_numbers and cell_numbers give the coding
+  /// order. Valid as long as the Appender and `file`.
   Result<std::unique_ptr<ByteSource>> without_steps();
 
-  /// The extras of the old file are left out. Before anything else.
+  /// Leaves out the extras of the old file. Must be called before anything is added.
   Result<void> drop_extras();
-  /// As Writer::add_step_values. Steps of an array come behind its last one in the old file.
-  /// Quantized arrays keep their bound, values outside of the box that N bits are of too.
+  /// As Writer::add_step_values. New steps of an array must follow its last step in the old file.
+  /// Quantized arrays keep their error bound, also for values outside the box of an N-bit
+  /// quantization.
   Result<void> add_step_values(std::uint32_t array, std::uint64_t step,
                                std::span<const std::byte> values);
-  /// The time of each step, those of the old file included. Once; never: the old ones stay.
+  /// Sets the time of every step, those of the old file included. Call it at most once; without a
+  /// call the old times are kept.
   Result<void> set_step_times(std::span<const double> times);
   Result<void> add_extra(const Extra& extra);
 
-  /// Writes index and totals, and commits the sink. The new file is good only if this succeeds.
+  /// Writes index and totals, and commits the sink. The new file is valid only if this succeeds.
   Result<SizeReport> finish();
 
  private:

@@ -1,6 +1,6 @@
-// Archives: several .shm files in one file, by name: the pieces of a decomposed mesh, the files of
-// a run that was restarted. Each member is a whole .shm file and stands as it is, so that every
-// Reader reads it.
+// Archives: several named .shm files in one file, e.g. the pieces of a decomposed mesh or the files
+// of a restarted run. Each member is a complete .shm file, stored unchanged, so that any Reader can
+// read it.
 // spec: "Archive"
 #pragma once
 
@@ -20,16 +20,15 @@ namespace shm {
 /// One file in an archive.
 struct ArchiveMember {
   std::string name;          ///< see is_member_name()
-  std::uint64_t offset = 0;  ///< of its first byte in the archive
+  std::uint64_t offset = 0;  ///< offset of its first byte in the archive
   std::uint64_t bytes = 0;
 };
 
-/// True for 1 to 255 bytes that name a file and no place: no '/', '\\' or control character,
-/// neither
-/// "." nor "..".
+/// Returns true for 1 to 255 bytes that form a plain file name, not a path: no '/', '\\' or control
+/// character, and neither "." nor "..".
 SHM_API bool is_member_name(std::string_view name);
 
-/// Takes members one after the other, front to back. After the first error every call returns that
+/// Writes members one after the other, front to back. After the first error every call returns that
 /// error. Not thread safe; distinct ArchiveWriters are independent.
 class SHM_API ArchiveWriter {
  public:
@@ -39,13 +38,13 @@ class SHM_API ArchiveWriter {
   ArchiveWriter& operator=(ArchiveWriter&&) noexcept;
   ~ArchiveWriter();
 
-  /// Ends the member before, and begins one named `name`: a member name that is not taken. What is
-  /// written to the sink until the next call of the ArchiveWriter must be one .shm file, which is
-  /// no archive itself; only its first bytes are checked. The sink lives as long as the
-  /// ArchiveWriter.
+  /// Ends the previous member and begins one named `name`, which must be a member name that is not
+  /// in use. The bytes written to the returned sink until the next call of the ArchiveWriter must
+  /// form one .shm file that is not itself an archive; only its first bytes are checked. The sink
+  /// lives as long as the ArchiveWriter.
   Result<ByteSink*> add_member(const std::string& name);
-  /// Ends the last member, writes the list of all and commits the sink. The file is good only if
-  /// this succeeds; the destructor is silent. Returns all bytes written.
+  /// Ends the last member, writes the list of members and commits the sink. The file is valid only
+  /// if this succeeds; the destructor reports nothing. Returns the total number of bytes written.
   Result<std::uint64_t> finish();
 
  private:
@@ -54,18 +53,19 @@ class SHM_API ArchiveWriter {
   std::unique_ptr<Impl> impl_;
 };
 
-/// True when a file that begins with `head` (16 bytes do) is an archive.
+/// Returns true if a file that begins with `head` is an archive. 16 bytes are enough.
 SHM_API bool looks_like_archive(std::span<const std::byte> head);
 
-/// Lists an archive; members are read through SectionSource. Distinct readers are independent.
+/// Lists the members of an archive; read a member through a SectionSource. Distinct readers are
+/// independent.
 class SHM_API ArchiveReader {
  public:
-  /// Reads the list of members, at most limits.max_chunk_bytes. `source` is borrowed during the
-  /// call.
+  /// Reads the list of members, which may have at most limits.max_chunk_bytes. `source` is borrowed
+  /// during the call.
   static Result<ArchiveReader> open(RandomSource& source, const ReadLimits& limits = {});
-  /// In the order of the file; names are member names, no two alike.
+  /// Members in file order. All names are valid member names and distinct.
   const std::vector<ArchiveMember>& members() const { return members_; }
-  /// The first member of that name, or null.
+  /// Returns the member of that name, or null.
   const ArchiveMember* find(std::string_view name) const;
 
  private:

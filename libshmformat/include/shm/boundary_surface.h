@@ -1,6 +1,6 @@
-// The boundary surface of a mesh: the faces that one cell alone has, for pictures, pages, and
-// whatever looks at a mesh from outside. It is found in one pass, with memory that follows the
-// active surface and what is found.
+// The boundary surface of a mesh: the faces that belong to exactly one cell, for pictures, web
+// pages and other views from outside. It is found in one pass; memory follows the active surface
+// and the size of the result.
 //   shm::FileRandomSource& file = ...;
 //   const auto surface = shm::read_boundary(file);
 //   if (!surface) return complain(surface.error().message());
@@ -24,53 +24,57 @@ namespace shm {
 /// An array whose values are carried along from the mesh to its boundary.
 struct BoundaryArray {
   std::uint32_t array = 0;  ///< index into Schema::arrays
-  std::uint64_t step = 0;   ///< of a stepped array; else not looked at
+  std::uint64_t step = 0;   ///< step of a stepped array; ignored for static arrays
 };
 
 struct BoundaryOptions {
   std::vector<BoundaryArray> arrays{};
-  /// What the surface, and what is held while it is found, may take. Asking for more is
-  /// ErrorCode::over_limit. What a Reader or a MeshExtractor takes is not counted.
+  /// Memory limit for the surface and for the search. A mesh that needs more is
+  /// ErrorCode::over_limit. Memory of a Reader or a MeshExtractor is not counted.
   std::uint64_t max_bytes = std::uint64_t{1} << 32;
 };
 
-/// Sides of volume cells (tetrahedra, pyramids, wedges, hexahedra, polyhedra of shape `faces`) that
-/// exactly one volume cell has; and all cells of fewer dimensions themselves: triangles, quads and
-/// polygons, lines (2 corners) and vertices (1 corner). Second-order cells count by their corners.
-/// Two sides are the same where one goes around the same vertices as the other, in either
-/// direction.
-///   A side that three cells or more have is none of the boundary.
-///   Where a side has a vertex twice in a row it counts once there; with fewer than three corners
-/// left it is no side. So a collapsed hexahedron fits to the wedge beside it.
-///   What a cell has twice, as a hexahedron without volume, does not count: it lies on both sides
-/// of nothing. What it has three times it has once.
-///   A triangle or quad that lies on a volume cell changes nothing there: both come.
+/// The boundary consists of the sides of volume cells (tetrahedra, pyramids, wedges, hexahedra,
+/// polyhedra of shape `faces`) that exactly one volume cell has, and of all cells of lower
+/// dimension themselves: triangles, quads and polygons, lines (2 corners) and vertices (1 corner).
+/// Second-order cells count by their corners. Two sides are the same if they go around the same
+/// vertices in the same order, in either direction.
+/// - A side that three or more cells have does not belong to the boundary.
+/// - If a vertex occurs twice in a row in a side, it counts once. With fewer than three corners
+/// left it is not a side. So a collapsed hexahedron matches the wedge next to it.
+/// - A side that one cell has twice, as in a hexahedron without volume, does not count, since the
+/// cell is on both sides of it. A side that one cell has three times counts once.
+/// - A triangle or quad on the side of a volume cell changes nothing: both are part of the
+/// boundary.
+///
 /// A plain value.
 struct BoundarySurface {
   ScalarType coordinate_type = ScalarType::float64;
-  /// Vertices that a face uses, in coding order: their numbers in the mesh, as in
+  /// Vertices used by faces, in coding order: their numbers in the mesh, as in
   /// MeshBlock::vertex_numbers, and 3 coordinates each.
   std::vector<std::uint64_t> vertex_numbers;
   std::vector<std::byte> xyz;
-  /// Faces in coding order of their cells, and of those of one cell by side: faces + 1 offsets into
-  /// corners, and indices into the vertices above. Corners of volume cells' sides go around
-  /// counter-clockwise seen from outside, if the cell's own do as in schema.h (a mirrored cell has
-  /// mirrored sides; of wedges, for which two orders are in use, coordinates tell which it is),
-  /// from any of them on; those of other cells are as they are there.
+  /// Faces in the coding order of their cells, and within a cell by side: faces + 1 offsets into
+  /// corners, and indices into the vertices above. The corners of a side of a volume cell go around
+  /// counter-clockwise as seen from outside, starting with any corner, provided that the corners of
+  /// the cell are ordered as in schema.h. (A mirrored cell has mirrored sides. Two orders are in
+  /// use for wedges; coordinates decide which one a cell has.) The corners of other cells are
+  /// stored as in the mesh.
   std::vector<std::uint64_t> face_begin;
   std::vector<std::uint32_t> corners;
-  /// For each face: the number of its cell, as in MeshBlock::cell_numbers, and the index of the
-  /// block of that.
+  /// For each face: the number of its cell, as in MeshBlock::cell_numbers, and the block index of
+  /// that cell.
   std::vector<std::uint64_t> cell_numbers;
   std::vector<std::uint32_t> blocks;
-  /// Which side of its cell a face is, from 1, as in MeshSet::sides; of polyhedra as they have
-  /// them. 0: the face is the cell.
+  /// For each face: which side of its cell it is, counted from 1, as in MeshSet::sides; for
+  /// polyhedra, counted in the order of their faces. 0: the face is the cell itself.
   std::vector<std::uint32_t> sides;
-  /// Of BoundaryOptions::arrays, in their order: an element for each vertex, or for each face, that
-  /// of its cell: NaN, and 0 of integers, where the cell has no values.
+  /// Values of BoundaryOptions::arrays, in the same order. Point arrays have one element per
+  /// vertex. Cell arrays have one element per face, taken from its cell; NaN, or 0 for integers, if
+  /// the cell has no values.
   std::vector<std::vector<std::byte>> arrays;
-  /// Cells of which no face is known: those of shape `other` or `polyhedron`, and with too few
-  /// nodes for their shape.
+  /// Number of cells whose faces are unknown: those of shape `other` or `polyhedron`, and those
+  /// with too few nodes for their shape.
   std::uint64_t left_out = 0;
   bool operator==(const BoundarySurface&) const = default;
 
@@ -83,28 +87,29 @@ struct BoundarySurface {
 };
 
 /// Finds the boundary of a mesh that the caller reads, block by block. Not thread safe; distinct
-/// BoundaryFinders are independent. After an error it is of no use any more.
+/// BoundaryFinders are independent. After an error it must not be used again.
 class SHM_API BoundaryFinder {
  public:
-  /// `schema` is copied. ErrorCode::misuse where it has no such array.
+  /// `schema` is copied. ErrorCode::misuse if a requested array does not exist.
   static Result<BoundaryFinder> create(const Schema& schema, const BoundaryOptions& options = {});
   BoundaryFinder(BoundaryFinder&&) noexcept;
   BoundaryFinder& operator=(BoundaryFinder&&) noexcept;
   ~BoundaryFinder();
 
-  /// The next block, as a Reader gives it, or a MeshExtractor with the arrays that are asked for:
-  /// then the boundary is that of the piece, and, as the cells of pieces finalize nothing, memory
-  /// follows the piece. Other blocks are ErrorCode::misuse, or corrupt where a cell uses a vertex
-  /// that is not there.
+  /// Adds the next block, as returned by a Reader, or by a MeshExtractor with the requested arrays.
+  /// In the second case the result is the boundary of the piece; since the cells of a piece do not
+  /// finalize vertices, memory then follows the size of the piece. Other blocks are
+  /// ErrorCode::misuse, or ErrorCode::corrupt if a cell uses a vertex that does not exist.
   Result<void> add(const MeshBlock& block);
-  /// Behind the mesh: values of a stepped array, in coding order. Those that were not asked for are
-  /// passed over.
+  /// After the mesh: adds values of a stepped array, in coding order. Values that were not
+  /// requested are ignored.
   Result<void> add(const StepPiece& piece);
-  /// Values that a StepReader or MeshExtractor gives of an array at a step: by the numbers of their
-  /// elements where these are there, else in coding order. Of pieces numbers are needed.
+  /// Adds values of an array at a step, as returned by a StepReader or MeshExtractor. They are
+  /// assigned by element numbers if `values` has numbers, otherwise by coding order. Pieces need
+  /// numbers.
   Result<void> add(std::uint32_t array, std::uint64_t step, const StepValues& values);
-  /// Behind all of it. ErrorCode::misuse where no values came of a stepped array that was asked for
-  /// and has some, or where it was called before.
+  /// Ends the input and returns the boundary. ErrorCode::misuse if no values of a requested stepped
+  /// array were added although it has some, or if finish() was called before.
   Result<BoundarySurface> finish();
 
  private:
@@ -113,16 +118,17 @@ class SHM_API BoundaryFinder {
   std::unique_ptr<Impl> impl_;
 };
 
-/// The boundary of a file that can be read anywhere: of values, those that are asked for are read,
-/// and no others. `reading`: threads. An index that lies can hide cells, as for a MeshExtractor.
-/// ErrorCode::misuse where an array that is asked for is not there, or has no values at its step.
-/// `source` is borrowed during the call.
+/// Finds the boundary of a file with random access. Only the requested values are read. `reading`
+/// gives the number of threads. A wrong index can hide cells, as in a MeshExtractor.
+/// ErrorCode::misuse if a requested array does not exist or has no values at its step. `source` is
+/// borrowed during the call.
 SHM_API Result<BoundarySurface> read_boundary(RandomSource& source,
                                               const BoundaryOptions& options = {},
                                               const ReadLimits& limits = {},
                                               const ReadOptions& reading = {});
-/// Of a stream, which is read to its end, or, where it has steps, until all that is asked for has
-/// come. All static arrays are decoded, and the steps before those that are asked for.
+/// Finds the boundary of a stream. The stream is read to its end or, if it has time steps, until
+/// all requested values have arrived. All static arrays are decoded, and so are all steps before
+/// the requested steps.
 SHM_API Result<BoundarySurface> read_boundary(ByteSource& source,
                                               const BoundaryOptions& options = {},
                                               const ReadLimits& limits = {},

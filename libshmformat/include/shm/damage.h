@@ -1,6 +1,6 @@
-// Damage: everything that is hurt in a .shm file, whatever of it is: found by the marks and the
-// checksums of chunks and bitstreams, without decoding values. What is whole in such a file
-// MeshExtractor::open_damaged() reads (shm/mesh_extract.h).
+// Damage: finds all damage in a .shm file by the marks and checksums of chunks and bitstreams,
+// without decoding values. MeshExtractor::open_damaged() (shm/mesh_extract.h) reads the intact
+// parts of such a file.
 // spec: "Container", "Recovery"
 #pragma once
 
@@ -17,65 +17,67 @@
 namespace shm {
 
 enum class DamageKind : std::uint8_t {
-  damaged = 1,   ///< bytes are not what they were
-  missing,       ///< there are no bytes of it: cut off, or taken out
-  repeated,      ///< whole, and there already
-  out_of_order,  ///< whole, but not where it belongs
+  damaged = 1,   ///< the bytes have changed
+  missing,       ///< the bytes are not in the file: cut off, or taken out
+  repeated,      ///< intact, but a copy of something that already occurred
+  out_of_order,  ///< intact, but not in its place
   stray,         ///< bytes that belong to nothing
 };
 
-/// One chunk, or what else a file consists of, that is not what or where it was. A chunk of several
-/// step values is one for each of them, at the same place; all but the first have `chunks` 0.
+/// One chunk, or another part of the file, that is damaged or not in its place. A chunk with
+/// several parts of step values yields one Damage per part, all with the same offset and bytes; all
+/// but the first have `chunks` 0.
 struct Damage {
   DamageKind kind = DamageKind::damaged;
   /// "file start", "schema", "group", "step values", "step times", "extra", "index", "end record";
-  /// "chunk" where nobody knows.
+  /// "chunk" if the kind is unknown.
   std::string section;
-  /// Where it is; of what is missing where it would be, and 0 bytes.
+  /// Position in the file; for a missing part its expected position, with 0 bytes.
   std::uint64_t offset = 0, bytes = 0;
-  std::uint64_t chunks = 1;  ///< how many are lost here, where their headers are lost too
-  /// Of a group, and of step values, as far as it is known.
+  std::uint64_t chunks = 1;  ///< number of chunks lost here if their headers are lost too
+  /// Segment of a group or of step values, if known.
   std::optional<std::uint32_t> segment{};
-  /// Cells that are hurt, in coding order, from there on. Where a header is lost and there is no
-  /// index, they follow from the groups before and behind.
+  /// First damaged cell in coding order, if known, and the number of damaged cells. If a header is
+  /// lost and there is no index, both follow from the groups before and after.
   std::optional<std::uint64_t> first_cell{};
   std::uint64_t cells = 0;
-  /// Arrays (indices into Schema::arrays) that are hurt: of step values the one; of a group those
-  /// whose bitstreams are, where all else of it is whole, and none else.
+  /// Damaged arrays (indices into Schema::arrays). For step values: their array. For a group: the
+  /// arrays whose bitstreams are damaged, if the rest of the group is intact; otherwise empty.
   std::vector<std::uint32_t> arrays{};
-  std::optional<std::uint64_t> step{};  ///< of step values
+  std::optional<std::uint64_t> step{};  ///< step of step values
 };
 
 struct DamageReport {
-  std::vector<Damage> damages;  ///< in the order of the file; empty: every checksum is right
-  /// All chunks and the index are whole, wherever they are: write_in_order() gives the file back.
+  std::vector<Damage> damages;  ///< in file order; empty: all checksums are right
+  /// All chunks and the index are intact, in any place: write_in_order() restores the file.
   bool restorable = false;
-  /// All that holds values is whole: at most what tells where things are is lost.
+  /// All chunks with values are intact: at most the parts that locate other parts are lost.
   bool complete = false;
-  /// The index is lost, and as far as is known no more than what tells where things are:
-  /// write_in_order() makes it anew if the values can be decoded. If `complete` is not set, there
-  /// may have been other chunks at the end; then it must fit into the bytes behind the last one.
+  /// The index is lost and, as far as is known, otherwise only parts that locate other parts.
+  /// write_in_order() rebuilds the index if the values can be decoded. If `complete` is false, the
+  /// file may have had further chunks at its end; the rebuilt index must then fit into the bytes
+  /// after the last chunk.
   bool lacks_index = false;
-  /// An index made anew may have other ranges of arrays that are kept within a bound: those of
-  /// their values as they are restored. In files of before 0.10.
+  /// A rebuilt index may have different ranges for arrays with an error bound: the ranges of their
+  /// restored values. Only for files from before 0.10.
   bool has_other_ranges = false;
-  std::optional<Schema> schema;  ///< unless all copies are lost
+  std::optional<Schema> schema;  ///< empty if all copies are lost
   std::optional<std::uint64_t> vertices, cells,
-      steps;  ///< of the whole file, if the index is there
+      steps;  ///< totals of the whole file, if the index is intact
 };
 
-/// Goes through all of `source`, which is borrowed during the call. Fails where it cannot be read,
-/// is an archive (ErrorCode::unsupported), or has nothing of a .shm file (ErrorCode::corrupt).
-/// What a chunk with right checksums says is not decoded: that is a Reader's. Time: each byte is
-/// read a few times at most. Memory: the largest chunk (ReadLimits::max_chunk_bytes) and some
-/// hundred bytes for each.
+/// Scans all of `source`, which is borrowed during the call. Fails if the source cannot be read, is
+/// an archive (ErrorCode::unsupported) or contains no part of a .shm file (ErrorCode::corrupt). The
+/// contents of a chunk with right checksums are not decoded; a Reader does that. Time: each byte is
+/// read a few times at most. Memory: the largest chunk (ReadLimits::max_chunk_bytes) and a few
+/// hundred bytes per chunk.
 SHM_API Result<DamageReport> find_damage(RandomSource& source, const ReadLimits& limits = {});
 
-/// Writes the very bytes that the file had, from chunks that are all whole, but perhaps not in
-/// their places, repeated, or between stray bytes; what stands at the start and at the end is made
-/// anew. So is an index that is lost, from all that a Decoder finds; its bytes may be others where
-/// DamageReport::has_other_ranges. Fails, and writes nothing, unless
-/// DamageReport::restorable, or DamageReport::lacks_index and the index could be made.
+/// Writes exactly the bytes that the file had, from chunks that are all intact but may be out of
+/// place, repeated or mixed with stray bytes. File start and trailer are rebuilt. A lost index is
+/// rebuilt from all that a Decoder finds; its bytes may differ if DamageReport::has_other_ranges.
+/// Fails without writing anything unless DamageReport::restorable is true, or
+/// DamageReport::lacks_index is true and the index could be rebuilt.
 SHM_API Result<void> write_in_order(RandomSource& source, ByteSink& sink,
                                     const ReadLimits& limits = {});
 

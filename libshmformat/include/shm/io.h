@@ -1,5 +1,5 @@
-// Where bytes come from and go to. Two interfaces of one call each, and the usual ends. Names of
-// files are the system's bytes; on Windows they are UTF-8.
+// Sources and sinks of bytes: small interfaces, and the usual implementations. File names are the
+// bytes that the system uses; on Windows they are UTF-8.
 #pragma once
 
 #include <cstddef>
@@ -17,27 +17,28 @@ namespace shm {
 class FileRandomSource;
 class RandomSource;
 
-/// Takes bytes, front to back. Implement it to write anywhere; the library never seeks.
+/// Receives bytes, front to back. Implement it to write to any destination; the library never
+/// seeks.
 class SHM_API ByteSink {
  public:
   virtual ~ByteSink() = default;
-  /// All of `bytes` or an error; after an error the sink is not used again.
+  /// Writes all of `bytes` or returns an error. After an error the library does not use the sink
+  /// again.
   virtual Result<void> write(std::span<const std::byte> bytes) = 0;
-  /// Writes `bytes` bytes of `from` from `offset` on. A sink that can leave that to the system
-  /// does.
+  /// Writes `bytes` bytes of `from`, starting at `offset`. A sink may override it to let the system
+  /// copy.
   virtual Result<void> copy(RandomSource& from, std::uint64_t offset, std::uint64_t bytes);
-  /// What was written is complete, and nothing follows: called by whoever finishes a file
-  /// (Writer::finish() and its like, once, after all bytes). Most sinks need not know that and do
-  /// nothing; one that passes its bytes on to another sink passes this on, too, or keeps the end
-  /// of the file to itself.
+  /// Declares the output complete. Writer::finish() and all other calls that finish a file call it
+  /// once, after the last byte. Most sinks do nothing here. A sink that passes its bytes on to
+  /// another sink passes this call on too, unless more bytes follow (after a member of an archive).
   virtual Result<void> commit();
 };
 
-/// Gives bytes, front to back.
+/// Delivers bytes, front to back.
 class SHM_API ByteSource {
  public:
   virtual ~ByteSource() = default;
-  /// Fills the front of `into`; returns how many bytes, 0 only at the end.
+  /// Fills the front of `into` and returns the number of bytes; 0 only at the end.
   virtual Result<std::size_t> read(std::span<std::byte> into) = 0;
 };
 
@@ -53,44 +54,49 @@ class SHM_API MemorySource final : public ByteSource {
  public:
   explicit MemorySource(std::span<const std::byte> bytes) : left_(bytes) {}
   Result<std::size_t> read(std::span<std::byte> into) override;
-  /// What has not been read.
+  /// Bytes that have not been read yet.
   std::span<const std::byte> left() const { return left_; }
 
  private:
   std::span<const std::byte> left_;
 };
 
-/// Counts and forgets.
+/// Counts the bytes and discards them.
 class SHM_API NullSink final : public ByteSink {
  public:
   Result<void> write(std::span<const std::byte> bytes) override;
   std::uint64_t bytes = 0;
 };
 
-/// Writes a file that appears whole or not at all. Bytes go to a file without a name in the same
-/// folder, which is gone with its process; commit() flushes it to the disk and gives it its name,
-/// by renaming where there is a file of that name. Writer, PartJoiner, Appender and ArchiveWriter
-/// call it in finish(), and write_mesh() and write_in_order() at their end; who writes bytes of
-/// their own calls it, for a FileSink that is destroyed without commit() leaves no file. Where the
-/// system has no files without names, or where it is asked for one, it is called ".NAME.tmp", with
-/// numbers of process and machine, and removed when it is destroyed without commit(); what a killed
-/// process has left, the next create() with a name for the same path removes (after an hour, where
-/// that was on another machine). A file that is replaced passes its permissions and, where that is
-/// allowed, its group on (Windows has neither); of a symbolic link the file that it leads to is
-/// replaced. On Windows a file that somebody has open is replaced only where its file system can do
-/// that. "-" is standard output (commit does nothing).
+/// Writes a file that appears complete or not at all. Bytes go to an unnamed file in the same
+/// folder, which disappears with its process. commit() flushes it to the disk and gives it its
+/// name; an existing file of that name is replaced by renaming. Writer, PartJoiner, Appender and
+/// ArchiveWriter call commit() in finish(), and write_mesh() and write_in_order() call it at their
+/// end. Callers that write bytes themselves must call it too: a FileSink that is destroyed without
+/// commit() leaves no file.
+///
+/// If the system has no unnamed files, or if a named one is requested, the temporary file is called
+/// ".NAME.tmp" plus numbers of process and machine. It is removed when the FileSink is destroyed
+/// without commit(). If a process was killed, the next create() of a named file for the same path
+/// removes its leftovers (after an hour if they are from another machine).
+///
+/// A replaced file passes on its permissions and, if allowed, its group (Windows has neither). If
+/// the path is a symbolic link, its target is replaced. On Windows a file that is open elsewhere
+/// can be replaced only if its file system supports that. "-" is standard output (commit does
+/// nothing).
 class SHM_API FileSink final : public ByteSink {
  public:
   enum class Temporary : std::uint8_t { unnamed, named };
   enum class Existing : std::uint8_t { replace, refuse };
-  /// `how`: named, even where it need not be. `existing`: what happens where there is something of
-  /// that name, now or when it is committed: refused, it stays as it is, and that is
-  /// ErrorCode::output.
+  /// `how`: `named` forces a named temporary file. `existing`: `refuse` fails with
+  /// ErrorCode::output if the path exists, now or when the file is committed, and leaves the
+  /// existing file unchanged.
   static Result<std::unique_ptr<FileSink>> create(const std::string& path,
                                                   Temporary how = Temporary::unnamed,
                                                   Existing existing = Existing::replace);
-  /// A file for a while, which never gets a name of its own: for this user alone, in `folder`.
-  /// `name` tells, where it has a temporary name, whose it is. commit() does nothing.
+  /// Creates a scratch file in `folder` that never gets its final name and is accessible to this
+  /// user only. If it needs a temporary name, `name` in it shows whose file it is. commit() does
+  /// nothing.
   static Result<std::unique_ptr<FileSink>> create_scratch(const std::string& folder,
                                                           const std::string& name,
                                                           Temporary how = Temporary::unnamed);
@@ -99,12 +105,13 @@ class SHM_API FileSink final : public ByteSink {
   FileSink& operator=(const FileSink&) = delete;
   Result<void> write(std::span<const std::byte> bytes) override;
   Result<void> copy(RandomSource& from, std::uint64_t offset, std::uint64_t bytes) override;
-  /// Once it has succeeded it does nothing, and nothing more can be written. All that can fail is
-  /// done before the file has its name, but for flushing the folder: that error says so.
+  /// After it has succeeded, further calls do nothing and nothing more can be written. All steps
+  /// that can fail happen before the file gets its name, except flushing the folder; the error then
+  /// says so.
   Result<void> commit() override;
 
-  /// By what name this process may open the file until commit(), and write it instead of here; of
-  /// a file without one it is a name in /proc. Empty where nothing is renamed in the end.
+  /// Name by which this process may open the file until commit() and write to it instead of through
+  /// this sink; for an unnamed file, a name in /proc. Empty if nothing is renamed in the end.
   const std::string& temporary() const { return temporary_; }
   bool is_named() const { return named_; }
 
@@ -118,15 +125,15 @@ class SHM_API FileSink final : public ByteSink {
   Result<void> link();
   Result<void> rename_temporary() const;
   Result<void> rename_copy(const Error& why);
-  /// Of a file that is replaced.
+  /// Permissions of the file that is replaced.
   struct Permissions {
     std::uint32_t mode = 0, group = 0;
   };
   int descriptor_ = -1;
   bool named_ = false;    // there is a temporary file to remove
-  bool scratch_ = false;  // never gets a name
+  bool scratch_ = false;  // never gets its final name
   bool committed_ = false;
-  bool replaces_ = true;  // what has its name when it is committed
+  bool replaces_ = true;  // whether commit() replaces an existing file
   std::optional<Permissions> permissions_;
   std::string path_, temporary_;
 };
@@ -139,8 +146,8 @@ class SHM_API FileSource final : public ByteSource {
   FileSource(const FileSource&) = delete;
   FileSource& operator=(const FileSource&) = delete;
   Result<std::size_t> read(std::span<std::byte> into) override;
-  /// The same file, all of it, to be read anywhere, independently of this. An error where it cannot
-  /// be sought in, as a pipe.
+  /// Opens the same file for random access, all of it and independently of this source. Fails if
+  /// the file is not seekable, e.g. a pipe.
   Result<std::unique_ptr<FileRandomSource>> anywhere() const;
 
  private:
@@ -149,21 +156,21 @@ class SHM_API FileSource final : public ByteSource {
   std::string path_;
 };
 
-/// Some bytes of a source.
+/// A range of bytes of a source.
 struct ByteRange {
   std::uint64_t offset = 0, bytes = 0;
 };
 
-/// Gives bytes from anywhere.
+/// Delivers bytes from any offset.
 class SHM_API RandomSource {
  public:
   virtual ~RandomSource() = default;
   virtual std::uint64_t size() const = 0;
   /// Fills `into` with the bytes from `offset` on, or fails.
   virtual Result<void> read_at(std::uint64_t offset, std::span<std::byte> into) = 0;
-  /// What will be read next, mostly in this order: told before, so that a source whose bytes are
-  /// far away can fetch them together. It need not; most do nothing. They need not be there, and
-  /// may not be read in the end.
+  /// Announces the ranges that will be read next, mostly in this order, so that a remote source can
+  /// fetch them together. Most sources do nothing. Announced ranges may lie outside of the source,
+  /// and may never be read.
   virtual void prefetch(std::span<const ByteRange> ranges);
 };
 
@@ -178,7 +185,7 @@ class SHM_API MemoryRandomSource final : public RandomSource {
   std::span<const std::byte> bytes_;
 };
 
-/// Another source, for several threads: they are let to it one at a time.
+/// Makes another source usable by several threads: it lets one thread at a time read.
 class SHM_API SharedSource final : public RandomSource {
  public:
   explicit SharedSource(std::unique_ptr<RandomSource> source);
@@ -194,7 +201,7 @@ class SHM_API SharedSource final : public RandomSource {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Reads a file that can be sought in.
+/// Reads a seekable file.
 class SHM_API FileRandomSource final : public RandomSource {
  public:
   static Result<std::unique_ptr<FileRandomSource>> open(const std::string& path);
@@ -203,9 +210,10 @@ class SHM_API FileRandomSource final : public RandomSource {
   FileRandomSource& operator=(const FileRandomSource&) = delete;
   std::uint64_t size() const override { return size_; }
   Result<void> read_at(std::uint64_t offset, std::span<std::byte> into) override;
-  /// Copies bytes from `offset` on to where the open file `descriptor` stands, without taking them
-  /// to this process: file systems that can share the blocks of both files do so. Returns how many
-  /// of the `bytes` bytes that were; less, or none, where the system cannot.
+  /// Copies bytes from `offset` on to the current position of the open file `descriptor`, without
+  /// passing them through this process; file systems that support it share the blocks of both
+  /// files. Returns how many of the `bytes` bytes were copied; fewer, or none, if the system cannot
+  /// copy them.
   std::uint64_t copy_to(int descriptor, std::uint64_t offset, std::uint64_t bytes) const;
 
  private:
@@ -216,7 +224,7 @@ class SHM_API FileRandomSource final : public RandomSource {
   std::string path_;
 };
 
-/// Some consecutive bytes of another source as a source of their own, front to back or anywhere.
+/// A range of bytes of another source, as a source of its own, sequential or with random access.
 class SHM_API SectionSource final : public RandomSource, public ByteSource {
  public:
   /// `whole` is borrowed and must outlive the section. Reading beyond the end of `whole` fails.

@@ -1,4 +1,4 @@
-// Mesh: a whole mesh in memory, for callers who have the room. Convenience over Writer and Reader.
+// Mesh: a whole mesh in memory, for callers with enough of it. Convenience over Writer and Reader.
 //   auto mesh = shm::read_file("run.shm");
 //   if (!mesh) return complain(mesh.error().message());
 //   const auto t = mesh->find_array(shm::Location::point, "temperature");
@@ -23,7 +23,7 @@
 
 namespace shm {
 
-/// Numbers of `type`, as they stand in memory, as numbers of type T: converted as static_cast does.
+/// Converts numbers of `type`, as stored in memory, to type T, as static_cast does.
 template <class T>
 std::vector<T> numbers_as(ScalarType type, std::span<const std::byte> from) {
   std::vector<T> to;
@@ -50,19 +50,20 @@ std::vector<T> numbers_as(ScalarType type, std::span<const std::byte> from) {
   return to;
 }
 
-/// Vertices and cells in their own numbering, from 0. Values are raw bytes of the declared scalar
-/// types in host order. A plain value: calls that change nothing may be made in several threads.
+/// A mesh with its own numbering of vertices and cells, from 0. Values are raw bytes of the
+/// declared scalar types in host order. A plain value: several threads may call const members at
+/// once.
 struct Mesh {
   Schema schema;
   std::vector<std::byte> xyz;                     ///< 3 coordinates for each vertex
   std::vector<std::uint32_t> cell_blocks;         ///< block index of each cell
   std::vector<std::uint64_t> corner_begin = {0};  ///< cells + 1 offsets into corners
   std::vector<std::uint64_t> corners;             ///< vertex numbers
-  /// Values of static arrays, by array: one element for each vertex, or for each cell of a
-  /// covered block in cell order. Stepped arrays: empty.
+  /// Values of static arrays, by array index: one element for each vertex, or for each cell of a
+  /// covered block in cell order. Empty for stepped arrays.
   std::vector<std::vector<std::byte>> arrays;
-  /// Values of stepped arrays: [array][step], elements as in `arrays`; static arrays and steps
-  /// without values: empty.
+  /// Values of stepped arrays: [array][step], elements as in `arrays`. Empty for static arrays and
+  /// for steps without values.
   std::vector<std::vector<std::vector<std::byte>>> steps;
   std::vector<double> step_times;
   std::vector<Extra> extras;
@@ -73,39 +74,41 @@ struct Mesh {
   }
   std::uint64_t cell_count() const { return cell_blocks.size(); }
 
-  /// Smallest x y z, largest x y z of finite coordinates; +inf and -inf where there are none.
+  /// Smallest x y z and largest x y z of the finite coordinates; +inf and -inf if there are none.
   SHM_API std::array<double, 6> bounds() const;
-  /// Three coordinates of each vertex, one vertex behind the other.
+  /// Returns the coordinates x y z of all vertices, vertex after vertex.
   template <class T>
   std::vector<T> points_as() const {
     return numbers_as<T>(schema.coordinate_type, xyz);
   }
-  /// Corners of the cells of a block that have eight, as hexahedra do; none for other blocks.
+  /// Returns the corners of the cells of a block with eight nodes per cell, as hexahedra have;
+  /// empty for other blocks.
   SHM_API std::vector<std::array<std::uint64_t, 8>> hexahedra(std::uint32_t block = 0) const;
-  /// Index of the first array of that name there; nothing where there is none.
+  /// Returns the index of the first array of that name and location, if there is one.
   SHM_API std::optional<std::size_t> find_array(Location location, std::string_view name) const;
-  /// Values of an array, at a step where it has steps: components of one element together. None
-  /// where there are none.
+  /// Returns the values of an array, of a stepped array at `step`; the components of an element are
+  /// stored together. Empty if there are none.
   template <class T>
   std::vector<T> values_as(std::size_t array, std::size_t step = 0) const {
     if (array >= schema.arrays.size()) return {};
     return numbers_as<T>(schema.arrays[array].type, values(array, step));
   }
-  /// The same as they stand here.
+  /// Returns the same values as raw bytes of the array's type.
   SHM_API std::span<const std::byte> values(std::size_t array, std::size_t step = 0) const;
 
-  /// One block of hexahedra: coordinates of each vertex, and eight vertex numbers of each cell.
+  /// Makes a mesh with one block of hexahedra from the coordinates of each vertex and the eight
+  /// vertex numbers of each cell.
   SHM_API static Mesh of_hexahedra(std::span<const std::array<double, 3>> points,
                                    std::span<const std::array<std::uint64_t, 8>> hexahedra);
-  /// Adds an array of all vertices or all cells, and returns its index. Whether there are as many
-  /// values as there should be, write_mesh() looks at.
+  /// Adds an array of all vertices or all cells, and returns its index. write_mesh() checks the
+  /// number of values.
   template <class T>
   std::size_t add_array(std::string name, Location location, std::span<const T> values,
                         std::uint32_t components = 1) {
     const auto bytes = std::as_bytes(values);
     return add(std::move(name), location, scalar_type_of<T>(), components, bytes);
   }
-  /// Adds values at a time step: of the array of that name and location, which is made where there
+  /// Adds values at a time step to the array of that name and location. Creates the array if there
   /// is none.
   template <class T>
   void add_step(const std::string& name, Location location, std::size_t step,
@@ -121,7 +124,7 @@ struct Mesh {
                       std::span<const std::byte> values);
 };
 
-/// Numbers of 32 or 64 bits that belong to somebody else.
+/// A view of numbers of 32 or 64 bits that the caller owns.
 class NumberSpan {
  public:
   NumberSpan() = default;
@@ -136,7 +139,8 @@ class NumberSpan {
   std::uint64_t operator[](std::size_t i) const {
     return narrow_ != nullptr ? narrow_[i] : wide_[i];
   }
-  /// `count` numbers from `first` on, in `room` where they have 32 bits. Must hold: they are there.
+  /// Returns `count` numbers from `first` on; numbers of 32 bits are widened into `room`. Must
+  /// hold: first + count <= size().
   std::span<const std::uint64_t> part(std::size_t first, std::size_t count,
                                       std::vector<std::uint64_t>& room) const {
     if (narrow_ == nullptr) return {wide_ + first, count};
@@ -150,38 +154,38 @@ class NumberSpan {
   std::size_t size_ = 0;
 };
 
-/// Vertices and cells in arrays of somebody else, as in a Mesh: for Writer::add_mesh().
+/// Vertices and cells in arrays of the caller, laid out as in a Mesh: for Writer::add_mesh().
 struct MeshArrays {
   std::span<const std::byte> xyz;  ///< 3 coordinates for each vertex
   std::uint64_t cells = 0;
-  std::span<const std::uint32_t> cell_blocks;  ///< empty: all are of block 0
-  NumberSpan corner_begin;  ///< empty: each cell has as many corners as its block says
+  std::span<const std::uint32_t> cell_blocks;  ///< empty: all cells belong to block 0
+  NumberSpan corner_begin;  ///< empty: each cell has its block's nodes_per_cell corners
   NumberSpan corners;
   std::vector<std::span<const std::byte>> arrays;  ///< as Mesh::arrays
 };
 
-/// Writes a whole mesh: vertices are interleaved with cells and finalized as early as possible
-/// (vertex compaction). Except in Order::keep, references in extras are renumbered as a Reader
-/// will see vertices and cells; cells are never moved but by the delay buffer. Sizes that
-/// contradict each other are ErrorCode::misuse. Takes 16 bytes for each vertex and cell beside what
-/// a Writer takes.
+/// Writes a whole mesh. Vertices are interleaved with cells and finalized as early as possible
+/// (vertex compaction). Unless the order is Order::keep, references in extras are renumbered to the
+/// numbers that a Reader will see. Only the delay buffer moves cells. Sizes that contradict each
+/// other are ErrorCode::misuse. Needs 16 bytes per vertex and cell in addition to the memory of a
+/// Writer.
 SHM_API Result<SizeReport> write_mesh(ByteSink& sink, const Mesh& mesh,
                                       const WriteOptions& options = {});
 
-/// Reads a whole file. Order::keep: everything in the original numbering; else in the order of
-/// the stream. Memory is that of the mesh and half as much, and of all corners twice where cells of
-/// several shapes were moved by a delay; `limits` bound a hostile file. Of bytes in memory the
-/// index tells how large the mesh will be, as for read_file().
+/// Reads a whole file. With Order::keep everything has its original numbering, otherwise the order
+/// of the stream. Memory: one and a half times the mesh, plus a second copy of all corners if a
+/// delay moved cells of several shapes. `limits` protect against hostile files. For bytes in
+/// memory, the index gives the size of the mesh in advance, as in read_file().
 SHM_API Result<Mesh> read_mesh(ByteSource& source, const ReadLimits& limits = {},
                                const ReadOptions& options = {});
 SHM_API Result<Mesh> read_mesh(MemorySource& source, const ReadLimits& limits = {},
                                const ReadOptions& options = {});
 
-/// The same of files. A file appears whole or not at all; one that is there already stays, unless
-/// it may be replaced. Errors name the file. Where the file can be sought in, its index tells how
-/// large the mesh will be: reading takes the mesh, what a Reader takes, and 4 bytes for each vertex
-/// and cell that comes out of order, in the end 12 (a million hexahedra with two fields: 1.3 times
-/// the mesh).
+/// The same for files. A file appears complete or not at all; an existing file is kept unless
+/// `existing` allows replacing it. Errors name the file. If the file is seekable, its index gives
+/// the size of the mesh in advance. Reading then needs the mesh, the memory of a Reader, and 4
+/// bytes for each vertex and cell that arrives out of order, at the end 12 bytes (a million
+/// hexahedra with two fields: 1.3 times the mesh).
 SHM_API Result<SizeReport> write_file(const std::string& path, const Mesh& mesh,
                                       const WriteOptions& options = {},
                                       FileSink::Existing existing = FileSink::Existing::refuse);

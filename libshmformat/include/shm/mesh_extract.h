@@ -1,9 +1,10 @@
-// MeshExtractor: a piece of a mesh out of a .shm file: some of its cells with their vertices and
-// values. Beside index and schema it reads the segments that may have such cells, of these only the
-// streams that are wanted, and of stepped arrays only the steps that are asked for.
-// Memory: one chunk group (with threads: what ReadOptions say), the vertices that wait for their
-// last use, and 8 to 16 bytes for each vertex and cell of the piece; for steps also what a
-// StepReader takes. spec: "Segments", "Index and trailer"
+// MeshExtractor: reads a piece of a mesh from a .shm file: some of its cells with their vertices
+// and values. In addition to index and schema it reads only the segments that may contain such
+// cells, and of these only the requested streams and, for stepped arrays, only the requested steps.
+// Memory: one chunk group (with threads: as in ReadOptions), the vertices that wait for their last
+// use, and 8 to 16 bytes for each vertex and cell of the piece; for steps also the memory of a
+// StepReader.
+// spec: "Segments", "Index and trailer"
 #pragma once
 
 #include <array>
@@ -22,18 +23,18 @@
 
 namespace shm {
 
-/// Which cells: those that meet every condition that is there; without any, all.
+/// Selects cells: those that meet every given condition; without conditions, all cells.
 struct CellSelection {
   struct Range {
     std::uint64_t first = 0, end = 0;  ///< first, first + 1, ..., end - 1
   };
-  /// Numbers as in MeshBlock::cell_numbers.
+  /// Range of numbers as in MeshBlock::cell_numbers.
   std::optional<Range> range{};
-  /// The same, one by one, ascending.
+  /// Single numbers of the same kind, ascending.
   std::optional<std::vector<std::uint64_t>> numbers{};
   /// Indices into Schema::blocks, ascending.
   std::optional<std::vector<std::uint32_t>> blocks{};
-  /// Smallest x y z, largest x y z: cells with a vertex in this box, its faces included.
+  /// Smallest x y z, largest x y z: selects cells with a vertex in this box or on its faces.
   std::optional<std::array<double, 6>> box{};
 
   bool all() const { return !range && !numbers && !blocks && !box; }
@@ -41,34 +42,35 @@ struct CellSelection {
 
 struct ExtractRequest {
   CellSelection cells{};
-  /// If given: these vertices, ascending numbers as in MeshBlock::vertex_numbers, and no cells.
-  /// Of the conditions for cells only a box may stand beside it: vertices in it.
+  /// If given: selects these vertices, by ascending numbers as in MeshBlock::vertex_numbers, and no
+  /// cells. Of the conditions for cells only a box may be given as well; it then selects vertices
+  /// in it.
   std::optional<std::vector<std::uint64_t>> vertices{};
-  /// Indices of the static arrays whose values are wanted; nothing: of all.
+  /// Indices of the requested static arrays; not given: all.
   std::optional<std::vector<std::uint32_t>> arrays{};
-  /// Whether coordinates are wanted: MeshBlock::xyz is empty where they are not, and no condition
-  /// needs them.
+  /// Requests coordinates. If false, MeshBlock::xyz is empty unless a condition needs coordinates.
   bool coordinates = true;
-  /// Beside cells: vertices that no cell uses, of all segments that are read for the cells and of
-  /// those without cells. (The Writer codes them behind the last cell, unless it is given them
-  /// before.) They come in any case where all cells are wanted.
+  /// Also selects vertices that no cell uses, from all segments that are read for the cells and
+  /// from all segments without cells. (The Writer codes such vertices after the last cell, unless
+  /// it is given them earlier.) They are always included if all cells are selected.
   bool unused_vertices = false;
 };
 
-/// The index says where to look, and is believed where it says that nothing is to be found: an
-/// index that lies can hide cells (they are missing in the piece), and nothing else. What is read
-/// must be what the index says of it, boxes included, or reading fails. Not thread safe; distinct
-/// MeshExtractors are independent.
+/// The extractor skips segments that cannot contain selected cells according to the index, so a
+/// wrong index can hide cells (they are missing in the piece), but do nothing worse. The data that
+/// is read must agree with the index, boxes included; otherwise reading fails. Not thread safe;
+/// distinct MeshExtractors are independent.
 class SHM_API MeshExtractor {
  public:
   /// Reads index and schema. `source` is borrowed and must outlive the MeshExtractor.
   static Result<MeshExtractor> open(RandomSource& source, const ReadLimits& limits = {});
-  /// Of a damaged file what is whole: of each segment the groups before the first whose cells or
-  /// coordinates are hurt, values of arrays where their bitstreams are whole, step values of these
-  /// groups with all that they refer to. segments() are then those of which anything is left, and
-  /// vertices(), cells() and block_cells() what is known of the whole file. A piece of all cells is
-  /// what is left of them. Reads all of the file once, and then what is asked for. Takes undamaged
-  /// files, too. Fails where no schema is left, or the file cannot be read.
+  /// Opens a damaged file for reading its intact parts: of each segment, the groups before the
+  /// first one whose cells or coordinates are damaged; values of arrays whose bitstreams are
+  /// intact; and step values of these groups if everything that they refer to is intact. segments()
+  /// then lists the segments of which anything is left; vertices(), cells() and block_cells() give
+  /// the known counts of the whole file. A piece of all cells contains all cells that are left.
+  /// Reads the whole file once, and then the requested parts. Accepts undamaged files too. Fails if
+  /// no schema is left or the file cannot be read.
   static Result<MeshExtractor> open_damaged(RandomSource& source, const ReadLimits& limits = {});
   MeshExtractor(MeshExtractor&&) noexcept;
   MeshExtractor& operator=(MeshExtractor&&) noexcept;
@@ -76,58 +78,60 @@ class SHM_API MeshExtractor {
 
   const Schema& schema() const;
   const std::vector<SegmentInfo>& segments() const;
-  /// Of segments(): static arrays (indices into Schema::arrays) that are lost in the segment; in
-  /// parts of the piece they are NaN there, integers 0, unless another segment has the vertex, too.
-  /// Empty unless the file is damaged; so are the next two.
+  /// Static arrays (indices into Schema::arrays) that are lost in a segment of segments(). In parts
+  /// of the piece their values are NaN there, or 0 for integers, unless another segment has the
+  /// vertex too. Empty unless the file is damaged.
   std::span<const std::uint32_t> lost_arrays(std::size_t segment) const;
-  /// What a segment is called in the file, where some are lost.
+  /// Number of a segment in the file; differs from its index in segments() if segments are lost.
   std::uint32_t segment_number(std::size_t segment) const;
-  /// Whether a stepped array had values at a step, or may have had: they need not be left.
+  /// Returns true if a damaged file has or may have had values of a stepped array at a step; they
+  /// may be lost.
   bool had_values(std::uint32_t array, std::uint64_t step) const;
-  // Of the whole file, as the index tells.
+  // Totals of the whole file, from the index.
   std::uint64_t vertices() const;
   std::uint64_t cells() const;
   std::uint64_t hexahedra() const;
-  /// Time steps: values stand at some of the steps below.
+  /// Number of time steps; each stepped array has values at some of the steps.
   std::uint64_t step_count() const;
   const std::vector<std::uint64_t>& block_cells() const;
 
-  /// Reads all extras of the file. Their references are to numbers of the whole mesh.
+  /// Reads all extras of the file. Their references are numbers of the whole mesh.
   Result<std::vector<Extra>> extras();
-  /// The time of each step, or nothing.
+  /// Returns the time of each step; empty if the file has none.
   Result<std::vector<double>> step_times();
-  /// The steps at which a stepped array has values, ascending.
+  /// Returns the steps at which a stepped array has values, ascending.
   Result<std::vector<std::uint64_t>> steps(std::uint32_t array);
 
-  /// The reader of its steps, over the same index; made by the first call that needs it, it lives
-  /// as long as this. A request to it drops what begin_values() began, and the other way round.
+  /// Returns a reader of the file's steps that uses the same index. The first call creates it; it
+  /// lives as long as this object. A request to it cancels one of begin_values(), and vice versa.
   Result<StepReader*> step_reader();
 
-  /// What next() is to give; drops the piece before. Tells the source what will be read, as far as
-  /// the index knows. Of the options those that concern threads are looked at; the source is read
-  /// in the caller's thread all the same. What comes, and what fails, is the same for any number of
-  /// threads; those of pieces that are looked for (by a box, or in other order than the file's)
-  /// work on one group at a time. ErrorCode::misuse where the request names what the file has not.
+  /// Starts a request, whose parts next() returns, and drops the previous piece. Announces to the
+  /// source which ranges will be read, if the index shows them. Only the thread options of
+  /// `options` are used; the source is always read in the caller's thread. Results and errors are
+  /// the same for any number of threads. If the piece has to be searched for (by a box, or by
+  /// numbers that are not in file order), the threads work on one group at a time.
+  /// ErrorCode::misuse if the request names something that the file does not have.
   Result<void> begin(const ExtractRequest& request, const ReadOptions& options = {});
-  /// The next part of the piece; null at the end. Valid until the next call. Parts come segment by
-  /// segment, not always in order; numbers are those of the whole mesh. Each cell comes once, each
-  /// vertex once, before or with the first cell that uses it (vertices that no cell uses only
-  /// where all cells are wanted, or ExtractRequest::unused_vertices). In a part, first_vertex and
-  /// first_cell count within the piece, last_use is 0 (unless the piece is all cells of an
-  /// undamaged file: then it is as a Reader gives it), `imported` is empty, and arrays that are not
-  /// wanted are.
+  /// Returns the next part of the piece; null at the end. Valid until the next call. Parts come
+  /// segment by segment, not always in order; numbers are those of the whole mesh. Each cell occurs
+  /// once. Each vertex occurs once, before or with the first cell that uses it; vertices that no
+  /// cell uses occur only if all cells are selected or ExtractRequest::unused_vertices is set. In a
+  /// part, first_vertex and first_cell count within the piece. last_use is 0, unless the piece is
+  /// all cells of an undamaged file: then it is as in a Reader. `imported` is empty, and so are
+  /// arrays that were not requested.
   Result<MeshBlock*> next();
 
-  // After next() gave null.
-  /// Numbers of the piece's vertices and cells, ascending.
+  // After next() has returned null.
+  /// Numbers of the vertices and cells of the piece, ascending.
   const std::vector<std::uint64_t>& vertex_numbers() const;
   const std::vector<std::uint64_t>& cell_numbers() const;
-  /// A stepped array at a step: what next_values() is to give. Steps in ascending order cost least.
-  /// ErrorCode::misuse where the array has no values at that step.
+  /// Starts reading a stepped array at a step, for next_values(). Ascending steps are fastest.
+  /// ErrorCode::misuse if the array has no values at that step.
   Result<void> begin_values(std::uint32_t array, std::uint64_t step);
-  /// Values of elements of the piece, each of which comes once, with their numbers
-  /// (StepValues::first is 0); null at the end. Valid until the next call. Of a damaged file not of
-  /// those whose values are lost.
+  /// Returns values of elements of the piece with their numbers (StepValues::first is 0); null at
+  /// the end. Each element occurs once; elements of a damaged file whose values are lost are left
+  /// out. Valid until the next call.
   Result<StepValues*> next_values();
 
  private:

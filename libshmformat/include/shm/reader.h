@@ -1,9 +1,9 @@
-// Reader and Decoder: a .shm file out again, in pieces, with memory that follows the active
-// surface and one chunk. Where a file has stepped arrays it also holds the compressed connectivity,
-// up to 64 MiB of neighbourhoods (or what ReadOptions say), and one step of all stepped arrays
-// where that is 128 MiB or less.
-//   Decoder   push bytes in, take items out; no I/O, no threads, nothing global
-//   Reader    pulls from a ByteSource and offers blocks or single events; with threads if asked
+// Reader and Decoder: decode a .shm file piece by piece. Memory follows the active surface and one
+// chunk. For a file with stepped arrays they also hold the compressed connectivity, up to 64 MiB of
+// neighbourhoods (ReadOptions::kept_topology_bytes), and one step of all stepped arrays if that is
+// 128 MiB or less.
+//   Decoder   push: takes bytes and yields items; no I/O, no threads, no global state
+//   Reader    pull: reads from a ByteSource and yields items; with threads if requested
 // spec: "Decoding a file"
 #pragma once
 
@@ -23,47 +23,47 @@ namespace container {
 struct Index;
 }
 
-/// What a file may ask of its reader. Asking for more is ErrorCode::over_limit.
+/// Limits on the demands of a file. Exceeding one is ErrorCode::over_limit.
 struct ReadLimits {
   std::uint64_t max_active_vertices = std::uint64_t{1} << 27;
   std::uint64_t max_chunk_bytes = std::uint64_t{1} << 30;  ///< payload of one chunk
-  /// One chunk group, unpacked; of step values also its neighbourhoods.
+  /// One chunk group, unpacked. For step values it also limits the neighbourhoods of a group.
   std::uint64_t max_group_bytes = std::uint64_t{1} << 30;
   std::uint64_t max_extra_bytes = std::uint64_t{1} << 30;  ///< one extra, unpacked
-  /// What active vertices may take in a segment, beside `kActiveBytesEach` for each byte of
-  /// the file so far. A file that is opened by its index, or by a tool that knows how large it is,
-  /// has as much for all of its bytes from the beginning. They count as 288 bytes each, by codec
-  /// patterns as 72, by shifts as 16.
+  /// Memory limit for the active vertices of a segment: this value plus `kActiveBytesEach` per byte
+  /// of the file read so far. For a file opened by its index, or by a tool that knows its size, all
+  /// bytes of the file count from the beginning. An active vertex counts as 288 bytes; with codec
+  /// patterns as 72, with codec shifts as 16.
   std::uint64_t max_active_bytes = std::uint64_t{1} << 26;
   static constexpr std::uint64_t kActiveBytesEach = 256;
-  /// What values of active vertices and cells take in a segment, beside 512 bytes for each byte of
-  /// it so far; where all but few are alike they take nothing. Of time steps the same apart, beside
-  /// 256 bytes for each byte of the file so far.
+  /// Memory limit for the values kept for active vertices and cells of a segment: this value plus
+  /// 512 bytes per byte of the segment read so far. Arrays in which almost all values are equal
+  /// need nothing. Time steps have a separate limit: this value plus 256 bytes per byte of the file
+  /// read so far.
   std::uint64_t max_column_bytes = std::uint64_t{1} << 25;
-  /// Budget of all that a file holds beside its mesh and values, as it is in memory: schema, step
-  /// times and extras together. To it come 256 bytes for each byte of the file, which is more than
-  /// a Writer's files take.
+  /// Memory limit for schema, step times and extras together, unpacked: this value plus 256 bytes
+  /// per byte of the file. Files of a Writer need less.
   std::uint64_t max_unpacked_bytes = std::uint64_t{1} << 26;
   std::uint32_t max_arrays = 65536;
-  std::uint32_t max_static_components = 4096;  ///< of all arrays without time steps together
+  std::uint32_t max_static_components = 4096;  ///< of all static arrays together
   std::uint32_t max_blocks = 1 << 20;
   std::uint64_t max_steps = 1 << 20;
   std::uint32_t max_segments = 1 << 20;
-  // What comes out: without limit, since few bytes may truly be many cells. Of a file that is
-  // opened by its index the counts are those of all of it, and refused at once.
+  // Size of the result: unlimited by default, since a small file can legitimately hold many cells.
+  // For a file opened by its index, the counts of the whole file are checked at once.
   std::uint64_t max_vertices = ~std::uint64_t{0};
   std::uint64_t max_cells = ~std::uint64_t{0};
-  /// A Decoder or Reader: coordinates, values, those of steps too, and eight bytes for each corner
-  /// of a cell.
+  /// For a Decoder or Reader: bytes of coordinates and of all values, steps included, plus eight
+  /// bytes per corner of a cell.
   std::uint64_t max_decoded_bytes = ~std::uint64_t{0};
 };
 
-/// How a Reader works. What it yields is the same in every case.
+/// Options of a Reader. They do not affect its results.
 struct ReadOptions {
-  /// Threads that decode segments ahead, beside the caller's; 1: none, 0: one for each core.
+  /// Number of threads that decode segments ahead of the caller's thread. 1: none, 0: one per core.
   unsigned threads = 1;
-  /// With threads: groups that wait for them and blocks that wait for the caller, together; each
-  /// thread may hold one group more.
+  /// With threads: limit for the groups that wait for a thread and the blocks that wait for the
+  /// caller, together. Each thread may hold one more group.
   std::uint64_t max_ahead_bytes = std::uint64_t{256} << 20;
   /// As in WriteOptions.
   std::uint64_t kept_topology_bytes = std::uint64_t{64} << 20;
@@ -72,22 +72,22 @@ struct ReadOptions {
 /// A run of vertices and cells in coding order. Cell i may use the vertices below
 /// `vertices_before_cell[i]` of this block and any earlier vertex that is not finalized.
 struct MeshBlock {
-  std::uint64_t first_vertex = 0;  ///< stream number of the first vertex
+  std::uint64_t first_vertex = 0;             ///< stream number of the first vertex
+  std::vector<std::uint64_t> vertex_numbers;  ///< original numbers (Order::keep) or stream numbers
+  std::vector<std::byte> xyz;                 ///< 3 coordinates each
+  std::uint64_t first_cell = 0;               ///< position in coding order of the first cell
   std::vector<std::uint64_t>
-      vertex_numbers;            ///< keep: the original number; stream: the stream number
-  std::vector<std::byte> xyz;    ///< 3 coordinates each
-  std::uint64_t first_cell = 0;  ///< position in coding order of the first cell
-  std::vector<std::uint64_t> cell_numbers;  ///< keep: the original number; stream: the position
+      cell_numbers;  ///< original numbers (Order::keep) or positions in coding order
   std::vector<std::uint32_t> cell_blocks;
   std::vector<std::uint64_t> corner_begin;  ///< cells + 1 offsets into corners
   std::vector<std::uint64_t> corners;       ///< vertex numbers
   std::vector<std::uint64_t> last_use;      ///< bit i: corner i is finalized by this cell
   std::vector<std::uint64_t> vertices_before_cell;
-  /// Empty where each vertex comes once, from the segment that owns it. Where a segment is read
-  /// alone: 1 for each vertex that an earlier segment owns, 0 for the others.
+  /// Empty if each vertex occurs once, in the segment that owns it. If a segment is read on its
+  /// own: 1 for each vertex that an earlier segment owns, otherwise 0.
   std::vector<std::uint8_t> imported;
-  /// Values of static arrays by array index; point arrays for each vertex, cell arrays for
-  /// each cell whose block they cover. Stepped arrays: empty.
+  /// Values of static arrays by array index: point arrays for each vertex, cell arrays for each
+  /// cell whose block they cover. Empty for stepped arrays.
   std::vector<std::vector<std::byte>> arrays;
 
   std::size_t vertex_count() const { return vertex_numbers.size(); }
@@ -98,33 +98,33 @@ struct MeshBlock {
 struct StepPiece {
   std::uint32_t array = 0;
   std::uint64_t step = 0;
-  std::uint64_t first = 0;  ///< first element in the array's coding order
+  std::uint64_t first = 0;  ///< position of the first element in the array's coding order
   std::vector<std::byte> values;
 };
 struct StepTimes {
   std::vector<double> times;
 };
-/// Totals of a whole file, the last item.
+/// Totals of a whole file; the last item.
 struct Totals {
   std::uint64_t vertices = 0, cells = 0, hexahedra = 0;
   std::uint64_t max_active_vertices = 0;
   std::vector<std::uint64_t> segment_starts;  ///< position in coding order of their first cells
-  /// How the hexahedra of each segment are encoded; automatic where it has no cells.
+  /// Connectivity codec of each segment; automatic for a segment without cells.
   std::vector<ConnectivityCodec> segment_connectivity;
-  std::uint64_t imported_vertices = 0;  ///< coded again by segments that do not own them
+  std::uint64_t imported_vertices = 0;  ///< vertices coded again by segments that do not own them
   std::uint64_t total_bytes = 0;
   std::map<std::string, std::uint64_t> streams;  ///< as in SizeReport
   std::uint64_t steps = 0;
   std::vector<std::uint64_t> block_cells;
-  std::uint64_t trailing_bytes = 0;  ///< ignored bytes behind the end record: a torn append
+  std::uint64_t trailing_bytes = 0;  ///< ignored bytes after the end record: a torn append
 };
 
-/// One thing read from a file. A Decoder yields MeshBlocks, then StepPieces; Extras and StepTimes
-/// anywhere; Totals last.
+/// One item of a file. A Decoder yields MeshBlocks, then StepPieces; Extras and StepTimes at any
+/// place; Totals last.
 using Item = std::variant<MeshBlock, StepPiece, StepTimes, Extra, Totals>;
 
-/// Decodes bytes that somebody else reads. Feed pieces of any size, even one byte.
-/// The first error sticks. Not thread safe; distinct Decoders are independent.
+/// Decodes bytes that the caller reads. Accepts pieces of any size, even single bytes. After the
+/// first error every call returns that error. Not thread safe; distinct Decoders are independent.
 class SHM_API Decoder {
  public:
   explicit Decoder(const ReadLimits& limits = {});
@@ -133,30 +133,30 @@ class SHM_API Decoder {
   ~Decoder();
 
   enum class Progress : std::uint8_t {
-    need_input,  ///< nothing to take; feed more
-    item_ready,  ///< take() has something
-    finished,    ///< everything up to end_of_input() has been taken
+    need_input,  ///< no item; feed more
+    item_ready,  ///< take() returns an item
+    finished,    ///< all items up to end_of_input() have been taken
   };
-  /// Copies `bytes` into the decoder's chunk buffer (at most one chunk is kept beyond them).
+  /// Copies `bytes` into the decoder's buffer, which keeps at most one chunk in addition to them.
   Result<void> feed(std::span<const std::byte> bytes);
-  /// No more bytes will come: from now on a missing end record is ErrorCode::truncated.
+  /// Declares the end of the input: from now on a missing end record is ErrorCode::truncated.
   void end_of_input();
-  /// Works until something can be taken or input is missing.
+  /// Decodes until an item is ready or input is missing.
   Result<Progress> advance();
   /// Must hold: advance() returned item_ready. Moves the item out.
   Item take();
-  /// Gives back a block that nobody needs any more: its room is taken for a block to come. Who
-  /// does without it loses time alone.
+  /// Returns a block that the caller no longer needs, so that its memory is used for a later block.
+  /// Calling it is optional and only saves time.
   void reuse(MeshBlock&& block);
-  /// Null until the file header has been decoded; then valid for the decoder's life.
+  /// Null until the schema has been decoded; then valid for the decoder's life.
   const Schema* schema() const;
 
  private:
   friend class Reader;
   friend class IndexBuilder;
   Decoder(const ReadLimits& limits, const ReadOptions& options);
-  /// What an index would tell of all that was decoded, but for entries and ranges. Corrupt where
-  /// step values are not complete.
+  /// Returns the index that belongs to everything decoded so far, without entries and ranges.
+  /// ErrorCode::corrupt if step values are incomplete.
   Result<container::Index> held() const;
 
   class Impl;
@@ -174,7 +174,7 @@ class SHM_API Reader {
   ~Reader();
 
   const Schema& schema() const;
-  /// The next item; null at the end, again and again. Valid until the next call.
+  /// Returns the next item; null at the end, also on further calls. Valid until the next call.
   Result<Item*> next();
 
  private:
@@ -183,7 +183,7 @@ class SHM_API Reader {
   std::unique_ptr<Impl> impl_;
 };
 
-// Single events over MeshBlocks, for callers that hold a sliver of the mesh.
+// Single events of MeshBlocks, for callers that keep only a small part of the mesh.
 
 struct VertexEvent {
   std::uint64_t number;
@@ -196,12 +196,12 @@ struct CellEvent {
   std::uint64_t last_use;
 };
 struct FinalizeEvent {
-  std::uint64_t vertex;  ///< no later cell uses it
+  std::uint64_t vertex;  ///< number of a vertex that no later cell uses
 };
 using Event = std::variant<VertexEvent, CellEvent, FinalizeEvent>;
 
-/// Calls `handler(event)` for each event of `block` in stream order: the vertices a cell
-/// introduces, the cell, the vertices it finalizes. Spans live during the call.
+/// Calls `handler(event)` for each event of `block` in stream order: the vertices that a cell
+/// introduces, the cell, the vertices that it finalizes. Spans are valid during the call.
 template <class Handler>
 void for_each_event(const MeshBlock& block, ScalarType coordinate_type, Handler&& handler) {
   const std::size_t xyz_bytes = 3 * scalar_bytes(coordinate_type);

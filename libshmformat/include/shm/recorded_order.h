@@ -1,10 +1,10 @@
-// RecordedOrder: the order in which a Writer codes, kept, and what follows from it: in which order
-// it wants step values, and which numbers a Reader will see.
+// RecordedOrder: records the order in which a Writer codes vertices and cells, and derives from it
+// the order in which the Writer expects step values and the numbers that a Reader will see.
 //   shm::RecordedOrder order;
 //   options.coding_order = &order;
 //   ... Writer::create, vertices and cells, end_mesh ...
 //   const auto from = order.elements(schema, array, cell_blocks);
-//   ... add_step_values() takes element from[0] first, then from[1], ...
+//   ... pass the value of element from[0] to add_step_values() first, then of from[1], ...
 // spec: "Order", "Step values"
 #pragma once
 
@@ -19,26 +19,26 @@
 
 namespace shm {
 
-/// Takes 8 bytes for each vertex and cell. A plain value; calls that change nothing may be made in
-/// several threads.
+/// Needs 8 bytes for each vertex and cell. A plain value; several threads may call const members at
+/// once.
 struct SHM_API RecordedOrder final : public CodingOrder {
   std::vector<std::uint64_t> vertices, cells;  ///< their numbers, in coding order
 
   void vertex(std::uint64_t number) override { vertices.push_back(number); }
   void cell(std::uint64_t number) override { cells.push_back(number); }
 
-  /// Which elements of an array the Writer wants the values of, one after the other: vertices by
-  /// number; cells counted from 0 among those that have values, as they were added. `cell_blocks`:
-  /// the block of each cell, as added; may be empty where the array covers all blocks.
-  /// ErrorCode::misuse where vertices were not numbered from 0 on, each once, or `cell_blocks` are
-  /// not those of all cells.
+  /// Returns the elements of an array in the order in which the Writer expects their values. An
+  /// element is a vertex number, or the index of a cell, counted in input order among the cells
+  /// that have values. `cell_blocks`: the block of each cell, in input order; may be empty if the
+  /// array covers all blocks. ErrorCode::misuse if the vertices were not numbered 0 to n - 1, each
+  /// once, or if `cell_blocks` does not have one entry per cell.
   Result<std::vector<std::uint64_t>> elements(const Schema& schema, std::size_t array,
                                               std::span<const std::uint32_t> cell_blocks) const;
 
-  /// Brings the references of an extra from the numbers that the Writer was given to those that a
-  /// Reader will see: where the order is not Order::keep. Numbers of nothing stay. Takes 8 bytes
-  /// for each vertex or cell for a while. ErrorCode::misuse as above, or where references are
-  /// neither int32 nor int64.
+  /// Converts the references of an extra from the numbers that the Writer was given to the numbers
+  /// that a Reader will see; needed unless the order is Order::keep. Numbers that refer to nothing
+  /// are kept. Needs 8 bytes per vertex or cell during the call. ErrorCode::misuse as above, or if
+  /// the references are neither int32 nor int64.
   Result<void> renumber(Extra& extra) const;
 };
 

@@ -1,9 +1,10 @@
-// Result: how every call of the library says that it worked or why it did not.
-// One error shape everywhere: code, file, offset, section, sentence.
-// The library throws nothing of its own. Only where memory runs out std::bad_alloc comes out of the
-// call that wanted it (with threads: out of the caller's call, in its turn), never out of a
-// destructor or a move. Nothing leaks; of the object that was called all that is left is to destroy
-// it or to assign to it, and its file is not finished. What a call gives that returns is right.
+// Result: the outcome of a library call, a value or an Error. All errors have the same form: code,
+// file, offset, section, and one sentence.
+//
+// The library throws no exceptions of its own. Only std::bad_alloc can leave a call that ran out of
+// memory (with threads: the caller's call, in its turn), never a destructor or a move. Nothing
+// leaks. Afterwards the object can only be destroyed or assigned to, and a file that it was writing
+// is not finished. If a call returns a value, the value is correct.
 #pragma once
 
 #if __cplusplus < 202002L
@@ -25,9 +26,9 @@
 
 namespace shm {
 
-/// What kind of failure this is. The numbers are frozen: programs switch on them.
+/// Kind of a failure. The numbers are frozen: programs switch on them.
 enum class ErrorCode : std::uint8_t {
-  io = 1,       ///< the operating system refused to read
+  io = 1,       ///< the operating system failed to read
   truncated,    ///< the input ends before it should
   corrupt,      ///< the input contradicts itself or a checksum
   unsupported,  ///< the input is valid but needs something this build does not know
@@ -50,8 +51,8 @@ struct Error {
   SHM_API std::string message() const;
 };
 
-/// Either a value or an Error. Move-only values are fine. Never throws by itself: to ask an Error
-/// for its value, or a value for its error, is a bug of the caller, and ends the program
+/// Either a value or an Error. Move-only values are allowed. Never throws by itself. To ask an
+/// Error for its value, or a value for its error, is a bug of the caller and ends the program
 /// (std::terminate).
 template <class T = void>
 class [[nodiscard]] Result {
@@ -84,7 +85,7 @@ class [[nodiscard]] Result {
 template <>
 class [[nodiscard]] Result<void> {
  public:
-  Result() noexcept {}  // by hand: = default would fill the room for an Error with zeros
+  Result() noexcept {}  // not = default, which would fill the storage of the Error with zeros
   Result(Error error) : error_(std::move(error)) {}
 
   explicit operator bool() const noexcept { return !error_.has_value(); }

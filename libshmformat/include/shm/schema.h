@@ -1,5 +1,5 @@
-// Schema: what a mesh file is made of, stored before its first vertex.
-// Scalars, cell shapes, element blocks, data arrays, order promise, extras.
+// Schema: the description of a mesh that is stored before its first vertex: scalar types, cell
+// shapes, element blocks, data arrays, order; also extras.
 // spec: "Schema", "Extras"
 #pragma once
 
@@ -66,13 +66,13 @@ constexpr bool is_signed_integer(ScalarType type) {
 /// "int8" .. "float64".
 SHM_API std::string_view scalar_name(ScalarType type);
 
-/// Geometric kind of a cell. Together with `nodes_per_cell` it says the order of the
-/// element: a hexahedron with 20 nodes is the serendipity one, with 27 the full quadratic one.
-/// Nodes stand in VTK's order for that cell (corners first; hexahedron corners 0..3 bottom,
-/// 4..7 top, 4 above 0); converters permute where their format differs.
-/// The values are the bytes of the format (spec "Cell shapes").
+/// Geometric kind of a cell. `nodes_per_cell` gives the order of the element: a hexahedron with 20
+/// nodes is the serendipity element, one with 27 nodes the full quadratic element. Nodes are in
+/// VTK's order for the shape (corners first; corners 0..3 of a hexahedron are the bottom, 4..7 the
+/// top, 4 above 0); converters permute the nodes of formats with another order. The values are the
+/// bytes of the format (spec "Cell shapes").
 enum class CellShape : std::uint8_t {
-  other = 0,  ///< the library knows no geometry for it: a list of vertices
+  other = 0,  ///< a list of vertices without a geometry that the library knows
   vertex = 1,
   line = 2,
   triangle = 3,
@@ -82,51 +82,51 @@ enum class CellShape : std::uint8_t {
   pyramid = 7,
   wedge = 8,
   hexahedron = 9,
-  polyhedron = 10,  ///< all vertices of all faces in turn; face sizes travel beside
-  faces = 11,       ///< a polyhedron, face by face, each face closed by its first vertex again
+  polyhedron = 10,  ///< the vertices of all faces in turn; the face sizes are stored separately
+  faces = 11,       ///< a polyhedron, face by face; each face ends by repeating its first vertex
 };
 SHM_API std::string_view shape_name(CellShape shape);
 
 /// A set of cells that share a shape (Exodus element block, Gmsh entity, VTK cell type).
 struct BlockInfo {
-  std::int64_t id = 0;  ///< the source's own number; need not be unique or positive
+  std::int64_t id = 0;  ///< number used by the source; need not be unique or positive
   std::string name;
   CellShape shape = CellShape::hexahedron;
   std::uint32_t nodes_per_cell = 8;  ///< 0: varies from cell to cell
   bool operator==(const BlockInfo&) const = default;
 };
 
-/// Most nodes of one cell.
+/// Largest number of nodes of a cell.
 inline constexpr std::uint32_t kMaxNodesPerCell = 1 << 16;
 
 enum class Location : std::uint8_t { point = 0, cell = 1 };
 
-/// Uniform quantization of floating-point values. Value v of component c is kept as the integer k
-/// nearest to (v - minimum[c]) / step() and comes back as minimum[c] + k * step(), rounded to the
-/// stored type. Non-finite values, and finite ones whose restored value would miss `max_error()`,
-/// are kept exactly; -0.0 may come back as 0.0.
-/// Two kinds say the step: N bits of a box, step = (largest side of the box) / (2^N - 1); or an
-/// absolute bound, the step beside it. Make the second with `absolute()`.
+/// Uniform quantization of floating-point values. A value v of component c is stored as the integer
+/// k nearest to (v - minimum[c]) / step() and restored as minimum[c] + k * step(), rounded to the
+/// stored type. Non-finite values, and finite values whose restored value would exceed
+/// `max_error()`, are stored exactly; -0.0 may be restored as 0.0. There are two ways to define the
+/// step: N bits of a box, with step = (largest side of the box) / (2^N - 1); or an absolute bound
+/// with an explicit step. Use `absolute()` for the second.
 struct Quantization {
-  static constexpr std::uint32_t kAbsolute = 64;  ///< `bits` of an absolute bound
+  static constexpr std::uint32_t kAbsolute = 64;  ///< value of `bits` for an absolute bound
 
   std::uint32_t bits = 0;       ///< 0 (lossless), 1..52 (of the box) or kAbsolute
-  std::vector<double> minimum;  ///< per component, finite; absolute: where 0 steps are
+  std::vector<double> minimum;  ///< per component, finite; absolute: the value of k = 0
   std::vector<double> maximum;  ///< per component, finite, >= minimum; absolute: empty
-  double max_abs = 0;           ///< absolute: the bound; else 0
-  double spacing = 0;           ///< absolute: the step; else 0
+  double max_abs = 0;           ///< absolute: the bound; otherwise 0
+  double spacing = 0;           ///< absolute: the step; otherwise 0
   bool operator==(const Quantization&) const = default;
 
-  /// |restored - v| <= max_abs for every finite value, 0 < max_abs < 1e300. Steps are counted from
-  /// 0 and a shade smaller than 2 * max_abs, so that few values break the bound when they are
-  /// rounded to the stored type, and have to be kept exactly. Who knows the values may change
-  /// `spacing`: any step keeps the bound.
+  /// Guarantees |restored - v| <= max_abs for every finite value, 0 < max_abs < 1e300. The steps
+  /// start at 0 and are slightly smaller than 2 * max_abs, so that few values exceed the bound
+  /// after rounding to the stored type and have to be stored exactly. A caller who knows the values
+  /// may change `spacing`: the bound holds for any step.
   SHM_API static Quantization absolute(double max_abs, std::uint32_t components);
   bool lossy() const { return bits != 0; }
   SHM_API double step() const;
-  /// Promise about |restored - v| for a value stored as `type`. Absolute: max_abs, whatever the
-  /// type. Of a box: half a step plus the rounding to the stored type at the box's largest
-  /// magnitude.
+  /// Guaranteed bound of |restored - v| for a value stored as `type`. Absolute: max_abs for every
+  /// type. Box: half a step plus the rounding to the stored type at the largest magnitude of the
+  /// box.
   SHM_API double max_error(ScalarType type) const;
 };
 
@@ -136,73 +136,74 @@ struct ArrayInfo {
   Location location = Location::point;
   ScalarType type = ScalarType::float64;
   std::uint32_t components = 1;  ///< 1..65535
-  bool per_step = false;         ///< one value set for each time step; else static
-  /// Cell arrays: indices of the blocks that carry it, ascending; empty: every block.
+  bool per_step = false;         ///< true: one set of values per time step; false: static
+  /// Cell arrays: indices of the blocks that have values, ascending; empty: all blocks.
   std::vector<std::uint32_t> blocks;
-  /// Empty for field data. Otherwise what the source calls this array, e.g.
-  /// "exodus:node_num_map"; another format's writer may leave such an array out.
+  /// Empty for field data. Otherwise the source's name for this kind of array, e.g.
+  /// "exodus:node_num_map"; writers of other formats may leave such an array out.
   std::string role;
   Quantization quantization;
   bool operator==(const ArrayInfo&) const = default;
 };
 
-/// What comes back (spec "Order").
+/// Order in which a Reader returns vertices and cells (spec "Order").
 enum class Order : std::uint8_t {
-  keep = 0,    ///< vertex numbers, cell order and corner order exactly as they were
-  stream = 1,  ///< cells in input order up to the delay buffer, vertices numbered by first use
-  free = 2,    ///< the same mesh: as stream, but cells were put in any order before they came
+  keep = 0,    ///< vertex numbers, cell order and corner order exactly as in the source
+  stream = 1,  ///< cells in input order except for the delay buffer, vertices numbered by first use
+  free = 2,    ///< the same mesh: as stream, but the cells may have been reordered before writing
 };
 /// "keep", "stream", "free".
 SHM_API std::string_view order_name(Order order);
 
-/// How hexahedra are encoded. A Reader takes any.
+/// Encoding of hexahedra. A Reader accepts all of them.
 enum class ConnectivityCodec : std::uint8_t {
-  automatic = 0,  ///< what the Writer's level tries
+  automatic = 0,  ///< chosen by the Writer's level
   paper = 1,      ///< the published scheme, as a baseline (spec "Connectivity stream")
   rows = 2,       ///< predicted from the neighbouring row (spec "Row hexahedra")
-  replay = 3,     ///< repeated from cells before, numbers and all (spec "Replay hexahedra")
-  mixed = 4,      ///< as rows, smaller and slower (spec "Mixed rows")
-  /// The cell before, moved: many times faster where numbers run in rows and layers, and so are the
-  /// values, which take more room (spec "Shifts"). Any order without delay, cells of 1 to 64
-  /// nodes, no stepped array of more than 32 components.
+  replay = 3,     ///< repeated from earlier cells, including the numbers (spec "Replay hexahedra")
+  mixed = 4,      ///< like rows, smaller and slower (spec "Mixed rows")
+  /// A cell is the cell before it plus constant offsets. Many times faster if numbers run in rows
+  /// and layers; values are coded the same way and become larger (spec "Shifts"). Any order without
+  /// delay, cells of 1 to 64 nodes, no stepped array with more than 32 components.
   shifts = 5,
-  /// Where in the cells before its vertices stand: for speed on meshes of any kind (spec
-  /// "Patterns"). Any order without delay, cells of 1 to 64 nodes.
+  /// A cell is described by the positions of its vertices in earlier cells: fast for all kinds of
+  /// meshes (spec "Patterns"). Any order without delay, cells of 1 to 64 nodes.
   patterns = 6,
 };
 /// "automatic", "paper", "rows", "replay", "mixed", "shifts", "patterns".
 SHM_API std::string_view codec_name(ConnectivityCodec codec);
 
-/// How much work a Writer puts into small files. No level needs a Reader of its own: every
-/// bitstream names its codec.
+/// How much work a Writer spends on making files small. A Reader reads the files of all levels:
+/// every bitstream names its codec.
 enum class Level : std::uint8_t {
-  fast = 0,      ///< shifts where they do; else patterns, or rows where there can be none
-  standard = 1,  ///< replay or rows: what is smallest, or nearly so and faster
-  best = 2,      ///< the smallest of these and mixed, at half the speed of rows or less
+  fast = 0,      ///< shifts if suitable; otherwise patterns, or rows if patterns are not possible
+  standard = 1,  ///< replay or rows: the smallest, or a faster one that is nearly as small
+  best = 2,      ///< the smallest of these and mixed; at most half as fast as rows
 };
 
-/// What the values of a stepped array at one step may refer to.
+/// The steps that the values of a stepped array at one step refer to.
 enum class StepReference : std::uint8_t {
   nothing = 0,
   before = 1,  ///< the step before
-  trend = 2,   ///< what the two steps before lead to
+  trend = 2,   ///< extrapolation of the two steps before
 };
 
 /// Everything a file says about itself before its first vertex.
 struct Schema {
   Order order = Order::keep;
-  bool corner_order = true;  ///< false: corners may come back rotated (not in Order::keep)
-  std::uint32_t delay = 0;   ///< cells in the delay buffer, 0 = off
+  bool corner_order = true;  ///< false: corners may be restored rotated (not in Order::keep)
+  std::uint32_t delay = 0;   ///< number of cells in the delay buffer; 0: none
   ScalarType coordinate_type = ScalarType::float64;  ///< float32 or float64
   Quantization coordinate_quantization;
   std::vector<BlockInfo> blocks;
   std::vector<ArrayInfo> arrays;
-  std::string source_format;  ///< "exodus", "vtk", "gmsh", or whatever made the mesh; may be empty
-  /// The most that step values refer to; both sides hold so many steps of all stepped arrays. A
-  /// Writer says less where WriteOptions::key_steps lets nothing refer to so much.
+  std::string source_format;  ///< origin of the mesh: "exodus", "vtk", "gmsh", ...; may be empty
+  /// The most that step values may refer to. Writer and Reader hold that number of earlier steps of
+  /// all stepped arrays. A Writer lowers it if WriteOptions::key_steps rules out such references.
   StepReference step_references = StepReference::trend;
-  /// Whether values may be coded by earlier ones, and what else came with them: not in files of
-  /// versions 0.9 and 0.1. Readers set it; a Writer sets it for each new file, whatever it is here.
+  /// True if values may be coded by earlier values, and if the other features of 0.10 may be used;
+  /// false in files of versions 0.9 and 0.1. Readers set it; a Writer always sets it for a new file
+  /// and ignores the value given here.
   bool earlier_values = true;
   bool operator==(const Schema&) const = default;
 
@@ -212,24 +213,25 @@ struct Schema {
   }
 };
 
-/// Under which name reports count the bytes of an array: "array:point/NAME" or "array:cell/NAME",
-/// with "#2", "#3", ... where a name stands again at the same location.
+/// Returns the name under which reports count the bytes of an array: "array:point/NAME" or
+/// "array:cell/NAME", with "#2", "#3", ... appended if the name occurs again at the same location.
 SHM_API std::string array_stream_name(const Schema& schema, std::size_t array);
-/// Those of all arrays. One alone takes a look at all arrays before it.
+/// Returns the names of all arrays. Asking for a single name scans all arrays before it.
 SHM_API std::vector<std::string> array_stream_names(const Schema& schema);
 
-/// What the numbers of an Extra mean; they follow a renumbering of the mesh.
+/// Meaning of the numbers in an Extra. References follow a renumbering of the mesh.
 enum class Reference : std::uint8_t {
   nothing = 0,
   vertex = 1,  ///< vertex numbers, from 0
   cell = 2,    ///< cell numbers, from 0
 };
 
-/// A typed key/value pair for what the model has no word for: sets, names, maps of the source.
-/// Text is carried as uint8. References must be int32 or int64; negative ones are left alone.
+/// A typed key/value pair for data that the mesh model does not cover: sets, names, maps of the
+/// source. Text is stored as uint8. References must be int32 or int64; negative numbers are never
+/// renumbered.
 struct Extra {
-  /// Slash-separated path, first part is the format: "exodus/skeleton"; "mesh" for what belongs to
-  /// none (sets.h).
+  /// Slash-separated path that begins with the format, e.g. "exodus/skeleton", or with "mesh" for
+  /// data of no particular format (sets.h).
   std::string key;
   ScalarType type = ScalarType::uint8;
   Reference refers = Reference::nothing;

@@ -1,6 +1,6 @@
-// SegmentReader: one segment of a .shm file at a time, in any order; reads its bytes, the index and
-// the schema, and no others. Distinct SegmentReaders are independent, so threads or processes can
-// share a file out among them.
+// SegmentReader: reads one segment of a .shm file at a time, in any order. It reads the bytes of
+// the segment, the index and the schema, and nothing else. Distinct SegmentReaders are independent,
+// so threads or processes can divide a file among them.
 // spec: "Segments", "Index and trailer"
 #pragma once
 
@@ -16,12 +16,13 @@
 
 namespace shm {
 
-/// What the index says of a segment. It is believed until the segment is read, which must be so.
+/// A segment as described by the index. Reading the segment fails if its contents disagree.
 struct SegmentInfo {
   std::uint64_t first_cell = 0, cells = 0;       ///< in coding order
-  std::uint64_t first_vertex = 0, vertices = 0;  ///< that it owns; stream numbers
-  std::uint64_t bytes = 0;                       ///< of its groups in the file
-  /// Smallest x y z and largest x y z of its vertices, imported ones too; +inf -inf if none.
+  std::uint64_t first_vertex = 0, vertices = 0;  ///< vertices that the segment owns; stream numbers
+  std::uint64_t bytes = 0;                       ///< size of its groups in the file
+  /// Smallest x y z and largest x y z of its vertices, imported vertices included; +inf and -inf if
+  /// there are none.
   std::array<double, 6> box{};
 };
 
@@ -35,9 +36,9 @@ class SHM_API SegmentReader {
 
   const Schema& schema() const;
   const std::vector<SegmentInfo>& segments() const;
-  /// All of segment `index`: its cells and every vertex that they use. Vertices that an earlier
-  /// segment owns are marked in MeshBlock::imported; their numbers and values are those that they
-  /// have there. A vertex is finalized only by the last segment that uses it.
+  /// Reads all of segment `index`: its cells and every vertex that they use. MeshBlock::imported
+  /// marks vertices that an earlier segment owns; they have the same numbers and values as there. A
+  /// vertex is finalized only by the last segment that uses it.
   Result<std::vector<MeshBlock>> read(std::size_t index);
 
  private:

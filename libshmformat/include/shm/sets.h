@@ -1,13 +1,13 @@
-// Sets of a mesh: nodes, sides of cells, or cells that have a number and a name together. In a file
-// they are extras "mesh/node_set/I/...", "mesh/side_set/I/..." and "mesh/element_set/I/...",
-// whatever format they came from (spec/registry.md, "Open names"); here extras become sets, and
-// sets extras. Files before 0.10 have sets under keys of their source format, which these functions
-// pass over: `shm compress old.shm -o new.shm` gives them the others.
+// Sets of a mesh: nodes, sides of cells, or cells, grouped under a number and a name. A file stores
+// them as extras "mesh/node_set/I/...", "mesh/side_set/I/..." and "mesh/element_set/I/...",
+// whatever format they came from (spec/registry.md, "Open names"). The functions below convert
+// extras to sets and back. Files from before 0.10 store sets under keys of their source format,
+// which these functions ignore: `shm compress old.shm -o new.shm` converts them.
 //   shm::Mesh mesh = ...;
-//   const auto sets = shm::sets_of(mesh);           // out of mesh.extras
+//   const auto sets = shm::sets_of(mesh);            // from mesh.extras
 //   auto extras = shm::extras_of_sets({&inlet, 1});  // for mesh.extras, or Writer::add_extra
-// Plain values: what a call gives owns what it holds, and borrows nothing of its arguments. Calls
-// in several threads are independent.
+// Results are plain values: they own their data and do not refer to the arguments. Calls in several
+// threads are independent.
 // spec: "Extras"
 #pragma once
 
@@ -27,62 +27,64 @@ struct Mesh;
 struct MeshSet {
   enum class Kind : std::uint8_t { nodes = 0, sides = 1, elements = 2 };
   Kind kind = Kind::nodes;
-  std::int64_t id = 0;  ///< any; of several sets of a kind it need not be unique
+  std::int64_t id = 0;  ///< any number; need not be unique, even within a kind
   std::string name;     ///< may be empty
-  /// From 0, in any order: vertices of node sets, cells of the others. Follow a renumbering of the
-  /// mesh as long as they are extras.
+  /// Numbers from 0, in any order: vertices of a node set, otherwise cells. As extras they follow a
+  /// renumbering of the mesh.
   std::vector<std::uint64_t> members;
-  /// Of side sets: which side of each member, from 1 to 2^31 - 1, as Exodus counts. Of a
+  /// Side sets: the side of each member, from 1 to 2^31 - 1, numbered as in Exodus. Sides of a
   /// hexahedron: 1 {0 1 5 4}, 2 {1 2 6 5}, 3 {2 3 7 6}, 4 {0 4 7 3}, 5 {0 3 2 1}, 6 {4 5 6 7}.
   std::vector<std::int32_t> sides;
-  /// Of element sets: indices into Schema::blocks. All cells of these belong to it, beside members.
+  /// Element sets: indices into Schema::blocks. All cells of these blocks belong to the set, in
+  /// addition to the members.
   std::vector<std::uint32_t> blocks;
-  /// Distribution factors, where not all of them are 1; else empty. Of nodes and elements one for
-  /// each member; of sides one for each node of each side, one side behind the other. There are
-  /// files with other numbers of them, so this is not checked.
+  /// Distribution factors; empty if all are 1. Node and element sets have one per member. Side sets
+  /// have one per node of each side, side after side. Some files have other numbers of factors, so
+  /// the number is not checked.
   std::vector<double> factors;
   bool operator==(const MeshSet&) const = default;
 };
 
-/// How many vertices, cells and blocks a mesh has: members are below.
+/// Numbers of vertices, cells and blocks of a mesh: members must be below them.
 struct SetBounds {
   std::uint64_t vertices = 0, cells = 0, blocks = 0;
 };
 
-/// All sets, in the order in which they begin. ErrorCode::corrupt where one makes no sense: members
-/// or blocks that the mesh has not, sides that are not as many as the members, values of a wrong
-/// type. Error::section then is its folder of keys. Takes as much memory as the sets,
-/// which is at most 8 times that of their extras.
+/// Returns all sets, in the order of their first extras. ErrorCode::corrupt if a set is invalid:
+/// members or blocks that the mesh does not have, a number of sides that differs from the number of
+/// members, or values of a wrong type; Error::section is then the common prefix of its keys.
+/// Memory: that of the sets, which is at most 8 times that of their extras.
 SHM_API Result<std::vector<MeshSet>> sets_of_extras(std::span<const Extra> extras,
                                                     const SetBounds& bounds);
-/// Those of mesh.extras.
+/// Returns the sets of mesh.extras.
 SHM_API Result<std::vector<MeshSet>> sets_of(const Mesh& mesh);
 
-/// What holds the sets: id (left out where it is 1 more than the number of the folder, and members
-/// or blocks show that there is a set), name where there is one, members, sides, blocks, factors.
-/// Folders are numbered from 0 for each kind, in the order of `sets`. Integers have 32 bits where
-/// those hold all of an extra, factors are float32 where those do. ErrorCode::misuse where there
-/// are not as many sides as members, or a kind has what it cannot have.
+/// Returns the extras that store the sets: id, name (if there is one), members, sides, blocks,
+/// factors. The id is left out if it is the set's number in the keys plus 1 and members or blocks
+/// show that the set exists. The sets of each kind are numbered from 0, in the order of `sets`.
+/// Integers have 32 bits if all numbers of an extra fit; factors are float32 if that loses nothing.
+/// ErrorCode::misuse if the number of sides differs from the number of members, or if a set has
+/// data that its kind cannot have.
 SHM_API Result<std::vector<Extra>> extras_of_sets(std::span<const MeshSet> sets);
 
-// One by one, for who wants to go on where a set makes no sense.
+// The same for single sets, for callers that continue after an invalid set.
 
-/// Where one set stands: which of the extras hold it.
+/// The extras that store one set.
 struct SetPlace {
   MeshSet::Kind kind = MeshSet::Kind::nodes;
-  std::uint64_t number = 0;  ///< of its folder: the I in its keys
-  std::vector<std::size_t>
-      extras;  ///< indices, ascending; what is not known in a folder is no part
+  std::uint64_t number = 0;         ///< the I in its keys
+  std::vector<std::size_t> extras;  ///< ascending indices; extras with unknown fields are left out
 };
 
-/// In the order in which they begin. A second extra with a key that was there already is passed
-/// over.
+/// Finds all sets, in the order of their first extras. If a key occurs again, the second extra is
+/// ignored.
 SHM_API std::vector<SetPlace> find_sets(std::span<const Extra> extras);
-/// `place`: one that find_sets() gave for the same extras. Errors as those of sets_of_extras().
+/// Reads one set. `place` must come from find_sets() for the same extras. Errors as in
+/// sets_of_extras().
 SHM_API Result<MeshSet> read_set(std::span<const Extra> extras, const SetPlace& place,
                                  const SetBounds& bounds);
 
-/// "mesh/side_set/3/": what the keys of a set begin with.
+/// Returns the prefix of the keys of a set, e.g. "mesh/side_set/3/".
 SHM_API std::string set_folder(MeshSet::Kind kind, std::uint64_t number);
 
 }  // namespace shm

@@ -1,4 +1,4 @@
-// All of the library's headers. Each is the manual of what it declares.
+// Includes all headers of the library. The comments of each header are its manual.
 #pragma once
 
 #include "shm/appender.h"

@@ -1,8 +1,9 @@
-// StepReader: one stepped array at one step, without the rest of the file. Beside index and schema
-// it reads the chunks of that array from the step's key step on, and of the mesh only what says how
-// cells are connected, where values are predicted from it or numbers are asked for.
-// Memory as of a Reader: the compressed connectivity that was read, up to 64 MiB of what it tells,
-// and the last steps that were read of arrays whose steps refer to each other, 128 MiB at most.
+// StepReader: reads one stepped array at one step, without the rest of the file. In addition to
+// index and schema it reads the chunks of that array from the key step of the requested step on. Of
+// the mesh it reads only the connectivity, and only if values are predicted from it or element
+// numbers are requested. Memory as in a Reader: the compressed connectivity that was read, up to 64
+// MiB of neighbourhoods decoded from it, and the most recently read steps of arrays whose steps
+// refer to each other, 128 MiB at most.
 // spec: "Step values", "Index and trailer"
 #pragma once
 
@@ -22,32 +23,32 @@ namespace shm {
 class IndexedFile;
 
 struct StepRequest {
-  std::uint32_t array = 0;  ///< a stepped one
+  std::uint32_t array = 0;  ///< index of a stepped array
   std::uint64_t step = 0;
-  std::optional<std::size_t> segment{};  ///< of this one alone; else of all, in order
-  /// Whether the numbers of the elements are wanted. Values alone take fewer bytes where the
-  /// numbers are those of the source, and numbers are the same at every step.
+  std::optional<std::size_t> segment{};  ///< only this segment; not given: all, in order
+  /// Requests the numbers of the elements. Without them fewer bytes are read if the file keeps the
+  /// source's numbers. The numbers are the same at every step.
   bool numbers = true;
 };
 
 /// The values of one chunk group.
 struct StepValues {
-  std::uint64_t first = 0;        ///< first element, in the array's coding order
-  std::vector<std::byte> values;  ///< of its elements, packed
-  /// If asked for: number of the vertex or cell of each value, the same as in
-  /// MeshBlock::vertex_numbers and MeshBlock::cell_numbers.
+  std::uint64_t first = 0;        ///< position of the first element in the array's coding order
+  std::vector<std::byte> values;  ///< values of the elements, packed
+  /// If requested: the number of the vertex or cell of each value, as in MeshBlock::vertex_numbers
+  /// and MeshBlock::cell_numbers.
   std::vector<std::uint64_t> numbers;
 };
 
-/// Steps in ascending order cost least: a step that follows the one read before needs no other.
-/// Not thread safe; distinct StepReaders are independent.
+/// Ascending steps are fastest: a step that follows the step read before needs no other step. Not
+/// thread safe; distinct StepReaders are independent.
 class SHM_API StepReader {
  public:
   /// Reads index, schema and step times. `source` is borrowed and must outlive the StepReader.
   static Result<StepReader> open(RandomSource& source, const ReadLimits& limits = {});
-  /// Of a damaged file what is left, as MeshExtractor::open_damaged() finds it: segments() are
-  /// those of which anything is, and steps() have values of any of them. next() leaves out segments
-  /// whose values are lost.
+  /// Opens a damaged file for reading its intact parts, as MeshExtractor::open_damaged() finds
+  /// them: segments() lists the segments of which anything is left, and steps() the steps with
+  /// values in any of them. next() skips segments whose values are lost.
   static Result<StepReader> open_damaged(RandomSource& source, const ReadLimits& limits = {});
   StepReader(StepReader&&) noexcept;
   StepReader& operator=(StepReader&&) noexcept;
@@ -55,28 +56,28 @@ class SHM_API StepReader {
 
   const Schema& schema() const;
   const std::vector<SegmentInfo>& segments() const;
-  /// The time of each step, or nothing.
+  /// The time of each step; empty if the file has none.
   const std::vector<double>& step_times() const;
-  /// How many elements a stepped array has, as the index tells.
+  /// Returns the number of elements of a stepped array, as given by the index.
   std::uint64_t elements(std::uint32_t array) const;
-  /// The steps at which the array has values, ascending.
+  /// Returns the steps at which the array has values, ascending.
   std::vector<std::uint64_t> steps(std::uint32_t array) const;
 
-  /// What next() is to give; drops what is left of the request before.
+  /// Starts a request, whose values next() returns, and drops the rest of the previous request.
   Result<void> begin(const StepRequest& request);
-  /// The values of the next group that has some, in coding order; null at the end. Valid until the
-  /// next call. A vertex comes with the segment that owns it.
+  /// Returns the values of the next group that has elements of the array, in coding order; null at
+  /// the end. Valid until the next call. The values of a vertex are in the segment that owns it.
   Result<StepValues*> next();
-  /// All at once.
+  /// Reads all values of a request at once.
   Result<std::vector<StepValues>> read(const StepRequest& request);
 
  private:
   friend class MeshExtractor;
   class Impl;
   explicit StepReader(std::unique_ptr<Impl> impl);
-  /// Of a file that is open.
+  /// Makes a StepReader of a file that is already open.
   static Result<StepReader> of(std::shared_ptr<IndexedFile> file);
-  /// Fails where begin() would.
+  /// Fails under the same conditions as begin().
   Result<void> expect(std::uint32_t array, std::uint64_t step) const;
   std::unique_ptr<Impl> impl_;
 };

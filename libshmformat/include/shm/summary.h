@@ -1,5 +1,6 @@
-// What a .shm file holds, reported without its cells and values: a small part of its bytes is read,
-// and memory follows the number of chunks and what extras take, not the mesh.
+// Summary: the contents of a .shm file, reported without its cells and values. Only a small part of
+// the file is read, and memory follows the number of chunks and the size of the extras, not the
+// mesh.
 // spec: "Index and trailer"
 #pragma once
 
@@ -13,18 +14,21 @@ namespace shm {
 
 struct Summary {
   Schema schema;
-  std::vector<double> step_times;  ///< empty where the file has none
-  std::vector<Extra> extras;       ///< in the order of the file
-  Totals totals;                   ///< as a Reader gives them at the end
+  std::vector<double> step_times;  ///< empty if the file has none
+  std::vector<Extra> extras;       ///< in file order
+  Totals totals;                   ///< as a Reader yields them at the end
 };
 
-/// Reads index, schema, extras, step times and the head of each chunk, and of groups and step
-/// values no more: these heads must be what the index says, and all that the file has. Bytes behind
-/// a torn append are counted in `totals`. `source` is borrowed during the call. Damage of
-/// bitstreams is not found, and how many cells each block has stands in the index alone: whoever
-/// must know reads with a Reader. Of `limits`, max_active_vertices, max_group_bytes and those of
-/// what comes out are not looked at, so a file can be reported that is too large to be read.
-/// ErrorCode::truncated where the file has been cut.
+/// Reads index, schema, extras and step times completely, and of all other chunks only the headers,
+/// including those of groups and of parts of step values. These headers must match the index, and
+/// the file must not have other chunks. Bytes after the end record (a torn append) are counted in
+/// `totals`. `source` is borrowed during the call.
+///
+/// Damage to bitstreams is not detected, and the number of cells of each block is taken from the
+/// index without a check; use a Reader to verify them. The members max_active_vertices and
+/// max_group_bytes of `limits`, and the limits on the size of the result, are ignored, so a file
+/// that is too large to be read can still be reported. ErrorCode::truncated if the file was cut
+/// off.
 SHM_API Result<Summary> read_summary(RandomSource& source, const ReadLimits& limits = {});
 
 }  // namespace shm

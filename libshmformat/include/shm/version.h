@@ -1,4 +1,4 @@
-// The version of these headers, and of the library that runs.
+// The version of these headers, and of the library that is loaded.
 #pragma once
 
 #include <cstdint>
@@ -13,8 +13,8 @@ struct Version {
   std::uint32_t major = kVersionMajor, minor = kVersionMinor, patch = kVersionPatch;
   bool operator==(const Version&) const = default;
 };
-/// Of the library that is loaded: another one than Version() where programs find another library
-/// than they were compiled with.
+/// Returns the version of the loaded library. It differs from Version() if a program runs with
+/// another library than it was compiled with.
 SHM_API Version library_version();
 
 }  // namespace shm

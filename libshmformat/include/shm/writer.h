@@ -1,7 +1,7 @@
-// Writer: push a mesh in, vertex by vertex and cell by cell; a .shm file comes out at the sink.
-// Memory follows the active surface, the delay buffer and one chunk group, not the mesh. With
-// stepped arrays it also holds the compressed connectivity, up to 64 MiB of neighbourhoods, and one
-// step of all stepped arrays where that is 128 MiB or less.
+// Writer: takes a mesh vertex by vertex and cell by cell, and writes a .shm file to a sink. Memory
+// follows the active surface, the delay buffer and one chunk group, not the mesh. With stepped
+// arrays it also holds the compressed connectivity, up to 64 MiB of neighbourhoods, and one step of
+// all stepped arrays if that is 128 MiB or less.
 // spec: "Group"; the event grammar is that of streaming meshes (Isenburg & Lindstrom 2005).
 #pragma once
 
@@ -19,62 +19,63 @@ namespace shm {
 
 struct MeshArrays;  // shm/mesh.h
 
-/// Hears in which order vertices and cells are coded: the order of step values, of stream
-/// numbers, and of what a Reader will yield. Called from inside Writer calls, in the caller's
-/// thread, group by group: its vertices, then its cells.
+/// Receives the order in which vertices and cells are coded. It is the order of step values and of
+/// stream numbers, and the order in which a Reader yields them. Called during calls of the Writer,
+/// in the caller's thread, group by group: the vertices of a group, then its cells.
 class SHM_API CodingOrder {
  public:
   virtual ~CodingOrder() = default;
   virtual void vertex(std::uint64_t number) = 0;  ///< the number given to add_vertex
-  virtual void cell(std::uint64_t number) = 0;    ///< cells count from 0 in order of add_cell
+  virtual void cell(std::uint64_t number) = 0;    ///< counted from 0 in order of add_cell
 };
 
 struct WriteOptions {
   std::uint32_t group_cells = 65536;    ///< cells in one chunk group, 1..2^20
   CodingOrder* coding_order = nullptr;  ///< borrowed, may be null
   Level level = Level::standard;
-  /// automatic: what the level tries, the smallest on the first cells of each segment.
+  /// automatic: the level chooses, by trying codecs on the first cells of each segment.
   ConnectivityCodec connectivity = ConnectivityCodec::automatic;
-  /// Step values: of an array's steps at least one in so many refers to no other, so that reading
-  /// may begin there; 1: all. The schema in the file says so, and neither side holds steps for
-  /// later ones then; Schema::step_references says less still.
+  /// Step values: at least one of this many steps of an array is a key step, i.e. refers to no
+  /// other step, so that reading can begin there. 1: every step is a key step; the schema in the
+  /// file records this, and neither Writer nor Reader then holds earlier steps.
+  /// Schema::step_references can restrict references further.
   std::uint32_t key_steps = 8;
-  /// Step values: the neighbourhoods of the mesh are kept while those of all cells and vertices
-  /// take no more than so many bytes; else they are derived anew for each array and step, which
-  /// takes longer. Of arrays on few elements what these need is kept as well, within as many bytes
-  /// (at least 1 MiB). The file is the same.
+  /// Step values: memory limit for the neighbourhoods of the mesh. If those of all cells and
+  /// vertices exceed it, they are derived again for each array and step, which takes longer. For
+  /// arrays on few elements, the part that they need is kept as well, within a limit of the same
+  /// size (at least 1 MiB). The file does not depend on it.
   std::uint64_t kept_topology_bytes = std::uint64_t{64} << 20;
-  /// Threads that encode segments, beside the caller's; 1: none, 0: one for each core. The file is
-  /// the same for any number. Each may hold 64 MiB of cells that wait.
+  /// Number of threads that encode segments in addition to the caller's thread. 1: none, 0: one per
+  /// core. The file does not depend on it. Each thread may hold 64 MiB of waiting cells.
   unsigned threads = 1;
 
-  // Segments: runs of cells that can be decoded alone, and by several threads at once. Vertices
-  // that an earlier segment owns are coded again ("imported") where a segment uses them.
-  /// A segment begins where the vertices that it may have to import are at most this fraction of
-  /// those that the segment before it introduced. 0: never.
+  // Segments: runs of cells that can be decoded independently, also by several threads at once. If
+  // a segment uses vertices that an earlier segment owns, it codes them again (they are
+  // "imported").
+  /// A new segment begins when the vertices that it may have to import are at most this fraction of
+  /// the vertices that the segment before it introduced. 0: never.
   double restart_budget = .002;
-  std::uint64_t segment_cells = 0;  ///< not 0: the cells of every segment, whatever the budget
-  /// Not empty: segments begin before the cells of these numbers and nowhere else; ascending, 0 is
+  std::uint64_t segment_cells = 0;  ///< not 0: cells of every segment; overrides the budget
+  /// Not empty: segments begin exactly before the cells with these numbers; ascending, 0 is
   /// ignored.
   std::vector<std::uint64_t> segment_starts{};
-  /// Not empty: how the hexahedra of each segment are encoded, in order; further segments as the
-  /// last.
+  /// Not empty: connectivity codec of each segment, in order; further segments use the last one.
   std::vector<ConnectivityCodec> segment_connectivity{};
 };
 
-/// Where the bytes went. All byte counts add up to `total_bytes`.
+/// Sizes of a file and its parts. All byte counts add up to `total_bytes`.
 struct SizeReport {
   std::uint64_t vertices = 0, cells = 0, hexahedra = 0;
   std::uint64_t max_active_vertices = 0;
   std::uint64_t segments = 0;
-  std::uint64_t imported_vertices = 0;  ///< coded again by segments that do not own them
+  std::uint64_t imported_vertices = 0;  ///< vertices coded again by segments that do not own them
   std::uint64_t total_bytes = 0;
   /// Bytes of each kind of stream: "connectivity", "corner order", "vertex numbers",
   /// "cell numbers", "geometry", array_stream_name() of each array, "extras", "container".
   std::map<std::string, std::uint64_t> streams;
 };
 
-/// Order of calls: create; then any mix of add_vertex and add_cell, where a vertex comes before
+/// Order of calls: create; then either any mix of add_vertex and add_cell, with each vertex before
 /// the first cell that uses it, or add_mesh; then end_mesh; then steps and extras; then finish.
 /// After the first error every call returns that error. Not thread safe; distinct Writers are
 /// independent. Values are raw bytes of the declared scalar type in host byte order.
@@ -86,51 +87,55 @@ class SHM_API Writer {
   Writer& operator=(Writer&&) noexcept;
   ~Writer();
 
-  /// `number` names the vertex in later calls. It must be free: never used, or (not in Order::keep)
-  /// finalized. Order::keep gives it back on reading. `xyz`: 3 scalars of the coordinate type.
-  /// `data`: the static point arrays of the schema in order, packed.
+  /// Adds a vertex. `number` identifies it in later calls. The number must be free: never used
+  /// before, or (except in Order::keep) finalized. With Order::keep a Reader restores it. `xyz`: 3
+  /// scalars of the coordinate type. `data`: values of the static point arrays in schema order,
+  /// packed.
   Result<void> add_vertex(std::uint64_t number, std::span<const std::byte> xyz,
                           std::span<const std::byte> data = {});
-  /// A vertex that no cell uses: coded at once, never kept. Vertices that turn out unused when the
-  /// mesh ends are coded too, but wait in memory until then.
+  /// Adds a vertex that no cell uses: it is coded at once and not kept. Other vertices that turn
+  /// out to be unused at the end of the mesh are coded too, but stay in memory until then.
   Result<void> add_unused_vertex(std::uint64_t number, std::span<const std::byte> xyz,
                                  std::span<const std::byte> data = {});
-  /// `corners`: numbers of live vertices, repeats allowed; as many as the block's nodes_per_cell.
-  /// Bit i of `last_use` (i < 64): no later cell uses corner i. Vertices never marked stay in
-  /// memory to the end, on both sides.
-  /// `data`: the static cell arrays that cover this block, in order, packed.
+  /// Adds a cell. `corners`: nodes_per_cell numbers of live vertices; repeats are allowed. Bit i of
+  /// `last_use` (i < 64): no later cell uses corner i. Vertices that are never marked stay in
+  /// memory to the end, in Writer and Reader. `data`: values of the static cell arrays that cover
+  /// this block, in schema order, packed.
   Result<void> add_cell(std::uint32_t block, std::span<const std::uint64_t> corners,
                         std::uint64_t last_use = 0, std::span<const std::byte> data = {});
-  // Many in one call, of which each is done as above.
-  /// `xyz` and `data`: of all of them, one after the other.
+  // Several vertices or cells in one call, each handled as above.
+  /// `xyz` and `data`: those of all vertices, one after the other.
   Result<void> add_vertices(std::span<const std::uint64_t> numbers, std::span<const std::byte> xyz,
                             std::span<const std::byte> data = {});
-  /// `cells` of one block, with as many corners each. `last_uses`: one for each of them, or none.
+  /// Adds `cells` cells of one block with the same number of corners. `last_uses`: one value per
+  /// cell, or empty.
   Result<void> add_cells(std::uint32_t block, std::size_t cells,
                          std::span<const std::uint64_t> corners,
                          std::span<const std::uint64_t> last_uses = {},
                          std::span<const std::byte> data = {});
-  /// A whole mesh, its vertices with numbers from 0 on: interleaved with the cells, and finalized
-  /// as early as possible (vertex compaction). Nothing was added before; only end_mesh() and what
-  /// comes behind it follow. ErrorCode::misuse where sizes contradict each other, or numbers name
-  /// what there is not. `mesh` is borrowed for the call. Takes 8 bytes for each vertex meanwhile.
+  /// Adds a whole mesh, with vertices numbered from 0. Vertices are interleaved with the cells and
+  /// finalized as early as possible (vertex compaction). No other vertices or cells
+  /// may be added; continue with end_mesh(). ErrorCode::misuse if sizes contradict each other, or
+  /// if a vertex or block number does not exist. `mesh` is borrowed during the call, which needs 8
+  /// bytes per vertex.
   Result<void> add_mesh(const MeshArrays& mesh);
 
-  /// Codes what is pending, unused vertices last. No vertices or cells after it.
+  /// Codes everything that is pending, unused vertices last. No vertices or cells may follow.
   Result<void> end_mesh();
 
-  /// Values of array `array` (a per_step one) at step `step`, for all its elements in coding
-  /// order; give them in pieces of any size. Steps of one array come in ascending order; one
-  /// array at one step is finished before the next begins.
+  /// Adds values of array `array` (a per_step array) at step `step`. Pass the values of all its
+  /// elements in coding order, in pieces of any size. Steps of an array must ascend, and one array
+  /// at one step must be complete before the next begins.
   Result<void> add_step_values(std::uint32_t array, std::uint64_t step,
                                std::span<const std::byte> values);
-  /// The time of each step, once, any time after end_mesh.
+  /// Sets the time of each step. Call it once, at any time after end_mesh.
   Result<void> set_step_times(std::span<const double> times);
-  /// Any time after create. References must already be in the numbers a Reader will see.
+  /// May be called at any time after create. References must already use the numbers that a Reader
+  /// will see.
   Result<void> add_extra(const Extra& extra);
 
-  /// Writes index and totals, and commits the sink. The file is good, and a FileSink's there, only
-  /// if this succeeds; the destructor is silent.
+  /// Writes index and totals, and commits the sink. The file is valid, and the file of a FileSink
+  /// exists, only if this succeeds; the destructor reports nothing.
   Result<SizeReport> finish();
 
  private:
