@@ -34,7 +34,7 @@ Result<void> ChunkWriter::write(ChunkKind kind, std::span<const std::byte> paylo
   entries_.push_back(entry);
   ByteWriter out;
   container::put(out, header);
-  if (auto good = put(out.bytes); !good) return good;
+  if (auto status = put(out.bytes); !status) return status;
   return put(payload);
 }
 
@@ -70,10 +70,10 @@ Result<void> ChunkWriter::finish(Index index) {
   const std::uint64_t index_offset = offset_;
   ByteWriter payload;
   container::put(payload, index);
-  if (auto good = write(ChunkKind::index, payload.bytes, {}, index.version); !good) return good;
+  if (auto status = write(ChunkKind::index, payload.bytes, {}, index.version); !status) return status;
   ByteWriter trailer;
   put_trailer(trailer, index_offset);
-  if (auto good = put(trailer.bytes); !good) return good;
+  if (auto status = put(trailer.bytes); !status) return status;
   return sink_->commit();
 }
 
