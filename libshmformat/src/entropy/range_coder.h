@@ -64,7 +64,7 @@ class AdaptiveBit {
 // encoder holds back the last uncertain byte and the run of 0xFF bytes after it (the scheme of
 // LZMA). The decoder follows with `code = bytes - low`.
 //
-// Two details differ from LZMA. (1) The first byte of the carry scheme is always zero and is not
+// Two details are easily missed. (1) The first byte of the carry scheme is always zero and is not
 // stored. (2) The end is not marked: the encoder drops trailing zero bytes, and the decoder reads
 // any number of zeros past the end. The number of decisions is known from elsewhere.
 
