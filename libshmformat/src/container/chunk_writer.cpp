@@ -70,7 +70,8 @@ Result<void> ChunkWriter::finish(Index index) {
   const std::uint64_t index_offset = offset_;
   ByteWriter payload;
   container::put(payload, index);
-  if (auto status = write(ChunkKind::index, payload.bytes, {}, index.version); !status) return status;
+  if (auto status = write(ChunkKind::index, payload.bytes, {}, index.version); !status)
+    return status;
   ByteWriter trailer;
   put_trailer(trailer, index_offset);
   if (auto status = put(trailer.bytes); !status) return status;
