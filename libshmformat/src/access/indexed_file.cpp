@@ -391,7 +391,7 @@ Result<void> IndexedFile::read_schema() {
     if (auto status = decoder_.feed(piece); !status) return status;
     if (auto progress = decoder_.advance(); !progress) return progress.error();
   }
-  if (decoder_.schema() == nullptr) return wrong_index("has another length of the schema");
+  if (decoder_.schema() == nullptr) return wrong_index("lists a wrong length of the schema");
   return {};
 }
 

@@ -137,8 +137,8 @@ class IndexedFile {
   /// The budget after the schema. Every call starts with it, so that reading the same parts again
   /// does not fail.
   UnpackBudget budget() const;
-  /// Returns true if blobs are bounded: such files are those with earlier values
-  /// (container::has_bounded_blobs()).
+  /// Returns true if blobs are bounded, as container::has_bounded_blobs() does. The same files have
+  /// earlier values.
   bool has_bounded_blobs() const { return schema().earlier_values; }
 
   RandomSource* source_;

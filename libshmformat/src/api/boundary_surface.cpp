@@ -1,5 +1,5 @@
-// BoundaryFinder and read_boundary(): the search of module boundary, applied to blocks from a
-// caller, an extractor or a Reader.
+// BoundaryFinder and read_boundary(): run a BoundarySearch on blocks from a caller, an extractor or
+// a Reader.
 #include "shm/boundary_surface.h"
 
 #include <algorithm>

@@ -66,10 +66,10 @@ Result<void> MeshFeed::check_cells() {
   if (mesh_->xyz.size() % xyz_bytes_ != 0)
     return misuse_error("the number of coordinates is not a multiple of three", "mesh");
   if (!mesh_->cell_blocks.empty() && mesh_->cell_blocks.size() != cells)
-    return misuse_error("cell_blocks do not fit the cells", "mesh");
+    return misuse_error("cell_blocks does not match the number of cells", "mesh");
   if (!begin.empty() &&
       (begin.size() != cells + 1 || begin[0] != 0 || begin[cells] != mesh_->corners.size()))
-    return misuse_error("corner_begin does not fit cells and corners", "mesh");
+    return misuse_error("corner_begin does not match cells and corners", "mesh");
   block_cells_.assign(schema_->blocks.size(), 0);
   vertices_.resize(mesh_->xyz.size() / xyz_bytes_);
   std::size_t corner = 0;
@@ -84,7 +84,7 @@ Result<void> MeshFeed::check_cells() {
                           "mesh");
     if (!begin.empty()) {
       if (begin[c] > begin[c + 1])
-        return misuse_error("corner_begin does not fit cells and corners", "mesh");
+        return misuse_error("corner_begin does not match cells and corners", "mesh");
       if (nodes != 0 && begin[c + 1] - begin[c] != nodes)
         return misuse_error("cell " + std::to_string(c) +
                                 " does not have the number of corners that its block states",
@@ -110,7 +110,7 @@ Result<void> MeshFeed::check_cells() {
 
 Result<void> MeshFeed::check_arrays() const {
   if (mesh_->arrays.size() != schema_->arrays.size())
-    return misuse_error("arrays do not fit the schema", "mesh");
+    return misuse_error("arrays do not match the schema", "mesh");
   for (std::size_t a = 0; a < schema_->arrays.size(); ++a) {
     const ArrayInfo& info = schema_->arrays[a];
     if (info.per_step) continue;

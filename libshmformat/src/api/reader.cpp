@@ -408,7 +408,7 @@ void Decoder::Impl::look_at_group(std::span<const std::byte> payload) {
 }
 
 Result<void> Decoder::Impl::read_step_values(std::span<const std::byte> payload) {
-  if (!topology_) return wrong(ErrorCode::corrupt, "belongs to no stepped array");
+  if (!topology_) return wrong(ErrorCode::corrupt, "does not belong to a stepped array");
   if (!step_values_) {
     std::vector<std::uint64_t> elements(schema_->arrays.size());
     for (std::uint32_t a = 0; a < elements.size(); ++a) elements[a] = elements_of(a);

@@ -67,8 +67,7 @@ std::optional<Key> parse(std::string_view key) {
   return parsed;
 }
 
-// The extras of a set by field. Of a list in several parts, only the parts up to the first missing
-// one count.
+// The extras of one set by field. A list in several parts ends before the first missing part.
 class Folder {
  public:
   Folder(std::span<const Extra> extras, const SetPlace& place) : place_(place) {

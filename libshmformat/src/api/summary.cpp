@@ -165,7 +165,7 @@ Result<void> Summarizer::add_step_values(const ChunkHeader& header, const IndexE
     return IndexedFile::wrong("the chunk that the index lists is not here", section, entry.offset);
   for (const container::StepPart& part : parts) {
     if (part.header.array >= array_names_.size())
-      return IndexedFile::wrong("belongs to no stepped array", section, entry.offset);
+      return IndexedFile::wrong("does not belong to a stepped array", section, entry.offset);
     totals_.streams[array_names_[part.header.array]] += part.bytes;
     totals_.steps = std::max(totals_.steps, part.header.step + 1);
   }
@@ -173,7 +173,7 @@ Result<void> Summarizer::add_step_values(const ChunkHeader& header, const IndexE
   return {};
 }
 
-/// Checks the totals of the index against the headers, and takes them over.
+/// Checks the totals of the index against the headers and copies them to the summary.
 Result<void> Summarizer::finish() {
   const container::Index& index = file_.index();
   totals_.vertices = index.vertices;

@@ -97,7 +97,7 @@ Result<void> Writer::Impl::add_vertices(std::span<const std::uint64_t> numbers,
   const std::size_t data_bytes = point_data_bytes(schema_);
   if (xyz.size() / xyz_bytes != numbers.size() || xyz.size() % xyz_bytes != 0 ||
       data.size() != numbers.size() * data_bytes)
-    return misuse_error("values of vertices do not fit their number", "mesh");
+    return misuse_error("xyz or data do not match the number of vertices", "mesh");
   for (std::size_t v = 0; v < numbers.size(); ++v)
     if (auto status = mesh_.add_vertex(numbers[v], xyz.subspan(v * xyz_bytes, xyz_bytes),
                                        data.subspan(v * data_bytes, data_bytes));
@@ -115,7 +115,7 @@ Result<void> Writer::Impl::add_cells(std::uint32_t block, std::size_t cells,
   const std::size_t nodes = cells == 0 ? 0 : corners.size() / cells;
   if (cells * nodes != corners.size() || data.size() != cells * data_bytes ||
       (!last_uses.empty() && last_uses.size() != cells))
-    return misuse_error("corners, last uses and data do not fit each other", "mesh");
+    return misuse_error("corners, last_uses and data have inconsistent sizes", "mesh");
   for (std::size_t c = 0; c < cells; ++c)
     if (auto status = mesh_.add_cell(block, corners.subspan(c * nodes, nodes),
                                      last_uses.empty() ? 0 : last_uses[c],

@@ -83,7 +83,7 @@ Result<void> BoundarySearch::check_memory() {
       (free_vertices_.capacity() + free_cells_.capacity()) * sizeof(std::uint32_t);
   if (bytes + found_.memory() > max_bytes_ || found_.memory_of_sort() > max_bytes_)
     return over_limit(max_bytes_);
-  // All of them are counted with 32 bits.
+  // Their indices have 32 bits.
   if (vertices_.size() > kMost || sides_.size() > kMost || found_.vertices() > kMost ||
       found_.faces() > kMost)
     return over_limit(max_bytes_);

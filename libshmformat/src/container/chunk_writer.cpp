@@ -43,7 +43,7 @@ Result<void> ChunkWriter::adopt(std::span<const IndexEntry> entries, std::uint64
   for (const IndexEntry& entry : entries) {
     if (entry.bytes < kShortHeaderBytes || entry.bytes > bytes - end)
       return Error{ErrorCode::corrupt,
-                   "chunks of a part do not follow each other",
+                   "the chunks of a part do not follow each other",
                    "index",
                    offset_ + end,
                    {}};
@@ -52,8 +52,11 @@ Result<void> ChunkWriter::adopt(std::span<const IndexEntry> entries, std::uint64
     end += entry.bytes;
   }
   if (end != bytes)
-    return Error{
-        ErrorCode::corrupt, "chunks of a part have another size", "index", offset_ + end, {}};
+    return Error{ErrorCode::corrupt,
+                 "the chunks of a part have a different total size",
+                 "index",
+                 offset_ + end,
+                 {}};
   offset_ += bytes;
   sequence_ += static_cast<std::uint32_t>(entries.size());
   return {};

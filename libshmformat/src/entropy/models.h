@@ -96,7 +96,7 @@ std::uint64_t code_number(Coder& coder, Model& model, std::uint64_t value) {
 /// then on which side it is and how far away. A good guess needs few decisions.
 struct NearModel {
   AdaptiveBit same, above;
-  std::array<AdaptiveBit, 16> higher, lower;  // is it further away than this distance?
+  std::array<AdaptiveBit, 16> higher, lower;  // true if it is further away
 };
 template <class Coder>
 std::uint32_t code_near(Coder& coder, NearModel& model, std::uint32_t guess, std::uint32_t value) {

@@ -183,8 +183,7 @@ Result<void> FileSink::create_named() {
   }
   named_ = descriptor_ >= 0;
   if (!named_) return system_error(ErrorCode::output, "cannot be created", path_);
-  struct stat status {
-  };  // for the time of the file system's clock, which dates the other files, too
+  struct stat status {};  // for the current time by the file system's clock, as in other files
   if (::fstat(descriptor_, &status) == 0) remove_leftovers(path_, machine, status.st_mtime);
   return {};
 }

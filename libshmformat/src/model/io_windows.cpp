@@ -270,7 +270,7 @@ Result<void> FileSink::create_named() {
   }
   named_ = descriptor_ >= 0;
   if (!named_) return system_error(ErrorCode::output, "cannot be created", path_);
-  // The file system's clock dates the other files, too.
+  // The current time by the file system's clock, which has dated the other files, too.
   remove_leftovers(path_, machine, last_write(handle_of(descriptor_)));
   return {};
 }

@@ -23,7 +23,7 @@ struct DecodableParts {
   std::uint64_t index_offset = 0;
   bool has_index = false;
 
-  /// Groups in file order. Of each segment these are its first groups, without gaps.
+  /// Groups in file order. Each segment keeps its groups up to the first that is lost.
   std::vector<container::IndexEntry> groups;
   std::vector<std::uint64_t> group_numbers;  ///< by group: its number in the file
   /// First group of each segment that has any group left, and the end of the last one.

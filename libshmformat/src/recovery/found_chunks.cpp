@@ -47,7 +47,7 @@ Result<void> FoundChunks::read() {
   if (!scan) return scan.error();
   scan_ = std::move(*scan);
   if (!scan_.start && scan_.chunks.empty())
-    return Error{ErrorCode::corrupt, "has nothing of a .shm file", {}, kNoOffset, {}};
+    return Error{ErrorCode::corrupt, "contains no part of a .shm file", {}, kNoOffset, {}};
   if (std::any_of(scan_.chunks.begin(), scan_.chunks.end(),
                   [](const FoundChunk& chunk) { return chunk.is(ChunkKind::members); }) ||
       (scan_.start && (scan_.start->needed_features & container::kArchiveFeature) != 0))
