@@ -1,6 +1,6 @@
-// Threads, the synchronization that they need, and exceptions passed between them. No other file
-// depends on whether the build has threads. Without threads (SHM_THREADS=OFF) none can be started,
-// callers do all work themselves, and nothing ever waits.
+// Threads, the synchronization that they need, and exceptions passed between them. Only this file
+// differs between builds with and without threads. Without threads (SHM_THREADS=OFF) none can be
+// started, callers do all work themselves, and nothing ever waits.
 #pragma once
 
 #include <mutex>

@@ -253,9 +253,9 @@ void FileSink::pass_permissions_on() const {
   if (named_) ::close(file);
 }
 
-/// Flushes the whole file through a descriptor of the file that has the name now: a writer that
-/// uses the name may have replaced the file that we created. A file system that cannot flush
-/// (EINVAL) is not an error.
+/// Flushing any descriptor of a file flushes all of its data. A named file is opened again, since a
+/// writer that uses the name may have replaced the file that we created. A file system that cannot
+/// flush (EINVAL) is not an error.
 Result<void> FileSink::flush() const {
   const int file = named_ ? ::open(temporary_.c_str(), O_RDONLY | O_CLOEXEC) : descriptor_;
   const bool flushed = file >= 0 && (::fsync(file) == 0 || errno == EINVAL);
