@@ -17,22 +17,22 @@ using container::IndexEntry;
 using container::kLongHeaderBytes;
 using container::kShortHeaderBytes;
 
-/// What its totals tell.
+/// Checks the totals of the index against the limits.
 Result<void> IndexedFile::expect_limits() const {
-  for (const auto& [count, limit, what] :
+  for (const auto& [count, limit, unit] :
        {std::tuple(index_.vertices, limits_.max_vertices, " vertices"),
         std::tuple(index_.cells, limits_.max_cells, " cells")})
     if (count > limit)
       return wrong(
-          "has " + std::to_string(count) + what + ", the limit is " + std::to_string(limit),
+          "has " + std::to_string(count) + unit + ", the limit is " + std::to_string(limit),
           "index", index_offset_, ErrorCode::over_limit);
   return {};
 }
 
 Result<void> IndexedFile::open() {
-  if (auto good = read_index(); !good) return good;
-  if (auto good = expect_limits(); !good) return good;
-  if (auto good = list_groups(); !good) return good;
+  if (auto status = read_index(); !status) return status;
+  if (auto status = expect_limits(); !status) return status;
+  if (auto status = list_groups(); !status) return status;
   return read_schema();
 }
 
@@ -42,17 +42,16 @@ Result<void> IndexedFile::open_damaged() {
   const auto known = FoundChunks::of(*source_, limits_);
   if (!known) return known.error();
   if (!known->schema())
-    return wrong("no copy of it is whole, and nothing can be read without", "schema", kNoOffset);
+    return wrong("no copy is undamaged; the file cannot be read without it", "schema", kNoOffset);
   decodable_ = std::make_unique<const DecodableParts>(DecodableParts::of(*known));
   index_offset_ = decodable_->index_offset;
   index_ = decodable_->totals;
-  if (auto good = expect_limits(); !good) return good;
+  if (auto status = expect_limits(); !status) return status;
   for (const auto* entries : {&decodable_->extras, &decodable_->step_times})
     index_.entries.insert(index_.entries.end(), entries->begin(), entries->end());
   groups_ = decodable_->groups;
   first_group_ = decodable_->first_group;
-  if (first_group_.size() - 1 > limits_.max_segments)
-    return wrong_index("its segments are too many");
+  if (first_group_.size() - 1 > limits_.max_segments) return wrong_index("has too many segments");
   for (std::size_t s = 0; s + 1 < first_group_.size(); ++s) {
     const IndexEntry& first = groups_[first_group_[s]];
     segments_.push_back({first.first_cell, 0, first.first_vertex, 0, 0, first.box});
@@ -60,10 +59,10 @@ Result<void> IndexedFile::open_damaged() {
   }
   decoder_ = Decoder(limits_);
   look_at_beginning(decodable_->beginning);
-  if (auto good = decoder_.feed(decodable_->beginning); !good) return good;
+  if (auto status = decoder_.feed(decodable_->beginning); !status) return status;
   const auto advanced = decoder_.advance();
   if (decoder_.schema() == nullptr)
-    return advanced ? wrong("makes no sense", "schema", kNoOffset) : advanced.error();
+    return advanced ? wrong("is invalid", "schema", kNoOffset) : advanced.error();
   return {};
 }
 
@@ -91,7 +90,7 @@ auto IndexedFile::read_chunk_of_parts(const IndexEntry& entry) -> Result<Payload
   return Payload{kept_, kept_version_};
 }
 
-/// The blob of the step times.
+/// Unpacks the blob of step times.
 Result<std::vector<std::byte>> IndexedFile::read_packed(const IndexEntry& entry) {
   const auto payload = read_chunk(entry);
   if (!payload) return payload.error();
@@ -157,7 +156,8 @@ void IndexedFile::prefetch_groups(std::span<const std::size_t> groups) {
   source_->prefetch(ranges);
 }
 
-/// Of the headers of the chunk and of the group, where the first has the form that writers give it.
+/// Returns the length of the chunk header and the group header, assuming the form of the chunk
+/// header that writers choose.
 std::uint64_t IndexedFile::head_bytes(const IndexEntry& group) const {
   container::ChunkHeader header;
   header.segment = group.segment;
@@ -195,26 +195,27 @@ Result<IndexedFile::GroupHead> IndexedFile::read_group_head(std::size_t group) {
   const std::string section = "group " + std::to_string(group);
   if (entry.bytes < kShortHeaderBytes || entry.header_bytes > entry.bytes - kShortHeaderBytes ||
       entry.header_bytes > limits_.max_chunk_bytes)
-    return wrong("the index has no length of its header", section, entry.offset);
+    return wrong("the index has a wrong length of its header", section, entry.offset);
   auto bytes = container::read_bytes(*source_, entry.offset, head_bytes(entry), section);
   if (!bytes) return bytes.error();
   const std::uint64_t all = container::header_bytes(*bytes) + entry.header_bytes;
-  if (bytes->size() < all && all <= entry.bytes) {  // a long header, where a short one would do
+  if (bytes->size() < all &&
+      all <= entry.bytes) {  // the header is long, though a short one would do
     bytes = container::read_bytes(*source_, entry.offset, all, section);
     if (!bytes) return bytes.error();
   }
   const auto chunk = container::checked_header(*bytes, entry);
   if (!chunk) return chunk.error();
   if (entry.header_bytes > chunk->payload_bytes || bytes->size() < all)
-    return wrong("the index has no length of its header", section, entry.offset);
+    return wrong("the index has a wrong length of its header", section, entry.offset);
   GroupHead head;
   head.payload_offset = entry.offset + chunk->bytes();
   const auto begin = bytes->begin() + static_cast<std::ptrdiff_t>(chunk->bytes());
   head.bytes.assign(begin, begin + static_cast<std::ptrdiff_t>(entry.header_bytes));
   ByteReader in(head.bytes);
   if (!container::get(in, head.header, chunk->version) || in.left() != 0)
-    return wrong("the group header makes no sense", section, entry.offset);
-  if (auto good = expect_group(group, head.header); !good) return good.error();
+    return wrong("the group header is invalid", section, entry.offset);
+  if (auto status = expect_group(group, head.header); !status) return status.error();
   std::uint64_t left = chunk->payload_bytes - entry.header_bytes;
   for (const container::StreamEntry& stream : head.header.streams) {
     head.stream_offset.push_back(entry.offset + entry.bytes - left);
@@ -223,7 +224,7 @@ Result<IndexedFile::GroupHead> IndexedFile::read_group_head(std::size_t group) {
                    entry.offset);
     left -= stream.bytes;
   }
-  if (left != 0) return wrong("bytes are left over behind the last stream", section, entry.offset);
+  if (left != 0) return wrong("bytes are left over after the last stream", section, entry.offset);
   return head;
 }
 
@@ -265,7 +266,7 @@ Result<container::GroupChunk> IndexedFile::read_group(std::size_t group,
   std::vector<std::byte>& payload = out.payload;
   const auto& streams = head->header.streams;
   const std::uint64_t begin = head->payload_offset;
-  // Up to the last stream that is wanted: the rest of a chunk that is cut need not be there.
+  // Read up to the last wanted stream: if the chunk is cut off after it, the rest is not needed.
   std::uint64_t needed = payload.size();
   for (std::size_t s = 0; s < streams.size(); ++s)
     if (parts.includes(streams[s]))
@@ -275,21 +276,22 @@ Result<container::GroupChunk> IndexedFile::read_group(std::size_t group,
                  ErrorCode::truncated);
   payload.resize(static_cast<std::size_t>(needed));
   for (std::size_t s = 0; s < streams.size();) {
-    // Neighbours are read at once.
+    // Adjacent wanted streams are read in one call.
     std::uint64_t bytes = 0;
     std::size_t end = s;
     for (; end < streams.size() && parts.includes(streams[end]); ++end) bytes += streams[end].bytes;
     if (bytes > 0) {
       const auto from = static_cast<std::size_t>(head->stream_offset[s] - begin);
       const auto into = std::span(payload).subspan(from, static_cast<std::size_t>(bytes));
-      if (auto good = source_->read_at(head->stream_offset[s], into); !good) return good.error();
+      if (auto status = source_->read_at(head->stream_offset[s], into); !status)
+        return status.error();
     }
     s = std::max(end, s + 1);
   }
   return out;
 }
 
-// --- what is read first
+// --- opening
 
 Result<void> IndexedFile::read_index() {
   const auto last = container::last_chunk(*source_, ChunkKind::index);
@@ -300,7 +302,7 @@ Result<void> IndexedFile::read_index() {
   if (!payload) return payload.error();
   ByteReader fields(*payload);
   if (!container::get(fields, index_, version, index_offset_ / kShortHeaderBytes))
-    return wrong_index("makes no sense");
+    return wrong_index("is invalid");
   return {};
 }
 
@@ -316,14 +318,14 @@ Result<void> IndexedFile::list_groups() {
     add_to_segment(entry);
     if (entry.offset > source_->size() || entry.bytes > source_->size() - entry.offset ||
         (!groups_.empty() && entry.offset < groups_.back().offset + groups_.back().bytes))
-      return wrong_index("its groups are not one after the other in the file");
+      return wrong_index("its groups overlap or are out of order");
     groups_.push_back(entry);
   }
   first_group_.push_back(groups_.size());
   return {};
 }
 
-/// A group to the last segment.
+/// Adds a group to the last segment.
 void IndexedFile::add_to_segment(const IndexEntry& entry) {
   SegmentInfo& segment = segments_.back();
   segment.cells += entry.cells;
@@ -346,32 +348,31 @@ Result<void> IndexedFile::expect_group(std::size_t group,
 }
 
 Result<void> IndexedFile::expect_totals() const {
-  if (decodable_) return {};  // some are lost
+  if (decodable_) return {};  // some groups are lost
   std::uint64_t vertices = 0, cells = 0;
-  bool good = index_.block_cells.size() == schema().blocks.size();
+  bool ok = index_.block_cells.size() == schema().blocks.size();
   for (const IndexEntry& group : groups_) {
-    good = good && group.first_vertex == vertices && group.first_cell == cells &&
-           group.vertices <= index_.vertices - vertices && group.cells <= index_.cells - cells;
-    if (!good) break;
+    ok = ok && group.first_vertex == vertices && group.first_cell == cells &&
+         group.vertices <= index_.vertices - vertices && group.cells <= index_.cells - cells;
+    if (!ok) break;
     vertices += group.vertices;
     cells += group.cells;
   }
-  good = good && vertices == index_.vertices && cells == index_.cells;
+  ok = ok && vertices == index_.vertices && cells == index_.cells;
   for (std::uint64_t of_block : index_.block_cells) {
-    good = good && of_block <= cells;
+    ok = ok && of_block <= cells;
     cells -= of_block;
   }
-  return good && cells == 0 ? Result<void>()
-                            : wrong_index("its groups do not add up to its totals");
+  return ok && cells == 0 ? Result<void>() : wrong_index("its groups do not add up to its totals");
 }
 
-/// Which form the headers of chunks have, as that of the first, from the start of the file on.
+/// Determines from the first chunk whether chunk headers are long. `bytes` begin at the file start.
 void IndexedFile::look_at_beginning(std::span<const std::byte> bytes) {
   const auto first = bytes.subspan(std::min(bytes.size(), container::kFileStartBytes));
   has_long_headers_ = container::header_bytes(first) == kLongHeaderBytes;
 }
 
-/// The first chunk, and what stands before it, through a Decoder, which checks it.
+/// Reads the file start and the first chunk through a Decoder, which checks them.
 Result<void> IndexedFile::read_schema() {
   if (index_.entries.empty() ||
       index_.entries[0].kind != static_cast<std::uint8_t>(ChunkKind::schema) ||
@@ -383,14 +384,14 @@ Result<void> IndexedFile::read_schema() {
   const std::uint64_t end = container::kFileStartBytes + index_.entries[0].bytes;
   decoder_ = Decoder(limits_);
   std::vector<std::byte> piece;
-  for (std::uint64_t at = 0; at < end; at += piece.size()) {
-    piece.resize(static_cast<std::size_t>(std::min(kPiece, end - at)));
-    if (auto good = source_->read_at(at, piece); !good) return good;
-    if (at == 0) look_at_beginning(piece);
-    if (auto good = decoder_.feed(piece); !good) return good;
+  for (std::uint64_t position = 0; position < end; position += piece.size()) {
+    piece.resize(static_cast<std::size_t>(std::min(kPiece, end - position)));
+    if (auto status = source_->read_at(position, piece); !status) return status;
+    if (position == 0) look_at_beginning(piece);
+    if (auto status = decoder_.feed(piece); !status) return status;
     if (auto progress = decoder_.advance(); !progress) return progress.error();
   }
-  if (decoder_.schema() == nullptr) return wrong_index("has another length of the schema");
+  if (decoder_.schema() == nullptr) return wrong_index("lists a wrong length of the schema");
   return {};
 }
 

@@ -1,5 +1,5 @@
-// IndexedFile: a .shm file that is read by its index: finds chunks and the bitstreams of groups,
-// and reads these alone. The index is believed where to look, and never what is there.
+// IndexedFile: a .shm file that is read through its index: finds chunks and the bitstreams of
+// groups, and reads only these. The index is trusted for where data is, but never for its contents.
 // spec: "Index and trailer", "Group"
 #pragma once
 
@@ -33,87 +33,90 @@ class IndexedFile {
         limit_with(limits_.max_active_bytes, ReadLimits::kActiveBytesEach, source.size());
   }
 
-  /// Reads trailer, index and schema, and nothing else.
+  /// Reads only trailer, index and schema.
   Result<void> open();
-  /// A damaged file: goes through all of it, and has what can be decoded of it. Segments and groups
-  /// are counted among those that are left.
+  /// Opens a damaged file: scans all of it and keeps the decodable parts. Segments and groups are
+  /// numbered among those that are left.
   Result<void> open_damaged();
   /// Null unless the file is damaged.
   const DecodableParts* decodable() const { return decodable_.get(); }
   const Schema& schema() const { return *decoder_.schema(); }
   const ReadLimits& limits() const { return limits_; }
-  /// Its totals of the whole file, and its entries.
+  /// Totals of the whole file and all entries.
   const container::Index& index() const { return index_; }
   std::uint64_t index_offset() const { return index_offset_; }
-  /// Those of step values, when they are held elsewhere.
+  /// Removes the entries of step values, after a caller has stored them elsewhere.
   void drop_step_entries();
   RandomSource& source() { return *source_; }
 
   const std::vector<SegmentInfo>& segments() const { return segments_; }
   const std::vector<container::IndexEntry>& groups() const { return groups_; }
-  /// Of `segment`; that of the segment behind the last one is the number of groups.
+  /// Returns the number of the first group of `segment`. For segments().size(): the number of
+  /// groups.
   std::size_t first_group(std::size_t segment) const { return first_group_[segment]; }
-  /// Which of segments() has the group; of a damaged file not the number in the header of the
-  /// group.
+  /// Returns the index in segments() of the segment that contains the group. In a damaged file this
+  /// is not the segment number in the header of the group.
   std::size_t segment_of(std::size_t group) const {
     return static_cast<std::size_t>(
                std::upper_bound(first_group_.begin(), first_group_.end(), group) -
                first_group_.begin()) -
            1;
   }
-  /// What a segment and a group of groups() are called in the file.
+  /// Returns the number that the file gives to segments()[segment] or groups()[group].
   std::uint32_t segment_number(std::size_t segment) const {
     return groups_[first_group_[segment]].segment;
   }
   std::uint64_t group_number(std::size_t group) const {
     return decodable_ ? decodable_->group_numbers[group] : group;
   }
-  /// Static arrays that are lost in a segment, ascending.
+  /// Returns the static arrays that are lost in a segment, ascending.
   std::span<const std::uint32_t> lost_arrays(std::size_t segment) const {
     return decodable_ ? std::span<const std::uint32_t>(decodable_->lost_arrays[segment])
                       : std::span<const std::uint32_t>();
   }
 
-  /// The payload of a whole chunk; `version`, where it is asked for, is that of the chunk.
+  /// Returns the payload of a whole chunk. Stores the version of the chunk in `version` unless it
+  /// is null.
   Result<std::vector<std::byte>> read_chunk(const container::IndexEntry& entry,
                                             std::uint8_t* version = nullptr);
-  /// The same of a chunk with several parts, which is read for each of them: a small one is kept
-  /// for the next call. The payload lives until then.
+  /// The same for a chunk with several parts, which is read once per part: a small payload is kept
+  /// for the next call. The returned payload is valid until then.
   struct Payload {
     std::span<const std::byte> bytes;
     std::uint8_t version = 0;
   };
   Result<Payload> read_chunk_of_parts(const container::IndexEntry& entry);
-  /// All of them, in the order of the file.
+  /// Returns all extras in file order.
   Result<std::vector<Extra>> read_extras();
-  /// Empty where the file has none.
+  /// Returns an empty list if the file has no step times.
   Result<std::vector<double>> read_step_times();
-  /// Fails unless the groups follow each other, and add up to the totals of the index.
+  /// Fails unless the groups are contiguous and add up to the totals of the index.
   Result<void> expect_totals() const;
-  /// Fails unless the header of a group agrees with its line in the index, its box included.
+  /// Fails unless the header of a group agrees with its entry in the index, including the box.
   Result<void> expect_group(std::size_t group, const container::GroupHeader& header) const;
   /// A group without its bitstreams.
   struct GroupHead {
-    std::vector<std::byte> bytes;  ///< as they stand in the payload
+    std::vector<std::byte> bytes;  ///< as in the payload
     container::GroupHeader header;
     std::uint64_t payload_offset = 0;          ///< in the file
     std::vector<std::uint64_t> stream_offset;  ///< in the file, of each stream of the header
   };
   Result<GroupHead> read_group_head(std::size_t group);
-  /// Tells the source that these groups will be read, whole.
+  /// Announces to the source that these groups will be read as a whole.
   void prefetch_groups(std::span<const std::size_t> groups);
-  /// Tells it which bitstreams of these groups will be. For that their heads are read, and kept for
-  /// read_group_head(), which also complains of them. Of very many groups nothing is told.
+  /// Announces which bitstreams of these groups will be read. To know them, it reads the heads of
+  /// the groups and keeps them for read_group_head(), which also reports their errors. Does nothing
+  /// for very many groups.
   using WantsStream =
       std::function<bool(const container::GroupHeader&, const container::StreamEntry&)>;
   void prefetch_streams(std::span<const std::size_t> groups, const WantsStream& wants);
-  /// The bytes of one of its bitstreams.
+  /// Returns the bytes of one bitstream of a group.
   Result<std::vector<std::byte>> read_stream(std::size_t group, const GroupHead& head,
                                              std::size_t stream);
-  /// A group, in whose payload zeros stand for streams that are not wanted.
+  /// Returns a group whose payload has zeros in place of the streams that are not wanted.
   Result<container::GroupChunk> read_group(std::size_t group, const DecodedParts& parts);
 
-  /// A complaint about the bytes at `offset`.
+  /// Returns an error about the bytes at `offset`.
   static Error wrong(std::string detail, std::string section, std::uint64_t offset,
                      ErrorCode code = ErrorCode::corrupt) {
     return Error{code, std::move(detail), std::move(section), offset, {}};
@@ -131,25 +134,27 @@ class IndexedFile {
   Result<void> list_groups();
   void add_to_segment(const container::IndexEntry& entry);
   Result<std::vector<std::byte>> read_packed(const container::IndexEntry& entry);
-  /// Without what the schema takes. Who reads again gets what was there.
+  /// The budget after the schema. Every call starts with it, so that reading the same parts again
+  /// does not fail.
   UnpackBudget budget() const;
-  /// Files that have earlier values have bounded blobs (container::has_bounded_blobs()).
+  /// Returns true if blobs are bounded, as container::has_bounded_blobs() does. The same files have
+  /// earlier values.
   bool has_bounded_blobs() const { return schema().earlier_values; }
 
   RandomSource* source_;
   ReadLimits limits_;
-  Decoder decoder_;  // of the schema
+  Decoder decoder_;  // has read the schema
   std::uint64_t index_offset_ = 0;
   container::Index index_;
-  bool has_long_headers_ = false;  // of chunks, where short ones would do
+  bool has_long_headers_ = false;  // chunk headers are long even if short ones would do
   std::vector<SegmentInfo> segments_;
   std::vector<container::IndexEntry> groups_;
-  std::vector<std::size_t> first_group_;  // of each segment, and behind them
+  std::vector<std::size_t> first_group_;  // of each segment, and the end of the last one
   std::unique_ptr<const DecodableParts> decodable_;
-  std::unordered_map<std::size_t, GroupHead> heads_;  // read ahead, by group
-  std::vector<std::byte> kept_;                       // of read_chunk_of_parts()
-  std::uint64_t kept_offset_ = kNoOffset;  // of its chunk; kNoOffset: not to be used again
-  std::uint64_t kept_bytes_ = 0;           // of its chunk
+  std::unordered_map<std::size_t, GroupHead> heads_;  // heads read ahead, by group
+  std::vector<std::byte> kept_;                       // payload kept by read_chunk_of_parts()
+  std::uint64_t kept_offset_ = kNoOffset;             // offset of its chunk; kNoOffset: not valid
+  std::uint64_t kept_bytes_ = 0;                      // length of its chunk
   std::uint8_t kept_version_ = 0;
 };
 

@@ -16,10 +16,10 @@ Result<void> add_group(IndexedFile& file, std::size_t group, StepTopology& topol
     return IndexedFile::wrong(detail, "group " + std::to_string(group), entry.offset,
                               ErrorCode::over_limit);
   };
-  if (auto good = check_active(head->header, limits, entry.offset + entry.bytes); !good)
-    return wrong(good.error().detail);
+  if (auto status = check_active(head->header, limits, entry.offset + entry.bytes); !status)
+    return wrong(status.error().detail);
   if (head->header.decoded_bytes > limits.max_group_bytes)
-    return wrong("takes more memory than the limit");
+    return wrong("needs more memory than the limit");
   std::vector<std::vector<std::byte>> streams(head->header.streams.size());
   for (std::size_t s = 0; s < streams.size(); ++s) {
     if (!topology.uses(head->header, head->header.streams[s])) continue;

@@ -1,4 +1,4 @@
-// The topology of groups that are found by the index.
+// Topology of groups that are found through the index.
 #pragma once
 
 #include <cstddef>
@@ -8,8 +8,8 @@
 
 namespace shm {
 
-/// Reads the streams with the topology of a group, and adds it to `topology`, whose next group it
-/// is.
+/// Reads the streams that hold the topology of a group and adds the group to `topology`. Must hold:
+/// it is the next group of `topology`.
 Result<void> add_group(IndexedFile& file, std::size_t group, StepTopology& topology);
 
 }  // namespace shm

@@ -1,5 +1,5 @@
-// NumberSet: which numbers there are, each once. A bit each where they lie close together, as those
-// of a whole mesh do, and never more than 32 bytes for each and 256 KiB.
+// NumberSet: a set of numbers. Dense numbers, such as those of a whole mesh, take one bit each. The
+// memory never exceeds 32 bytes per number plus 256 KiB.
 #pragma once
 
 #include <algorithm>
@@ -26,9 +26,9 @@ class NumberSet {
     if ((bits & bit) != 0 && !twice_) twice_ = number;
     bits |= bit;
   }
-  /// How many were added.
+  /// Returns how many numbers were added.
   std::uint64_t size() const { return size_; }
-  /// One that was added twice, if there is one.
+  /// Returns a number that was added twice, if there is one.
   std::optional<std::uint64_t> twice() {
     std::sort(far_.begin(), far_.end());
     const auto again = std::adjacent_find(far_.begin(), far_.end());
@@ -41,7 +41,7 @@ class NumberSet {
     }
     return twice_;
   }
-  /// All, ascending. Must hold: twice() was called, and there is none.
+  /// Returns all numbers, ascending. Must hold: twice() was called and returned nullopt.
   std::vector<std::uint64_t> numbers() const {
     std::vector<std::uint64_t> numbers;
     numbers.reserve(static_cast<std::size_t>(size_));
@@ -59,7 +59,7 @@ class NumberSet {
   static constexpr std::uint64_t kWords = std::uint64_t{1} << 14;
 
   std::vector<std::uint64_t> bits_;
-  std::vector<std::uint64_t> far_;  // numbers that were too large for that
+  std::vector<std::uint64_t> far_;  // numbers too large for bits_
   std::uint64_t size_ = 0;
   std::optional<std::uint64_t> twice_;
 };

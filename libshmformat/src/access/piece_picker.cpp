@@ -17,7 +17,7 @@ void empty(MeshBlock& block, std::size_t arrays) {
   block.arrays.resize(arrays);
 }
 
-/// Those at `location` that are wanted.
+/// Returns the wanted static arrays at `location`.
 std::vector<std::uint32_t> static_arrays(const Schema& schema, const DecodedParts& parts,
                                          Location location) {
   std::vector<std::uint32_t> arrays;
@@ -38,7 +38,7 @@ PiecePicker::PiecePicker(const IndexedFile& file, const PieceRequest& request,
       cell_arrays_(static_arrays(file.schema(), parts, Location::cell)),
       block_cells_(file.schema().blocks.size()) {}
 
-/// What is wanted of a block, into piece_.
+/// Copies the requested part of a block to piece_.
 Result<void> PiecePicker::pick(MeshBlock& block, std::size_t group) {
   group_ = group;
   if (request_->all()) {
@@ -56,18 +56,19 @@ Result<void> PiecePicker::pick(MeshBlock& block, std::size_t group) {
   taken_.assign(cell_arrays_.size(), 0);
   std::size_t vertex = 0;
   for (std::size_t cell = 0; cell < block.cell_count(); ++cell) {
-    if (auto good = take_vertices(block, vertex,
-                                  static_cast<std::size_t>(block.vertices_before_cell[cell]));
-        !good)
-      return good;
-    if (auto good = pick_cell(block, cell); !good) return good;
+    if (auto status = take_vertices(block, vertex,
+                                    static_cast<std::size_t>(block.vertices_before_cell[cell]));
+        !status)
+      return status;
+    if (auto status = pick_cell(block, cell); !status) return status;
   }
-  // No cell uses those that are left.
+  // No cell uses the remaining vertices.
   if (request_->of_vertices()) return take_vertices(block, vertex, block.vertex_count());
   return request_->wants_unused() ? take_unused(block, vertex) : Result<void>();
 }
 
-/// Vertices of a block until `end` are introduced: they wait for cells, or are wanted themselves.
+/// Takes the vertices of a block from `next` to `end`: they wait for cells, or are requested
+/// themselves.
 Result<void> PiecePicker::take_vertices(const MeshBlock& block, std::size_t& next,
                                         std::size_t end) {
   const std::size_t xyz_bytes = 3 * scalar_bytes(file_->schema().coordinate_type);
@@ -81,7 +82,7 @@ Result<void> PiecePicker::take_vertices(const MeshBlock& block, std::size_t& nex
       for (std::size_t c = 0; c < 3; ++c)
         if (std::isfinite(point[c]) && (point[c] < of_index[c] || point[c] > of_index[3 + c]))
           return file_->wrong_index("has a box of group " + std::to_string(group_) +
-                                    " that not all of its vertices are in");
+                                    " that does not contain all of its vertices");
     }
     const std::uint64_t number = block.vertex_numbers[next];
     if (request_->of_vertices()) {
@@ -99,10 +100,10 @@ Result<void> PiecePicker::take_vertices(const MeshBlock& block, std::size_t& nex
   return {};
 }
 
-/// The vertices of a block from `next` on, which no cell uses, go into the piece.
+/// Takes the vertices of a block from `next` on, which no cell uses, as part of the piece.
 Result<void> PiecePicker::take_unused(const MeshBlock& block, std::size_t next) {
   const std::size_t first = next;
-  if (auto good = take_vertices(block, next, block.vertex_count()); !good) return good;
+  if (auto status = take_vertices(block, next, block.vertex_count()); !status) return status;
   for (std::size_t v = first; v < next; ++v) {
     VertexBuffer::Vertex& vertex = *buffer_.find(block.vertex_numbers[v]);
     if (!request_->box() || vertex.in_box) give(vertex);
@@ -130,7 +131,7 @@ Result<void> PiecePicker::pick_cell(const MeshBlock& block, std::size_t cell) {
     for (const std::uint64_t corner : corners) {
       VertexBuffer::Vertex* vertex = buffer_.find(corner);
       if (vertex == nullptr)
-        return IndexedFile::wrong("uses vertex " + std::to_string(corner) + ", which is gone",
+        return IndexedFile::wrong("uses vertex " + std::to_string(corner) + ", which was finalized",
                                   "cell " + std::to_string(number), kNoOffset);
       give(*vertex);
       piece_.corners.push_back(corner);
@@ -160,7 +161,7 @@ void PiecePicker::pick_cell_values(const MeshBlock& block, std::size_t cell, boo
   }
 }
 
-/// Adds a vertex to the piece, unless it is there.
+/// Adds a vertex to the piece unless it is there already.
 void PiecePicker::give(VertexBuffer::Vertex& vertex) {
   if (std::exchange(vertex.given, true)) return;
   if (vertex.imported && !shared_.insert(vertex.number).second) return;
@@ -188,9 +189,9 @@ Result<void> PiecePicker::end_mesh() {
   const std::uint64_t expected = request_->expected();
   if (expected != PieceRequest::kUnknown && !request_->box() && found_ != expected)
     return request_->of_vertices()
-               ? misuse_error(std::to_string(expected - found_) + " of the vertices are not there",
+               ? misuse_error(std::to_string(expected - found_) + " of the vertices do not exist",
                               "piece")
-               : file_->wrong_index("counts cells that are not there");
+               : file_->wrong_index("counts cells that do not exist");
   for (Numbers* numbers : {&vertices_, &cells_})
     if (const auto twice = numbers->set.twice())
       return IndexedFile::wrong(std::string(numbers == &cells_ ? "cell " : "vertex ") +

@@ -1,5 +1,5 @@
-// PiecePicker: picks the cells and vertices that a request asks for out of the blocks of segments,
-// and remembers whose values belong to them.
+// PiecePicker: picks the requested cells and vertices from the blocks of segments, and records
+// which segments have their values.
 #pragma once
 
 #include <array>
@@ -22,37 +22,37 @@ class PiecePicker {
  public:
   /// A vertex of the piece that an earlier segment owns.
   struct Import {
-    std::size_t segment = 0;  // that imports it
+    std::size_t segment = 0;  // the segment that imports it
     std::array<double, 3> point{};
   };
   using Imports = std::map<std::uint64_t, Import>;  // by number
 
-  /// All but `parts` is borrowed.
+  /// Everything except `parts` is borrowed.
   PiecePicker(const IndexedFile& file, const PieceRequest& request, const DecodedParts& parts);
 
   void begin_segment(std::size_t segment) { segment_ = segment; }
-  /// The next block of the segment, of this group; it may be moved from.
+  /// Takes the next block of the segment, which belongs to `group`. The block may be moved from.
   Result<void> pick(MeshBlock& block, std::size_t group);
   void end_segment();
-  /// Behind all segments: whether what the request asks for has come, once.
+  /// Call it after all segments. Checks that every requested element has come exactly once.
   Result<void> end_mesh();
 
-  /// What was picked of the last block.
+  /// The picked part of the last block.
   MeshBlock& piece() { return piece_; }
-  /// How many elements have come that meet all conditions but for the box.
+  /// Number of elements so far that meet all conditions except the box.
   std::uint64_t found() const { return found_; }
-  /// How many vertices in the box later cells may use.
+  /// Number of vertices in the box that later cells may use.
   std::size_t waiting_in_box() const { return buffer_.in_box(); }
 
-  // Of all that was picked.
+  // Totals of all that has been picked.
   std::uint64_t vertex_count() const { return vertices_.set.size(); }
   /// Ascending. Must hold: end_mesh() was called.
   const std::vector<std::uint64_t>& vertex_numbers() { return vertices_.all(); }
   const std::vector<std::uint64_t>& cell_numbers() { return cells_.all(); }
   const std::vector<std::uint64_t>& block_cells() const { return block_cells_; }
-  /// Vertices of which no segment was read that owns them.
+  /// Imported vertices whose owning segment has not been read.
   const Imports& imports() const { return imports_; }
-  /// Segments that own them.
+  /// Segments that own picked vertices.
   const std::set<std::size_t>& point_segments() const { return point_segments_; }
   const std::set<std::size_t>& cell_segments() const { return cell_segments_; }
 
@@ -62,7 +62,7 @@ class PiecePicker {
   Result<void> pick_cell(const MeshBlock& block, std::size_t cell);
   void pick_cell_values(const MeshBlock& block, std::size_t cell, bool wanted);
   void give(VertexBuffer::Vertex& vertex);
-  /// Numbers, as a list once it is asked for.
+  /// A set of numbers; the list is created on the first request.
   struct Numbers {
     const std::vector<std::uint64_t>& all() {
       if (list.size() != set.size()) list = set.numbers();
@@ -75,12 +75,14 @@ class PiecePicker {
   const IndexedFile* file_;
   const PieceRequest* request_;
   VertexBuffer buffer_;
-  std::vector<std::uint32_t> cell_arrays_;  // that are wanted
-  std::vector<std::size_t> taken_;          // of these: elements of the block at hand
+  std::vector<std::uint32_t> cell_arrays_;  // requested cell arrays
+  std::vector<std::size_t>
+      taken_;  // by requested cell array: elements of the current block that have been passed
   std::size_t segment_ = 0, group_ = 0;
   std::uint64_t found_ = 0;
   MeshBlock piece_;
-  std::unordered_set<std::uint64_t> shared_;  // given, and other segments may have them too
+  std::unordered_set<std::uint64_t>
+      shared_;  // vertices in the piece that other segments may contain, too
 
   Numbers vertices_, cells_;
   std::vector<std::uint64_t> block_cells_;

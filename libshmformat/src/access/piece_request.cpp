@@ -21,10 +21,10 @@ bool has(const std::vector<Number>& numbers, Number number) {
   return std::binary_search(numbers.begin(), numbers.end(), number);
 }
 
-/// Whether any of ascending numbers is in first, ..., first + count - 1.
+/// Returns true if any of the ascending numbers is in first, ..., first + count - 1.
 bool has_any(const std::vector<std::uint64_t>& numbers, std::uint64_t first, std::uint64_t count) {
-  const auto at = std::lower_bound(numbers.begin(), numbers.end(), first);
-  return at != numbers.end() && *at - first < count;
+  const auto found = std::lower_bound(numbers.begin(), numbers.end(), first);
+  return found != numbers.end() && *found - first < count;
 }
 
 bool overlap(std::uint64_t first, std::uint64_t count, std::uint64_t other, std::uint64_t end) {
@@ -35,7 +35,7 @@ bool overlap(std::uint64_t first, std::uint64_t count, std::uint64_t other, std:
 
 Result<PieceRequest> PieceRequest::of(ExtractRequest request, const IndexedFile& file) {
   PieceRequest checked(std::move(request), file);
-  if (auto good = checked.check(); !good) return good.error();
+  if (auto status = checked.check(); !status) return status.error();
   checked.expected_ = checked.count_expected();
   return checked;
 }
@@ -56,7 +56,7 @@ Result<void> PieceRequest::check() const {
                         "request");
   if (cells.blocks && (!ascends(*cells.blocks) ||
                        (!cells.blocks->empty() && cells.blocks->back() >= schema.blocks.size())))
-    return misuse_error("blocks do not ascend, or there are fewer", "request");
+    return misuse_error("blocks do not ascend, or do not exist", "request");
   if (cells.box)
     for (std::size_t c = 0; c < 3; ++c)
       if (!((*cells.box)[c] <= (*cells.box)[3 + c]))
@@ -64,7 +64,7 @@ Result<void> PieceRequest::check() const {
   if (request_.vertices && !ascends(*request_.vertices))
     return misuse_error("numbers of vertices do not ascend", "request");
   if (request_.vertices && (cells.range || cells.numbers || cells.blocks))
-    return misuse_error("both vertices and cells are asked for", "request");
+    return misuse_error("both vertices and cells are requested", "request");
   if (request_.arrays)
     for (const std::uint32_t array : *request_.arrays)
       if (array >= schema.arrays.size())
@@ -72,12 +72,12 @@ Result<void> PieceRequest::check() const {
   return {};
 }
 
-/// Else the file stores the number of each cell.
+/// Returns true if cell numbers are positions in coding order. Otherwise the file stores them.
 bool PieceRequest::numbers_are_positions() const {
   return file_->schema().order != Order::keep || file_->schema().delay == 0;
 }
 
-/// Whether any of these positions in coding order is a wanted number.
+/// Returns true if any of these positions in coding order is a requested number.
 bool PieceRequest::may_number(std::uint64_t first, std::uint64_t count) const {
   const CellSelection& cells = request_.cells;
   if (cells.range && !overlap(first, count, cells.range->first, cells.range->end)) return false;
@@ -97,7 +97,8 @@ bool PieceRequest::may_be_in_box(const std::array<double, 6>& of_index) const {
   return true;
 }
 
-/// Whether cells of wanted blocks are here if blocks follow each other.
+/// Returns true if the segment has cells of requested blocks, provided that blocks follow each
+/// other.
 bool PieceRequest::blocks_likely(const SegmentInfo& segment) const {
   if (file_->decodable()) return false;
   std::uint64_t first = 0;
@@ -129,10 +130,13 @@ auto PieceRequest::visits() const -> std::vector<Visit> {
     }
     if (may_be_in_box(segment.box)) visits.push_back({s, probe});
   }
-  std::stable_partition(visits.begin(), visits.end(), [](const Visit& it) { return !it.probe; });
-  // Where a vertex is in several segments, it has the values of one where none are lost.
   std::stable_partition(visits.begin(), visits.end(),
-                        [&](const Visit& it) { return file_->lost_arrays(it.segment).empty(); });
+                        [](const Visit& visit) { return !visit.probe; });
+  // First the segments without lost values: a vertex in several segments gets its values from the
+  // first of them.
+  std::stable_partition(visits.begin(), visits.end(), [&](const Visit& visit) {
+    return file_->lost_arrays(visit.segment).empty();
+  });
   return visits;
 }
 

@@ -1,4 +1,5 @@
-// PieceRequest: what is asked of a file, and which segments may have it by what the index lists.
+// PieceRequest: a request for part of a file, and the segments that may contain it according to the
+// index.
 #pragma once
 
 #include <cstddef>
@@ -12,14 +13,16 @@ namespace shm {
 
 class PieceRequest {
  public:
-  /// A segment to read. `probe`: it need not have anything; cells are looked at before values.
+  /// A segment to read. `probe`: the segment may contain nothing of the request, so its cells are
+  /// checked before its values are read.
   struct Visit {
     std::size_t segment = 0;
     bool probe = false;
   };
   static constexpr std::uint64_t kUnknown = ~std::uint64_t{0};
 
-  /// `file` is open and borrowed. Fails for a request that names what there is not.
+  /// `file` is borrowed. Must hold: it is open. Fails if the request names elements or arrays that
+  /// do not exist.
   static Result<PieceRequest> of(ExtractRequest request, const IndexedFile& file);
 
   const ExtractRequest& request() const { return request_; }
@@ -28,24 +31,26 @@ class PieceRequest {
     return (request_.unused_vertices || (request_.cells.all() && file_->decodable())) &&
            !of_vertices();
   }
-  /// Whether the piece is the whole file; of a damaged one it never is.
+  /// Returns true if the piece is the whole file. Always false for a damaged file.
   bool all() const { return !of_vertices() && request_.cells.all() && !file_->decodable(); }
   const std::optional<std::array<double, 6>>& box() const { return request_.cells.box; }
 
-  /// In which order to read: first where things must be, or are likely to be.
+  /// Returns the segments in the order in which to read them: first those that certainly or likely
+  /// contain requested elements.
   std::vector<Visit> visits() const;
-  /// Whether a cell meets all conditions but for the box.
+  /// Returns true if a cell meets all conditions except the box.
   bool includes(std::uint64_t number, std::uint32_t block) const;
   bool includes_vertex(std::uint64_t number) const;
-  /// How many elements of the whole mesh meet all conditions but for the box, if that is known:
-  /// when they have come, there are no others. Else kUnknown.
+  /// Number of elements of the whole mesh that meet all conditions except the box, if it is known:
+  /// reading can stop after that number. Otherwise kUnknown.
   std::uint64_t expected() const { return expected_; }
 
-  /// Whether the numbers of a group's cells may be wanted.
+  /// Returns true if the group may contain requested cells, judged by cell numbers.
   bool may_be_in_group(const container::IndexEntry& group) const;
-  /// Whether vertices whose box is `of_index` can be in the box.
+  /// Returns true if a group or segment whose box is `of_index` may have vertices in the requested
+  /// box.
   bool may_be_in_box(const std::array<double, 6>& of_index) const;
-  /// `box` of the index, wider by what rounding may move coordinates.
+  /// Returns a box of the index, enlarged by the largest error of quantized coordinates.
   std::array<double, 6> widened(std::array<double, 6> box) const;
 
  private:

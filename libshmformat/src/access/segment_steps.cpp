@@ -9,7 +9,8 @@
 namespace shm {
 namespace {
 
-// Columns take memory each: so many steps are read together, with so many components in all.
+// Limits on the steps that are read together, and on their components in all: each column needs
+// memory.
 constexpr std::size_t kMostSteps = 8, kMostComponents = 32;
 
 Error at_chunk(Error error, std::uint64_t offset) {
@@ -35,17 +36,18 @@ SegmentSteps::SegmentSteps(IndexedFile& file, const StepIndex& index, StepRefere
   if (held.at && *held.at >= key_ && *held.at <= wanted) from_ = *held.at + 1;
 }
 
-/// A column goes on from part to part: where one part needs the mesh, all do.
-bool SegmentSteps::told_by_mesh(std::size_t at) const {
-  const auto parts = parts_of(at);
+/// Returns true if decoding the step needs the mesh. A column continues from part to part, so if
+/// one part needs the mesh, all do.
+bool SegmentSteps::told_by_mesh(std::size_t step) const {
+  const auto parts = parts_of(step);
   return StepParts::may_need_elements(info()) &&
          std::any_of(parts.begin(), parts.end(),
                      [](const StepIndex::Part& part) { return is_predicted(part.codec); });
 }
 
 bool SegmentSteps::needs_mesh() const {
-  for (std::size_t at = from_; at <= wanted_; ++at)
-    if (told_by_mesh(at)) return true;
+  for (std::size_t step = from_; step <= wanted_; ++step)
+    if (told_by_mesh(step)) return true;
   return false;
 }
 
@@ -57,9 +59,9 @@ std::uint64_t SegmentSteps::elements() const {
 
 Result<std::vector<std::byte>> SegmentSteps::read_next(StepElements* mesh) {
   if (!std::exchange(begun_, true))
-    if (auto good = read_earlier_passes(mesh); !good) return good.error();
+    if (auto status = read_earlier_passes(mesh); !status) return status.error();
   const std::size_t nth = next_++;
-  if (pass_.from == pass_.end) {  // the step is held
+  if (pass_.from == pass_.end) {  // the values are held
     const StepIndex::Part& part = parts_of(wanted_)[nth];
     const std::size_t stride = scalar_bytes(info().type) * info().components;
     const auto values =
@@ -68,25 +70,27 @@ Result<std::vector<std::byte>> SegmentSteps::read_next(StepElements* mesh) {
                      static_cast<std::size_t>(part.count * stride));
     return std::vector<std::byte>(values.begin(), values.end());
   }
-  if (auto good = read_group(nth, mesh); !good) return good.error();
+  if (auto status = read_group(nth, mesh); !status) return status.error();
   if (at_end() && most_ != StepReference::nothing) held_->at = wanted_;
   return std::move(values_);
 }
 
-/// What is held of another step can only stand for parts that lie as those do.
-bool SegmentSteps::has_same_groups(std::size_t at) const {
-  const auto of_held = parts_of(at), wanted = parts_of(wanted_);
+/// Returns true if the step has the same groups as the wanted step. Only then can held values serve
+/// as reference.
+bool SegmentSteps::has_same_groups(std::size_t step) const {
+  const auto of_held = parts_of(step), wanted = parts_of(wanted_);
   return std::equal(of_held.begin(), of_held.end(), wanted.begin(), wanted.end(),
                     [](const StepIndex::Part& a, const StepIndex::Part& b) {
                       return a.group == b.group && a.count == b.count;
                     });
 }
 
-/// All that come before the wanted step, but for those of its own pass.
+/// Reads all steps before the wanted step, except those of the last pass.
 Result<void> SegmentSteps::read_earlier_passes(StepElements* mesh) {
   if (from_ > key_ && !has_same_groups(from_ - 1))
-    return file_->wrong_index("steps of an array have not the same groups");
-  // As many as there is memory for, by what is kept of a vertex or cell.
+    return file_->wrong_index("steps of an array have different groups");
+  // The number of steps per pass is limited by memory, estimated from the bytes kept per vertex or
+  // cell.
   constexpr std::uint64_t kKeptOfEach = 40;
   const std::uint64_t active = mesh == nullptr ? 0 : mesh->most_active();
   const std::uint64_t room = most_kept() / (kKeptOfEach * info().components * (active + 1));
@@ -98,11 +102,11 @@ Result<void> SegmentSteps::read_earlier_passes(StepElements* mesh) {
     begin_pass();
     if (pass_.end > wanted_) return {};
     for (std::size_t nth = 0; nth < groups; ++nth)
-      if (auto good = read_group(nth, mesh); !good) return good;
+      if (auto status = read_group(nth, mesh); !status) return status;
   }
 }
 
-/// By the columns of a pass together.
+/// Memory limit for the columns of a pass together.
 std::uint64_t SegmentSteps::most_kept() const {
   return most_kept_of_steps(file_->limits().max_column_bytes, file_->source().size());
 }
@@ -110,30 +114,30 @@ std::uint64_t SegmentSteps::most_kept() const {
 void SegmentSteps::begin_pass() {
   columns_.clear();
   by_mesh_.clear();
-  for (std::size_t at = pass_.from; at < pass_.end; ++at) {
+  for (std::size_t step = pass_.from; step < pass_.end; ++step) {
     columns_.emplace_back().emplace(file_->schema(), file_->limits().max_group_bytes, array_,
                                     most_kept() / (pass_.end - pass_.from));
-    by_mesh_.push_back(told_by_mesh(at));
+    by_mesh_.push_back(told_by_mesh(step));
   }
-  // Until all groups are read, what is held belongs to several steps.
+  // Until all groups are read, the held values belong to several steps.
   if (pass_.from < pass_.end) held_->at.reset();
 }
 
-/// The elements of the group of a part.
+/// Returns the elements of the group of a part.
 Result<ColumnElements> SegmentSteps::elements_of(StepElements& mesh,
                                                  const StepIndex::Part& part) const {
   const std::size_t group = part.group - file_->first_group(segment_);
   const auto count = mesh.count(array_, group);
   if (!count) return at_chunk(count.error(), file_->groups()[part.group].offset);
   if (*count != part.count)
-    return IndexedFile::wrong("has another number of values than elements", "step values",
-                              part.offset);
+    return IndexedFile::wrong("the number of values differs from the number of elements",
+                              "step values", part.offset);
   auto elements = mesh.elements(array_, group);
   if (!elements) return at_chunk(elements.error(), file_->groups()[part.group].offset);
   return elements;
 }
 
-/// The values of the nth group at all steps of the pass.
+/// Reads the nth group at all steps of the pass.
 Result<void> SegmentSteps::read_group(std::size_t nth, StepElements* mesh) {
   const StepIndex::Part& part = parts_of(wanted_)[nth];
   ColumnElements elements;
@@ -152,28 +156,29 @@ Result<void> SegmentSteps::read_group(std::size_t nth, StepElements* mesh) {
   };
   values_ = held_values(held_->last);
   one_back_ = held_values(held_->one_back);
-  for (std::size_t at = pass_.from; at < pass_.end; ++at)
-    if (auto good = read_step(at, nth, elements.items != nullptr ? &elements : nullptr); !good)
-      return good;
+  for (std::size_t step = pass_.from; step < pass_.end; ++step)
+    if (auto status = read_step(step, nth, elements.items != nullptr ? &elements : nullptr);
+        !status)
+      return status;
   hold(offset);
   return {};
 }
 
-Result<void> SegmentSteps::read_step(std::size_t at, std::size_t nth,
+Result<void> SegmentSteps::read_step(std::size_t step, std::size_t nth,
                                      const ColumnElements* elements) {
-  const auto parts = parts_of(at);
+  const auto parts = parts_of(step);
   const StepIndex::Part& expected = parts_of(wanted_)[nth];
   if (nth >= parts.size() || parts[nth].group != expected.group ||
       parts[nth].count != expected.count)
-    return file_->wrong_index("steps of an array have not the same groups");
+    return file_->wrong_index("steps of an array have different groups");
   two_back_ = std::exchange(one_back_, std::exchange(values_, {}));
-  auto values = decode(at, parts[nth], by_mesh_[at - pass_.from] ? elements : nullptr);
+  auto values = decode(step, parts[nth], by_mesh_[step - pass_.from] ? elements : nullptr);
   if (!values) return at_chunk(values.error(), parts[nth].offset);
   values_ = std::move(*values);
   return {};
 }
 
-Result<std::vector<std::byte>> SegmentSteps::decode(std::size_t at, const StepIndex::Part& part,
+Result<std::vector<std::byte>> SegmentSteps::decode(std::size_t step, const StepIndex::Part& part,
                                                     const ColumnElements* elements) {
   container::IndexEntry entry;
   entry.kind = static_cast<std::uint8_t>(container::ChunkKind::step_values);
@@ -184,25 +189,25 @@ Result<std::vector<std::byte>> SegmentSteps::decode(std::size_t at, const StepIn
   ByteReader in(payload->bytes);
   std::vector<container::StepPart> parts;
   const bool known = container::get(in, parts, payload->version, payload->bytes.size());
-  const auto found = std::find_if(parts.begin(), parts.end(), [&](const auto& it) {
-    return it.header.array == array_ && it.header.step == index_->steps(array_)[at].step &&
-           it.header.group == file_->group_number(part.group);
+  const auto found = std::find_if(parts.begin(), parts.end(), [&](const auto& other) {
+    return other.header.array == array_ && other.header.step == index_->steps(array_)[step].step &&
+           other.header.group == file_->group_number(part.group);
   });
   if (!known || found == parts.end() || found->header.count != part.count ||
       found->header.codec != part.codec || container::refers_to(found->header) != part.reference)
-    return IndexedFile::wrong("the chunk that should stand here does not", "step values",
+    return IndexedFile::wrong("the chunk that the index lists is not here", "step values",
                               part.offset);
   for (auto before = parts.begin(); before != found; ++before) in.get_bytes(before->bytes);
   const container::StepHeader& header = found->header;
-  StepParts& column = *columns_[at - pass_.from];
-  if (auto good = column.check_size(header); !good) return good.error();
-  if (auto good = check_reference(at, header); !good) return good.error();
+  StepParts& column = *columns_[step - pass_.from];
+  if (auto status = column.check_size(header); !status) return status.error();
+  if (auto status = check_reference(step, header); !status) return status.error();
   const StepReference kind = container::refers_to(header);
   const std::uint64_t size =
       std::uint64_t{part.count} * scalar_bytes(info().type) * info().components;
   if ((kind >= StepReference::before && one_back_.size() != size) ||
       (kind == StepReference::trend && two_back_.size() != size))
-    return wrong_step_values(file_->schema(), header, "refers to other elements than it has");
+    return wrong_step_values(file_->schema(), header, "refers to other elements than its own");
   if (kind == StepReference::trend) go_on(info().type, one_back_, two_back_, trend_);
   return column.decode(header, in.get_bytes(found->bytes), file_->segment_number(segment_),
                        elements,
@@ -211,8 +216,9 @@ Result<std::vector<std::byte>> SegmentSteps::decode(std::size_t at, const StepIn
                                                        : std::span<const std::byte>(trend_));
 }
 
-/// A trend needs two steps, of which the later one refers to a step itself.
-Result<void> SegmentSteps::check_reference(std::size_t at,
+/// Checks the reference of a step. A trend needs two earlier steps, and the later of these must
+/// itself refer to a step.
+Result<void> SegmentSteps::check_reference(std::size_t step,
                                            const container::StepHeader& header) const {
   const StepReference kind = container::refers_to(header);
   const auto wrong = [&](const char* detail) {
@@ -223,13 +229,13 @@ Result<void> SegmentSteps::check_reference(std::size_t at,
     return {};
   }
   const std::size_t needed = kind == StepReference::trend ? 2 : 1;
-  if (at < key_ + needed || header.reference_step != index_->steps(array_)[at - 1].step)
+  if (step < key_ + needed || header.reference_step != index_->steps(array_)[step - 1].step)
     return wrong("refers to a step that is not the one before it");
-  if (kind > most_) return wrong("refers to steps that may not be referred to");
+  if (kind > most_) return wrong("refers to steps, which the file does not allow");
   return {};
 }
 
-/// Takes note of the last values of a group, for steps to come.
+/// Keeps the last values of a group for later steps.
 void SegmentSteps::hold(std::size_t offset) {
   if (most_ == StepReference::nothing) return;
   const auto put = [&](std::vector<std::byte>& to, const std::vector<std::byte>& from) {

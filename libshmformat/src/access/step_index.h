@@ -1,6 +1,7 @@
-// StepIndex: what the index lists of stepped arrays: which parts of which chunks are an array at a
-// step, and from which step on it can be read. Checked in itself; what the chunks hold, the reader
-// sees. spec: "Index and trailer"
+// StepIndex: the entries of the index for stepped arrays: which parts of which chunks contain an
+// array at a step, and from which step on it must be read. It is checked for consistency; the
+// contents of the chunks are checked when they are read.
+// spec: "Index and trailer"
 #pragma once
 
 #include <cstddef>
@@ -14,34 +15,34 @@ namespace shm {
 
 class StepIndex {
  public:
-  /// A part, and the chunk that has it, with others perhaps.
+  /// A part, and the chunk that contains it (possibly with other parts).
   struct Part {
-    std::uint64_t offset = 0, bytes = 0;
-    std::uint64_t first = 0, count = 0;  // elements
+    std::uint64_t offset = 0, bytes = 0;  // of the chunk
+    std::uint64_t first = 0, count = 0;   // elements
     std::uint32_t group = 0;
     StepReference reference = StepReference::nothing;
     container::Codec codec = container::Codec::columns;
   };
   struct Step {
     std::uint64_t step = 0;
-    bool refers = false;  // any of its parts
-    std::size_t key = 0;  // place of the last step up to here that refers to no other
+    bool refers = false;  // true if any of its parts refers to another step
+    std::size_t key = 0;  // index of the last step up to here that refers to no other
     std::size_t begin = 0, end = 0;
   };
 
-  /// `file` is open; its entries of step values go where this succeeds. Of a damaged file: the step
-  /// values that are left.
+  /// Must hold: `file` is open. On success, removes the entries of step values from its index. For
+  /// a damaged file, takes the step values that are left.
   static Result<StepIndex> of(IndexedFile& file);
 
   const std::vector<Step>& steps(std::uint32_t array) const { return steps_[array]; }
   std::uint64_t elements(std::uint32_t array) const { return elements_[array]; }
-  /// By array; 0 of static ones.
+  /// By array; 0 for static arrays.
   const std::vector<std::uint64_t>& elements() const { return elements_; }
-  /// Of these groups, in order.
+  /// Returns the parts of the step that belong to these groups, in order.
   std::span<const Part> parts(const Step& step, std::size_t first_group,
                               std::size_t end_group) const;
-  /// The last step at or before `steps(array)[at]` that refers to no other.
-  std::size_t key_of(std::uint32_t array, std::size_t at) const { return steps_[array][at].key; }
+  /// Returns the index of the last step, up to index `nth`, that refers to no other step.
+  std::size_t key_of(std::uint32_t array, std::size_t nth) const { return steps_[array][nth].key; }
 
  private:
   Result<void> add_decodable(const IndexedFile& file);
@@ -54,7 +55,7 @@ class StepIndex {
   std::vector<std::uint64_t> elements_;   // by array
   std::vector<std::vector<Step>> steps_;  // by array
   std::vector<Part> parts_;
-  std::uint32_t last_array_ = 0;  // of the part before, if there is one
+  std::uint32_t last_array_ = 0;  // array of the previous part, if there is one
 };
 
 }  // namespace shm

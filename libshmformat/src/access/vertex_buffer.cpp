@@ -42,15 +42,15 @@ bool VertexBuffer::add(const MeshBlock& block, std::size_t v, bool in_box) {
   vertex.number = block.vertex_numbers[v];
   vertex.imported = block.imported[v] != 0;
   vertex.in_box = in_box;
-  const auto [at, fresh] = vertices_.try_emplace(vertex.number, vertex);
+  const auto [place, fresh] = vertices_.try_emplace(vertex.number, vertex);
   if (!fresh) return false;
   if (free_.empty()) {
     free_.push_back(records_.size());
     records_.resize(records_.size() + record_bytes_);
   }
-  at->second.record = free_.back();
+  place->second.record = free_.back();
   free_.pop_back();
-  std::byte* to = records_.data() + at->second.record;
+  std::byte* to = records_.data() + place->second.record;
   if (xyz_bytes_ > 0) std::memcpy(to, block.xyz.data() + v * xyz_bytes_, xyz_bytes_);
   to += xyz_bytes_;
   for (std::size_t i = 0; i < arrays_.size(); ++i) {

@@ -1,5 +1,5 @@
-// VertexBuffer: vertices of a segment with their values, from the cell that introduces them to
-// their last use, for the cells between these that are wanted.
+// VertexBuffer: the vertices of a segment with their values, from the cell that introduces a vertex
+// to the cell that uses it last. Requested cells in between take their vertices from here.
 #pragma once
 
 #include <array>
@@ -14,9 +14,9 @@
 
 namespace shm {
 
-/// Three coordinates of `type`, as doubles.
+/// Converts three coordinates of `type` to double.
 std::array<double, 3> point_of(const std::byte* xyz, ScalarType type);
-/// Whether all coordinates are finite and in the box, faces included.
+/// Returns true if all coordinates are finite and inside the box or on its faces.
 bool is_in(const std::array<double, 6>& box, const std::array<double, 3>& point);
 
 class VertexBuffer {
@@ -27,24 +27,25 @@ class VertexBuffer {
     bool imported = false, in_box = false, given = false;
   };
 
-  /// `schema` is borrowed. `arrays`: the static point arrays whose values are kept; `coordinates`:
-  /// whether those are.
+  /// `schema` is borrowed. `arrays`: the static point arrays whose values are kept. `coordinates`:
+  /// whether coordinates are kept, too.
   VertexBuffer(const Schema& schema, std::vector<std::uint32_t> arrays, bool coordinates);
 
-  /// Vertex `v` of a block; false where there is one of its number.
+  /// Adds vertex `v` of a block. Returns false if there is already a vertex with its number.
   bool add(const MeshBlock& block, std::size_t v, bool in_box);
-  /// Null where there is none of that number. Valid until the next call of add().
+  /// Returns null if there is no vertex with this number. The pointer is valid until the next call
+  /// of add().
   Vertex* find(std::uint64_t number);
   void remove(std::uint64_t number);
   void clear();
 
-  /// NaN where coordinates are not kept.
+  /// NaN if coordinates are not kept.
   std::array<double, 3> point(const Vertex& vertex) const;
-  /// Appends number, coordinates and values, as far as they are kept.
+  /// Appends the number, and the coordinates and values if they are kept.
   void give(const Vertex& vertex, MeshBlock& out) const;
-  /// How many of them are in the box.
+  /// Number of vertices in the box.
   std::size_t in_box() const { return in_box_; }
-  /// visit(vertex) for all, in no order.
+  /// Calls visit(vertex) for all vertices in no particular order.
   template <class Visit>
   void for_each(Visit&& visit) const {
     for (const auto& [number, vertex] : vertices_) visit(vertex);
@@ -53,11 +54,11 @@ class VertexBuffer {
  private:
   const Schema* schema_;
   std::vector<std::uint32_t> arrays_;
-  std::vector<std::size_t> strides_;  // of the arrays
+  std::vector<std::size_t> strides_;  // by entry of arrays_
   std::size_t xyz_bytes_, record_bytes_;
   std::unordered_map<std::uint64_t, Vertex> vertices_;
   std::vector<std::byte> records_;
-  std::vector<std::size_t> free_;  // records
+  std::vector<std::size_t> free_;  // offsets of unused records
   std::size_t in_box_ = 0;
 };
 

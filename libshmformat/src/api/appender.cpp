@@ -1,4 +1,4 @@
-// Appender: copies the chunks of the old file, and goes on with steps where it ended.
+// Appender: copies the chunks of the old file and continues with further steps.
 #include "shm/appender.h"
 
 #include <algorithm>
@@ -23,7 +23,7 @@ using container::ChunkKind;
 using container::IndexEntry;
 
 constexpr std::uint32_t kLeastKeySteps = 8;
-/// A chunk of values that stand together is no larger.
+/// Largest possible size of a chunk whose parts may share it with further parts.
 constexpr std::uint64_t kMostUnfinished =
     container::kLongHeaderBytes + container::kMostStepHeadBytes + container::kPartBytesTogether;
 
@@ -50,12 +50,12 @@ class __attribute__((visibility("hidden"))) Appender::Impl {
 
  private:
   using Streams = std::map<std::string, std::uint64_t>;
-  /// What the old file has of a stepped array.
+  /// State of a stepped array in the old file.
   struct Array {
     std::optional<std::uint64_t> last_step;
-    std::uint32_t run = 0;     ///< steps since the last key step, it included
-    bool last_refers = false;  ///< whether the last one refers to others
-    bool remembered = false;   ///< the encoder knows of it
+    std::uint32_t run = 0;     ///< steps since the last key step, including it
+    bool last_refers = false;  ///< the last step refers to others
+    bool remembered = false;   ///< remember() has passed it to the encoder
   };
 
   void look_at_steps();
@@ -79,13 +79,13 @@ class __attribute__((visibility("hidden"))) Appender::Impl {
   Calls calls_;
   bool with_extras_ = true;
 
-  std::optional<FileWriter> writer_;  // once the old chunks are copied
+  std::optional<FileWriter> writer_;  // from the time on when the old chunks have been copied
   std::optional<StepTopology> topology_;
   StepEncoder* encoder_ = nullptr;
 };
 
 Result<void> Appender::Impl::open() {
-  if (auto good = file_.open(); !good) return good;
+  if (auto status = file_.open(); !status) return status;
   auto reader = StepReader::open(*source_, file_.limits());
   if (!reader) return reader.error();
   reader_ = std::move(*reader);
@@ -93,7 +93,8 @@ Result<void> Appender::Impl::open() {
   return {};
 }
 
-/// The StepReader has checked that chunks of a step stand together, and that steps ascend.
+/// Must hold: the StepReader has checked that the chunks of a step are contiguous and that the
+/// steps of an array ascend.
 void Appender::Impl::look_at_steps() {
   arrays_.resize(schema().arrays.size());
   const auto end_step = [&](Array& array) {
@@ -114,7 +115,7 @@ void Appender::Impl::look_at_steps() {
     if (array.last_step) end_step(array);
 }
 
-/// The schema is repeated at the end, if at all; so are the times.
+/// Selects the chunks to copy. A repeated schema is never copied; finish() repeats it if necessary.
 Result<ChunkCopy> Appender::Impl::copy_of(bool with_steps, bool with_times, bool with_extras,
                                           const IndexEntry* without) {
   return ChunkCopy::of(*source_, file_.index().entries, file_.index_offset(),
@@ -128,11 +129,11 @@ Result<ChunkCopy> Appender::Impl::copy_of(bool with_steps, bool with_times, bool
                        });
 }
 
-/// The last chunk of step values, if those that come may stand in it, too; else null.
+/// Returns the last chunk of step values if further parts may share it, otherwise null.
 const IndexEntry* Appender::Impl::unfinished_parts() const {
   const auto& entries = file_.index().entries;
-  const auto last = std::find_if(entries.rbegin(), entries.rend(), [](const IndexEntry& it) {
-    return it.is(ChunkKind::step_values);
+  const auto last = std::find_if(entries.rbegin(), entries.rend(), [](const IndexEntry& entry) {
+    return entry.is(ChunkKind::step_values);
   });
   if (last == entries.rend() || file_.index().version == 0) return nullptr;
   const bool waits = std::all_of(last->parts.begin(), last->parts.end(), [&](const auto& part) {
@@ -141,8 +142,8 @@ const IndexEntry* Appender::Impl::unfinished_parts() const {
   return waits && last->bytes <= kMostUnfinished ? &*last : nullptr;
 }
 
-/// The bytes of the streams in the chunks that were copied, by name. `with_steps`: those of all
-/// step values.
+/// Returns the coded bytes of the copied chunks by stream name. `with_steps`: includes all step
+/// values.
 Result<Appender::Impl::Streams> Appender::Impl::streams(const ChunkCopy& copy,
                                                         bool with_steps) const {
   const auto summary = read_summary(*source_, file_.limits());
@@ -180,15 +181,15 @@ Result<std::unique_ptr<ByteSource>> Appender::Impl::without_steps() {
   return copy->read(*source_, std::move(tail.bytes));
 }
 
-// --- what comes behind
+// --- appending
 
 Result<void> Appender::Impl::drop_extras() {
-  if (writer_) return misuse_error("extras are dropped before anything is written", "extras");
+  if (writer_) return misuse_error("drop_extras comes after something was written", "extras");
   with_extras_ = false;
   return {};
 }
 
-/// Copies what stays.
+/// Copies the chunks that are kept, at the first call.
 Result<void> Appender::Impl::begin() {
   if (writer_) return {};
   const IndexEntry* last = unfinished_parts();
@@ -206,7 +207,7 @@ Result<void> Appender::Impl::begin() {
   if (!schema_chunk) return schema_chunk.error();
   auto copied = streams(*copy, true);
   if (!copied) return copied.error();
-  if (auto good = copy->write(*source_, *sink_); !good) return good;
+  if (auto status = copy->write(*source_, *sink_); !status) return status;
   std::uint64_t steps = 0;
   for (const Array& array : arrays_)
     if (array.last_step) steps = std::max(steps, *array.last_step + 1);
@@ -218,7 +219,7 @@ Result<void> Appender::Impl::begin() {
 Result<void> Appender::Impl::begin_steps() {
   topology_.emplace(schema(), file_.limits().max_group_bytes, needs_of_steps(schema()));
   for (std::size_t g = 0; g < file_.groups().size(); ++g)
-    if (auto good = add_group(file_, g, *topology_); !good) return good;
+    if (auto status = add_group(file_, g, *topology_); !status) return status;
   std::vector<std::uint64_t> elements(arrays_.size());
   for (std::uint32_t a = 0; a < elements.size(); ++a) elements[a] = reader_->elements(a);
   const std::uint32_t key_steps =
@@ -232,7 +233,7 @@ Result<std::vector<std::byte>> Appender::Impl::read_step(std::uint32_t array, st
   request.array = array;
   request.step = step;
   request.numbers = false;
-  if (auto good = reader_->begin(request); !good) return good.error();
+  if (auto status = reader_->begin(request); !status) return status.error();
   std::vector<std::byte> all;
   while (true) {
     auto values = reader_->next();
@@ -242,11 +243,11 @@ Result<std::vector<std::byte>> Appender::Impl::read_step(std::uint32_t array, st
   }
 }
 
-/// Gives the encoder what a step that follows may refer to.
+/// Passes the encoder the old steps that the next step may refer to.
 Result<void> Appender::Impl::remember(std::uint32_t array) {
-  Array& it = arrays_[array];
-  if (std::exchange(it.remembered, true) || !it.last_step) return {};
-  encoder_->go_on(array, *it.last_step, it.run);
+  Array& known = arrays_[array];
+  if (std::exchange(known.remembered, true) || !known.last_step) return {};
+  encoder_->go_on(array, *known.last_step, known.run);
   if (!encoder_->refers_to(array, StepReference::before)) return {};
   const std::vector<std::uint64_t> steps = reader_->steps(array);
   const std::size_t wanted = encoder_->refers_to(array, StepReference::trend) ? 2 : 1;
@@ -260,39 +261,40 @@ Result<void> Appender::Impl::remember(std::uint32_t array) {
 
 Result<void> Appender::Impl::add_step_values(std::uint32_t array, std::uint64_t step,
                                              std::span<const std::byte> values) {
-  if (auto good = begin(); !good) return good;
-  if (auto good = writer_->check_step_values(array, values); !good) return good;
+  if (auto status = begin(); !status) return status;
+  if (auto status = writer_->check_step_values(array, values); !status) return status;
   if (encoder_ == nullptr)
-    if (auto good = begin_steps(); !good) return good;
-  if (auto good = remember(array); !good) return good;
+    if (auto status = begin_steps(); !status) return status;
+  if (auto status = remember(array); !status) return status;
   return writer_->add_step_values(array, step, values);
 }
 
 Result<void> Appender::Impl::set_step_times(std::span<const double> times) {
-  if (auto good = begin(); !good) return good;
+  if (auto status = begin(); !status) return status;
   return writer_->set_step_times(times);
 }
 
 Result<void> Appender::Impl::add_extra(const Extra& extra) {
-  if (auto good = FileWriter::check(extra); !good) return good;
-  if (auto good = begin(); !good) return good;
+  if (auto status = FileWriter::check(extra); !status) return status;
+  if (auto status = begin(); !status) return status;
   return writer_->add_extra(extra);
 }
 
 Result<SizeReport> Appender::Impl::finish() {
   return calls_.finish([&]() -> Result<SizeReport> {
-    if (auto good = begin(); !good) return good.error();
+    if (auto status = begin(); !status) return status.error();
     const auto& entries = file_.index().entries;
-    const bool had_times = std::any_of(entries.begin(), entries.end(), [](const IndexEntry& it) {
-      return it.is(ChunkKind::step_times);
+    const bool had_times = std::any_of(entries.begin(), entries.end(), [](const IndexEntry& entry) {
+      return entry.is(ChunkKind::step_times);
     });
     if (had_times && !writer_->has_times())
-      if (auto good = writer_->set_step_times(reader_->step_times()); !good) return good.error();
+      if (auto status = writer_->set_step_times(reader_->step_times()); !status)
+        return status.error();
     return writer_->finish(totals());
   });
 }
 
-// --- the face
+// --- public interface
 
 Appender::Appender(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Appender::Appender(Appender&&) noexcept = default;
@@ -303,7 +305,7 @@ Result<Appender> Appender::open(RandomSource& file, ByteSink& sink, const Append
                                 const ReadLimits& limits) {
   if (options.level > Level::best) return misuse_error("unknown level", "options");
   auto impl = std::make_unique<Impl>(file, sink, options, limits);
-  if (auto good = impl->open(); !good) return good.error();
+  if (auto status = impl->open(); !status) return status.error();
   return Appender(std::move(impl));
 }
 const Schema& Appender::schema() const { return impl_->schema(); }

@@ -1,4 +1,4 @@
-// Archives: members back to back, and a list of them at the end.
+// Archives: members one after the other, and a list of them at the end.
 #include "shm/archive.h"
 
 #include <algorithm>
@@ -18,38 +18,39 @@ namespace {
 
 constexpr std::size_t kLongestName = 255;
 
-/// The file start at the front of `head`; false where there is none.
+/// Reads the file start at the beginning of `head`. Returns false if there is none.
 bool file_start(std::span<const std::byte> head, container::FileStart& start) {
   ByteReader in(head);
   return container::get(in, start);
 }
 
-/// What a member writes: counted, and its first bytes kept.
+/// Passes the bytes of a member on, counts them, and keeps the first ones.
 class MemberSink final : public ByteSink {
  public:
   explicit MemberSink(ByteSink& sink) : sink_(&sink) {}
   Result<void> write(std::span<const std::byte> more) override {
     if (error_) return *error_;
-    if (!open_) return *(error_ = misuse_error("is written to a member that has ended", "archive"));
+    if (!open_) return *(error_ = misuse_error("a write to a member that has ended", "archive"));
     for (std::size_t i = 0; i < more.size() && bytes_ + i < head_.size(); ++i)
       head_[static_cast<std::size_t>(bytes_) + i] = more[i];
     bytes_ += more.size();
-    auto good = sink_->write(more);
-    if (!good) error_ = good.error();
-    return good;
+    auto result = sink_->write(more);
+    if (!result) error_ = result.error();
+    return result;
   }
   void begin() {
     bytes_ = 0;
     open_ = true;
   }
-  /// Bytes of the member; misuse where it does not begin as a .shm file of one mesh.
+  /// Returns the bytes of the member. Fails with ErrorCode::misuse if they do not begin like a .shm
+  /// file of one mesh.
   Result<std::uint64_t> end() {
     open_ = false;
     if (error_) return *error_;
     container::FileStart start;
     const auto size = static_cast<std::size_t>(std::min<std::uint64_t>(bytes_, head_.size()));
     if (!file_start(std::span(head_).first(size), start))
-      return misuse_error("a member is no .shm file", "archive");
+      return misuse_error("a member is not a .shm file", "archive");
     if ((start.needed_features & container::kArchiveFeature) != 0)
       return misuse_error("a member is an archive", "archive");
     return bytes_;
@@ -60,7 +61,7 @@ class MemberSink final : public ByteSink {
   std::array<std::byte, container::kFileStartBytes> head_{};
   std::uint64_t bytes_ = 0;
   bool open_ = false;
-  std::optional<Error> error_;  // the first one
+  std::optional<Error> error_;  // the first error
 };
 
 }  // namespace
@@ -84,7 +85,7 @@ class __attribute__((visibility("hidden"))) ArchiveWriter::Impl {
     return sink_->write(out.bytes);
   }
   Result<ByteSink*> add_member(const std::string& name) {
-    if (auto good = end_member(); !good) return good.error();
+    if (auto status = end_member(); !status) return status.error();
     if (!is_member_name(name))
       return fail(misuse_error("'" + name + "' cannot be a member's name", "archive"));
     if (!names_.insert(name).second)
@@ -95,16 +96,16 @@ class __attribute__((visibility("hidden"))) ArchiveWriter::Impl {
     return &member_;
   }
   Result<std::uint64_t> finish() {
-    if (auto good = end_member(); !good) return good.error();
+    if (auto status = end_member(); !status) return status.error();
     ByteWriter list;
     container::put(list, list_);
     container::ChunkWriter chunks(*sink_);
-    if (auto good = chunks.write(container::ChunkKind::members, list.bytes); !good)
-      return fail(good.error());
+    if (auto status = chunks.write(container::ChunkKind::members, list.bytes); !status)
+      return fail(status.error());
     ByteWriter trailer;
     container::put_trailer(trailer, bytes_);
-    if (auto good = sink_->write(trailer.bytes); !good) return fail(good.error());
-    if (auto good = sink_->commit(); !good) return fail(good.error());
+    if (auto status = sink_->write(trailer.bytes); !status) return fail(status.error());
+    if (auto status = sink_->commit(); !status) return fail(status.error());
     failed_ = misuse_error("is finished", "archive");
     return bytes_ + chunks.offset() + trailer.bytes.size();
   }
@@ -114,7 +115,7 @@ class __attribute__((visibility("hidden"))) ArchiveWriter::Impl {
     failed_ = error;
     return error;
   }
-  /// Also fails with what went wrong before.
+  /// Fails if an earlier call failed.
   Result<void> end_member() {
     if (failed_) return *failed_;
     if (!std::exchange(in_member_, false)) return {};
@@ -141,7 +142,7 @@ ArchiveWriter::~ArchiveWriter() = default;
 
 Result<ArchiveWriter> ArchiveWriter::create(ByteSink& sink) {
   auto impl = std::make_unique<Impl>(sink);
-  if (auto good = impl->start(); !good) return good.error();
+  if (auto status = impl->start(); !status) return status.error();
   return ArchiveWriter(std::move(impl));
 }
 Result<ByteSink*> ArchiveWriter::add_member(const std::string& name) {
@@ -161,10 +162,10 @@ Result<ArchiveReader> ArchiveReader::open(RandomSource& source, const ReadLimits
   };
   std::array<std::byte, container::kFileStartBytes> head{};
   container::FileStart start;
-  if (source.size() < head.size()) return wrong("this is no archive", 0);
-  if (auto good = source.read_at(0, head); !good) return good.error();
+  if (source.size() < head.size()) return wrong("this is not an archive", 0);
+  if (auto status = source.read_at(0, head); !status) return status.error();
   if (!file_start(head, start) || (start.needed_features & container::kArchiveFeature) == 0)
-    return wrong("this is no archive", 0);
+    return wrong("this is not an archive", 0);
   if (!container::is_known_version(start) || start.needed_features != container::kArchiveFeature)
     return wrong("the archive needs a newer reader", 0, ErrorCode::unsupported);
 
@@ -174,15 +175,14 @@ Result<ArchiveReader> ArchiveReader::open(RandomSource& source, const ReadLimits
   if (!payload) return payload.error();
   ByteReader in(*payload);
   container::MemberList list;
-  if (!container::get(in, list) || list.start != start)
-    return wrong("makes no sense", place->offset);
+  if (!container::get(in, list) || list.start != start) return wrong("is invalid", place->offset);
 
   ArchiveReader archive;
   std::set<std::string_view> names;
   std::uint64_t offset = container::kFileStartBytes;
   for (const container::Member& member : list.members) {
     if (!is_member_name(member.name) || !names.insert(member.name).second)
-      return wrong("a name that no member may have, or that two have", place->offset);
+      return wrong("an invalid or repeated member name", place->offset);
     if (member.bytes > place->offset - offset)
       return wrong("member '" + member.name + "' would not fit into the file", place->offset);
     archive.members_.push_back({member.name, offset, member.bytes});

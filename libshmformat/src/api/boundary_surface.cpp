@@ -1,5 +1,5 @@
-// BoundaryFinder and read_boundary(): the search of the room boundary, fed by a caller, an
-// extractor or a Reader.
+// BoundaryFinder and read_boundary(): run a BoundarySearch on blocks from a caller, an extractor or
+// a Reader.
 #include "shm/boundary_surface.h"
 
 #include <algorithm>
@@ -18,7 +18,7 @@ class __attribute__((visibility("hidden"))) BoundaryFinder::Impl {
       : schema_(schema), search_(schema_, options) {}
 
   Result<void> add(const MeshBlock& block) {
-    if (ended_) return misuse_error("blocks come before the values of steps", "boundary");
+    if (ended_) return misuse_error("blocks must come before step values", "boundary");
     return search_.add(block);
   }
   Result<void> add(std::uint32_t array, std::uint64_t step, std::uint64_t first,
@@ -42,8 +42,9 @@ Result<void> BoundaryFinder::Impl::add(std::uint32_t array, std::uint64_t step, 
                                        std::span<const std::byte> values,
                                        std::span<const std::uint64_t> numbers) {
   if (finished_ || array >= schema_.arrays.size())
-    return misuse_error("no values of array " + std::to_string(array) + " can come", "boundary");
-  if (auto good = end_mesh(); !good) return good;
+    return misuse_error("values of array " + std::to_string(array) + " are not possible",
+                        "boundary");
+  if (auto status = end_mesh(); !status) return status;
   if (numbers.empty())
     search_.found().fill(array, step, first, values);
   else
@@ -52,8 +53,8 @@ Result<void> BoundaryFinder::Impl::add(std::uint32_t array, std::uint64_t step, 
 }
 
 Result<BoundarySurface> BoundaryFinder::Impl::finish() {
-  if (std::exchange(finished_, true)) return misuse_error("it is finished", "boundary");
-  if (auto good = end_mesh(); !good) return good.error();
+  if (std::exchange(finished_, true)) return misuse_error("the search is finished", "boundary");
+  if (auto status = end_mesh(); !status) return status.error();
   SurfaceBuilder& found = search_.found();
   const std::size_t unfilled = found.unfilled();
   if (unfilled < found.arrays().size()) {
@@ -90,7 +91,7 @@ Result<BoundarySurface> BoundaryFinder::finish() { return impl_->finish(); }
 
 namespace {
 
-/// Those that are asked for, each once, ascending.
+/// Returns the requested static arrays, ascending and without duplicates.
 std::vector<std::uint32_t> static_arrays_of(const Schema& schema, const BoundaryOptions& options) {
   std::vector<std::uint32_t> arrays;
   for (const BoundaryArray& array : options.arrays)
@@ -100,12 +101,12 @@ std::vector<std::uint32_t> static_arrays_of(const Schema& schema, const Boundary
   return arrays;
 }
 
-/// The steps that are asked for, in the order in which they cost least.
+/// Returns the requested steps, without duplicates, in the order in which reading them costs least.
 std::vector<BoundaryArray> steps_of(const Schema& schema, const BoundaryOptions& options) {
   std::vector<BoundaryArray> steps;
   for (const BoundaryArray& array : options.arrays)
     if (schema.arrays[array.array].per_step) steps.push_back(array);
-  const auto key = [](const BoundaryArray& it) { return std::pair(it.array, it.step); };
+  const auto key = [](const BoundaryArray& wanted) { return std::pair(wanted.array, wanted.step); };
   std::sort(steps.begin(), steps.end(),
             [&](const auto& a, const auto& b) { return key(a) < key(b); });
   steps.erase(std::unique(steps.begin(), steps.end(),
@@ -116,19 +117,19 @@ std::vector<BoundaryArray> steps_of(const Schema& schema, const BoundaryOptions&
 
 Result<void> read_steps(StepReader& reader, const std::vector<BoundaryArray>& steps,
                         BoundaryFinder& finder) {
-  for (const BoundaryArray& it : steps) {
-    if (auto good = reader.begin({it.array, it.step, {}, false}); !good) return good;
+  for (const BoundaryArray& wanted : steps) {
+    if (auto status = reader.begin({wanted.array, wanted.step, {}, false}); !status) return status;
     while (true) {
       const auto values = reader.next();
       if (!values) return values.error();
       if (*values == nullptr) break;
-      if (auto good = finder.add(it.array, it.step, **values); !good) return good;
+      if (auto status = finder.add(wanted.array, wanted.step, **values); !status) return status;
     }
   }
   return {};
 }
 
-/// How many of the elements of a stream's stepped arrays have come.
+/// Counts how many elements of the requested steps a stream has delivered.
 class AwaitedSteps {
  public:
   AwaitedSteps(const Schema& schema, std::vector<BoundaryArray> steps)
@@ -145,7 +146,7 @@ class AwaitedSteps {
       if (steps_[i].array == piece.array && steps_[i].step == piece.step)
         come_[i] += piece.values.size() / (scalar_bytes(info.type) * info.components);
   }
-  /// Whether nothing of what follows is wanted.
+  /// Returns true if all requested steps are complete.
   bool have_come() const {
     for (std::size_t i = 0; i < steps_.size(); ++i)
       if (come_[i] < elements(steps_[i].array)) return false;
@@ -182,22 +183,22 @@ Result<BoundarySurface> read_boundary(RandomSource& source, const BoundaryOption
     const auto opened = mesh->step_reader();
     if (!opened) return opened.error();
     step_reader = *opened;
-    // What has no values at its step fails before the mesh is read.
-    for (const BoundaryArray& it : steps)
-      if (auto good = step_reader->begin({it.array, it.step, {}, false}); !good)
-        return good.error();
+    // Fail before reading the mesh if an array has no values at its step.
+    for (const BoundaryArray& wanted : steps)
+      if (auto status = step_reader->begin({wanted.array, wanted.step, {}, false}); !status)
+        return status.error();
   }
   ExtractRequest request;
   request.arrays = static_arrays_of(mesh->schema(), options);
-  if (auto good = mesh->begin(request, reading); !good) return good.error();
+  if (auto status = mesh->begin(request, reading); !status) return status.error();
   while (true) {
     const auto block = mesh->next();
     if (!block) return block.error();
     if (*block == nullptr) break;
-    if (auto good = finder->add(**block); !good) return good.error();
+    if (auto status = finder->add(**block); !status) return status.error();
   }
   if (step_reader != nullptr)
-    if (auto good = read_steps(*step_reader, steps, *finder); !good) return good.error();
+    if (auto status = read_steps(*step_reader, steps, *finder); !status) return status.error();
   return finder->finish();
 }
 
@@ -214,11 +215,11 @@ Result<BoundarySurface> read_boundary(ByteSource& source, const BoundaryOptions&
     if (*item == nullptr) break;
     if (const auto* block = std::get_if<MeshBlock>(*item)) {
       steps.count(*block);
-      if (auto good = finder->add(*block); !good) return good.error();
+      if (auto status = finder->add(*block); !status) return status.error();
     }
     if (const auto* piece = std::get_if<StepPiece>(*item)) {
       steps.count(*piece);
-      if (auto good = finder->add(*piece); !good) return good.error();
+      if (auto status = finder->add(*piece); !status) return status.error();
       if (steps.have_come()) break;
     }
   }

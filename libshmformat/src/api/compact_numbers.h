@@ -1,4 +1,5 @@
-// CompactNumbers: a long list of numbers, 4 bytes each while all are below 2^32, else 8.
+// CompactNumbers: a long list of numbers. Each takes 4 bytes as long as all are below 2^32, and 8
+// bytes otherwise.
 #pragma once
 
 #include <cstddef>
@@ -11,13 +12,13 @@ namespace shm {
 class CompactNumbers {
  public:
   CompactNumbers() = default;
-  /// 0, 1 and so on. Room for all that come later is the caller's to make.
+  /// Returns the numbers 0, 1, ..., count - 1. Does not reserve memory for more.
   static CompactNumbers counted(std::size_t count) {
     CompactNumbers numbers = zeros(count);
     for (std::size_t i = 0; i < count; ++i) numbers.set(i, i);
     return numbers;
   }
-  /// `count` zeros, to be set to numbers below `count`.
+  /// Returns `count` zeros, which the caller will set to numbers below `count`.
   static CompactNumbers zeros(std::size_t count) {
     CompactNumbers numbers;
     numbers.is_wide_ = count > kMostNarrow;
@@ -36,7 +37,7 @@ class CompactNumbers {
     else
       narrow_.reserve(count);
   }
-  /// Must hold for both: i < size().
+  /// Must hold for both functions: i < size().
   std::uint64_t operator[](std::size_t i) const { return is_wide_ ? wide_[i] : narrow_[i]; }
   void set(std::size_t i, std::uint64_t number) {
     if (number > kMostNarrow) widen();
@@ -62,7 +63,8 @@ class CompactNumbers {
     narrow_ = std::vector<std::uint32_t>();
   }
 
-  bool is_wide_ = false;  // all are in wide_, since one needs it; else all in narrow_
+  bool is_wide_ = false;  // true: all numbers are in wide_, since one of them needs it; false: all
+                          // are in narrow_
   std::vector<std::uint32_t> narrow_;
   std::vector<std::uint64_t> wide_;
 };

@@ -1,4 +1,4 @@
-// FileWriter: what a file has beside its groups, into chunks.
+// FileWriter: writes everything in a file except the contents of groups.
 #include "api/file_writer.h"
 
 #include <algorithm>
@@ -14,15 +14,17 @@ namespace {
 
 using container::ChunkKind;
 
-/// From this many bytes on the schema is repeated before the index, for whoever must repair.
+/// Files of this size and above repeat the schema before the index, to help a reader that must
+/// repair the file.
 constexpr std::uint64_t kRepeatSchemaFrom = std::uint64_t{1} << 20;
-/// Extras are packed together up to so many bytes: no more are lost where one byte is.
+/// Limit of the bytes of extras that are packed together, so that one damaged byte does not lose
+/// more.
 constexpr std::uint64_t kExtrasTogether = std::uint64_t{1} << 18;
 
 }  // namespace
 
 Result<void> FileWriter::start() {
-  if (auto good = chunks_.start(start_); !good) return good;
+  if (auto status = chunks_.start(start_); !status) return status;
   return write_schema();
 }
 
@@ -40,14 +42,14 @@ Result<void> FileWriter::go_on_with_parts(std::span<const std::byte> payload) {
   ByteReader in(payload);
   const std::uint8_t version = container::version_of_chunk(ChunkKind::step_values, start_);
   if (!container::get(in, parts_, version, payload.size()))
-    return Error{ErrorCode::corrupt, "its header makes no sense", "step values", kNoOffset, {}};
+    return Error{ErrorCode::corrupt, "its header is invalid", "step values", kNoOffset, {}};
   const auto bytes = in.get_bytes(in.left());
   part_bytes_.assign(bytes.begin(), bytes.end());
   return {};
 }
 
 Result<void> FileWriter::adopt(const container::Index& part, std::uint64_t bytes) {
-  if (auto good = chunks_.adopt(part.entries, bytes); !good) return good;
+  if (auto status = chunks_.adopt(part.entries, bytes); !status) return status;
   for (const auto& [name, size] : part.streams) stream_bytes_[name] += size;
   steps_ = std::max(steps_, part.steps);
   return {};
@@ -70,13 +72,13 @@ Result<void> FileWriter::write_schema() {
   return write(ChunkKind::schema, payload.bytes);
 }
 
-/// All chunks but the index.
+/// Writes any chunk except the index.
 Result<void> FileWriter::write(ChunkKind kind, std::span<const std::byte> payload,
                                const container::IndexEntry& entry) {
   if (kind != ChunkKind::extra)
-    if (auto good = write_extras(); !good) return good;
+    if (auto status = write_extras(); !status) return status;
   if (kind != ChunkKind::step_values)
-    if (auto good = write_parts(); !good) return good;
+    if (auto status = write_parts(); !status) return status;
   return chunks_.write(kind, payload, entry, container::version_of_chunk(kind, start_));
 }
 
@@ -113,15 +115,17 @@ StepEncoder& FileWriter::begin_steps(StepTopology& topology, std::vector<std::ui
 Result<void> FileWriter::check_step_values(std::uint32_t array,
                                            std::span<const std::byte> values) const {
   if (array >= schema_->arrays.size() || !schema_->arrays[array].per_step)
-    return misuse_error("array " + std::to_string(array) + " is no stepped array", "steps");
+    return misuse_error("array " + std::to_string(array) + " is not a stepped array", "steps");
   const ArrayInfo& info = schema_->arrays[array];
   if (values.size() % (scalar_bytes(info.type) * info.components) != 0)
     return misuse_error("values end within an element", "steps");
   return {};
 }
 
-/// Small ones of the first group do that nobody needs another group for: whoever reads one array
-/// reads little else then, and parts of a mesh that are written apart have nothing in between.
+/// Returns true if this part may share a chunk with others: it is small, belongs to group 0 and
+/// covers the whole array. Other parts get chunks of their own, so that reading one array reads
+/// little of others, and so that the parts of an array that several writers write follow each other
+/// directly.
 bool FileWriter::stands_with_others(const container::StepPart& part) const {
   return container::version_of_chunk(ChunkKind::step_values, start_) > 0 &&
          part.header.group == 0 && part.header.count == step_values_->elements(part.header.array) &&
@@ -130,19 +134,19 @@ bool FileWriter::stands_with_others(const container::StepPart& part) const {
 
 Result<void> FileWriter::add_part(const container::StepHeader& header, std::uint64_t first,
                                   std::span<const std::byte> bytes) {
-  if (auto good = write_extras(); !good) return good;
+  if (auto status = write_extras(); !status) return status;
   const container::StepPart part{header, bytes.size()};
   const bool with_others = stands_with_others(part);
   if (!with_others || parts_.size() == container::kMostStepParts ||
       part_bytes_.size() + bytes.size() > container::kPartBytesTogether)
-    if (auto good = write_parts(); !good) return good;
+    if (auto status = write_parts(); !status) return status;
   parts_.push_back(part);
   part_bytes_.insert(part_bytes_.end(), bytes.begin(), bytes.end());
   stream_bytes_[array_key(header.array)] += bytes.size();
   return with_others ? Result<void>() : write_parts(first);
 }
 
-/// `first`: of the elements of each, the number in its array.
+/// `first`: index of the first element of each part within its array.
 Result<void> FileWriter::write_parts(std::uint64_t first) {
   if (parts_.empty()) return {};
   ByteWriter payload;
@@ -160,7 +164,7 @@ Result<void> FileWriter::write_parts(std::uint64_t first) {
 
 Result<void> FileWriter::set_step_times(std::span<const double> times) {
   if (std::exchange(times_set_, true)) return misuse_error("step times were set before", "steps");
-  if (auto good = end_step_array(); !good) return good;
+  if (auto status = end_step_array(); !status) return status;
   if (times.empty() && container::version_of_chunk(ChunkKind::index, start_) > 0) return {};
   ByteWriter blob, payload;
   for (double time : times) blob.put_f64(time);
@@ -189,41 +193,42 @@ Result<void> FileWriter::check(const Extra& extra) {
 }
 
 Result<void> FileWriter::add_extra(const Extra& extra) {
-  if (auto good = end_step_array(); !good) return good;
-  if (auto good = write_parts(); !good) return good;
+  if (auto status = end_step_array(); !status) return status;
+  if (auto status = write_parts(); !status) return status;
   const std::uint64_t bytes = extra.key.size() + extra.data.size();
   if (extra_bytes_ + bytes > kExtrasTogether || extras_.size() == kMostExtras)
-    if (auto good = write_extras(); !good) return good;
+    if (auto status = write_extras(); !status) return status;
   extras_.push_back(extra);
   extra_bytes_ += bytes;
   return {};
 }
 
-/// Those that came since the last chunk.
+/// Writes the extras added since the last chunk.
 Result<void> FileWriter::write_extras() {
   const std::vector<Extra> extras = std::exchange(extras_, {});
   extra_bytes_ = 0;
   const bool together = container::version_of_chunk(ChunkKind::extra, start_) > 0;
   for (std::size_t i = 0; i < extras.size(); i += together ? extras.size() : 1) {
     auto payload = together ? extras_payload(extras) : extra_payload(extras[i]);
-    // What a reader has no budget for is packed so that it has.
+    // If the extras exceed a reader's budget, pack them less tightly: the budget grows with the
+    // bytes of the file, at least as fast as such a chunk needs it.
     std::uint64_t bytes = 0;
     for (const Extra& extra : extras) bytes += bytes_of(extra);
     if (together && bytes > budget_.left(chunks_.offset() + payload.size()))
       payload = extras_payload(extras, Packing::bounded);
     budget_.take(bytes);
     stream_bytes_["extras"] += payload.size();
-    if (auto good = write(ChunkKind::extra, payload); !good) return good;
+    if (auto status = write(ChunkKind::extra, payload); !status) return status;
   }
   return {};
 }
 
 Result<SizeReport> FileWriter::finish(container::Index totals) {
-  if (auto good = end_step_array(); !good) return good.error();
-  if (auto good = write_parts(); !good) return good.error();
-  if (auto good = write_extras(); !good) return good.error();
+  if (auto status = end_step_array(); !status) return status.error();
+  if (auto status = write_parts(); !status) return status.error();
+  if (auto status = write_extras(); !status) return status.error();
   if (chunks_.offset() >= kRepeatSchemaFrom)
-    if (auto good = write_schema(); !good) return good.error();
+    if (auto status = write_schema(); !status) return status.error();
   SizeReport report;
   report.vertices = totals.vertices;
   report.cells = totals.cells;
@@ -235,7 +240,7 @@ Result<SizeReport> FileWriter::finish(container::Index totals) {
   totals.version = container::version_of_chunk(ChunkKind::index, start_);
   totals.streams.clear();
   for (const auto& [name, bytes] : stream_bytes_) totals.streams.push_back({name, bytes});
-  if (auto good = chunks_.finish(std::move(totals)); !good) return good.error();
+  if (auto status = chunks_.finish(std::move(totals)); !status) return status.error();
 
   report.total_bytes = chunks_.offset();
   report.streams = stream_bytes_;

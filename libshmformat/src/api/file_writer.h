@@ -1,5 +1,5 @@
-// FileWriter: the chunks of a file into a sink, and the index that lists them. Groups come ready
-// from the mesh encoder; step values, times and extras are made here.
+// FileWriter: writes the chunks of a file to a sink, and the index that lists them. Groups come
+// complete from the mesh encoder; step values, times and extras are encoded here.
 // spec: "Container", "Step values", "Step times", "Extras", "Index and trailer"
 #pragma once
 
@@ -20,7 +20,7 @@
 
 namespace shm {
 
-/// The calls of a writer: the first error that one of them has every later one has, too.
+/// Runs the calls of a writer. After the first error every later call fails with the same error.
 class Calls {
  public:
   template <class Work>
@@ -30,7 +30,7 @@ class Calls {
     if (!result) error_ = result.error();
     return result;
   }
-  /// Runs what ends the file: a call behind it is misuse.
+  /// Runs the call that finishes the file. Every call after it is misuse.
   template <class Work>
   Result<SizeReport> finish(Work&& work) {
     if (error_) return *error_;
@@ -45,29 +45,32 @@ class Calls {
 
 class FileWriter {
  public:
-  /// `sink` and `schema`, which is checked, are borrowed.
+  /// `sink` and `schema` are borrowed. Must hold: `schema` has been checked.
   FileWriter(ByteSink& sink, const Schema& schema)
       : schema_(&schema), chunks_(sink), array_keys_(array_stream_names(schema)) {}
   FileWriter(const FileWriter&) = delete;
   FileWriter& operator=(const FileWriter&) = delete;
 
-  /// A new file, of this version: its start and the schema.
+  /// Starts a new file of the current version: writes the file start and the schema.
   Result<void> start();
-  /// A file of which some chunks stand in the sink. `schema`: the payload of its schema chunk; what
-  /// follows is of its version; `streams`: their bytes, as in the index.
+  /// Continues a file some of whose chunks are in the sink already. `schema`: the payload of its
+  /// schema chunk, whose version applies to everything that follows. `streams`: the coded bytes of
+  /// these chunks by stream name, as in the index.
   void go_on(std::vector<std::byte> schema, container::ChunkWriter::State state,
              std::map<std::string, std::uint64_t> streams, std::uint64_t steps);
 
-  /// After go_on(): step values that stood in the last chunk of such, which is not copied: small
-  /// ones that come may stand with them, as they would have stood. `payload`: of that chunk, in the
-  /// version that the file's have; corrupt where it is none.
+  /// Call it after go_on() if the last chunk of step values has not been copied. Its parts are
+  /// written again, so that small parts that follow can share the chunk, as if the file had been
+  /// written in one go. `payload`: the payload of that chunk, in the version of the file. Fails
+  /// with ErrorCode::corrupt if it is invalid.
   Result<void> go_on_with_parts(std::span<const std::byte> payload);
 
-  /// Chunks that stand in the file already, behind what was written. `part`: what a take_part()
-  /// listed; its totals are not looked at. Corrupt where they are not `bytes` bytes.
+  /// Adds chunks that are in the sink already, after those written here. `part`: an index that
+  /// take_part() returned; its totals are ignored. Fails with ErrorCode::corrupt if the chunks do
+  /// not add up to `bytes` bytes.
   Result<void> adopt(const container::Index& part, std::uint64_t bytes);
-  /// What the index lists since the beginning, or the last call, and `totals`; forgets it.
-  /// No array and step is at hand.
+  /// Returns `totals` with the index entries and the stream sizes since the start or the last call,
+  /// and forgets these. Must hold: no array and step is being written.
   container::Index take_part(container::Index totals);
   std::uint64_t offset() const { return chunks_.offset(); }
   std::uint32_t chunks() const { return chunks_.count(); }
@@ -76,30 +79,31 @@ class FileWriter {
                            const std::vector<std::vector<std::byte>>& streams);
 
   bool has_step_encoder() const { return step_values_.has_value(); }
-  /// Before the first step values. `topology` is borrowed; the rest as in StepEncoder.
+  /// Call it before the first step values. `topology` is borrowed. The other arguments are those of
+  /// StepEncoder.
   StepEncoder& begin_steps(StepTopology& topology, std::vector<std::uint64_t> elements,
                            std::uint32_t key_steps, Level level);
-  /// Whether `values` may be some of that array.
+  /// Checks that the array is stepped and that `values` consist of whole elements.
   Result<void> check_step_values(std::uint32_t array, std::span<const std::byte> values) const;
-  /// After begin_steps() and check_step_values().
+  /// Must hold: begin_steps() has been called, and check_step_values() has accepted the values.
   Result<void> add_step_values(std::uint32_t array, std::uint64_t step,
                                std::span<const std::byte> values) {
     return step_values_->add(array, step, values);
   }
-  /// Ends the array and step at hand, if there is one. Its values may still wait for others, to
-  /// stand together with them.
+  /// Ends the current array and step, if there is one. Its values may still wait for small parts
+  /// that share their chunk.
   Result<void> end_step_array() { return step_values_ ? step_values_->end_step() : Result<void>(); }
-  /// Writes the values that wait: each all elements of its array.
+  /// Writes the waiting parts, each of which has all elements of its array.
   Result<void> write_parts() { return write_parts(0); }
   bool has_times() const { return times_set_; }
   Result<void> set_step_times(std::span<const double> times);
   static Result<void> check(const Extra& extra);
-  /// After check(). It is written before the next chunk of another kind, with those that come
-  /// until then.
+  /// Must hold: check() has accepted the extra. It is written before the next chunk of another
+  /// kind, together with the other extras added until then.
   Result<void> add_extra(const Extra& extra);
 
-  /// Writes all that is left: the schema once more in a large file, the index, and the trailer.
-  /// `totals`: its totals of the mesh. Nothing may follow.
+  /// Writes everything that is left: in a large file the schema once more, then the index and the
+  /// trailer. `totals`: the totals of the mesh. Must be the last call.
   Result<SizeReport> finish(container::Index totals);
 
  private:
@@ -118,15 +122,17 @@ class FileWriter {
   std::vector<std::string> array_keys_;
   std::map<std::string, std::uint64_t> stream_bytes_;
   container::FileStart start_;
-  UnpackBudget budget_{ReadLimits().max_unpacked_bytes};  // of who reads it
-  std::vector<Extra> extras_;                             // that are still to be written
+  UnpackBudget budget_{ReadLimits().max_unpacked_bytes};  // the default budget of a reader
+  std::vector<Extra> extras_;                             // extras still to be written
   std::uint64_t extra_bytes_ = 0;
-  std::vector<container::StepPart> parts_;  // of step values that are still to be written
+  std::vector<container::StepPart> parts_;  // parts of step values still to be written
   std::vector<std::byte> part_bytes_;
-  std::vector<std::byte> schema_payload_;   // of the file that is gone on with, else empty
-  std::optional<StepEncoder> step_values_;  // from the first ones on
+  std::vector<std::byte>
+      schema_payload_;  // schema payload of the file that is continued; otherwise empty
+  std::optional<StepEncoder> step_values_;  // set by begin_steps()
   bool times_set_ = false;
-  std::uint64_t steps_ = 0;  // of what stood there, and of the times
+  std::uint64_t steps_ =
+      0;  // number of steps according to the chunks adopted or continued, and to the step times
 };
 
 }  // namespace shm

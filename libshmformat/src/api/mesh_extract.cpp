@@ -1,4 +1,4 @@
-// MeshExtractor: walks the segments that may have what is asked for, and picks it.
+// MeshExtractor: visits the segments that may contain requested elements, and picks these.
 #include "shm/mesh_extract.h"
 
 #include <algorithm>
@@ -48,7 +48,7 @@ class __attribute__((visibility("hidden"))) MeshExtractor::Impl {
 
   Result<void> begin(const ExtractRequest& request, const ReadOptions& options);
   Result<MeshBlock*> next();
-  /// None before begin().
+  /// Returns an empty list before begin().
   const std::vector<std::uint64_t>& numbers(
       const std::vector<std::uint64_t>& (PiecePicker::*of)()) {
     return picker_ ? ((*picker_).*of)() : no_numbers_;
@@ -57,15 +57,15 @@ class __attribute__((visibility("hidden"))) MeshExtractor::Impl {
   Result<StepValues*> next_values();
 
  private:
-  /// The groups of a segment that may have something.
+  /// The groups of a segment that may contain requested elements.
   struct Groups {
     std::size_t next = 0, end = 0;
-    std::size_t end_box = 0;  // behind the last one with vertices in the box
+    std::size_t end_box = 0;  // end of the groups with vertices in the box
   };
 
   const Schema& schema() const { return file_->schema(); }
 
-  // the mesh
+  // The mesh.
   void want(const ExtractRequest& request);
   void prefetch_visits();
   Result<MeshBlock*> next_part();
@@ -79,12 +79,12 @@ class __attribute__((visibility("hidden"))) MeshExtractor::Impl {
   Result<void> walk(std::size_t segment, Visit&& visit);
   Result<bool> has_any(std::size_t segment);
   bool needs_no_more() const;
-  /// Whether all that is asked for has come.
+  /// Returns true if all requested elements have come.
   bool has_all() const {
     return !request_->wants_unused() && picker_->found() >= request_->expected();
   }
 
-  // steps
+  // Steps.
   Result<void> find_all_owners();
   Result<void> find_owners(PiecePicker::Imports& left, bool by_box, std::vector<bool>& seen);
   Result<bool> next_segment_values();
@@ -96,23 +96,23 @@ class __attribute__((visibility("hidden"))) MeshExtractor::Impl {
   DecodedParts wanted_;
   std::vector<PieceRequest::Visit> visits_;
   std::size_t next_visit_ = 0;
-  // what is read next
-  std::optional<std::size_t> reading_;  // this segment
-  Groups groups_;                       // of it
+  // State of reading.
+  std::optional<std::size_t> reading_;  // the segment that is being read
+  Groups groups_;                       // its groups
   bool all_read_ = false;
-  bool runs_ahead_ = false;           // what will be read does not depend on what is taken
-  std::optional<Error> error_ahead_;  // behind blocks that have not been taken yet
-  // what is taken
-  std::optional<std::size_t> segment_;  // that the picker is at
-  bool in_group_ = false;               // and whether blocks of its group are to come
+  bool runs_ahead_ = false;           // which groups to read does not depend on the blocks taken
+  std::optional<Error> error_ahead_;  // reported after the blocks that have not been taken yet
+  // State of taking blocks.
+  std::optional<std::size_t> segment_;  // the segment of the block that the picker had last
+  bool in_group_ = false;               // more blocks of its group will follow
   std::optional<PiecePicker> picker_;
   const std::vector<std::uint64_t> no_numbers_;
   bool done_ = false;
   std::optional<Error> error_;
-  std::unique_ptr<DecodingQueue> queue_;  // its threads look at the file
+  std::unique_ptr<DecodingQueue> queue_;  // its threads use file_
 
-  // the values at hand
-  std::set<std::size_t> owner_segments_;  // of the vertices of the piece
+  // The current step values.
+  std::set<std::size_t> owner_segments_;  // segments that own vertices of the piece
   bool owners_known_ = false;
   std::uint32_t array_ = 0;
   std::uint64_t step_ = 0, values_left_ = 0;
@@ -123,7 +123,7 @@ class __attribute__((visibility("hidden"))) MeshExtractor::Impl {
 };
 
 Result<void> MeshExtractor::Impl::open() {
-  if (auto good = file_->open(); !good) return good;
+  if (auto status = file_->open(); !status) return status;
   return file_->expect_totals();
 }
 
@@ -155,7 +155,7 @@ Result<void> MeshExtractor::Impl::begin(const ExtractRequest& request, const Rea
   owners_known_ = in_values_ = false;
   runs_ahead_ = request_->all() || (!request_->wants_unused() && !request_->box() &&
                                     std::none_of(visits_.begin(), visits_.end(),
-                                                 [](const auto& it) { return it.probe; }));
+                                                 [](const auto& visit) { return visit.probe; }));
   queue_ = std::make_unique<DecodingQueue>(
       schema(), file_->limits(), options,
       [this](std::uint64_t group, const container::GroupHeader& header) {
@@ -178,7 +178,7 @@ void MeshExtractor::Impl::want(const ExtractRequest& request) {
   if (!all) wanted_.arrays = std::move(arrays);
 }
 
-/// Tells the source what the visits will read, where that is known.
+/// Announces to the source what the visits will read, as far as that is known.
 void MeshExtractor::Impl::prefetch_visits() {
   std::vector<std::size_t> all;
   for (const PieceRequest::Visit& visit : visits_) {
@@ -197,7 +197,7 @@ void MeshExtractor::Impl::prefetch_visits() {
 Result<MeshBlock*> MeshExtractor::Impl::next() {
   if (error_) return *error_;
   if (done_) return nullptr;
-  if (!queue_) return misuse_error("begin() comes first", "piece");
+  if (!queue_) return misuse_error("call begin() first", "piece");
   auto part = next_part();
   if (!part) error_ = part.error();
   return part;
@@ -206,14 +206,14 @@ Result<MeshBlock*> MeshExtractor::Impl::next() {
 Result<MeshBlock*> MeshExtractor::Impl::next_part() {
   while (true) {
     auto output = next_output();
-    // What threads have read beyond that nobody asked for, nor for its errors.
+    // Threads may have read more than was requested; the blocks and errors beyond are ignored.
     const bool enough = !in_group_ && has_all();
     if (!output && !enough) return output.error();
     if (enough || !*output) {
       if (error_ahead_ && !enough) return *error_ahead_;
       if (segment_) picker_->end_segment();
       queue_.reset();
-      if (auto good = picker_->end_mesh(); !good) return good.error();
+      if (auto status = picker_->end_mesh(); !status) return status.error();
       done_ = true;
       return nullptr;
     }
@@ -228,15 +228,15 @@ Result<MeshBlock*> MeshExtractor::Impl::next_part() {
     in_group_ = !(*output)->block->group_end;
     MeshBlock& block = (*output)->block->mesh;
     fill_lost(block, segment);
-    if (auto good = picker_->pick(block, static_cast<std::size_t>((*output)->group)); !good)
-      return good.error();
+    if (auto status = picker_->pick(block, static_cast<std::size_t>((*output)->group)); !status)
+      return status.error();
     MeshBlock& piece = picker_->piece();
     if (piece.vertex_count() > 0 || piece.cell_count() > 0) return &piece;
   }
 }
 
-/// Nothing at the end. With threads, groups are read while there is room for them, unless it
-/// depends on the blocks before whether they are needed.
+/// Returns nullopt at the end. With threads, reads further groups while the queue has room, unless
+/// earlier blocks decide whether these groups are needed.
 Result<std::optional<DecodingQueue::Output>> MeshExtractor::Impl::next_output() {
   using Wait = DecodingQueue::Wait;
   while (true) {
@@ -253,7 +253,7 @@ Result<std::optional<DecodingQueue::Output>> MeshExtractor::Impl::next_output() 
   }
 }
 
-/// Reads the next group and has it decoded; false where there is none.
+/// Reads the next group and passes it to the queue. Returns false if there is none.
 Result<bool> MeshExtractor::Impl::add_next_group() {
   if (reading_ && (groups_.next == groups_.end || needs_no_more())) reading_.reset();
   if (!reading_) {
@@ -262,11 +262,11 @@ Result<bool> MeshExtractor::Impl::add_next_group() {
   }
   auto chunk = file_->read_group(groups_.next++, parts_of(*reading_));
   if (!chunk) return chunk.error();
-  if (auto good = queue_->add_group(std::move(*chunk)); !good) return good.error();
+  if (auto status = queue_->add_group(std::move(*chunk)); !status) return status.error();
   return true;
 }
 
-/// The next segment that may have something; false where there is none.
+/// Moves to the next segment that may contain requested elements. Returns false if there is none.
 Result<bool> MeshExtractor::Impl::begin_visit() {
   while (next_visit_ < visits_.size()) {
     const PieceRequest::Visit visit = visits_[next_visit_++];
@@ -303,7 +303,7 @@ auto MeshExtractor::Impl::groups_of(std::size_t segment) const -> Groups {
   return groups;
 }
 
-/// What is wanted, and not lost.
+/// Returns the requested parts, without the arrays that are lost in the segment.
 DecodedParts MeshExtractor::Impl::parts_of(std::size_t segment) const {
   const auto lost = file_->lost_arrays(segment);
   DecodedParts parts = wanted_;
@@ -314,7 +314,7 @@ DecodedParts MeshExtractor::Impl::parts_of(std::size_t segment) const {
   return parts;
 }
 
-/// Wanted values that are lost become NaN, and integers 0.
+/// Fills requested values that are lost: floating-point values with NaN, integers with 0.
 void MeshExtractor::Impl::fill_lost(MeshBlock& block, std::size_t segment) const {
   for (const std::uint32_t a : file_->lost_arrays(segment)) {
     if (a >= schema().arrays.size() || schema().arrays[a].per_step || !wanted_.includes_array(a))
@@ -329,7 +329,8 @@ void MeshExtractor::Impl::fill_lost(MeshBlock& block, std::size_t segment) const
   }
 }
 
-/// The cells and the numbers of a whole segment, without values, until visit(block) is false.
+/// Decodes the cells and numbers of a whole segment, without values. Calls visit(block) for each
+/// block until it returns false.
 template <class Visit>
 Result<void> MeshExtractor::Impl::walk(std::size_t segment, Visit&& visit) {
   DecodedParts parts = DecodedParts::without_values();
@@ -338,8 +339,8 @@ Result<void> MeshExtractor::Impl::walk(std::size_t segment, Visit&& visit) {
   for (std::size_t g = file_->first_group(segment); g < file_->first_group(segment + 1); ++g) {
     auto chunk = file_->read_group(g, parts);
     if (!chunk) return chunk.error();
-    if (auto good = decoder.begin_group(std::move(*chunk)); !good) return good;
-    if (auto good = file_->expect_group(g, decoder.group()); !good) return good;
+    if (auto status = decoder.begin_group(std::move(*chunk)); !status) return status;
+    if (auto status = file_->expect_group(g, decoder.group()); !status) return status;
     while (decoder.in_group()) {
       const auto block = decoder.next_block();
       if (!block) return block.error();
@@ -349,10 +350,10 @@ Result<void> MeshExtractor::Impl::walk(std::size_t segment, Visit&& visit) {
   return {};
 }
 
-/// Whether a segment has anything of the request, but for the box.
+/// Returns true if the segment contains any requested element, whether in the box or not.
 Result<bool> MeshExtractor::Impl::has_any(std::size_t segment) {
   bool any = false;
-  const auto good = walk(segment, [&](const MeshBlock& block) {
+  const auto status = walk(segment, [&](const MeshBlock& block) {
     if (request_->of_vertices()) {
       for (std::size_t v = 0; v < block.vertex_count() && !any; ++v)
         any = block.imported[v] == 0 && request_->includes_vertex(block.vertex_numbers[v]);
@@ -362,11 +363,12 @@ Result<bool> MeshExtractor::Impl::has_any(std::size_t segment) {
     }
     return !any;
   });
-  if (!good) return good.error();
+  if (!status) return status.error();
   return any;
 }
 
-/// Whether the groups to come of the segment that is read can have nothing.
+/// Returns true if the remaining groups of the segment that is being read cannot contain requested
+/// elements.
 bool MeshExtractor::Impl::needs_no_more() const {
   if (request_->wants_unused()) return false;
   if (has_all()) return true;
@@ -376,29 +378,29 @@ bool MeshExtractor::Impl::needs_no_more() const {
 
 // --- steps
 
-/// Segments with the values of the piece's vertices: a vertex has them where it is owned.
+/// Finds the segments that own vertices of the piece: the step values of a vertex are stored there.
 Result<void> MeshExtractor::Impl::find_all_owners() {
   if (owners_known_) return {};
   owner_segments_ = picker_->point_segments();
   const auto& segments = file_->segments();
   if (schema().order != Order::keep) {
     for (const auto& [number, import] : picker_->imports()) {
-      const auto behind = std::upper_bound(
+      const auto after = std::upper_bound(
           segments.begin(), segments.end(), number,
           [](std::uint64_t n, const SegmentInfo& segment) { return n < segment.first_vertex; });
-      if (behind == segments.begin()) continue;  // the owner is lost
-      owner_segments_.insert(static_cast<std::size_t>(behind - segments.begin()) - 1);
+      if (after == segments.begin()) continue;  // the owner is lost
+      owner_segments_.insert(static_cast<std::size_t>(after - segments.begin()) - 1);
     }
     owners_known_ = true;
     return {};
   }
   PiecePicker::Imports left = picker_->imports();
   std::vector<bool> seen(segments.size());
-  // Boxes are worth a look where that is not more than the segments themselves.
+  // Compares boxes only if that is not slower than reading the segments.
   constexpr std::size_t kMostLooks = std::size_t{1} << 28;
   for (const bool by_box : {true, false}) {
     if (by_box && left.size() > kMostLooks / (segments.size() + 1)) continue;
-    if (auto good = find_owners(left, by_box, seen); !good) return good.error();
+    if (auto status = find_owners(left, by_box, seen); !status) return status.error();
   }
   owners_known_ = left.empty() || file_->decodable() != nullptr;
   if (owners_known_) return {};
@@ -407,36 +409,36 @@ Result<void> MeshExtractor::Impl::find_all_owners() {
       "segment " + std::to_string(left.begin()->second.segment), kNoOffset);
 }
 
-/// Looks for vertices in the segments before those that import them, nearest first; where
-/// `by_box`, only in those whose boxes they are in.
+/// Looks for the owners of imported vertices, from the nearest earlier segment on. With `by_box`,
+/// looks only in segments whose box contains one of the vertices.
 Result<void> MeshExtractor::Impl::find_owners(PiecePicker::Imports& left, bool by_box,
                                               std::vector<bool>& seen) {
   std::size_t segment = 0;
   for (const auto& [number, import] : left) segment = std::max(segment, import.segment);
   while (segment-- > 0 && !left.empty()) {
     const auto box = request_->widened(file_->segments()[segment].box);
-    if (seen[segment] || (by_box && std::none_of(left.begin(), left.end(), [&](const auto& it) {
-                            return it.second.segment > segment && is_in(box, it.second.point);
+    if (seen[segment] || (by_box && std::none_of(left.begin(), left.end(), [&](const auto& entry) {
+                            return entry.second.segment > segment && is_in(box, entry.second.point);
                           })))
       continue;
     seen[segment] = true;
-    const auto good = walk(segment, [&](const MeshBlock& block) {
+    const auto status = walk(segment, [&](const MeshBlock& block) {
       for (std::size_t v = 0; v < block.vertex_count(); ++v)
         if (block.imported[v] == 0 && left.erase(block.vertex_numbers[v]) > 0)
           owner_segments_.insert(segment);
       return !left.empty();
     });
-    if (!good) return good;
+    if (!status) return status;
   }
   return {};
 }
 
 Result<void> MeshExtractor::Impl::begin_values(std::uint32_t array, std::uint64_t step) {
   in_values_ = false;
-  if (!done_) return misuse_error("values of steps come behind the mesh", "piece");
+  if (!done_) return misuse_error("step values can be read only after the mesh", "piece");
   const auto reader = steps();
   if (!reader) return reader.error();
-  // Fails where there is no such array or step.
+  // Fails if there is no such array or step.
   const auto known =
       request_->all() ? (*reader)->begin({array, step}) : (*reader)->expect(array, step);
   if (!known) return known;
@@ -454,7 +456,7 @@ Result<void> MeshExtractor::Impl::begin_values(std::uint32_t array, std::uint64_
   in_values_ = true;
   if (request_->all()) return {};
   if (of_points) {
-    if (auto good = find_all_owners(); !good) return good;
+    if (auto status = find_all_owners(); !status) return status;
     value_segments_.assign(owner_segments_.begin(), owner_segments_.end());
   } else {
     value_segments_.assign(picker_->cell_segments().begin(), picker_->cell_segments().end());
@@ -463,12 +465,12 @@ Result<void> MeshExtractor::Impl::begin_values(std::uint32_t array, std::uint64_
   return more ? Result<void>() : more.error();
 }
 
-/// False behind the last segment.
+/// Returns false after the last segment.
 Result<bool> MeshExtractor::Impl::next_segment_values() {
   in_values_ = values_left_ > 0 && next_value_segment_ < value_segments_.size();
   if (!in_values_) return false;
   const std::size_t segment = value_segments_[next_value_segment_++];
-  if (auto good = steps_->begin({array_, step_, segment}); !good) return good.error();
+  if (auto status = steps_->begin({array_, step_, segment}); !status) return status.error();
   return true;
 }
 
@@ -490,7 +492,7 @@ Result<StepValues*> MeshExtractor::Impl::next_values() {
     }
     const std::size_t stride = scalar_bytes(info->type) * info->components;
     if ((*values)->values.size() != (*values)->numbers.size() * stride)
-      return misuse_error("the reader of steps was asked for others meanwhile", "piece");
+      return misuse_error("the step reader has begun another request meanwhile", "piece");
     const auto& members =
         info->location == Location::point ? picker_->vertex_numbers() : picker_->cell_numbers();
     values_ = {};
@@ -510,7 +512,7 @@ Result<StepValues*> MeshExtractor::Impl::next_values() {
   return nullptr;
 }
 
-// --- the face
+// --- public interface
 
 MeshExtractor::MeshExtractor(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 MeshExtractor::MeshExtractor(MeshExtractor&&) noexcept = default;
@@ -519,12 +521,12 @@ MeshExtractor::~MeshExtractor() = default;
 
 Result<MeshExtractor> MeshExtractor::open(RandomSource& source, const ReadLimits& limits) {
   auto impl = std::make_unique<Impl>(source, limits);
-  if (auto good = impl->open(); !good) return good.error();
+  if (auto status = impl->open(); !status) return status.error();
   return MeshExtractor(std::move(impl));
 }
 Result<MeshExtractor> MeshExtractor::open_damaged(RandomSource& source, const ReadLimits& limits) {
   auto impl = std::make_unique<Impl>(source, limits);
-  if (auto good = impl->open_damaged(); !good) return good.error();
+  if (auto status = impl->open_damaged(); !status) return status.error();
   return MeshExtractor(std::move(impl));
 }
 const Schema& MeshExtractor::schema() const { return impl_->file().schema(); }

@@ -22,17 +22,17 @@ class MeshFeed {
         next_element_(schema.arrays.size()) {}
 
   Result<void> run() {
-    if (auto good = check_cells(); !good) return good;
-    if (auto good = check_arrays(); !good) return good;
+    if (auto status = check_cells(); !status) return status;
+    if (auto status = check_arrays(); !status) return status;
     return add_cells();
   }
 
  private:
   struct Vertex {
-    std::uint32_t entry = kNone;  // none yet
-    std::uint32_t uses = 0;       // that are still to come
+    std::uint32_t entry = kNone;  // kNone: not added yet
+    std::uint32_t uses = 0;       // remaining uses
   };
-  /// Of a vertex with so many: it does not end.
+  /// Number of uses of a vertex that has this many or more: it is never finalized.
   static constexpr std::uint32_t kEndless = std::numeric_limits<std::uint32_t>::max();
 
   std::uint32_t block_of(std::size_t cell) const {
@@ -52,41 +52,43 @@ class MeshFeed {
   std::size_t xyz_bytes_;
   std::vector<std::uint64_t> block_cells_;
   std::vector<Vertex> vertices_;
-  std::vector<std::size_t> next_element_;  // of each array of cells
+  std::vector<std::size_t> next_element_;  // by array: next element of a cell array
   std::size_t next_corner_ = 0;
-  std::vector<std::uint64_t> corners_;  // of the cell at hand
-  std::vector<std::uint32_t> entries_;  // likewise
+  std::vector<std::uint64_t> corners_;  // of the current cell
+  std::vector<std::uint32_t> entries_;  // of the current cell
   std::vector<std::byte> data_;
 };
 
-/// Also counts the uses of each vertex.
+/// Also counts how often each vertex is used.
 Result<void> MeshFeed::check_cells() {
   const auto cells = static_cast<std::size_t>(mesh_->cells);
   const NumberSpan& begin = mesh_->corner_begin;
   if (mesh_->xyz.size() % xyz_bytes_ != 0)
-    return misuse_error("coordinates are not three for each vertex", "mesh");
+    return misuse_error("the number of coordinates is not a multiple of three", "mesh");
   if (!mesh_->cell_blocks.empty() && mesh_->cell_blocks.size() != cells)
-    return misuse_error("cell_blocks do not fit the cells", "mesh");
+    return misuse_error("cell_blocks does not match the number of cells", "mesh");
   if (!begin.empty() &&
       (begin.size() != cells + 1 || begin[0] != 0 || begin[cells] != mesh_->corners.size()))
-    return misuse_error("corner_begin does not fit cells and corners", "mesh");
+    return misuse_error("corner_begin does not match cells and corners", "mesh");
   block_cells_.assign(schema_->blocks.size(), 0);
   vertices_.resize(mesh_->xyz.size() / xyz_bytes_);
   std::size_t corner = 0;
   for (std::size_t c = 0; c < cells; ++c) {
     const std::uint32_t block = block_of(c);
     if (block >= schema_->blocks.size())
-      return misuse_error("a cell of no block: " + std::to_string(block), "mesh");
+      return misuse_error("a cell of an unknown block: " + std::to_string(block), "mesh");
     ++block_cells_[block];
     std::uint64_t nodes = schema_->blocks[block].nodes_per_cell;
     if (begin.empty() && nodes == 0)
-      return misuse_error("corner_begin is missing: cells have any number of corners", "mesh");
+      return misuse_error("corner_begin is missing: a block has no fixed number of corners",
+                          "mesh");
     if (!begin.empty()) {
       if (begin[c] > begin[c + 1])
-        return misuse_error("corner_begin does not fit cells and corners", "mesh");
+        return misuse_error("corner_begin does not match cells and corners", "mesh");
       if (nodes != 0 && begin[c + 1] - begin[c] != nodes)
-        return misuse_error(
-            "cell " + std::to_string(c) + " has not as many corners as its block says", "mesh");
+        return misuse_error("cell " + std::to_string(c) +
+                                " does not have the number of corners that its block states",
+                            "mesh");
       nodes = begin[c + 1] - begin[c];
     }
     if (nodes > mesh_->corners.size() - corner) return misuse_error("corners are missing", "mesh");
@@ -95,19 +97,20 @@ Result<void> MeshFeed::check_cells() {
     for (const std::uint64_t v :
          mesh_->corners.part(corner, static_cast<std::size_t>(nodes), corners_)) {
       if (v >= vertices_.size())
-        return misuse_error("a corner is no vertex: " + std::to_string(v), "mesh");
+        return misuse_error("a corner is not a vertex: " + std::to_string(v), "mesh");
       std::uint32_t& uses = vertices_[static_cast<std::size_t>(v)].uses;
       uses += uses == kEndless ? 0 : 1;
     }
     corner += static_cast<std::size_t>(nodes);
   }
-  return corner == mesh_->corners.size() ? Result<void>()
-                                         : misuse_error("corners of no cell", "mesh");
+  return corner == mesh_->corners.size()
+             ? Result<void>()
+             : misuse_error("there are more corners than cells use", "mesh");
 }
 
 Result<void> MeshFeed::check_arrays() const {
   if (mesh_->arrays.size() != schema_->arrays.size())
-    return misuse_error("arrays do not fit the schema", "mesh");
+    return misuse_error("arrays do not match the schema", "mesh");
   for (std::size_t a = 0; a < schema_->arrays.size(); ++a) {
     const ArrayInfo& info = schema_->arrays[a];
     if (info.per_step) continue;
@@ -117,12 +120,12 @@ Result<void> MeshFeed::check_arrays() const {
     const std::uint64_t bytes = elements * stride_of(info);
     if (mesh_->arrays[a].size() != bytes)
       return misuse_error(
-          "array '" + info.name + "' does not hold " + std::to_string(bytes) + " bytes", "mesh");
+          "array '" + info.name + "' does not have " + std::to_string(bytes) + " bytes", "mesh");
   }
   return {};
 }
 
-/// Values of static arrays, packed.
+/// Returns the values of the static point arrays for a vertex, one array after the other.
 const std::byte* MeshFeed::data_of_vertex(std::size_t v) {
   data_.clear();
   for (std::size_t a = 0; a < schema_->arrays.size(); ++a) {
@@ -145,10 +148,10 @@ const std::byte* MeshFeed::data_of_cell(std::uint32_t block) {
   return data_.data();
 }
 
-/// Bits of those of the cell at hand, as far as `last`, that have this vertex.
+/// Returns a bit for each node of the current cell, up to node `last`, that is this vertex.
 std::uint64_t MeshFeed::nodes_with(std::uint32_t entry, std::size_t last) const {
   std::uint64_t nodes = 0;
-  if (entries_.size() == 8) {  // no loop whose end is a surprise
+  if (entries_.size() == 8) {  // for speed: a fixed number of iterations
     for (std::size_t i = 0; i < 8; ++i) nodes |= std::uint64_t{entries_[i] == entry} << i;
     return nodes & ((std::uint64_t{2} << last) - 1);
   }
@@ -183,13 +186,13 @@ Result<void> MeshFeed::add_cell(std::size_t cell) {
 
 Result<void> MeshFeed::add_cells() {
   for (std::size_t c = 0; c < static_cast<std::size_t>(mesh_->cells); ++c)
-    if (auto good = add_cell(c); !good) return good;
+    if (auto status = add_cell(c); !status) return status;
   for (std::size_t v = 0; v < vertices_.size(); ++v) {
-    if (vertices_[v].entry != kNone) continue;  // no cell uses it
+    if (vertices_[v].entry != kNone) continue;  // skip vertices that a cell uses
     const std::byte* data = data_of_vertex(v);
-    const auto good = encoder_->add_vertex(v, mesh_->xyz.subspan(v * xyz_bytes_, xyz_bytes_),
-                                           {data, data_.size()});
-    if (!good) return good;
+    const auto status = encoder_->add_vertex(v, mesh_->xyz.subspan(v * xyz_bytes_, xyz_bytes_),
+                                             {data, data_.size()});
+    if (!status) return status;
   }
   return {};
 }

@@ -1,5 +1,6 @@
-// A whole mesh into a mesh encoder: its cells, and each vertex before the first cell that uses it.
-// Vertices end with the last cell that uses them (vertex compaction; Isenburg & Lindstrom 2005).
+// Passes a whole mesh to a mesh encoder: its cells, and each vertex before the first cell that uses
+// it. A vertex is finalized by the last cell that uses it (vertex compaction; Isenburg & Lindstrom
+// 2005).
 #pragma once
 
 #include "segment/mesh_encoder.h"
@@ -7,8 +8,9 @@
 
 namespace shm {
 
-/// `encoder`, of `schema`, is new. Vertices that no cell uses wait in it for the end. Misuse where
-/// sizes contradict each other, or numbers name what there is not; before anything is added.
+/// Adds `mesh` to `encoder`, which was created for `schema` and must be new. Vertices that no cell
+/// uses are added last; the encoder holds them until its end. Fails with ErrorCode::misuse, before
+/// anything is added, if sizes contradict each other or a number is out of range.
 Result<void> feed_mesh(MeshEncoder& encoder, const Schema& schema, const MeshArrays& mesh);
 
 }  // namespace shm

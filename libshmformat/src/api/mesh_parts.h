@@ -1,4 +1,4 @@
-// What writing and reading a whole mesh share.
+// Helpers for writing and reading whole meshes.
 #pragma once
 
 #include <cstddef>
@@ -9,12 +9,12 @@
 
 namespace shm {
 
-/// Bytes of one element of an array.
+/// Returns the bytes of one element of an array.
 inline std::size_t stride_of(const ArrayInfo& info) {
   return scalar_bytes(info.type) * info.components;
 }
 
-/// With the name of the file, where an error has none.
+/// Adds the name of the file to an error that has none.
 template <class T>
 Result<T> of_file(Result<T> result, const std::string& path) {
   if (result || !result.error().file.empty()) return result;

@@ -1,4 +1,4 @@
-// read_mesh() and read_file(): a whole file as a Mesh.
+// read_mesh() and read_file(): read a whole file as a Mesh.
 #include <algorithm>
 #include <cstring>
 #include <limits>
@@ -18,13 +18,13 @@ Error corrupt(std::string detail) {
   return Error{ErrorCode::corrupt, std::move(detail), "mesh", kNoOffset, {}};
 }
 
-/// What element from[i] was becomes element i, of `stride` bytes, for all i, without a second copy.
-/// Must hold: `from` is all numbers from 0 on, each once.
+/// Permutes elements of `stride` bytes in place: the old element from[i] becomes element i. Must
+/// hold: `from` contains each number from 0 on exactly once.
 void move_elements(void* elements, const CompactNumbers& from, std::size_t stride) {
   if (stride == 0) return;
   auto* const bytes = static_cast<std::byte*>(elements);
   const auto element = [&](std::size_t i) { return bytes + i * stride; };
-  std::vector<std::byte> first(stride);  // of a cycle
+  std::vector<std::byte> first(stride);  // first element of a cycle
   std::vector<bool> moved(from.size());
   for (std::size_t begin = 0; begin < from.size(); ++begin) {
     if (moved[begin] || from[begin] == begin) continue;
@@ -41,36 +41,37 @@ void move_elements(void* elements, const CompactNumbers& from, std::size_t strid
   }
 }
 
-/// What is told may be a lie: it is believed as far as a multiple of what has come, a small one
-/// where that is much. Of `size` elements that have come and `told` in all, those for which room is
-/// made.
-std::uint64_t believed(std::uint64_t size, std::uint64_t told) {
+/// Returns for how many elements to reserve memory, if `size` elements have come and `expected` are
+/// expected in all. The expected number comes from the index and may be wrong, so it is trusted
+/// only up to a multiple of `size`: 256 times for up to 2^24 elements, and 4 times beyond.
+std::uint64_t believed(std::uint64_t size, std::uint64_t expected) {
   constexpr std::uint64_t kMost = std::numeric_limits<std::size_t>::max() / 256;
   constexpr std::uint64_t kMuch = std::uint64_t{1} << 24;  // elements
-  if (size >= told || told > kMost) return size;
-  return std::min(told, std::max(std::min(size * 256, kMuch), size * 4));
+  if (size >= expected || expected > kMost) return size;
+  return std::min(expected, std::max(std::min(size * 256, kMuch), size * 4));
 }
 
-/// Room for `size` elements, and for all that are told, at once: what grows step by step is there
-/// twice, and leaves holes.
+/// Reserves memory for `size` elements and, if the expected number can be trusted, for all elements
+/// at once. Growing step by step would need the memory twice and fragment the heap.
 template <class Values>
-void make_room(Values& values, std::uint64_t size, std::uint64_t told) {
+void make_room(Values& values, std::uint64_t size, std::uint64_t expected) {
   if (size <= values.capacity()) return;
-  const std::uint64_t room = believed(size, told);
+  const std::uint64_t room = believed(size, expected);
   if (room > size) values.reserve(static_cast<std::size_t>(room));
 }
 
 template <class T>
-void add(std::vector<T>& to, const std::vector<T>& more, std::uint64_t told) {
-  make_room(to, to.size() + more.size(), told);
+void add(std::vector<T>& to, const std::vector<T>& more, std::uint64_t expected) {
+  make_room(to, to.size() + more.size(), expected);
   to.insert(to.end(), more.begin(), more.end());
 }
 
-/// The numbers of vertices or cells as they come. Nothing is kept while they come in order.
+/// The numbers of vertices or cells in order of arrival. Nothing is stored while they are 0, 1, 2,
+/// ...
 class ComingNumbers {
  public:
-  /// `told`: how many will come, or 0.
-  void add(const std::vector<std::uint64_t>& numbers, std::uint64_t told) {
+  /// `expected`: the total number, or 0 if unknown.
+  void add(const std::vector<std::uint64_t>& numbers, std::uint64_t expected) {
     for (const std::uint64_t number : numbers) {
       if (in_order_ && number == count_) {
         ++count_;
@@ -79,16 +80,16 @@ class ComingNumbers {
       if (in_order_) {
         in_order_ = false;
         numbers_ = CompactNumbers::counted(static_cast<std::size_t>(count_));
-        make_room(numbers_, count_ + numbers.size(), told);
+        make_room(numbers_, count_ + numbers.size(), expected);
       }
       numbers_.push_back(number);
     }
   }
   bool in_order() const { return in_order_; }
-  /// As they came; they are given up. Must hold: not in_order().
+  /// Returns the numbers in order of arrival and forgets them. Must hold: not in_order().
   CompactNumbers take() { return std::exchange(numbers_, {}); }
-  /// Where each number stands; they are given up for that. Fails unless they are 0, 1 and so on.
-  /// Must hold: not in_order().
+  /// Returns the position of each number, and forgets the numbers. Fails unless each number from 0
+  /// on occurs exactly once. Must hold: not in_order().
   Result<CompactNumbers> positions(const char* kind) {
     const CompactNumbers numbers = take();
     CompactNumbers positions = CompactNumbers::zeros(numbers.size());
@@ -96,7 +97,7 @@ class ComingNumbers {
     for (std::size_t i = 0; i < numbers.size(); ++i) {
       const std::uint64_t number = numbers[i];
       if (number >= numbers.size() || seen[static_cast<std::size_t>(number)])
-        return corrupt(std::string(kind) + " numbers are not 0 to " +
+        return corrupt(std::string(kind) + " numbers are not all the numbers below " +
                        std::to_string(numbers.size()));
       seen[static_cast<std::size_t>(number)] = true;
       positions.set(static_cast<std::size_t>(number), i);
@@ -106,16 +107,16 @@ class ComingNumbers {
 
  private:
   bool in_order_ = true;
-  std::uint64_t count_ = 0;  // while they are in order
+  std::uint64_t count_ = 0;  // numbers so far, while they are in order
   CompactNumbers numbers_;
 };
 
-/// The places of vertices that come out of order, where it is known how many there will be: each
-/// value goes to its place as it comes.
+/// Final positions of vertices that arrive out of order, for a known number of vertices. Each value
+/// is stored in its final position on arrival.
 class VertexPlaces {
  public:
   explicit VertexPlaces(std::uint64_t vertices) : taken_(static_cast<std::size_t>(vertices)) {}
-  /// The next ones; not where one of them has no place, or one that is taken.
+  /// Takes the next numbers. are_taken() will be false if one of them is too large or occurs twice.
   template <class Numbers>
   void take(const Numbers& numbers) {
     for (std::size_t i = 0; i < numbers.size(); ++i) {
@@ -128,9 +129,10 @@ class VertexPlaces {
       ++count_;
     }
   }
-  /// Each has come, once.
+  /// Returns true if each number has come exactly once.
   bool are_taken() const { return make_sense_ && count_ == taken_.size(); }
-  /// Must hold: the numbers were taken last. `values`: `stride` bytes of each.
+  /// Stores `values`, `stride` bytes per vertex, in `all`. Must hold: `numbers` were the last
+  /// numbers taken.
   template <class Numbers>
   void put(const Numbers& numbers, const std::vector<std::byte>& values, std::size_t stride,
            std::vector<std::byte>& all) const {
@@ -156,7 +158,7 @@ class VertexPlaces {
   bool make_sense_ = true;
 };
 
-/// How large a mesh will be, as the index of its file tells; nothing where nobody does.
+/// Size of a mesh according to the index of its file; empty if unknown.
 struct ToldSizes {
   std::uint64_t vertices = 0;
   std::vector<std::uint64_t> block_cells;
@@ -175,15 +177,15 @@ ToldSizes told_sizes(const FileSource& file, const ReadLimits& limits) {
 /// Joins the items of a file, in coding order.
 class MeshCollector {
  public:
-  MeshCollector(const Schema& schema, const ToldSizes& told) {
+  MeshCollector(const Schema& schema, const ToldSizes& expected) {
     mesh_.schema = schema;
-    for (std::size_t b = 0; b < schema.blocks.size() && b < told.block_cells.size(); ++b) {
-      told_cells_ += told.block_cells[b];
-      told_corners_ += told.block_cells[b] * schema.blocks[b].nodes_per_cell;
+    for (std::size_t b = 0; b < schema.blocks.size() && b < expected.block_cells.size(); ++b) {
+      told_cells_ += expected.block_cells[b];
+      told_corners_ += expected.block_cells[b] * schema.blocks[b].nodes_per_cell;
     }
-    if (told.vertices <= kMostTold) told_vertices_ = told.vertices;
+    if (expected.vertices <= kMostTold) told_vertices_ = expected.vertices;
     for (std::size_t a = 0; a < schema.arrays.size(); ++a)
-      told_array_bytes_.push_back(told_elements(a, told) * stride_of(schema.arrays[a]));
+      told_array_bytes_.push_back(told_elements(a, expected) * stride_of(schema.arrays[a]));
     vertex_columns_.push_back({std::nullopt, 3 * scalar_bytes(schema.coordinate_type)});
     for (std::size_t a = 0; a < schema.arrays.size(); ++a) {
       if (schema.arrays[a].location != Location::point) continue;
@@ -202,7 +204,7 @@ class MeshCollector {
     if (auto* times = std::get_if<StepTimes>(&item)) mesh_.step_times = std::move(times->times);
     if (auto* extra = std::get_if<Extra>(&item)) mesh_.extras.push_back(std::move(*extra));
   }
-  /// Back from coding order to the numbers that vertices and cells carry.
+  /// Sorts vertices and cells by their numbers and returns the mesh.
   Result<Mesh> finish();
 
  private:
@@ -222,12 +224,12 @@ class MeshCollector {
         add(mesh_.arrays[a], block.arrays[a], told_array_bytes_[a]);
   }
   void take_vertices(const MeshBlock& block);
-  /// Static values of vertices.
+  /// Coordinates, or a static point array.
   struct VertexColumn {
-    std::optional<std::size_t> array;  // nothing: coordinates
+    std::optional<std::size_t> array;  // nullopt: coordinates
     std::size_t stride = 0;
   };
-  /// Of a mesh or a block.
+  /// Returns the values of a column in a mesh or a block.
   template <class Values>
   static auto& values_of(Values& from, const VertexColumn& column) {
     return column.array ? from.arrays[*column.array] : from.xyz;
@@ -241,27 +243,28 @@ class MeshCollector {
   Result<void> reorder_vertices();
   Result<void> reorder_cells();
   void reorder_corners(const CompactNumbers& from);
-  /// Element i of an array becomes what element from[i] is.
+  /// Sorts the values of an array: the old element from[i] becomes element i.
   void reorder(std::size_t array, const CompactNumbers& from);
 
-  std::uint64_t told_elements(std::size_t array, const ToldSizes& told) const;
+  std::uint64_t told_elements(std::size_t array, const ToldSizes& expected) const;
 
   Mesh mesh_;
   ComingNumbers vertices_, cells_;
-  std::optional<VertexPlaces> places_;  // then vertices_ knows of no more
-  bool may_have_places_ = true;         // steps are put in order behind the last one
+  std::optional<VertexPlaces> places_;  // if set, vertices_ is not used any more
+  bool may_have_places_ = true;  // false if a point array has steps: these are sorted at the end
   std::vector<VertexColumn> vertex_columns_;
-  std::vector<std::uint64_t> begin_;                                  // of the block at hand
-  static constexpr std::uint64_t kMostTold = std::uint64_t{1} << 40;  // or products would wrap
+  std::vector<std::uint64_t> begin_;  // corner_begin of the current block
+  static constexpr std::uint64_t kMostTold = std::uint64_t{1}
+                                             << 40;  // larger sizes would overflow in products
   std::uint64_t told_vertices_ = 0, told_cells_ = 0, told_corners_ = 0;
-  std::vector<std::uint64_t> told_array_bytes_;  // of all elements, by array
+  std::vector<std::uint64_t> told_array_bytes_;  // by array: bytes of all its elements
 };
 
-std::uint64_t MeshCollector::told_elements(std::size_t array, const ToldSizes& told) const {
-  if (mesh_.schema.arrays[array].location == Location::point) return told.vertices;
+std::uint64_t MeshCollector::told_elements(std::size_t array, const ToldSizes& expected) const {
+  if (mesh_.schema.arrays[array].location == Location::point) return expected.vertices;
   std::uint64_t cells = 0;
-  for (std::uint32_t b = 0; b < told.block_cells.size(); ++b)
-    if (mesh_.schema.array_covers(array, b)) cells += told.block_cells[b];
+  for (std::uint32_t b = 0; b < expected.block_cells.size(); ++b)
+    if (mesh_.schema.array_covers(array, b)) cells += expected.block_cells[b];
   return cells;
 }
 
@@ -279,11 +282,11 @@ void MeshCollector::take_vertices(const MeshBlock& block) {
   if (may_have_places_ && !vertices_.in_order()) give_places();
 }
 
-/// Where it is to be believed how many vertices will come.
+/// Creates places_ if the expected number of vertices can be trusted.
 void MeshCollector::give_places() {
   for (const VertexColumn& column : vertex_columns_) {
-    const std::uint64_t told = told_vertices_ * column.stride;
-    if (told == 0 || believed(values_of(mesh_, column).size(), told) != told) return;
+    const std::uint64_t expected = told_vertices_ * column.stride;
+    if (expected == 0 || believed(values_of(mesh_, column).size(), expected) != expected) return;
   }
   const CompactNumbers numbers = vertices_.take();
   places_.emplace(told_vertices_);
@@ -315,7 +318,7 @@ Result<void> MeshCollector::reorder_vertices() {
 void MeshCollector::reorder_corners(const CompactNumbers& from) {
   const std::size_t cells = from.size();
   const std::size_t nodes = cells == 0 ? 0 : mesh_.corners.size() / cells;
-  bool alike = true;  // as many of each cell
+  bool alike = true;  // all cells have the same number of corners
   for (std::size_t c = 0; c <= cells; ++c) alike = alike && mesh_.corner_begin[c] == c * nodes;
   if (alike) {
     move_elements(mesh_.corners.data(), from, nodes * sizeof(std::uint64_t));
@@ -360,22 +363,22 @@ Result<void> MeshCollector::reorder_cells() {
 
 Result<Mesh> MeshCollector::finish() {
   if (places_) {
-    if (!places_->are_taken()) return corrupt("vertex numbers are not those that the index tells");
+    if (!places_->are_taken()) return corrupt("vertex numbers do not match the index");
   } else if (!vertices_.in_order()) {
-    if (auto good = reorder_vertices(); !good) return good.error();
+    if (auto status = reorder_vertices(); !status) return status.error();
   }
   if (!cells_.in_order())
-    if (auto good = reorder_cells(); !good) return good.error();
+    if (auto status = reorder_cells(); !status) return status.error();
   return std::move(mesh_);
 }
 
 Result<Mesh> read(ByteSource& source, const ReadLimits& limits, const ReadOptions& options,
-                  const ToldSizes& told) {
+                  const ToldSizes& expected) {
   std::optional<MeshCollector> collector;
   {
     auto reader = Reader::open(source, limits, options);
     if (!reader) return reader.error();
-    collector.emplace(reader->schema(), told);
+    collector.emplace(reader->schema(), expected);
     while (true) {
       auto item = reader->next();
       if (!item) return item.error();

@@ -1,4 +1,4 @@
-// What a Mesh says of itself, and how one is made of arrays.
+// Properties and values of a Mesh, and its construction from arrays.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -47,7 +47,7 @@ std::span<const std::byte> Mesh::values(std::size_t array, std::size_t step) con
 Mesh Mesh::of_hexahedra(std::span<const std::array<double, 3>> points,
                         std::span<const std::array<std::uint64_t, 8>> hexahedra) {
   Mesh mesh;
-  mesh.schema.blocks.resize(1);  // of hexahedra with 8 nodes
+  mesh.schema.blocks.resize(1);  // the default block: hexahedra with 8 nodes
   const auto bytes = std::as_bytes(points);
   mesh.xyz.assign(bytes.begin(), bytes.end());
   mesh.cell_blocks.resize(hexahedra.size());

@@ -1,4 +1,4 @@
-// write_mesh() and write_file(): a whole mesh to a file.
+// write_mesh() and write_file(): write a whole mesh to a file.
 #include <cstring>
 #include <string>
 #include <utility>
@@ -12,7 +12,7 @@
 namespace shm {
 namespace {
 
-/// out[i] = in[from[i]], elements of `stride` bytes.
+/// Returns out with out[i] = in[from[i]]; elements have `stride` bytes.
 std::vector<std::byte> gather(const std::vector<std::byte>& in,
                               const std::vector<std::uint64_t>& from, std::size_t stride) {
   std::vector<std::byte> out(from.size() * stride);
@@ -22,7 +22,7 @@ std::vector<std::byte> gather(const std::vector<std::byte>& in,
   return out;
 }
 
-/// Recorded, and passed on to who else wants to hear it.
+/// Records the coding order and passes it on to the caller's object, if there is one.
 class PassedOrder final : public CodingOrder {
  public:
   PassedOrder(RecordedOrder& record, CodingOrder* other) : record_(&record), other_(other) {}
@@ -40,7 +40,7 @@ class PassedOrder final : public CodingOrder {
   CodingOrder* other_;
 };
 
-/// What a Writer takes behind the mesh.
+/// Writes everything that follows the vertices and cells of a mesh: step values, times and extras.
 class MeshRemainder {
  public:
   MeshRemainder(Writer& writer, const Mesh& mesh, const RecordedOrder& order)
@@ -48,9 +48,9 @@ class MeshRemainder {
 
   Result<void> check() const;
   Result<void> write() {
-    if (auto good = write_steps(); !good) return good;
+    if (auto status = write_steps(); !status) return status;
     if (!mesh_->step_times.empty())
-      if (auto good = writer_->set_step_times(mesh_->step_times); !good) return good;
+      if (auto status = writer_->set_step_times(mesh_->step_times); !status) return status;
     return write_extras();
   }
 
@@ -63,7 +63,7 @@ class MeshRemainder {
   const RecordedOrder* order_;
 };
 
-/// Whether step values have the sizes that they must have.
+/// Checks the sizes of all step values.
 Result<void> MeshRemainder::check() const {
   for (std::size_t a = 0; a < mesh_->steps.size() && a < mesh_->schema.arrays.size(); ++a) {
     const ArrayInfo& info = mesh_->schema.arrays[a];
@@ -75,7 +75,7 @@ Result<void> MeshRemainder::check() const {
     for (const auto& values : mesh_->steps[a])
       if (!values.empty() && values.size() != bytes)
         return misuse_error(
-            "array '" + info.name + "' does not hold " + std::to_string(bytes) + " bytes", "mesh");
+            "array '" + info.name + "' does not have " + std::to_string(bytes) + " bytes", "mesh");
   }
   return {};
 }
@@ -88,7 +88,7 @@ Result<void> MeshRemainder::write_steps() {
     for (std::size_t s = 0; s < mesh_->steps[a].size(); ++s) {
       if (mesh_->steps[a][s].empty()) continue;
       const auto values = gather(mesh_->steps[a][s], *from, stride_of(mesh_->schema.arrays[a]));
-      if (auto good = writer_->add_step_values(a, s, values); !good) return good;
+      if (auto status = writer_->add_step_values(a, s, values); !status) return status;
     }
   }
   return {};
@@ -97,8 +97,8 @@ Result<void> MeshRemainder::write_steps() {
 Result<void> MeshRemainder::write_extras() {
   for (Extra extra : mesh_->extras) {
     if (mesh_->schema.order != Order::keep)
-      if (auto good = order_->renumber(extra); !good) return good;
-    if (auto good = writer_->add_extra(extra); !good) return good;
+      if (auto status = order_->renumber(extra); !status) return status;
+    if (auto status = writer_->add_extra(extra); !status) return status;
   }
   return {};
 }
@@ -109,13 +109,13 @@ Result<SizeReport> write_mesh(ByteSink& sink, const Mesh& mesh, const WriteOptio
   RecordedOrder order;
   PassedOrder passed(order, options.coding_order);
   WriteOptions own = options;
-  // Numbers that are kept need no order, but where steps are gathered by it.
+  // The coding order is needed to renumber references (not in order keep) and to sort step values.
   const bool is_used = mesh.schema.order != Order::keep || has_steps(mesh.schema);
   if (is_used) own.coding_order = &passed;
   auto writer = Writer::create(sink, mesh.schema, own);
   if (!writer) return writer.error();
   MeshRemainder remainder(*writer, mesh, order);
-  if (auto good = remainder.check(); !good) return good.error();
+  if (auto status = remainder.check(); !status) return status.error();
   MeshArrays arrays;
   arrays.xyz = mesh.xyz;
   arrays.cells = mesh.cell_count();
@@ -123,9 +123,9 @@ Result<SizeReport> write_mesh(ByteSink& sink, const Mesh& mesh, const WriteOptio
   arrays.corner_begin = NumberSpan(mesh.corner_begin);
   arrays.corners = NumberSpan(mesh.corners);
   arrays.arrays.assign(mesh.arrays.begin(), mesh.arrays.end());
-  if (auto good = writer->add_mesh(arrays); !good) return good.error();
-  if (auto good = writer->end_mesh(); !good) return good.error();
-  if (auto good = remainder.write(); !good) return good.error();
+  if (auto status = writer->add_mesh(arrays); !status) return status.error();
+  if (auto status = writer->end_mesh(); !status) return status.error();
+  if (auto status = remainder.write(); !status) return status.error();
   return writer->finish();
 }
 

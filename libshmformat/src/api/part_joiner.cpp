@@ -1,4 +1,4 @@
-// PartJoiner: a FileWriter whose groups and step values stand in the file already.
+// PartJoiner: a FileWriter whose groups and step values are in the file already.
 #include <algorithm>
 #include <optional>
 #include <string>
@@ -14,7 +14,7 @@ namespace shm {
 namespace {
 
 Error of_another_schema() {
-  return Error{ErrorCode::corrupt, "has another schema", "part", kNoOffset, {}};
+  return Error{ErrorCode::corrupt, "belongs to another schema", "part", kNoOffset, {}};
 }
 
 }  // namespace
@@ -37,10 +37,10 @@ class __attribute__((visibility("hidden"))) PartJoiner::Impl {
     if (!container::get(in, streams) ||
         !container::get(in, part, container::version_of_chunk(container::ChunkKind::index, {}),
                         bytes / container::kShortHeaderBytes))
-      return Error{ErrorCode::corrupt, "is no index of a part", "part", kNoOffset, {}};
+      return Error{ErrorCode::corrupt, "is not the index of a part", "part", kNoOffset, {}};
     if (schema != checksum_of(schema_)) return of_another_schema();
     part.streams = std::move(streams);
-    if (auto good = add_totals(part); !good) return good;
+    if (auto status = add_totals(part); !status) return status;
     return file_.adopt(part, bytes);
   }
 
@@ -49,7 +49,7 @@ class __attribute__((visibility("hidden"))) PartJoiner::Impl {
   }
 
  private:
-  /// Those of steps, or of no groups, have none.
+  /// Adds the totals of a part. Parts with only step values, or without groups, have no totals.
   Result<void> add_totals(const container::Index& part) {
     if (part.segments == 0) return {};
     if (part.block_cells.size() != totals_.block_cells.size()) return of_another_schema();
@@ -79,7 +79,7 @@ Result<PartJoiner> PartJoiner::create(ByteSink& sink, Schema schema, const Write
   auto checked = schema_of_file(std::move(schema), options);
   if (!checked) return checked.error();
   auto impl = std::make_unique<Impl>(sink, std::move(*checked));
-  if (auto good = impl->start(); !good) return good.error();
+  if (auto status = impl->start(); !status) return status.error();
   return PartJoiner(std::move(impl));
 }
 std::uint64_t PartJoiner::offset() const { return impl_->file().offset(); }
@@ -92,7 +92,7 @@ Result<void> PartJoiner::set_step_times(std::span<const double> times) {
 }
 Result<void> PartJoiner::add_extra(const Extra& extra) {
   return impl_->calls().run([&]() -> Result<void> {
-    if (auto good = FileWriter::check(extra); !good) return good;
+    if (auto status = FileWriter::check(extra); !status) return status;
     return impl_->file().add_extra(extra);
   });
 }

@@ -1,5 +1,5 @@
-// PartWriter: a MeshEncoder and a StepEncoder that begin in the middle of a mesh; their chunks into
-// memory.
+// PartWriter: a MeshEncoder and a StepEncoder that start in the middle of a mesh, and write their
+// chunks to memory.
 #include "shm/part_writer.h"
 
 #include <algorithm>
@@ -15,7 +15,8 @@
 namespace shm {
 namespace {
 
-/// Whether segments begin where cells are counted alone, and one does at `start`.
+/// Checks that the starts of segments depend only on cell numbers, and that segment `start.segment`
+/// begins at cell `start.first_cell`.
 Result<void> check_start(const WriteOptions& options, const PartStart& start) {
   const auto& starts = options.segment_starts;
   if (!starts.empty()) {
@@ -51,7 +52,7 @@ Result<void> place(PartChunks& chunks, std::uint32_t first) {
         container::get(in, header) != container::HeaderState::good ||
         header.payload_bytes > left.size() - header.bytes())
       return Error{ErrorCode::corrupt,
-                   "are no chunks of a part",
+                   "the bytes are not chunks of a part",
                    "part",
                    chunks.bytes.size() - left.size(),
                    {}};
@@ -81,11 +82,11 @@ class __attribute__((visibility("hidden"))) PartWriter::Impl {
     mesh_.begin_part({start.segment, start.first_cell, start.first_vertex});
   }
 
-  /// Runs `work` unless an error came before, or it is not its turn.
+  /// Runs `work` if no error has occurred and the writer is in phase `phase`.
   template <class Work>
   Result<void> in_phase(int phase, Work&& work) {
     return calls_.run([&]() -> Result<void> {
-      return phase == phase_ ? work() : misuse_error("calls come in another order", "part");
+      return phase == phase_ ? work() : misuse_error("the call is out of order", "part");
     });
   }
 
@@ -112,7 +113,7 @@ class __attribute__((visibility("hidden"))) PartWriter::Impl {
   Result<void> begin_steps(const PartSteps& steps) {
     const std::size_t arrays = schema_.arrays.size();
     if (steps.first_elements.size() != arrays || steps.elements.size() != arrays)
-      return misuse_error("elements are counted by array of the schema", "steps");
+      return misuse_error("first_elements and elements need a number for each array", "steps");
     std::vector<std::uint64_t> own(arrays);
     for (std::uint32_t a = 0; a < arrays; ++a) own[a] = elements_of(a);
     first_elements_ = steps.first_elements;
@@ -128,21 +129,22 @@ class __attribute__((visibility("hidden"))) PartWriter::Impl {
   }
   Result<void> begin_step(std::uint32_t array, std::uint64_t step,
                           std::optional<StepReference> basis) {
-    if (auto good = file_.check_step_values(array, {}); !good) return good;
+    if (auto status = file_.check_step_values(array, {}); !status) return status;
     if (basis.has_value() == chooses(array) && elements_of(array) > 0)
-      return misuse_error("one part chooses what a step refers to: that with the first element",
+      return misuse_error("the part with the first element, and no other, chooses the reference",
                           "steps");
     if (basis) steps_->choose(*basis);
-    // Before what other parts have of it.
+    // Other writers have the other elements of this array; waiting parts must be written before
+    // them.
     if (elements_of(array) < all_elements_[array])
-      if (auto good = file_.write_parts(); !good) return good;
+      if (auto status = file_.write_parts(); !status) return status;
     phase_ = kInStep;
     array_ = array;
     step_number_ = step;
     return steps_->begin(array, step);
   }
   Result<void> add_step_values(std::span<const std::byte> values) {
-    if (auto good = file_.check_step_values(array_, values); !good) return good;
+    if (auto status = file_.check_step_values(array_, values); !status) return status;
     return steps_->add(array_, step_number_, values);
   }
   std::optional<StepReference> step_basis() const {
@@ -150,13 +152,13 @@ class __attribute__((visibility("hidden"))) PartWriter::Impl {
   }
   Result<void> end_step(PartChunks& out) {
     phase_ = kBetweenSteps;
-    if (auto good = file_.end_step_array(); !good) return good;
+    if (auto status = file_.end_step_array(); !status) return status;
     out = take({});
     return {};
   }
   Result<void> end_steps(PartChunks& out) {
     phase_ = kStepsTaken;
-    if (auto good = file_.write_parts(); !good) return good;
+    if (auto status = file_.write_parts(); !status) return status;
     out = take({});
     return {};
   }
@@ -199,10 +201,10 @@ class __attribute__((visibility("hidden"))) PartWriter::Impl {
   std::uint32_t key_steps_;
   Level level_;
   std::size_t kept_topology_bytes_;
-  std::optional<StepTopology> topology_;  // where there are steps, or they have begun
-  StepEncoder* steps_ = nullptr;          // from begin_steps() on
+  std::optional<StepTopology> topology_;  // if the schema has steps, or from begin_steps() on
+  StepEncoder* steps_ = nullptr;          // set by begin_steps()
   std::vector<std::uint64_t> first_elements_, all_elements_;
-  std::uint32_t array_ = 0;  // of the step at hand
+  std::uint32_t array_ = 0;  // array of the current step
   std::uint64_t step_number_ = 0;
 };
 
@@ -215,7 +217,7 @@ Result<PartWriter> PartWriter::create(Schema schema, const WriteOptions& options
                                       const PartStart& start) {
   auto checked = schema_of_file(std::move(schema), options);
   if (!checked) return checked.error();
-  if (auto good = check_start(options, start); !good) return good.error();
+  if (auto status = check_start(options, start); !status) return status.error();
   return PartWriter(std::make_unique<Impl>(std::move(*checked), options, start));
 }
 
@@ -247,8 +249,8 @@ Result<void> PartWriter::set_imported_numbers(std::span<const std::uint64_t> num
 }
 Result<PartChunks> PartWriter::mesh_chunks() {
   PartChunks out;
-  const auto good = impl_->in_phase(Impl::kNumbered, [&] { return impl_->mesh_chunks(out); });
-  if (!good) return good.error();
+  const auto status = impl_->in_phase(Impl::kNumbered, [&] { return impl_->mesh_chunks(out); });
+  if (!status) return status.error();
   return out;
 }
 Result<void> PartWriter::begin_steps(const PartSteps& steps) {
@@ -266,14 +268,14 @@ Result<void> PartWriter::add_step_values(std::span<const std::byte> values) {
 std::optional<StepReference> PartWriter::step_basis() const { return impl_->step_basis(); }
 Result<PartChunks> PartWriter::end_step() {
   PartChunks out;
-  const auto good = impl_->in_phase(Impl::kInStep, [&] { return impl_->end_step(out); });
-  if (!good) return good.error();
+  const auto status = impl_->in_phase(Impl::kInStep, [&] { return impl_->end_step(out); });
+  if (!status) return status.error();
   return out;
 }
 Result<PartChunks> PartWriter::end_steps() {
   PartChunks out;
-  const auto good = impl_->in_phase(Impl::kBetweenSteps, [&] { return impl_->end_steps(out); });
-  if (!good) return good.error();
+  const auto status = impl_->in_phase(Impl::kBetweenSteps, [&] { return impl_->end_steps(out); });
+  if (!status) return status.error();
   return out;
 }
 

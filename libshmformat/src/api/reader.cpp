@@ -1,5 +1,5 @@
-// Decoder: chunks out of fed bytes, items out of chunks. Reader: a Decoder that fetches its own
-// bytes. The mirror of writer.cpp.
+// Decoder: extracts chunks from the bytes that a caller feeds, and items from the chunks. Reader: a
+// Decoder that fetches its own bytes. The counterpart of writer.cpp.
 #include "shm/reader.h"
 
 #include <algorithm>
@@ -22,7 +22,7 @@ using container::ChunkKind;
 
 namespace {
 
-constexpr std::size_t kReadBytes = std::size_t{1} << 16;  // at once
+constexpr std::size_t kReadBytes = std::size_t{1} << 16;  // per read
 
 }  // namespace
 
@@ -32,7 +32,7 @@ class __attribute__((visibility("hidden"))) Decoder::Impl {
       : limits_(within_sizes(limits)), options_(options), budget_(limits_.max_unpacked_bytes) {}
 
   void feed(std::span<const std::byte> bytes) {
-    if (state_ == State::behind_end) {  // counted, not kept
+    if (state_ == State::behind_end) {  // bytes after the end are counted, not kept
       trailing_bytes_ += bytes.size();
       return;
     }
@@ -93,7 +93,8 @@ class __attribute__((visibility("hidden"))) Decoder::Impl {
   Error wrong(ErrorCode code, std::string detail) const {
     return Error{code, std::move(detail), section_, chunk_offset_, {}};
   }
-  /// Of what all chunks together came to: no one of them is the place.
+  /// Returns the error of a total over all chunks. It has no offset, since no single chunk is the
+  /// cause.
   static Error over_total(std::string detail) {
     return Error{ErrorCode::over_limit, std::move(detail), "mesh", kNoOffset, {}};
   }
@@ -116,28 +117,28 @@ class __attribute__((visibility("hidden"))) Decoder::Impl {
   State state_ = State::start;
   std::optional<Error> error_;
   std::optional<Item> item_;
-  std::vector<Extra> extras_;  // of the chunk at hand
+  std::vector<Extra> extras_;  // of the current chunk
   std::size_t next_extra_ = 0;
-  std::deque<container::StepPart> parts_;  // the same, and their bytes
+  std::deque<container::StepPart> parts_;  // of the current chunk; their bytes are in part_bytes_
   std::vector<std::byte> part_bytes_;
-  std::optional<Error> error_ahead_;  // behind blocks that have not been taken yet
+  std::optional<Error> error_ahead_;  // reported after the blocks that have not been taken yet
 
   container::FileStart start_;
   ChunkHeader header_;
-  container::ChunkList chunks_;  // that were read
+  container::ChunkList chunks_;  // chunks read so far, to check the index
   std::uint64_t chunk_offset_ = 0;
   std::string section_ = "signature";
   std::uint32_t next_sequence_ = 0;
-  std::unique_ptr<Schema> schema_;  // its address stays: coders borrow it
+  std::unique_ptr<Schema> schema_;  // on the heap, since coders keep a pointer to it
   std::vector<std::byte> schema_bytes_;
   std::unique_ptr<MeshDecoder> mesh_;
-  std::optional<StepTopology> topology_;    // where there are steps
-  std::optional<StepDecoder> step_values_;  // from the first ones on
+  std::optional<StepTopology> topology_;    // only if the schema has arrays with steps
+  std::optional<StepDecoder> step_values_;  // from the first step values on
   std::uint64_t steps_ = 0, index_offset_ = 0;
   std::uint64_t decoded_bytes_ = 0;
   bool step_times_read_ = false;
   std::map<std::string, std::uint64_t> stream_bytes_;
-  std::vector<std::string> array_names_;  // of their streams, once there are step values
+  std::vector<std::string> array_names_;  // names of their streams, set with the first step values
   bool totals_taken_ = false;
   std::uint64_t trailing_bytes_ = 0;
 };
@@ -153,7 +154,7 @@ std::size_t Decoder::Impl::wanted() const {
   return 0;
 }
 
-/// Its mark tells how long a header is.
+/// Returns the length of the next header, according to its sync mark.
 std::size_t Decoder::Impl::header_wanted() const {
   const auto there = std::span<const std::byte>(buffer_).subspan(at_);
   return there.size() < container::kShortHeaderBytes ? container::kShortHeaderBytes
@@ -167,7 +168,7 @@ Result<Decoder::Progress> Decoder::Impl::work() {
       break;
     }
     if (!parts_.empty() && !error_ahead_) {
-      if (auto good = read_next_part(); !good) error_ahead_ = good.error();
+      if (auto status = read_next_part(); !status) error_ahead_ = status.error();
       continue;
     }
     const bool complete = buffer_.size() - at_ >= wanted();
@@ -175,11 +176,11 @@ Result<Decoder::Progress> Decoder::Impl::work() {
       auto block = mesh_->next_block(!may_read_ahead());
       if (!block) return block.error();
       if (*block) {
-        if (auto good = count_block(**block); !good) return good.error();
+        if (auto status = count_block(**block); !status) return status.error();
         item_ = std::move(**block);
         break;
       }
-      if (!may_read_ahead()) continue;  // nothing is under way any more
+      if (!may_read_ahead()) continue;  // all groups are decoded
     }
     if (error_ahead_) return *error_ahead_;
     if (state_ == State::behind_end) {
@@ -206,13 +207,13 @@ Result<Decoder::Progress> Decoder::Impl::work() {
       break;
     }
     if (!complete) return missing();
-    if (auto good = read_on(); !good) error_ahead_ = good.error();
+    if (auto status = read_on(); !status) error_ahead_ = status.error();
   }
   return Progress::item_ready;
 }
 
-/// Whether more of the file may be read before all blocks have been taken: with threads,
-/// the groups to come.
+/// Returns true if more of the file may be read before all blocks have been taken: with threads,
+/// further groups.
 bool Decoder::Impl::may_read_ahead() const {
   if (error_ahead_ || (ended_ && buffer_.size() - at_ < wanted())) return false;
   const bool group =
@@ -231,7 +232,7 @@ Result<void> Decoder::Impl::read_on() {
   return {};
 }
 
-/// What has come out is within the limits.
+/// Checks that everything decoded so far is within the limits.
 Result<void> Decoder::Impl::count_block(const MeshBlock& block) {
   const auto over = [&](std::uint64_t limit, const std::string& what) {
     return over_total("has more " + what + " than the limit of " + std::to_string(limit));
@@ -245,8 +246,8 @@ Result<void> Decoder::Impl::count_block(const MeshBlock& block) {
 
 Result<void> Decoder::Impl::count_bytes(std::uint64_t bytes) {
   if (bytes > limits_.max_decoded_bytes - decoded_bytes_)
-    return over_total("holds more than the limit of " + std::to_string(limits_.max_decoded_bytes) +
-                      " bytes");
+    return over_total("decodes to more than the limit of " +
+                      std::to_string(limits_.max_decoded_bytes) + " bytes");
   decoded_bytes_ += bytes;
   return {};
 }
@@ -269,7 +270,7 @@ Result<Decoder::Progress> Decoder::Impl::missing() {
 
 Result<void> Decoder::Impl::read_start() {
   ByteReader in(consume(container::kFileStartBytes));
-  if (!container::get(in, start_)) return wrong(ErrorCode::corrupt, "this is no .shm file");
+  if (!container::get(in, start_)) return wrong(ErrorCode::corrupt, "this is not a .shm file");
   if (!container::is_known_version(start_))
     return wrong(ErrorCode::unsupported, "format version " + std::to_string(start_.major) + "." +
                                              std::to_string(start_.minor) +
@@ -316,7 +317,8 @@ Result<void> Decoder::Impl::read_payload() {
   if (!container::is_known(header_)) {
     chunks_.add(header_);
     if ((header_.flags & container::kChunkOptional) != 0) return {};
-    return wrong(ErrorCode::unsupported, "this reader does not know it, and the file needs it");
+    return wrong(ErrorCode::unsupported,
+                 "this reader does not know the chunk, which is not optional");
   }
   switch (static_cast<ChunkKind>(header_.kind)) {
     case ChunkKind::schema: chunks_.add(header_); return read_schema(payload);
@@ -335,7 +337,7 @@ Result<void> Decoder::Impl::read_payload() {
 }
 
 Result<void> Decoder::Impl::read_schema(std::span<const std::byte> payload) {
-  if (schema_) {  // repeated for repair: must be the same
+  if (schema_) {  // a repetition, which helps repair; it must be the same
     if (payload.size() == schema_bytes_.size() &&
         std::equal(payload.begin(), payload.end(), schema_bytes_.begin()))
       return {};
@@ -352,13 +354,13 @@ Result<void> Decoder::Impl::read_schema(std::span<const std::byte> payload) {
   auto schema = std::make_unique<Schema>();
   ReadLimits limits = limits_;
   limits.max_unpacked_bytes = budget_.left(offset_);
-  if (auto good = get(fields, *schema, limits); !good)
-    return wrong(good.error().code, good.error().detail);
+  if (auto status = get(fields, *schema, limits); !status)
+    return wrong(status.error().code, status.error().detail);
   budget_.take(bytes_of(*schema));
   schema->earlier_values = container::has_earlier_values(start_);
-  if (auto good = check_schema(*schema, limits_); !good) {
-    const bool limit = good.error().code == ErrorCode::over_limit;
-    return wrong(limit ? ErrorCode::over_limit : ErrorCode::corrupt, good.error().detail);
+  if (auto status = check_schema(*schema, limits_); !status) {
+    const bool limit = status.error().code == ErrorCode::over_limit;
+    return wrong(limit ? ErrorCode::over_limit : ErrorCode::corrupt, status.error().detail);
   }
   schema_ = std::move(schema);
   schema_bytes_.assign(payload.begin(), payload.end());
@@ -369,7 +371,7 @@ Result<void> Decoder::Impl::read_schema(std::span<const std::byte> payload) {
   return {};
 }
 
-/// A packed blob, which is not kept. It takes no more than `limit`, and than there is budget for.
+/// Unpacks a blob that is not kept. Fails if it is larger than `limit` or the remaining budget.
 Result<std::vector<std::byte>> Decoder::Impl::unpack(ByteReader& in, std::uint64_t limit) const {
   const std::uint64_t size = stated_packed_size(in);
   if (container::has_bounded_blobs(start_) && size > most_unpacked(in.left()))
@@ -391,11 +393,12 @@ std::uint64_t Decoder::Impl::elements_of(std::uint32_t array) const {
   return cells;
 }
 
-/// For the index; and step values need the topology again.
+/// Records the group, to check the index and to decode its topology again for step values.
 void Decoder::Impl::look_at_group(std::span<const std::byte> payload) {
   ByteReader in(payload);
   container::GroupHeader header;
-  if (!container::get(in, header, header_.version)) return;  // who decodes the group will complain
+  if (!container::get(in, header, header_.version))
+    return;  // decoding the group will report the error
   chunks_.add_group(header_, header, in.position());
   if (!topology_) return;
   std::vector<std::span<const std::byte>> streams;
@@ -405,7 +408,7 @@ void Decoder::Impl::look_at_group(std::span<const std::byte> payload) {
 }
 
 Result<void> Decoder::Impl::read_step_values(std::span<const std::byte> payload) {
-  if (!topology_) return wrong(ErrorCode::corrupt, "belongs to no stepped array");
+  if (!topology_) return wrong(ErrorCode::corrupt, "does not belong to a stepped array");
   if (!step_values_) {
     std::vector<std::uint64_t> elements(schema_->arrays.size());
     for (std::uint32_t a = 0; a < elements.size(); ++a) elements[a] = elements_of(a);
@@ -414,9 +417,9 @@ Result<void> Decoder::Impl::read_step_values(std::span<const std::byte> payload)
   ByteReader in(payload);
   std::vector<container::StepPart> parts;
   if (!container::get(in, parts, header_.version, payload.size()))
-    return wrong(ErrorCode::corrupt, "its header makes no sense");
+    return wrong(ErrorCode::corrupt, "its header is invalid");
   chunks_.add_step_values(header_, parts);
-  if (auto good = read_part(parts[0], in.get_bytes(parts[0].bytes)); !good) return good;
+  if (auto status = read_part(parts[0], in.get_bytes(parts[0].bytes)); !status) return status;
   parts_.assign(parts.begin() + 1, parts.end());
   const auto left = in.get_bytes(in.left());
   part_bytes_.assign(left.begin(), left.end());
@@ -426,10 +429,10 @@ Result<void> Decoder::Impl::read_step_values(std::span<const std::byte> payload)
 Result<void> Decoder::Impl::read_next_part() {
   const container::StepPart part = parts_.front();
   parts_.pop_front();
-  std::uint64_t behind = part.bytes;
-  for (const container::StepPart& it : parts_) behind += it.bytes;
+  std::uint64_t bytes_left = part.bytes;
+  for (const container::StepPart& later : parts_) bytes_left += later.bytes;
   return read_part(part, std::span(part_bytes_)
-                             .last(static_cast<std::size_t>(behind))
+                             .last(static_cast<std::size_t>(bytes_left))
                              .first(static_cast<std::size_t>(part.bytes)));
 }
 
@@ -438,7 +441,7 @@ Result<void> Decoder::Impl::read_part(const container::StepPart& part,
   const container::StepHeader& header = part.header;
   auto piece = step_values_->read(header, bytes, offset_);
   if (!piece) return wrong(piece.error().code, piece.error().detail);
-  if (auto good = count_bytes(piece->values.size()); !good) return good;
+  if (auto status = count_bytes(piece->values.size()); !status) return status;
   if (array_names_.empty()) array_names_ = array_stream_names(*schema_);
   stream_bytes_[array_names_[header.array]] += bytes.size();
   steps_ = std::max(steps_, header.step + 1);
@@ -448,7 +451,7 @@ Result<void> Decoder::Impl::read_part(const container::StepPart& part,
 
 Result<void> Decoder::Impl::read_step_times(std::span<const std::byte> payload) {
   if (std::exchange(step_times_read_, true))
-    return wrong(ErrorCode::corrupt, "there are step times already");
+    return wrong(ErrorCode::corrupt, "the file has step times twice");
   ByteReader in(payload);
   const auto blob = unpack(in, most_bytes_of_times(limits_));
   if (!blob) return blob.error();
@@ -470,7 +473,7 @@ Result<void> Decoder::Impl::read_extra(std::span<const std::byte> payload) {
   if (!extras) return wrong(extras.error().code, extras.error().detail);
   for (const Extra& extra : *extras) budget_.take(bytes_of(extra));
   stream_bytes_["extras"] += payload.size();
-  extras_ = std::move(*extras);  // those of the last one have been taken
+  extras_ = std::move(*extras);  // all extras of the previous chunk have been taken
   next_extra_ = 0;
   return {};
 }
@@ -479,7 +482,7 @@ Result<void> Decoder::Impl::read_index(std::span<const std::byte> payload) {
   ByteReader in(payload);
   container::Index index;
   if (!container::get(in, index, header_.version, next_sequence_))
-    return wrong(ErrorCode::corrupt, "makes no sense");
+    return wrong(ErrorCode::corrupt, "is invalid");
   const auto held = this->held();
   const bool same =
       held && index.previous_index == held->previous_index && index.vertices == held->vertices &&
@@ -488,7 +491,7 @@ Result<void> Decoder::Impl::read_index(std::span<const std::byte> payload) {
       index.segments == held->segments && index.imported_vertices == held->imported_vertices &&
       index.block_cells == held->block_cells &&
       (index.version > 0 || index.streams == held->streams);
-  if (!same) return wrong(ErrorCode::corrupt, "does not list what the file holds");
+  if (!same) return wrong(ErrorCode::corrupt, "does not match the contents of the file");
   if (const auto difference = chunks_.difference(index.entries))
     return wrong(ErrorCode::corrupt, *difference);
   index_offset_ = chunk_offset_;
@@ -554,13 +557,13 @@ class __attribute__((visibility("hidden"))) Reader::Impl {
   Impl(ByteSource& source, const ReadLimits& limits, const ReadOptions& options)
       : source_(&source), decoder_(limits, options) {}
 
-  /// Feeds until the schema is known.
+  /// Feeds the decoder until it knows the schema.
   Result<void> open() {
     while (decoder_.schema() == nullptr) {
       auto progress = decoder_.advance();
       if (!progress) return progress.error();
       if (*progress == Decoder::Progress::need_input)
-        if (auto good = fetch(); !good) return good;
+        if (auto status = fetch(); !status) return status;
     }
     return {};
   }
@@ -575,7 +578,7 @@ class __attribute__((visibility("hidden"))) Reader::Impl {
         case Decoder::Progress::finished: return static_cast<Item*>(nullptr);
         case Decoder::Progress::item_ready: item_ = decoder_.take(); return &*item_;
         case Decoder::Progress::need_input:
-          if (auto good = fetch(); !good) return good.error();
+          if (auto status = fetch(); !status) return status.error();
       }
     }
   }
@@ -604,7 +607,7 @@ Reader::~Reader() = default;
 Result<Reader> Reader::open(ByteSource& source, const ReadLimits& limits,
                             const ReadOptions& options) {
   auto impl = std::make_unique<Impl>(source, limits, options);
-  if (auto good = impl->open(); !good) return good.error();
+  if (auto status = impl->open(); !status) return status.error();
   return Reader(std::move(impl));
 }
 const Schema& Reader::schema() const { return *impl_->decoder().schema(); }

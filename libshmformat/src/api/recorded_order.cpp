@@ -21,12 +21,12 @@ Error not_counted(std::size_t vertices) {
 
 template <class T>
 void replace(std::span<std::byte> values, const std::vector<std::uint64_t>& position) {
-  for (std::size_t at = 0; at + sizeof(T) <= values.size(); at += sizeof(T)) {
+  for (std::size_t offset = 0; offset + sizeof(T) <= values.size(); offset += sizeof(T)) {
     T number{};
-    std::memcpy(&number, values.data() + at, sizeof number);
+    std::memcpy(&number, values.data() + offset, sizeof number);
     if (number < 0 || static_cast<std::uint64_t>(number) >= position.size()) continue;
     number = static_cast<T>(position[static_cast<std::size_t>(number)]);
-    std::memcpy(values.data() + at, &number, sizeof number);
+    std::memcpy(values.data() + offset, &number, sizeof number);
   }
 }
 
@@ -45,8 +45,8 @@ Result<std::vector<std::uint64_t>> RecordedOrder::elements(
     return misuse_error("cells are not numbered from 0 on, each once", "coding order");
   if (info.blocks.empty()) return cells;
   if (cell_blocks.size() != cells.size())
-    return misuse_error("blocks of " + std::to_string(cell_blocks.size()) + " cells, of " +
-                            std::to_string(cells.size()),
+    return misuse_error("cell_blocks has " + std::to_string(cell_blocks.size()) +
+                            " elements, but the number of cells is " + std::to_string(cells.size()),
                         "coding order");
   std::vector<std::uint64_t> element(cells.size(), kUnset);
   std::uint64_t count = 0;

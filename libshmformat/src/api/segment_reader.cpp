@@ -1,4 +1,4 @@
-// SegmentReader: finds the groups of a segment by the index and decodes them alone.
+// SegmentReader: finds the groups of a segment in the index, and decodes only these.
 #include "shm/segment_reader.h"
 
 #include <string>
@@ -28,8 +28,8 @@ Result<std::vector<MeshBlock>> SegmentReader::Impl::read(std::size_t index) {
   for (std::size_t g = file.first_group(index); g < file.first_group(index + 1); ++g) {
     auto chunk = file.read_group(g, parts);
     if (!chunk) return chunk.error();
-    if (auto good = decoder.begin_group(std::move(*chunk)); !good) return good.error();
-    if (auto good = file.expect_group(g, decoder.group()); !good) return good.error();
+    if (auto status = decoder.begin_group(std::move(*chunk)); !status) return status.error();
+    if (auto status = file.expect_group(g, decoder.group()); !status) return status.error();
     while (decoder.in_group()) {
       auto block = decoder.next_block();
       if (!block) return block.error();
@@ -46,7 +46,7 @@ SegmentReader::~SegmentReader() = default;
 
 Result<SegmentReader> SegmentReader::open(RandomSource& source, const ReadLimits& limits) {
   auto impl = std::make_unique<Impl>(source, limits);
-  if (auto good = impl->file.open(); !good) return good.error();
+  if (auto status = impl->file.open(); !status) return status.error();
   return SegmentReader(std::move(impl));
 }
 const Schema& SegmentReader::schema() const { return impl_->file.schema(); }

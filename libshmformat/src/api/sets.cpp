@@ -17,7 +17,8 @@ namespace {
 
 using Kind = MeshSet::Kind;
 
-// Values of an extra are packed together and held at once: long lists are cut into these.
+// The values of an extra are packed together and held in memory at once, so that long lists are cut
+// into parts of this size.
 constexpr std::size_t kPartBytes = std::size_t{16} << 20;
 
 constexpr std::array<std::string_view, 3> kFolders{"mesh/node_set/", "mesh/side_set/",
@@ -26,7 +27,7 @@ constexpr std::string_view kId = "id", kName = "name", kMembers = "members", kSi
                            kBlocks = "blocks", kFactors = "factors";
 constexpr std::array kFields{kId, kName, kMembers, kSides, kBlocks, kFactors};
 
-// A number without signs and without zeros in front, so that no two keys mean the same.
+// Parses a number without sign or leading zeros, so that no two keys mean the same set.
 std::optional<std::uint64_t> number_of(std::string_view text) {
   std::uint64_t number = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
@@ -35,12 +36,12 @@ std::optional<std::uint64_t> number_of(std::string_view text) {
   return number;
 }
 
-// "mesh/side_set/3/members/1"
+// The parts of a key such as "mesh/side_set/3/members/1".
 struct Key {
   Kind kind = Kind::nodes;
   std::uint64_t number = 0;
   std::string_view field;
-  std::uint64_t part = 0;  // of a list in several extras
+  std::uint64_t part = 0;  // number of this part of a list that is stored in several extras
 };
 
 std::optional<Key> parse(std::string_view key) {
@@ -56,25 +57,25 @@ std::optional<Key> parse(std::string_view key) {
   if (!number) return std::nullopt;
   parsed.number = *number;
   key.remove_prefix(slash + 1);
-  const std::size_t behind = key.find('/');
-  parsed.field = key.substr(0, behind);
+  const std::size_t end = key.find('/');
+  parsed.field = key.substr(0, end);
   if (std::find(kFields.begin(), kFields.end(), parsed.field) == kFields.end()) return std::nullopt;
-  if (behind == key.npos) return parsed;
-  const auto part = number_of(key.substr(behind + 1));
+  if (end == key.npos) return parsed;
+  const auto part = number_of(key.substr(end + 1));
   if (!part || *part == 0) return std::nullopt;
   parsed.part = *part;
   return parsed;
 }
 
-// The extras of a set by what they hold, as far as parts follow each other from the first one on.
+// The extras of one set by field. A list in several parts ends before the first missing part.
 class Folder {
  public:
   Folder(std::span<const Extra> extras, const SetPlace& place) : place_(place) {
-    for (const std::size_t at : place.extras)
-      if (at < extras.size())
-        if (const auto key = parse(extras[at].key))
+    for (const std::size_t i : place.extras)
+      if (i < extras.size())
+        if (const auto key = parse(extras[i].key))
           if (key->kind == place.kind && key->number == place.number)
-            by_field_[key->field].try_emplace(key->part, &extras[at]);
+            by_field_[key->field].try_emplace(key->part, &extras[i]);
   }
 
   std::vector<const Extra*> parts(std::string_view field) const {
@@ -88,7 +89,7 @@ class Folder {
     return list;
   }
   bool has(std::string_view field) const { return !parts(field).empty(); }
-  // False where parts are missing.
+  // Returns false if parts are missing.
   bool whole(std::string_view field) const {
     const auto found = by_field_.find(field);
     return found == by_field_.end() || parts(field).size() == found->second.size();
@@ -113,8 +114,8 @@ T value_at(const Extra& extra, std::size_t index) {
   return value;
 }
 
-// Integers of 32 or 64 bits, all of `refers` and from `least` to below `end`; an error says of what
-// they are too many or too few.
+// Returns the integers of a field. They must have 32 or 64 bits, refer to `refers`, be at least
+// `least` and, unless negative, less than `end`. Errors name the field.
 template <class T>
 Result<std::vector<T>> integers(const Folder& folder, std::string_view field, Reference refers,
                                 std::int64_t least, std::uint64_t end) {
@@ -132,7 +133,7 @@ Result<std::vector<T>> integers(const Folder& folder, std::string_view field, Re
       const std::int64_t value =
           narrow ? value_at<std::int32_t>(*part, i) : value_at<std::int64_t>(*part, i);
       if (value < least || (value >= 0 && static_cast<std::uint64_t>(value) >= end))
-        return folder.error(field, "there is no " + std::to_string(value));
+        return folder.error(field, "out of range: " + std::to_string(value));
       values.push_back(static_cast<T>(value));
     }
   }
@@ -142,7 +143,7 @@ Result<std::vector<T>> integers(const Folder& folder, std::string_view field, Re
 Result<std::vector<double>> factors(const Folder& folder) {
   if (!folder.whole(kFactors)) return folder.error(kFactors, "a part of the list is missing");
   std::vector<double> values;
-  bool any_other = false;  // than 1
+  bool any_other = false;  // true if a factor is not 1
   for (const Extra* part : folder.parts(kFactors)) {
     const bool narrow = part->type == ScalarType::float32;
     const std::size_t width = narrow ? 4 : 8;
@@ -157,14 +158,14 @@ Result<std::vector<double>> factors(const Folder& folder) {
   return values;
 }
 
-// Why the lists of a set cannot be those of one; empty: they can.
+// Returns why the lists of a set contradict each other; an empty string if they do not.
 std::string contradiction(const MeshSet& set) {
   const std::size_t members = set.members.size();
   if (set.kind == Kind::sides ? set.sides.size() != members : !set.sides.empty())
     return "has " + std::to_string(members) + " members, and " + std::to_string(set.sides.size()) +
            " sides";
   if (set.kind != Kind::elements && !set.blocks.empty())
-    return "has blocks, and is no set of elements";
+    return "has blocks, but is not an element set";
   return {};
 }
 
@@ -201,7 +202,8 @@ void put_integers(std::vector<Extra>& out, const std::string& key, Reference ref
     put_parts<std::int64_t>(out, key, ScalarType::int64, refers, std::span(values));
 }
 
-// Whether a float is the same double again, NaNs and their bits included.
+// Returns true if the value is unchanged after conversion to float. False for NaN, so that its bits
+// are kept.
 bool is_float_value(double value) {
   if (!(value >= -double{std::numeric_limits<float>::max()} &&
         value <= double{std::numeric_limits<float>::max()}))
@@ -223,12 +225,12 @@ std::vector<SetPlace> find_sets(std::span<const Extra> extras) {
   std::vector<SetPlace> places;
   std::map<std::pair<Kind, std::uint64_t>, std::size_t> known;
   std::map<std::string_view, std::size_t> keys;
-  for (std::size_t at = 0; at < extras.size(); ++at) {
-    const auto key = parse(extras[at].key);
-    if (!key || !keys.emplace(extras[at].key, at).second) continue;
+  for (std::size_t i = 0; i < extras.size(); ++i) {
+    const auto key = parse(extras[i].key);
+    if (!key || !keys.emplace(extras[i].key, i).second) continue;
     const auto [place, fresh] = known.try_emplace({key->kind, key->number}, places.size());
     if (fresh) places.push_back({key->kind, key->number, {}});
-    places[place->second].extras.push_back(at);
+    places[place->second].extras.push_back(i);
   }
   return places;
 }
@@ -247,7 +249,7 @@ Result<MeshSet> read_set(std::span<const Extra> extras, const SetPlace& place,
     return folder.error(kId, "is not one number");
   set.id = ids->empty() ? static_cast<std::int64_t>(place.number) + 1 : ids->front();
   if (const auto name = folder.parts(kName); !name.empty()) {
-    if (name[0]->type != ScalarType::uint8) return folder.error(kName, "is no text");
+    if (name[0]->type != ScalarType::uint8) return folder.error(kName, "is not a text");
     for (const std::byte byte : name[0]->data) set.name += static_cast<char>(byte);
   }
   auto members =
@@ -295,7 +297,7 @@ Result<std::vector<MeshSet>> sets_of(const Mesh& mesh) {
   for (const MeshSet& set : sets) {
     const auto kind = static_cast<std::size_t>(set.kind);
     if (kind >= counts.size())
-      return Error{ErrorCode::misuse, "a set is of no kind that there is", "sets", kNoOffset, {}};
+      return Error{ErrorCode::misuse, "unknown kind of set", "sets", kNoOffset, {}};
     const std::uint64_t number = counts[kind]++;
     const std::string folder = set_folder(set.kind, number);
     std::string wrong = contradiction(set);

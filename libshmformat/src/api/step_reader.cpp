@@ -1,4 +1,4 @@
-// StepReader: looks up in the index what a step needs, and reads that.
+// StepReader: finds in the index the chunks that a step needs, and reads only these.
 #include "shm/step_reader.h"
 
 #include <algorithm>
@@ -19,7 +19,7 @@
 namespace shm {
 namespace {
 
-/// The topology of one segment, and the elements of arrays in it.
+/// The topology of one segment, and the elements of arrays in that segment.
 struct SegmentMesh {
   SegmentMesh(const Schema& schema, std::uint64_t most_bytes, const ElementNeeds& needs,
               std::size_t most_kept, const CellBytes& cell_bytes)
@@ -30,7 +30,7 @@ struct SegmentMesh {
   }
 
   StepTopology topology;
-  std::optional<StepElements> elements;  // once the topology has all groups
+  std::optional<StepElements> elements;  // set when the topology has all groups
 };
 
 }  // namespace
@@ -69,18 +69,19 @@ class __attribute__((visibility("hidden"))) StepReader::Impl {
   StepIndex index_;
   std::vector<double> times_;
   StepReference most_ = StepReference::nothing;
-  CellBytes cell_bytes_;  // of the topologies
+  CellBytes cell_bytes_;  // shared by all topologies
   CoverNumbers covers_;
   std::map<std::size_t, SegmentMesh> meshes_;                        // by segment
-  std::size_t kept_bytes_ = 0;                                       // of all but the one at hand
+  std::size_t kept_bytes_ = 0;                                       // of all meshes except mesh_
   std::map<std::pair<std::uint32_t, std::size_t>, HeldSteps> held_;  // by array and segment
 
-  // the request at hand
+  // The current request.
   StepRequest request_;
-  std::size_t wanted_ = 0;                     // which of the array's steps
-  std::size_t segment_ = 0, end_segment_ = 0;  // at hand; behind the last one
-  std::optional<SegmentSteps> steps_;          // of the segment at hand
-  SegmentMesh* mesh_ = nullptr;                // of the segment at hand, where it is needed
+  std::size_t wanted_ = 0;  // index among the steps of the array
+  std::size_t segment_ = 0,
+              end_segment_ = 0;        // the current segment, and the end of the segments to read
+  std::optional<SegmentSteps> steps_;  // of the current segment
+  SegmentMesh* mesh_ = nullptr;        // of the current segment; null if it is not needed
   std::optional<Error> error_;
   StepValues values_;
 };
@@ -98,15 +99,15 @@ Result<void> StepReader::Impl::open() {
   return {};
 }
 
-/// Which of the array's steps it is; nothing where the array has no elements.
+/// Returns the index of `step` among the array's steps; nullopt if the array has no elements.
 Result<std::optional<std::size_t>> StepReader::Impl::find(std::uint32_t array,
                                                           std::uint64_t step) const {
   if (!is_stepped(array))
-    return misuse_error("array " + std::to_string(array) + " is no stepped array", "steps");
+    return misuse_error("array " + std::to_string(array) + " is not a stepped array", "steps");
   const auto& steps = index_.steps(array);
   const auto found = std::lower_bound(
       steps.begin(), steps.end(), step,
-      [](const StepIndex::Step& it, std::uint64_t wanted) { return it.step < wanted; });
+      [](const StepIndex::Step& entry, std::uint64_t wanted) { return entry.step < wanted; });
   if (found != steps.end() && found->step == step)
     return std::optional(static_cast<std::size_t>(found - steps.begin()));
   if (index_.elements(array) == 0) return std::optional<std::size_t>();
@@ -132,7 +133,7 @@ Result<void> StepReader::Impl::begin(const StepRequest& request) {
   return {};
 }
 
-/// Tells the source which chunks of step values will be read, as far as they are not very many.
+/// Announces to the source which chunks of step values will be read, at most kMostRanges.
 void StepReader::Impl::prefetch_parts() {
   constexpr std::size_t kMostRanges = 1 << 14;
   const auto& steps = index_.steps(request_.array);
@@ -142,9 +143,9 @@ void StepReader::Impl::prefetch_parts() {
       *held->second.at <= wanted_)
     from = *held->second.at + 1;
   std::vector<ByteRange> ranges;
-  for (std::size_t at = from; at <= wanted_ && at - from < kMostRanges; ++at)
+  for (std::size_t s = from; s <= wanted_ && s - from < kMostRanges; ++s)
     for (const StepIndex::Part& part :
-         index_.parts(steps[at], file_->first_group(segment_), file_->first_group(end_segment_))) {
+         index_.parts(steps[s], file_->first_group(segment_), file_->first_group(end_segment_))) {
       if (!ranges.empty() && ranges.back().offset == part.offset) continue;
       if (ranges.size() == kMostRanges) break;
       ranges.push_back({part.offset, part.bytes});
@@ -157,9 +158,9 @@ Result<StepValues*> StepReader::Impl::next() {
   while (segment_ < end_segment_) {
     if (!steps_ && !find_segment()) break;
     if (!steps_)
-      if (auto good = begin_segment(); !good) return *(error_ = good.error());
+      if (auto status = begin_segment(); !status) return *(error_ = status.error());
     if (!steps_->at_end()) {
-      if (auto good = read_group(); !good) return *(error_ = good.error());
+      if (auto status = read_group(); !status) return *(error_ = status.error());
       return &values_;
     }
     end_segment();
@@ -168,7 +169,8 @@ Result<StepValues*> StepReader::Impl::next() {
   return nullptr;
 }
 
-/// The next segment, or the one at hand, that has elements of the array.
+/// Moves to the first segment, from the current segment on, that has elements of the array. Returns
+/// false if there is none.
 bool StepReader::Impl::find_segment() {
   const auto parts = index_.parts(index_.steps(request_.array)[wanted_],
                                   file_->first_group(segment_), file_->first_group(end_segment_));
@@ -235,7 +237,7 @@ Result<void> StepReader::Impl::number(const StepIndex::Part& part) {
 
 // --- topology
 
-/// Of one segment, with the streams of its groups that are needed.
+/// Returns the mesh of one segment. Reads only the streams of its groups that are needed.
 Result<SegmentMesh*> StepReader::Impl::mesh_of(std::size_t segment, const ElementNeeds& needs) {
   const auto found = meshes_.find(segment);
   ElementNeeds all = needs;
@@ -257,15 +259,15 @@ Result<SegmentMesh*> StepReader::Impl::mesh_of(std::size_t segment, const Elemen
         return mesh.topology.uses(header, stream);
       });
   for (const std::size_t g : groups)
-    if (auto good = add_group(*file_, g, mesh.topology); !good) {
+    if (auto status = add_group(*file_, g, mesh.topology); !status) {
       meshes_.erase(segment);
-      return good.error();
+      return status.error();
     }
   mesh.elements.emplace(file_->schema(), mesh.topology, covers_);
   return &mesh;
 }
 
-// --- the face
+// --- public interface
 
 StepReader::StepReader(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 StepReader::StepReader(StepReader&&) noexcept = default;
@@ -274,17 +276,17 @@ StepReader::~StepReader() = default;
 
 Result<StepReader> StepReader::open(RandomSource& source, const ReadLimits& limits) {
   auto file = std::make_shared<IndexedFile>(source, limits);
-  if (auto good = file->open(); !good) return good.error();
+  if (auto status = file->open(); !status) return status.error();
   return of(std::move(file));
 }
 Result<StepReader> StepReader::open_damaged(RandomSource& source, const ReadLimits& limits) {
   auto file = std::make_shared<IndexedFile>(source, limits);
-  if (auto good = file->open_damaged(); !good) return good.error();
+  if (auto status = file->open_damaged(); !status) return status.error();
   return of(std::move(file));
 }
 Result<StepReader> StepReader::of(std::shared_ptr<IndexedFile> file) {
   auto impl = std::make_unique<Impl>(std::move(file));
-  if (auto good = impl->open(); !good) return good.error();
+  if (auto status = impl->open(); !status) return status.error();
   return StepReader(std::move(impl));
 }
 const Schema& StepReader::schema() const { return impl_->file().schema(); }
@@ -296,7 +298,7 @@ std::uint64_t StepReader::elements(std::uint32_t array) const {
 std::vector<std::uint64_t> StepReader::steps(std::uint32_t array) const {
   std::vector<std::uint64_t> steps;
   if (impl_->is_stepped(array))
-    for (const StepIndex::Step& it : impl_->index().steps(array)) steps.push_back(it.step);
+    for (const StepIndex::Step& entry : impl_->index().steps(array)) steps.push_back(entry.step);
   return steps;
 }
 Result<void> StepReader::expect(std::uint32_t array, std::uint64_t step) const {
@@ -306,7 +308,7 @@ Result<void> StepReader::expect(std::uint32_t array, std::uint64_t step) const {
 Result<void> StepReader::begin(const StepRequest& request) { return impl_->begin(request); }
 Result<StepValues*> StepReader::next() { return impl_->next(); }
 Result<std::vector<StepValues>> StepReader::read(const StepRequest& request) {
-  if (auto good = impl_->begin(request); !good) return good.error();
+  if (auto status = impl_->begin(request); !status) return status.error();
   std::vector<StepValues> all;
   while (true) {
     auto values = impl_->next();

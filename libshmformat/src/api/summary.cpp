@@ -1,4 +1,4 @@
-// Summary: totals that a Reader counts, from the heads of chunks.
+// Summary: the same totals that a Reader counts, but computed from the heads of chunks.
 #include "shm/summary.h"
 
 #include <algorithm>
@@ -19,7 +19,7 @@ using container::IndexEntry;
 using container::StreamEntry;
 using container::StreamKind;
 
-/// Whether the index lists a part of step values as it is.
+/// Returns true if the entry of the index agrees with the part of step values.
 bool is_told_by(const container::StepEntry& entry, const container::StepPart& part) {
   const container::StepHeader& header = part.header;
   return header.array == entry.array && header.step == entry.step && header.group == entry.group &&
@@ -50,16 +50,16 @@ class Summarizer {
 
   RandomSource* source_;
   IndexedFile file_;
-  std::vector<std::string> array_names_;  // of their streams
-  std::size_t groups_ = 0;                // that have been added
+  std::vector<std::string> array_names_;  // names of the streams of arrays
+  std::size_t groups_ = 0;                // groups added so far
   bool has_step_values_ = false;
   Summary summary_;
   Totals& totals_ = summary_.totals;
 };
 
 Result<Summary> Summarizer::run() {
-  if (auto good = file_.open(); !good) return good.error();
-  if (auto good = file_.expect_totals(); !good) return good.error();
+  if (auto status = file_.open(); !status) return status.error();
+  if (auto status = file_.expect_totals(); !status) return status.error();
   summary_.schema = schema();
   array_names_ = array_stream_names(schema());
   totals_.segment_connectivity.resize(file_.segments().size(), ConnectivityCodec::automatic);
@@ -68,17 +68,17 @@ Result<Summary> Summarizer::run() {
   const auto add = [this](const ChunkHeader& header, const IndexEntry& entry) {
     return add_chunk(header, entry);
   };
-  if (auto good =
+  if (auto status =
           container::for_each_chunk(*source_, file_.index().entries, file_.index_offset(), add);
-      !good)
-    return good.error();
+      !status)
+    return status.error();
   auto times = file_.read_step_times();
   if (!times) return times.error();
   summary_.step_times = std::move(*times);
   auto extras = file_.read_extras();
   if (!extras) return extras.error();
   summary_.extras = std::move(*extras);
-  if (auto good = finish(); !good) return good.error();
+  if (auto status = finish(); !status) return status.error();
   return std::move(summary_);
 }
 
@@ -95,14 +95,15 @@ Result<void> Summarizer::add_chunk(const ChunkHeader& header, const IndexEntry& 
       case ChunkKind::step_values: return add_step_values(header, entry);
       case ChunkKind::step_times:
       case ChunkKind::extra: totals_.streams["extras"] += header.payload_bytes; return {};
-      case ChunkKind::index: return wrong("there is another one behind it");
+      case ChunkKind::index: return wrong("another index follows");
       case ChunkKind::members: break;
     }
   if ((header.flags & container::kChunkOptional) != 0) return {};
-  return wrong("this reader does not know it, and the file needs it", ErrorCode::unsupported);
+  return wrong("this reader does not know the chunk, which is not optional",
+               ErrorCode::unsupported);
 }
 
-/// The next one.
+/// Adds the next group.
 Result<void> Summarizer::add_group() {
   const std::size_t group = groups_++;
   const auto head = file_.read_group_head(group);
@@ -114,7 +115,7 @@ Result<void> Summarizer::add_group() {
   const bool has_codec = !streams.empty() && streams[0].kind == StreamKind::connectivity;
   if (!has_codec && head->header.cells > 0) return wrong_group(group, "connectivity: missing");
   if (has_codec)
-    if (auto good = take_codec(group, streams[0].codec); !good) return good;
+    if (auto status = take_codec(group, streams[0].codec); !status) return status;
   return add_streams(group, streams);
 }
 
@@ -159,12 +160,12 @@ Result<void> Summarizer::add_step_values(const ChunkHeader& header, const IndexE
   ByteReader in(*bytes);
   std::vector<container::StepPart> parts;
   if (!container::get(in, parts, header.version, header.payload_bytes))
-    return IndexedFile::wrong("its header makes no sense", section, entry.offset);
+    return IndexedFile::wrong("its header is invalid", section, entry.offset);
   if (!std::equal(entry.parts.begin(), entry.parts.end(), parts.begin(), parts.end(), is_told_by))
-    return IndexedFile::wrong("the chunk that should stand here does not", section, entry.offset);
+    return IndexedFile::wrong("the chunk that the index lists is not here", section, entry.offset);
   for (const container::StepPart& part : parts) {
     if (part.header.array >= array_names_.size())
-      return IndexedFile::wrong("belongs to no stepped array", section, entry.offset);
+      return IndexedFile::wrong("does not belong to a stepped array", section, entry.offset);
     totals_.streams[array_names_[part.header.array]] += part.bytes;
     totals_.steps = std::max(totals_.steps, part.header.step + 1);
   }
@@ -172,7 +173,7 @@ Result<void> Summarizer::add_step_values(const ChunkHeader& header, const IndexE
   return {};
 }
 
-/// The totals of the index, which must be those of the headers.
+/// Checks the totals of the index against the headers and copies them to the summary.
 Result<void> Summarizer::finish() {
   const container::Index& index = file_.index();
   totals_.vertices = index.vertices;
@@ -192,21 +193,21 @@ Result<void> Summarizer::finish() {
   for (std::size_t s = 0; same && s < index.streams.size(); ++s, ++counted)
     same = index.streams[s].name == counted->first && index.streams[s].bytes == counted->second;
   for (const auto& [name, bytes] : totals_.streams) coded += bytes;
-  if (!same) return file_.wrong_index("does not list what the file holds");
+  if (!same) return file_.wrong_index("does not match the contents of the file");
   totals_.total_bytes = source_->size();
   totals_.streams["container"] = totals_.total_bytes - coded;
-  // Steps are complete and in order.
+  // Check that steps are complete and in order.
   const auto steps = StepIndex::of(file_);
   return steps ? Result<void>() : Result<void>(steps.error());
 }
 
-/// Version and features before the first chunk: whether the rest is for this reader.
+/// Checks version and features before the first chunk is read.
 Result<void> check_start(RandomSource& source, const ReadLimits& limits) {
   std::vector<std::byte> start(
       static_cast<std::size_t>(std::min<std::uint64_t>(source.size(), container::kFileStartBytes)));
-  if (auto good = source.read_at(0, start); !good) return good;
+  if (auto status = source.read_at(0, start); !status) return status;
   Decoder decoder(limits);
-  if (auto good = decoder.feed(start); !good) return good;
+  if (auto status = decoder.feed(start); !status) return status;
   if (start.size() < container::kFileStartBytes) decoder.end_of_input();
   const auto progress = decoder.advance();
   return progress ? Result<void>() : Result<void>(progress.error());
@@ -215,11 +216,11 @@ Result<void> check_start(RandomSource& source, const ReadLimits& limits) {
 }  // namespace
 
 Result<Summary> read_summary(RandomSource& source, const ReadLimits& limits) {
-  if (auto good = check_start(source, limits); !good) return good.error();
+  if (auto status = check_start(source, limits); !status) return status.error();
   const auto bytes = container::bytes_of_file(source);
   if (!bytes) return bytes.error();
   SectionSource file(source, 0, *bytes);
-  ReadLimits of_heads = limits;  // nothing comes out
+  ReadLimits of_heads = limits;  // for reading only heads: nothing is decoded
   of_heads.max_vertices = of_heads.max_cells = ReadLimits().max_cells;
   auto summary = Summarizer(file, of_heads).run();
   if (summary) summary->totals.trailing_bytes = source.size() - *bytes;

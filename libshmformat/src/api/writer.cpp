@@ -1,4 +1,4 @@
-// Writer: joins the mesh encoder, step values and extras with the chunk writer.
+// Writer: connects the mesh encoder, step values and extras with the FileWriter.
 #include "shm/writer.h"
 
 #include <algorithm>
@@ -41,7 +41,7 @@ class __attribute__((visibility("hidden"))) Writer::Impl {
     return {};
   }
   Result<void> expect_mesh_ended() const {
-    if (!mesh_ended_) return misuse_error("end_mesh comes first", "steps");
+    if (!mesh_ended_) return misuse_error("call end_mesh before steps", "steps");
     return {};
   }
 
@@ -53,7 +53,7 @@ class __attribute__((visibility("hidden"))) Writer::Impl {
                          std::span<const std::uint64_t> last_uses, std::span<const std::byte> data);
   Result<void> add_mesh(const MeshArrays& mesh) {
     if (!mesh_.is_new())
-      return misuse_error("a whole mesh, and something was added before", "mesh");
+      return misuse_error("a whole mesh cannot follow vertices or cells", "mesh");
     return feed_mesh(mesh_, schema_, mesh);
   }
   Result<void> end_mesh() {
@@ -79,7 +79,7 @@ class __attribute__((visibility("hidden"))) Writer::Impl {
 
   std::uint32_t key_steps_;
   Level level_;
-  std::optional<StepTopology> topology_;  // where there are steps
+  std::optional<StepTopology> topology_;  // only if the schema has arrays with steps
 };
 
 Result<void> Writer::Impl::write_group(std::uint32_t segment, const container::GroupHeader& header,
@@ -97,12 +97,12 @@ Result<void> Writer::Impl::add_vertices(std::span<const std::uint64_t> numbers,
   const std::size_t data_bytes = point_data_bytes(schema_);
   if (xyz.size() / xyz_bytes != numbers.size() || xyz.size() % xyz_bytes != 0 ||
       data.size() != numbers.size() * data_bytes)
-    return misuse_error("values of vertices do not fit their number", "mesh");
+    return misuse_error("xyz or data do not match the number of vertices", "mesh");
   for (std::size_t v = 0; v < numbers.size(); ++v)
-    if (auto good = mesh_.add_vertex(numbers[v], xyz.subspan(v * xyz_bytes, xyz_bytes),
-                                     data.subspan(v * data_bytes, data_bytes));
-        !good)
-      return good;
+    if (auto status = mesh_.add_vertex(numbers[v], xyz.subspan(v * xyz_bytes, xyz_bytes),
+                                       data.subspan(v * data_bytes, data_bytes));
+        !status)
+      return status;
   return {};
 }
 
@@ -115,19 +115,19 @@ Result<void> Writer::Impl::add_cells(std::uint32_t block, std::size_t cells,
   const std::size_t nodes = cells == 0 ? 0 : corners.size() / cells;
   if (cells * nodes != corners.size() || data.size() != cells * data_bytes ||
       (!last_uses.empty() && last_uses.size() != cells))
-    return misuse_error("corners, last uses and data do not fit each other", "mesh");
+    return misuse_error("corners, last_uses and data have inconsistent sizes", "mesh");
   for (std::size_t c = 0; c < cells; ++c)
-    if (auto good = mesh_.add_cell(block, corners.subspan(c * nodes, nodes),
-                                   last_uses.empty() ? 0 : last_uses[c],
-                                   data.subspan(c * data_bytes, data_bytes));
-        !good)
-      return good;
+    if (auto status = mesh_.add_cell(block, corners.subspan(c * nodes, nodes),
+                                     last_uses.empty() ? 0 : last_uses[c],
+                                     data.subspan(c * data_bytes, data_bytes));
+        !status)
+      return status;
   return {};
 }
 
 Result<void> Writer::Impl::add_step_values(std::uint32_t array, std::uint64_t step,
                                            std::span<const std::byte> values) {
-  if (auto good = file_.check_step_values(array, values); !good) return good;
+  if (auto status = file_.check_step_values(array, values); !status) return status;
   if (!file_.has_step_encoder()) {
     std::vector<std::uint64_t> elements(schema_.arrays.size());
     for (std::uint32_t a = 0; a < elements.size(); ++a)
@@ -138,16 +138,16 @@ Result<void> Writer::Impl::add_step_values(std::uint32_t array, std::uint64_t st
 }
 
 Result<void> Writer::Impl::add_extra(const Extra& extra) {
-  if (auto good = FileWriter::check(extra); !good) return good;
-  if (!mesh_ended_)  // its place among the groups depends on what was added alone
-    if (auto good = mesh_.catch_up(); !good) return good;
+  if (auto status = FileWriter::check(extra); !status) return status;
+  if (!mesh_ended_)  // the extra's position among the groups must depend only on earlier calls
+    if (auto status = mesh_.catch_up(); !status) return status;
   return file_.add_extra(extra);
 }
 
 Result<SizeReport> Writer::Impl::finish() {
   return calls_.finish([&]() -> Result<SizeReport> {
     if (!mesh_ended_)
-      if (auto good = end_mesh(); !good) return good.error();
+      if (auto status = end_mesh(); !status) return status.error();
     return file_.finish(mesh_.totals());
   });
 }
@@ -161,35 +161,35 @@ Result<Writer> Writer::create(ByteSink& sink, Schema schema, const WriteOptions&
   auto checked = schema_of_file(std::move(schema), options);
   if (!checked) return checked.error();
   auto impl = std::make_unique<Impl>(sink, std::move(*checked), options);
-  if (auto good = impl->start(); !good) return good.error();
+  if (auto status = impl->start(); !status) return status.error();
   return Writer(std::move(impl));
 }
 
 Result<void> Writer::add_vertex(std::uint64_t number, std::span<const std::byte> xyz,
                                 std::span<const std::byte> data) {
   return impl_->calls().run([&]() -> Result<void> {
-    if (auto good = impl_->expect_mesh_open(); !good) return good;
+    if (auto status = impl_->expect_mesh_open(); !status) return status;
     return impl_->mesh().add_vertex(number, xyz, data);
   });
 }
 Result<void> Writer::add_unused_vertex(std::uint64_t number, std::span<const std::byte> xyz,
                                        std::span<const std::byte> data) {
   return impl_->calls().run([&]() -> Result<void> {
-    if (auto good = impl_->expect_mesh_open(); !good) return good;
+    if (auto status = impl_->expect_mesh_open(); !status) return status;
     return impl_->mesh().add_unused_vertex(number, xyz, data);
   });
 }
 Result<void> Writer::add_cell(std::uint32_t block, std::span<const std::uint64_t> corners,
                               std::uint64_t last_use, std::span<const std::byte> data) {
   return impl_->calls().run([&]() -> Result<void> {
-    if (auto good = impl_->expect_mesh_open(); !good) return good;
+    if (auto status = impl_->expect_mesh_open(); !status) return status;
     return impl_->mesh().add_cell(block, corners, last_use, data);
   });
 }
 Result<void> Writer::add_vertices(std::span<const std::uint64_t> numbers,
                                   std::span<const std::byte> xyz, std::span<const std::byte> data) {
   return impl_->calls().run([&]() -> Result<void> {
-    if (auto good = impl_->expect_mesh_open(); !good) return good;
+    if (auto status = impl_->expect_mesh_open(); !status) return status;
     return impl_->add_vertices(numbers, xyz, data);
   });
 }
@@ -198,32 +198,32 @@ Result<void> Writer::add_cells(std::uint32_t block, std::size_t cells,
                                std::span<const std::uint64_t> last_uses,
                                std::span<const std::byte> data) {
   return impl_->calls().run([&]() -> Result<void> {
-    if (auto good = impl_->expect_mesh_open(); !good) return good;
+    if (auto status = impl_->expect_mesh_open(); !status) return status;
     return impl_->add_cells(block, cells, corners, last_uses, data);
   });
 }
 Result<void> Writer::add_mesh(const MeshArrays& mesh) {
   return impl_->calls().run([&]() -> Result<void> {
-    if (auto good = impl_->expect_mesh_open(); !good) return good;
+    if (auto status = impl_->expect_mesh_open(); !status) return status;
     return impl_->add_mesh(mesh);
   });
 }
 Result<void> Writer::end_mesh() {
   return impl_->calls().run([&]() -> Result<void> {
-    if (auto good = impl_->expect_mesh_open(); !good) return good;
+    if (auto status = impl_->expect_mesh_open(); !status) return status;
     return impl_->end_mesh();
   });
 }
 Result<void> Writer::add_step_values(std::uint32_t array, std::uint64_t step,
                                      std::span<const std::byte> values) {
   return impl_->calls().run([&]() -> Result<void> {
-    if (auto good = impl_->expect_mesh_ended(); !good) return good;
+    if (auto status = impl_->expect_mesh_ended(); !status) return status;
     return impl_->add_step_values(array, step, values);
   });
 }
 Result<void> Writer::set_step_times(std::span<const double> times) {
   return impl_->calls().run([&]() -> Result<void> {
-    if (auto good = impl_->expect_mesh_ended(); !good) return good;
+    if (auto status = impl_->expect_mesh_ended(); !status) return status;
     return impl_->set_step_times(times);
   });
 }

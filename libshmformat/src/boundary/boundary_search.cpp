@@ -12,12 +12,12 @@
 namespace shm {
 namespace {
 
-// No list may be asked for that is larger than any list can be.
+// Keeps every list within the largest size that a list can have.
 constexpr std::uint64_t kMostBytes = std::numeric_limits<std::size_t>::max() / 4;
 
 Error over_limit(std::uint64_t limit) {
   return {ErrorCode::over_limit,
-          "it takes more than " + std::to_string(limit) + " bytes, which is the limit",
+          "needs more than " + std::to_string(limit) + " bytes, which is the limit",
           "boundary",
           kNoOffset,
           {}};
@@ -46,33 +46,32 @@ BoundarySearch::BoundarySearch(const Schema& schema, const BoundaryOptions& opti
 
 // --- blocks
 
-/// Whether lists are as long as they should be: a block need not come from a Reader.
+/// Checks the sizes of the lists, since a block need not come from a Reader.
 Result<void> BoundarySearch::check(const MeshBlock& block) const {
   const std::size_t vertices = block.vertex_count(), cells = block.cell_count();
-  bool good =
-      block.first_vertex == next_vertex_ && block.first_cell == next_cell_ &&
-      block.xyz.size() == vertices * 3 * scalar_bytes(schema_->coordinate_type) &&
-      block.cell_numbers.size() == cells && block.last_use.size() == cells &&
-      block.vertices_before_cell.size() == cells &&
-      (block.corner_begin.size() == cells + 1 || (cells == 0 && block.corner_begin.empty()));
-  for (std::size_t c = 0; good && c < cells; ++c)
-    good = block.cell_blocks[c] < schema_->blocks.size() &&
-           block.corner_begin[c] <= block.corner_begin[c + 1] &&
-           block.vertices_before_cell[c] <= vertices;
-  good = good && (cells == 0 || block.corner_begin[cells] <= block.corners.size());
+  bool ok = block.first_vertex == next_vertex_ && block.first_cell == next_cell_ &&
+            block.xyz.size() == vertices * 3 * scalar_bytes(schema_->coordinate_type) &&
+            block.cell_numbers.size() == cells && block.last_use.size() == cells &&
+            block.vertices_before_cell.size() == cells &&
+            (block.corner_begin.size() == cells + 1 || (cells == 0 && block.corner_begin.empty()));
+  for (std::size_t c = 0; ok && c < cells; ++c)
+    ok = block.cell_blocks[c] < schema_->blocks.size() &&
+         block.corner_begin[c] <= block.corner_begin[c + 1] &&
+         block.vertices_before_cell[c] <= vertices;
+  ok = ok && (cells == 0 || block.corner_begin[cells] <= block.corners.size());
   for (const RecordLayout* layout : {&found_.vertex_layout(), &found_.cell_layout()})
     for (const RecordLayout::Column& column : layout->columns) {
-      if (!good || column.is_mark) continue;
+      if (!ok || column.is_mark) continue;
       std::size_t elements = vertices;
       if (layout == &found_.cell_layout())
         elements = static_cast<std::size_t>(
             std::count_if(block.cell_blocks.begin(), block.cell_blocks.end(),
                           [&](std::uint32_t b) { return schema_->array_covers(column.array, b); }));
-      good = column.array < block.arrays.size() &&
-             block.arrays[column.array].size() == elements * column.bytes;
+      ok = column.array < block.arrays.size() &&
+           block.arrays[column.array].size() == elements * column.bytes;
     }
-  return good ? Result<void>()
-              : misuse_error("the block is not the next one, or lacks something", "boundary");
+  return ok ? Result<void>()
+            : misuse_error("the block is not the next one, or is incomplete", "boundary");
 }
 
 Result<void> BoundarySearch::check_memory() {
@@ -84,7 +83,7 @@ Result<void> BoundarySearch::check_memory() {
       (free_vertices_.capacity() + free_cells_.capacity()) * sizeof(std::uint32_t);
   if (bytes + found_.memory() > max_bytes_ || found_.memory_of_sort() > max_bytes_)
     return over_limit(max_bytes_);
-  // All of them are counted with 32 bits.
+  // Their indices have 32 bits.
   if (vertices_.size() > kMost || sides_.size() > kMost || found_.vertices() > kMost ||
       found_.faces() > kMost)
     return over_limit(max_bytes_);
@@ -92,15 +91,15 @@ Result<void> BoundarySearch::check_memory() {
 }
 
 Result<void> BoundarySearch::add(const MeshBlock& block) {
-  if (auto good = check(block); !good) return good;
+  if (auto status = check(block); !status) return status;
   for (CellColumn& column : cell_columns_) column.taken = 0;
-  // Vertices behind those of the last cell are used by none, here or later.
+  // Vertices after those of the last cell are used by no cell, neither in this block nor later.
   std::size_t vertex = 0;
   for (std::size_t c = 0; c < block.cell_count(); ++c) {
     const auto end = static_cast<std::size_t>(block.vertices_before_cell[c]);
     for (; vertex < end; ++vertex)
-      if (auto good = add_vertex(block, vertex); !good) return good;
-    if (auto good = add_cell(block, c); !good) return good;
+      if (auto status = add_vertex(block, vertex); !status) return status;
+    if (auto status = add_cell(block, c); !status) return status;
   }
   next_vertex_ += block.vertex_count();
   next_cell_ += block.cell_count();
@@ -135,7 +134,7 @@ Result<void> BoundarySearch::add_cell(const MeshBlock& block, std::size_t c) {
   const auto corners =
       std::span(block.corners)
           .subspan(begin, static_cast<std::size_t>(block.corner_begin[c + 1]) - begin);
-  if (auto good = find_slots(corners, block.cell_numbers[c]); !good) return good;
+  if (auto status = find_slots(corners, block.cell_numbers[c]); !status) return status;
   const BlockInfo& info = schema_->blocks[block.cell_blocks[c]];
   CellForm form = forms_[block.cell_blocks[c]];
   if (info.nodes_per_cell != corners.size()) form = form_of(info.shape, corners.size());
@@ -163,12 +162,12 @@ Result<void> BoundarySearch::find_slots(std::span<const std::uint64_t> corners,
     nodes_[i] = slots_.find(corners[i]);
     if (nodes_[i] == kNone)
       return corrupt("cell " + std::to_string(cell) + " uses vertex " + std::to_string(corners[i]) +
-                     ", which is not there");
+                     ", which does not exist");
   }
   return {};
 }
 
-/// What is carried along of the cell: values, or which element of a stepped array it is.
+/// Fills the record of the cell: values, or the element of a stepped array that it is.
 void BoundarySearch::read_cell_record(const MeshBlock& block, std::size_t c) {
   const auto& columns = found_.cell_layout().columns;
   for (std::size_t i = 0; i < columns.size(); ++i) {
@@ -225,7 +224,7 @@ void BoundarySearch::add_solid(const CellForm& form) {
       add_triangle(k + 1, form.sides[k].at);
 }
 
-/// Whether the first three corners of a wedge, counter-clockwise, look away from the others.
+/// Returns true if the first three corners of a wedge go counter-clockwise seen from outside.
 bool BoundarySearch::is_mirrored_wedge() const {
   std::array<std::array<double, 3>, 6> points{};
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -253,38 +252,40 @@ bool BoundarySearch::is_mirrored_wedge() const {
   return volume < 0;
 }
 
-// The next two do by hand, for different vertices, what least_cycle() does.
+// The next two functions are faster versions of least_cycle() for three or four distinct vertices.
 
-void BoundarySearch::add_quad(std::uint32_t number, const std::array<std::uint8_t, 4>& at) {
-  const std::size_t low = ordinals_[at[1]] < ordinals_[at[0]] ? 1 : 0;
-  const std::size_t high = ordinals_[at[3]] < ordinals_[at[2]] ? 3 : 2;
-  const std::size_t first = ordinals_[at[high]] < ordinals_[at[low]] ? high : low;
+void BoundarySearch::add_quad(std::uint32_t number, const std::array<std::uint8_t, 4>& corners) {
+  const std::size_t low = ordinals_[corners[1]] < ordinals_[corners[0]] ? 1 : 0;
+  const std::size_t high = ordinals_[corners[3]] < ordinals_[corners[2]] ? 3 : 2;
+  const std::size_t first = ordinals_[corners[high]] < ordinals_[corners[low]] ? high : low;
   std::size_t second = (first + 1) % 4, last = (first + 3) % 4;
-  const bool is_reversed = ordinals_[at[last]] < ordinals_[at[second]];
+  const bool is_reversed = ordinals_[corners[last]] < ordinals_[corners[second]];
   if (is_reversed) std::swap(second, last);
-  const std::uint32_t from = nodes_[at[first]];
-  const SideTable::Rest rest{nodes_[at[second]], nodes_[at[(first + 2) % 4]], nodes_[at[last]]};
+  const std::uint32_t from = nodes_[corners[first]];
+  const SideTable::Rest rest{nodes_[corners[second]], nodes_[corners[(first + 2) % 4]],
+                             nodes_[corners[last]]};
   if (SideTable::Side* const side = sides_.find(from, rest))
     side->is_shared = true;
   else
     hang(sides_.add(from, rest), number, is_reversed, std::array{from, rest[0], rest[1], rest[2]});
 }
 
-void BoundarySearch::add_triangle(std::uint32_t number, const std::array<std::uint8_t, 4>& at) {
-  const std::size_t low = ordinals_[at[1]] < ordinals_[at[0]] ? 1 : 0;
-  const std::size_t first = ordinals_[at[2]] < ordinals_[at[low]] ? 2 : low;
+void BoundarySearch::add_triangle(std::uint32_t number,
+                                  const std::array<std::uint8_t, 4>& corners) {
+  const std::size_t low = ordinals_[corners[1]] < ordinals_[corners[0]] ? 1 : 0;
+  const std::size_t first = ordinals_[corners[2]] < ordinals_[corners[low]] ? 2 : low;
   std::size_t second = (first + 1) % 3, last = (first + 2) % 3;
-  const bool is_reversed = ordinals_[at[last]] < ordinals_[at[second]];
+  const bool is_reversed = ordinals_[corners[last]] < ordinals_[corners[second]];
   if (is_reversed) std::swap(second, last);
-  const std::uint32_t from = nodes_[at[first]];
-  const SideTable::Rest rest{nodes_[at[second]], nodes_[at[last]], kNone};
+  const std::uint32_t from = nodes_[corners[first]];
+  const SideTable::Rest rest{nodes_[corners[second]], nodes_[corners[last]], kNone};
   if (SideTable::Side* const side = sides_.find(from, rest))
     side->is_shared = true;
   else
     hang(sides_.add(from, rest), number, is_reversed, std::array{from, rest[0], rest[1]});
 }
 
-/// A new side, of the cell at hand.
+/// Initializes a new side of the current cell.
 void BoundarySearch::hang(SideTable::Side& side, std::uint32_t number, bool is_reversed,
                           std::span<const std::uint32_t> cycle) {
   side.number = static_cast<std::uint16_t>(number);
@@ -294,7 +295,7 @@ void BoundarySearch::hang(SideTable::Side& side, std::uint32_t number, bool is_r
   for (const std::uint32_t slot : cycle) ++vertices_[slot].holds;
 }
 
-/// Of the cell at hand, which is kept from now on.
+/// Returns the record of the current cell, which is kept from now on.
 std::uint32_t BoundarySearch::cell_record() {
   if (kept_as_ != kNone) return kept_as_;
   kept_as_ = static_cast<std::uint32_t>(cells_.size());
@@ -312,7 +313,7 @@ std::uint32_t BoundarySearch::cell_record() {
   return kept_as_;
 }
 
-// --- cells with a vertex more than once, and polyhedra
+// --- cells that repeat a vertex, and polyhedra
 
 void BoundarySearch::add_odd_solid(const CellForm& form) {
   collected_ = 0;
@@ -322,19 +323,20 @@ void BoundarySearch::add_odd_solid(const CellForm& form) {
   add_collected();
 }
 
-/// False where its nodes are no faces.
+/// Returns false if the nodes of the cell do not list faces.
 bool BoundarySearch::add_polyhedron() {
   is_mirrored_ = false;
   collected_ = 0;
   std::uint32_t number = 0;
-  const bool good = for_each_face(nodes_, [&](std::size_t first, std::size_t size) {
+  const bool ok = for_each_face(nodes_, [&](std::size_t first, std::size_t size) {
     collect_side(++number, size, [&](std::size_t i) { return nodes_[first + i]; });
   });
-  if (good) add_collected();
-  return good;
+  if (ok) add_collected();
+  return ok;
 }
 
-/// Neighbours that are the same vertex count as one; with fewer than three it is no side.
+/// Consecutive corners that are the same vertex count once. With fewer than three corners there is
+/// no side.
 template <class SlotAt>
 void BoundarySearch::collect_side(std::uint32_t number, std::size_t size, SlotAt&& slot_at) {
   if (collected_ == cycles_.size()) cycles_.emplace_back();
@@ -352,7 +354,7 @@ void BoundarySearch::collect_side(std::uint32_t number, std::size_t size, SlotAt
   ++collected_;
 }
 
-/// What the cell has twice is no side of it.
+/// Adds the collected sides. Two equal sides of the cell cancel each other.
 void BoundarySearch::add_collected() {
   const auto sides = std::span(cycles_).first(collected_);
   std::vector<std::uint32_t> order(collected_);
@@ -390,11 +392,11 @@ void BoundarySearch::add_collected(const Cycle& cycle) {
          cycle.is_reversed, slots);
 }
 
-// --- what is decided
+// --- sides and vertices that are complete
 
-/// No later cell uses it, nor any side that hangs there.
+/// Called when no later cell uses the vertex: the sides that hang there are complete.
 void BoundarySearch::finalize(std::uint32_t slot) {
-  if (vertices_[slot].is_finalized) return;  // the cell has it twice
+  if (vertices_[slot].is_finalized) return;  // the cell has the vertex twice
   vertices_[slot].is_finalized = true;
   slots_.erase(vertices_[slot].number);
   take_sides(slot);
@@ -431,7 +433,7 @@ void BoundarySearch::release(std::uint32_t slot) {
 
 Result<void> BoundarySearch::end_mesh() {
   for (std::uint32_t slot = 0; slot < sides_.slots(); ++slot) take_sides(slot);
-  if (auto good = check_memory(); !good) return good;
+  if (auto status = check_memory(); !status) return status;
   found_.sort();
   return {};
 }

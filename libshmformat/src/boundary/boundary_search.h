@@ -1,6 +1,7 @@
-// BoundarySearch: blocks of vertices and cells in, what only one cell has out. It keeps each vertex
-// until it is finalized and no side uses it any more, and each side until the vertex at which it
-// hangs, the oldest of its own, is finalized: memory follows the active surface and the boundary.
+// BoundarySearch: takes blocks of vertices and cells, and finds the sides that only one cell has.
+// It keeps each vertex until it is finalized and no kept side uses it. It keeps each side until its
+// oldest vertex, at which the side hangs (SideTable), is finalized. Memory therefore follows the
+// active surface and the boundary.
 #pragma once
 
 #include <array>
@@ -21,43 +22,44 @@ namespace shm {
 
 class BoundarySearch {
  public:
-  /// `schema` is borrowed. Must hold: it has all arrays that are asked for.
+  /// `schema` is borrowed. Must hold: it has all requested arrays.
   BoundarySearch(const Schema& schema, const BoundaryOptions& options);
 
-  /// The next block. After an error the search is over.
+  /// Adds the next block. After an error no other call is allowed.
   Result<void> add(const MeshBlock& block);
-  /// Behind the last block: what is left open is boundary, and all of it is sorted.
+  /// Call it after the last block. Sides that are still open are boundary; then the surface is
+  /// sorted.
   Result<void> end_mesh();
-  /// Sides that are kept, for others to be compared with, and vertices.
+  /// Number of sides that are kept for comparison with later cells, and of vertices that are kept.
   std::size_t open_sides() const { return sides_.size(); }
   std::size_t kept_vertices() const { return vertices_.size() - free_vertices_.size(); }
-  /// Cells of which no side is known.
+  /// Number of cells whose sides are unknown.
   std::uint64_t left_out() const { return left_out_; }
-  /// What was found, once end_mesh() was called.
+  /// The surface, complete after end_mesh().
   SurfaceBuilder& found() { return found_; }
 
  private:
   struct Vertex {
     std::uint64_t number = 0;
-    std::uint64_t ordinal = 0;    // how many vertices came before it
-    std::uint64_t holds = 1;      // places in cycles of sides, and 1 until it is finalized
-    std::uint32_t place = kNone;  // in what was found
+    std::uint64_t ordinal = 0;  // number of vertices that came before it
+    std::uint64_t holds = 1;    // occurrences in cycles of kept sides, plus 1 until it is finalized
+    std::uint32_t place = kNone;  // index in found_, once it is there
     bool is_finalized = false;
   };
-  /// A cell of which there are sides.
+  /// A cell with kept sides.
   struct Cell {
     std::uint64_t position = 0, number = 0;
     std::uint32_t block = 0;
     std::uint32_t sides = 0;
   };
-  /// An array of cells that is carried along, in the block at hand.
+  /// State of a requested cell array.
   struct CellColumn {
     std::vector<bool> covers;   // by block
-    std::size_t taken = 0;      // elements of the block of the mesh that were taken
-    std::uint64_t element = 0;  // of all: the next one
+    std::size_t taken = 0;      // elements of the current block of the mesh that have been passed
+    std::uint64_t element = 0;  // index in the whole mesh of the next element
     std::vector<std::byte> nothing;
   };
-  /// A side of the cell at hand.
+  /// A side of the current cell.
   struct Cycle {
     std::vector<std::uint32_t> slots;
     std::vector<std::uint64_t> ordinals;
@@ -73,8 +75,8 @@ class BoundarySearch {
   Result<void> find_slots(std::span<const std::uint64_t> corners, std::uint64_t cell);
   void add_itself(std::uint32_t corners);
   void add_solid(const CellForm& form);
-  void add_quad(std::uint32_t number, const std::array<std::uint8_t, 4>& at);
-  void add_triangle(std::uint32_t number, const std::array<std::uint8_t, 4>& at);
+  void add_quad(std::uint32_t number, const std::array<std::uint8_t, 4>& corners);
+  void add_triangle(std::uint32_t number, const std::array<std::uint8_t, 4>& corners);
   void add_odd_solid(const CellForm& form);
   bool add_polyhedron();
   template <class SlotAt>
@@ -96,28 +98,28 @@ class BoundarySearch {
   const Schema* schema_;
   std::uint64_t max_bytes_;
   SurfaceBuilder found_;
-  std::vector<CellForm> forms_;           // by block, where cells have a fixed number of nodes
-  std::vector<CellColumn> cell_columns_;  // of the cell layout
+  std::vector<CellForm> forms_;           // by block, for cells with a fixed number of nodes
+  std::vector<CellColumn> cell_columns_;  // by column of the cell layout
   std::uint64_t next_vertex_ = 0, next_cell_ = 0, left_out_ = 0;
-  std::size_t unchecked_ = 0;  // nodes since memory was looked at
+  std::size_t unchecked_ = 0;  // nodes since the last check of memory
 
-  NumberMap slots_;  // of live vertices, by number
+  NumberMap slots_;  // live vertices, by number
   std::vector<Vertex> vertices_;
-  std::vector<std::byte> records_;  // of vertices
+  std::vector<std::byte> records_;  // one for each vertex
   std::vector<std::uint32_t> free_vertices_;
   SideTable sides_;
   std::vector<Cell> cells_;
   std::vector<std::byte> cell_records_;
   std::vector<std::uint32_t> free_cells_;
 
-  // the cell at hand
+  // The current cell.
   Cell cell_;
   std::vector<std::byte> record_;
-  std::uint32_t kept_as_ = kNone;            // in cells_, once one of its sides hangs
+  std::uint32_t kept_as_ = kNone;            // index in cells_, once one of its sides hangs
   std::vector<std::uint32_t> nodes_;         // slots
   std::array<std::uint64_t, 8> ordinals_{};  // of the corners of a solid
   bool is_mirrored_ = false;                 // its sides are seen from inside
-  std::vector<Cycle> cycles_;                // its sides, as far as collected_ says
+  std::vector<Cycle> cycles_;                // its sides; only the first collected_ are valid
   std::size_t collected_ = 0;
 };
 

@@ -1,5 +1,5 @@
-// What cells are for a boundary: faces themselves, or solids with sides, which are counted as side
-// sets count them.
+// The role of cells in a boundary: they are faces themselves, or solids with sides, which are
+// numbered as in side sets.
 #pragma once
 
 #include <array>
@@ -13,24 +13,25 @@ namespace shm {
 
 struct CellForm {
   enum Kind : std::uint8_t {
-    unknown,     ///< nothing is known of its sides
-    itself,      ///< a face, an edge or a point: its first nodes
-    solid,       ///< its first nodes are corners, of which it has sides
-    polyhedron,  ///< its nodes are faces, each closed by its first vertex again
+    unknown,     ///< its sides are not known
+    itself,      ///< its first nodes are a face, an edge or a point
+    solid,       ///< its first nodes are corners, which form its sides
+    polyhedron,  ///< its nodes list faces, and the first vertex of each is repeated after its last
   };
   Kind kind = unknown;
-  std::uint32_t corners = 0;         ///< itself, solid: how many of its nodes
-  std::span<const ShapeFace> sides;  ///< solid: each seen from outside, counter-clockwise
-  /// Wedges: there are files with the first triangle seen from inside, as here, and others with it
-  /// seen from outside, as VTK's manual has it; coordinates tell.
+  std::uint32_t corners = 0;         ///< itself, solid: number of nodes that are corners
+  std::span<const ShapeFace> sides;  ///< solid: corners counter-clockwise, seen from outside
+  /// Wedges: in some files the corners of the first triangle go counter-clockwise seen from inside,
+  /// as here, and in others seen from outside, as VTK's manual says. The coordinates show which.
   bool has_two_orders = false;
 };
 
-/// Of a cell with so many nodes.
+/// Returns the form of a cell with `nodes` nodes.
 CellForm form_of(CellShape shape, std::uint64_t nodes);
 
-/// The faces of a polyhedron: calls visit(first, size), places among its nodes, for each, whose
-/// first node stands again behind it. False where the nodes are no such faces.
+/// Calls visit(first, size) for each face of a polyhedron, whose nodes are nodes[first], ...,
+/// nodes[first + size - 1]; nodes[first + size] repeats the first of them. Returns false if the
+/// nodes do not have this form.
 template <class Visit>
 bool for_each_face(std::span<const std::uint32_t> nodes, Visit&& visit) {
   for (std::size_t first = 0; first < nodes.size();) {

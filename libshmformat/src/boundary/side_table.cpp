@@ -7,8 +7,8 @@ namespace shm {
 
 namespace {
 
-/// Where the least rotation of `keys` begins (Booth's way, without its table: two candidates run
-/// against each other).
+/// Returns the start of the least rotation of `keys` (Booth's algorithm without its table: two
+/// candidates are compared with each other).
 std::size_t least_rotation(std::span<const std::uint64_t> keys) {
   const std::size_t size = keys.size();
   std::size_t a = 0, b = 1, same = 0;
@@ -64,10 +64,10 @@ std::uint32_t SideTable::new_side() {
 
 void SideTable::free_side(std::uint32_t side) {
   if (is_long(sides_[side])) {
-    const std::uint32_t at = sides_[side].rest[1];
-    long_bytes_ -= long_[at].capacity() * sizeof(std::uint32_t);
-    shm::let_go(long_[at]);
-    push_tightly(free_long_, at);
+    const std::uint32_t long_index = sides_[side].rest[1];
+    long_bytes_ -= long_[long_index].capacity() * sizeof(std::uint32_t);
+    shm::let_go(long_[long_index]);
+    push_tightly(free_long_, long_index);
   }
   push_tightly(free_, side);
 }
@@ -90,25 +90,24 @@ SideTable::Side& SideTable::hang(std::uint32_t first, std::uint32_t side) {
 SideTable::Side* SideTable::find_long(std::span<const std::uint32_t> cycle) {
   const std::uint32_t first = cycle.front();
   if (first >= hung_.size()) return nullptr;
-  for (std::uint32_t at = hung_[first].first; at != kNone; at = sides_[at].next)
-    if (is_long(sides_[at]) && std::ranges::equal(long_cycle(sides_[at]), cycle))
-      return &sides_[at];
+  for (std::uint32_t i = hung_[first].first; i != kNone; i = sides_[i].next)
+    if (is_long(sides_[i]) && std::ranges::equal(long_cycle(sides_[i]), cycle)) return &sides_[i];
   return hung_[first].more == kNone ? nullptr : find_hashed(first, {kNone, kNone, kNone}, cycle);
 }
 
 SideTable::Side& SideTable::add_long(std::span<const std::uint32_t> cycle) {
   const std::uint32_t side = new_side();
-  auto at = static_cast<std::uint32_t>(long_.size());
+  auto long_index = static_cast<std::uint32_t>(long_.size());
   if (free_long_.empty()) {
     expect_more(long_, 1);
     long_.emplace_back();
   } else {
-    at = free_long_.back();
+    long_index = free_long_.back();
     free_long_.pop_back();
   }
-  long_[at].assign(cycle.begin(), cycle.end());
-  long_bytes_ += long_[at].capacity() * sizeof(std::uint32_t);
-  sides_[side].rest = {kNone, at, kNone};
+  long_[long_index].assign(cycle.begin(), cycle.end());
+  long_bytes_ += long_[long_index].capacity() * sizeof(std::uint32_t);
+  sides_[side].rest = {kNone, long_index, kNone};
   return hang(cycle.front(), side);
 }
 
@@ -118,7 +117,7 @@ std::span<const std::uint32_t> SideTable::cycle_of(std::uint32_t first, const Si
   return std::span(short_).first(side.rest[2] == kNone ? 3 : 4);
 }
 
-// --- many at one vertex
+// --- many sides at one vertex
 
 std::size_t SideTable::home(std::uint32_t first, const Rest& rest,
                             std::span<const std::uint32_t> cycle) const {
@@ -132,16 +131,16 @@ std::size_t SideTable::home(std::uint32_t first, const Rest& rest,
 }
 
 std::size_t SideTable::home_of(std::uint32_t side) const {
-  const Side& it = sides_[side];
-  return home(links_[side].first, it.rest,
-              is_long(it) ? long_cycle(it) : std::span<const std::uint32_t>());
+  const Side& entry = sides_[side];
+  return home(links_[side].first, entry.rest,
+              is_long(entry) ? long_cycle(entry) : std::span<const std::uint32_t>());
 }
 
 SideTable::Side* SideTable::find_hashed(std::uint32_t first, const Rest& rest,
                                         std::span<const std::uint32_t> cycle) {
-  for (std::uint32_t at = heads_[home(first, rest, cycle)]; at != kNone; at = links_[at].next) {
-    Side& side = sides_[at];
-    if (links_[at].first != first) continue;
+  for (std::uint32_t i = heads_[home(first, rest, cycle)]; i != kNone; i = links_[i].next) {
+    Side& side = sides_[i];
+    if (links_[i].first != first) continue;
     const bool same = rest[0] != kNone
                           ? are_same(side.rest, rest)
                           : is_long(side) && std::ranges::equal(long_cycle(side), cycle);
@@ -155,10 +154,10 @@ void SideTable::add_hash(std::uint32_t side) {
     const std::vector<std::uint32_t> old = std::exchange(
         heads_, std::vector<std::uint32_t>(heads_.empty() ? 64 : heads_.size() * 2, kNone));
     for (const std::uint32_t head : old)
-      for (std::uint32_t at = head; at != kNone;) {
-        const std::uint32_t next = links_[at].next;
-        links_[at].next = std::exchange(heads_[home_of(at)], at);
-        at = next;
+      for (std::uint32_t i = head; i != kNone;) {
+        const std::uint32_t next = links_[i].next;
+        links_[i].next = std::exchange(heads_[home_of(i)], i);
+        i = next;
       }
   }
   links_[side].next = std::exchange(heads_[home_of(side)], side);
@@ -166,11 +165,11 @@ void SideTable::add_hash(std::uint32_t side) {
 }
 
 void SideTable::forget_hash(std::uint32_t first, std::uint32_t side) {
-  const Side& it = sides_[side];
-  std::uint32_t* at = &heads_[home(
-      first, it.rest, is_long(it) ? long_cycle(it) : std::span<const std::uint32_t>())];
-  while (*at != side) at = &links_[*at].next;
-  *at = links_[side].next;
+  const Side& hashed = sides_[side];
+  std::uint32_t* link = &heads_[home(
+      first, hashed.rest, is_long(hashed) ? long_cycle(hashed) : std::span<const std::uint32_t>())];
+  while (*link != side) link = &links_[*link].next;
+  *link = links_[side].next;
   --hashed_;
 }
 

@@ -19,7 +19,8 @@ void append_bytes(std::vector<std::byte>& to, const std::byte* from, std::size_t
   to.insert(to.end(), from, from + bytes);
 }
 
-/// Element i becomes what element from[i] was; `width` of a list stand for one.
+/// Reorders a list: the old element from[i] becomes element i. An element consists of `width`
+/// entries.
 template <class T>
 void gather(std::vector<T>& list, const std::vector<std::uint32_t>& from, std::size_t width = 1) {
   if (list.empty()) return;
@@ -62,7 +63,7 @@ SurfaceBuilder::SurfaceBuilder(const Schema& schema, std::vector<BoundaryArray> 
   filled_.resize(arrays_.size());
   vertex_layout_.bytes = xyz_bytes_;
   for (std::size_t r = 0; r < arrays_.size(); ++r) {
-    if (of_points(r) && info(r).per_step) continue;  // by the vertex's place in coding order
+    if (of_points(r) && info(r).per_step) continue;  // these are stored by ordinal
     RecordLayout& layout = of_points(r) ? vertex_layout_ : cell_layout_;
     const bool is_mark = info(r).per_step;
     const std::size_t bytes = is_mark ? sizeof(std::uint64_t) : stride(r);
@@ -119,7 +120,7 @@ std::uint64_t SurfaceBuilder::memory_of_sort() const {
     if (info(r).per_step) all += std::uint64_t{of_points(r) ? vertices() : faces()} * stride(r);
     list(surface_.arrays[r].size());
   }
-  // The order of vertices and where they went, or the order of faces.
+  // The order of vertices and their new indices, or the order of faces.
   return all + largest +
          std::max(std::uint64_t{vertices()} * 2, std::uint64_t{faces()}) * sizeof(std::uint32_t);
 }
@@ -230,12 +231,12 @@ void SurfaceBuilder::fill(std::uint32_t array, std::uint64_t step,
     const auto& places = by_number(of_points(r));
     const auto& own = of_points(r) ? surface_.vertex_numbers : surface_.cell_numbers;
     for (std::size_t i = 0; i < numbers.size() && (i + 1) * bytes <= values.size(); ++i) {
-      auto at = std::lower_bound(
+      auto found = std::lower_bound(
           places.begin(), places.end(), numbers[i],
           [&](std::uint32_t place, std::uint64_t number) { return own[place] < number; });
-      for (; at != places.end() && own[*at] == numbers[i]; ++at)
-        std::memcpy(surface_.arrays[r].data() + std::size_t{*at} * bytes, values.data() + i * bytes,
-                    bytes);
+      for (; found != places.end() && own[*found] == numbers[i]; ++found)
+        std::memcpy(surface_.arrays[r].data() + std::size_t{*found} * bytes,
+                    values.data() + i * bytes, bytes);
     }
   }
 }

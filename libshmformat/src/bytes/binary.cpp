@@ -11,10 +11,10 @@ namespace shm {
 ReadLimits within_sizes(ReadLimits limits) {
   if constexpr (sizeof(std::size_t) < sizeof(std::uint64_t)) {
     constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 30;
-    for (std::uint64_t* it : {&limits.max_chunk_bytes, &limits.max_group_bytes,
-                              &limits.max_extra_bytes, &limits.max_unpacked_bytes})
-      *it = std::min(*it, kMostBytes);
-    // Some 100 bytes are kept of each.
+    for (std::uint64_t* limit : {&limits.max_chunk_bytes, &limits.max_group_bytes,
+                                 &limits.max_extra_bytes, &limits.max_unpacked_bytes})
+      *limit = std::min(*limit, kMostBytes);
+    // The decoder keeps about 100 bytes per active vertex.
     limits.max_active_vertices =
         std::min<std::uint64_t>(limits.max_active_vertices, std::uint64_t{1} << 24);
   }

@@ -1,6 +1,7 @@
-// Bytes of the format: every number of more than one byte is little-endian and passes through here.
-// ByteWriter appends to a vector; ByteReader walks borrowed bytes, returns zeros past the end and
-// remembers that it did: check ok() once per structure, before using what was read.
+// The byte level of the format. All numbers of more than one byte are little-endian and pass
+// through here. ByteWriter appends to a vector. ByteReader reads from borrowed bytes; past the end
+// it returns zeros and remembers the failure: check ok() once per structure, before using the
+// values.
 // spec: "Conventions", "Checksums"
 #pragma once
 
@@ -19,21 +20,23 @@ namespace shm {
 
 struct ReadLimits;
 
-// Counts of the format have 64 bits, sizes in memory on some machines 32. A number of a file passes
-// the limits of its reader before it becomes a size, and these are kept within what sizes hold.
+// Counts in the format have 64 bits, but sizes in memory have only 32 bits on some machines. Every
+// number read from a file is checked against the reader's limits before it becomes a size, and
+// within_sizes() keeps these limits within the range of std::size_t.
 
-/// The number as a size, or the largest size where it is larger than any.
+/// Returns the number as a size, or the largest possible size if the number is larger.
 inline std::size_t to_size(std::uint64_t number) {
   return static_cast<std::size_t>(
       std::min<std::uint64_t>(number, std::numeric_limits<std::size_t>::max()));
 }
-/// A limit that grows with the bytes there are: `each` more for each of them, up to any number.
+/// Returns a limit that grows with the number of bytes: `limit` plus `each` per byte, without
+/// overflow.
 constexpr std::uint64_t limit_with(std::uint64_t limit, std::uint64_t each, std::uint64_t bytes) {
   constexpr std::uint64_t kAll = ~std::uint64_t{0};
   return bytes > (kAll - limit) / each ? kAll : limit + each * bytes;
 }
-/// The same limits where sizes have 64 bits. Where they have 32, at most 1 GiB each: what needs
-/// more is over_limit, however much its caller allows.
+/// Returns the limits unchanged if sizes have 64 bits. If they have 32 bits, no limit on bytes
+/// exceeds 1 GiB: data that needs more is over_limit, however much the caller allows.
 ReadLimits within_sizes(ReadLimits limits);
 
 static_assert(std::endian::native == std::endian::little ||
@@ -51,7 +54,8 @@ inline void copy_little_endian(std::byte* to, const std::byte* from, std::size_t
   }
 }
 
-/// Of chunk headers, payloads and bitstreams: the low 32 bits of XXH64 with seed 0.
+/// Returns the checksum of chunk headers, payloads and bitstreams: the low 32 bits of XXH64 with
+/// seed 0.
 std::uint32_t checksum(std::span<const std::byte> bytes);
 
 class ByteWriter {
@@ -63,7 +67,7 @@ class ByteWriter {
   void put_u32(std::uint32_t v) { put_fixed(v, 4); }
   void put_u64(std::uint64_t v) { put_fixed(v, 8); }
   void put_f64(double v) { put_u64(std::bit_cast<std::uint64_t>(v)); }
-  /// LEB128: seven bits a byte, low bits first, at most ten bytes.
+  /// LEB128: seven bits per byte, low bits first, at most ten bytes.
   void put_varint(std::uint64_t v) {
     for (; v >= 0x80; v >>= 7) put_u8(static_cast<std::uint8_t>(v | 0x80));
     put_u8(static_cast<std::uint8_t>(v));
@@ -92,7 +96,8 @@ class ByteReader {
   std::uint32_t get_u32() { return static_cast<std::uint32_t>(get_fixed(4)); }
   std::uint64_t get_u64() { return get_fixed(8); }
   double get_f64() { return std::bit_cast<double>(get_u64()); }
-  /// Bit by bit, where a value that is returned may lose bits: of a NaN, on x86 of 32 bits.
+  /// Copies the bits into `value`. Returning a double may change them: on 32-bit x86 the bits of a
+  /// NaN.
   void get_f64(double& value) {
     const std::uint64_t bits = get_u64();
     std::memcpy(&value, &bits, sizeof value);
@@ -128,7 +133,8 @@ class ByteReader {
     const auto v = get_bytes(get_varint());
     return {reinterpret_cast<const char*>(v.data()), v.size()};
   }
-  /// A view of the next `count` bytes; empty, and not ok, when there are fewer.
+  /// Returns a view of the next `count` bytes. If there are fewer, the view is empty and ok()
+  /// becomes false.
   std::span<const std::byte> get_bytes(std::uint64_t count) {
     if (count > left()) {
       ok_ = false;
@@ -139,14 +145,15 @@ class ByteReader {
     at_ += view.size();
     return view;
   }
-  /// What has been read since position() was `begin`.
+  /// Returns the bytes read since position() was `begin`.
   std::span<const std::byte> since(std::size_t begin) const {
     return bytes_.subspan(begin, at_ - begin);
   }
   std::size_t left() const { return bytes_.size() - at_; }
   std::size_t position() const { return at_; }
   bool ok() const { return ok_; }
-  /// A count of things that take at least `bytes_each` bytes of what is left.
+  /// Reads the number of items that follow. Fails if the remaining bytes are too few for that many
+  /// items of at least `bytes_each` bytes.
   std::uint64_t get_count(std::size_t bytes_each) {
     const std::uint64_t count = get_varint();
     if (count > left() / bytes_each) {

@@ -1,7 +1,7 @@
-// The dictionary of small packed blobs: words of the files that meshes come from. It is part of the
-// format: not a byte of it changes. It stands in spec/dictionary_tables.bin and
-// spec/dictionary.txt, too; a test compares them, and scripts/dictionary makes it. spec: "Packed
-// blobs"
+// The dictionary of small packed blobs: words that are frequent in the files that meshes come from.
+// It is part of the format and must not change by a single byte. spec/dictionary_tables.bin and
+// spec/dictionary.txt contain the same bytes, which a test checks. scripts/dictionary builds it.
+// spec: "Packed blobs"
 #pragma once
 
 #include <array>

@@ -1,4 +1,4 @@
-// The error of a call that its caller should not have made.
+// misuse_error(): the error of a call that the caller should not have made.
 #pragma once
 
 #include <string>
@@ -8,7 +8,8 @@
 
 namespace shm {
 
-/// `section`: what was called, as in the errors of files.
+/// Returns an error of code misuse. `section` names the function or the argument, as the section of
+/// other errors names a part of the file.
 inline Error misuse_error(std::string detail, std::string section) {
   return Error{ErrorCode::misuse, std::move(detail), std::move(section), kNoOffset, {}};
 }

@@ -1,6 +1,7 @@
-// Lists that grow by an eighth, but small ones by as much again, up to 128 KiB: by slot, for what
-// is kept of each vertex or cell of the active surface, and of the elements of a group. So memory
-// follows surface and group closely; both stop growing soon.
+// Vectors that grow in small steps. A list that is indexed by slot (data of the vertices and cells
+// of the active surface, or of the elements of a group) doubles while it is small, but by at most
+// 128 KiB; a large list grows by an eighth. Memory thus follows the size of the surface and the
+// group closely. Both stop growing early in a file.
 #pragma once
 
 #include <algorithm>
@@ -12,31 +13,32 @@
 
 namespace shm {
 
-/// The slot or place that is not there.
+/// The value of a slot or an index that does not exist.
 inline constexpr std::uint32_t kNone = 0xffffffffu;
 
-/// The size of a list of `size` once there is room for `slot`, and some more.
+/// Returns the new size of a list of `size` elements that needs an element at `slot`: `size` if it
+/// is there already, otherwise at least an eighth more than `size`.
 inline std::size_t size_with_room(std::size_t size, std::size_t slot) {
   return slot < size ? size : std::max(slot + 1, size + size / 8);
 }
 
-/// Makes room for `slot`, and some more.
+/// Grows the list until `slot` is a valid index, by at least an eighth.
 template <class T>
 void make_room(std::vector<T>& list, std::size_t slot) {
   if (slot < list.size()) return;
   const std::size_t size = size_with_room(list.size(), slot);
-  list.reserve(size);  // or it would double
+  list.reserve(size);  // resize() alone would double the capacity
   list.resize(size);
 }
 
-/// What is kept by slot; new where there was no room for it.
+/// Returns the element at `slot`, growing the list if necessary.
 template <class T>
 T& at_slot(std::vector<T>& list, std::size_t slot) {
   make_room(list, slot);
   return list[slot];
 }
 
-/// Makes room for `count` more elements at the end.
+/// Reserves memory for `count` more elements at the end.
 template <class T>
 void expect_more(std::vector<T>& list, std::size_t count) {
   constexpr std::size_t kStep = (std::size_t{128} << 10) / sizeof(T);
@@ -45,13 +47,14 @@ void expect_more(std::vector<T>& list, std::size_t count) {
   const std::size_t step = std::max(list.size() / 8, std::min(list.size(), kStep));
   list.reserve(std::max(size, list.size() + step + 16));
 }
-/// The same for what is written much more often than it is kept: it grows by half.
+/// Like expect_more(), for lists that are written often and kept briefly: grows by half.
 template <class T>
 void expect_more_soon(std::vector<T>& list, std::size_t count) {
   const std::size_t size = list.size() + count;
   if (size > list.capacity()) list.reserve(std::max(size, list.size() + list.size() / 2 + 16));
 }
-/// Makes room for `slot`, and for half as many again: of what is given room slot by slot.
+/// Grows the list until `slot` is a valid index, by at least half. For lists whose slots are added
+/// one by one.
 template <class T>
 void make_room_soon(std::vector<T>& list, std::size_t slot) {
   if (slot < list.size()) return;
@@ -63,14 +66,15 @@ void push_tightly(std::vector<T>& list, const T& element) {
   list.push_back(element);
 }
 
-/// A few bytes, of values, which are eights as a rule: for memcpy() each time is a call.
+/// Copies a few bytes of values, usually a multiple of eight. memcpy() with a variable size would
+/// be a function call each time.
 inline void copy_few(std::byte* to, const std::byte* from, std::size_t count) {
   for (; count >= 8; count -= 8, to += 8, from += 8) std::memcpy(to, from, 8);
   for (; count > 0; --count) *to++ = *from++;
 }
 
-/// Numbers or bytes that a few are added to at a time, very often: for a vector each time is a
-/// call.
+/// A list of numbers or bytes that grows very often by a few elements. Unlike with std::vector, an
+/// append is usually inlined.
 template <class T>
 class ShortRuns {
  public:
@@ -78,7 +82,7 @@ class ShortRuns {
   std::size_t size() const { return size_; }
   const T* data() const { return room_.data(); }
   const T& operator[](std::size_t i) const { return room_[i]; }
-  /// Keeps its memory.
+  /// Keeps the memory for reuse.
   void clear() { size_ = 0; }
   void append(const T* from, std::size_t count) {
     if (room_.size() - size_ < count) make_room_for(count);
@@ -99,7 +103,7 @@ class ShortRuns {
   std::size_t size_ = 0;
 };
 
-/// Frees its memory, which `list = {}` does not.
+/// Frees the memory of the list, which `list = {}` does not.
 template <class T>
 void let_go(std::vector<T>& list) {
   std::vector<T>().swap(list);

@@ -1,13 +1,17 @@
-// OrderedTasks: several tasks worked on at once, whose outputs come out as if each had begun when
-// the one before it was done.
-// in:    inputs for the newest task           out: outputs, task after task
-// keeps: inputs that wait for their task, outputs that wait for their turn, both within limits
-// One thread, the caller's, begins tasks, gives inputs and takes outputs; within a task nothing
-// happens at once. As long as there is one task with little to do, and where the system has no more
-// threads, next() does it: to begin threads, and to have memory in each, takes as long as a small
-// mesh.
-// Outputs depend on the inputs alone, not on the number of threads. What a task throws (only
-// std::bad_alloc in this library) comes out of the caller's next(), in its turn.
+// OrderedTasks: runs several tasks at once and returns their outputs as if each task had begun
+// after the end of the task before it.
+// in:    inputs for the newest task
+// out:   outputs, task after task
+// keeps: inputs that wait for their task and outputs that wait for their turn, both within limits
+//
+// A single thread, the caller's, begins tasks, passes inputs and takes outputs. The inputs of one
+// task are processed one at a time. As long as there is only one task with few inputs, or if the
+// system cannot start threads, next() does the work in the caller's thread: starting threads, with
+// memory for each, takes as long as a small mesh.
+//
+// Outputs depend only on the inputs, not on the number of threads. If a task throws (in this
+// library only std::bad_alloc), next() rethrows the exception in the caller's thread when the turn
+// of that task has come.
 #pragma once
 
 #include <algorithm>
@@ -29,23 +33,26 @@ namespace shm {
 template <class In, class Out>
 class OrderedTasks {
  public:
-  /// Hands an output on, with the bytes that it holds.
+  /// Passes an output on, with its size in bytes.
   using Emit = std::function<void(Out, std::size_t)>;
 
   class Task {
    public:
     virtual ~Task() = default;
     virtual Result<void> take(In& in, const Emit& emit) = 0;
-    /// No input will follow.
+    /// Called after the last input.
     virtual Result<void> end(const Emit& emit) = 0;
   };
 
   struct Limits {
-    std::size_t in = 0, out = 0;  ///< bytes that may wait; what is at hand comes on top
-    /// Threads begin with a second task that finds one before it, or with so many bytes of inputs.
+    std::size_t
+        in = 0,
+        out = 0;  ///< limits in bytes on waiting inputs and outputs, not counting those in progress
+    /// Threads are started when a second task begins while an earlier one is unfinished, or after
+    /// this many bytes of inputs.
     std::size_t alone = 0;
   };
-  /// Up to so many threads.
+  /// Uses at most `threads` threads.
   OrderedTasks(unsigned threads, const Limits& limits) : wanted_(threads), limits_(limits) {
     spares_.reserve(kSpares);
   }
@@ -60,7 +67,7 @@ class OrderedTasks {
   OrderedTasks(const OrderedTasks&) = delete;
   OrderedTasks& operator=(const OrderedTasks&) = delete;
 
-  /// Ends the newest task, if there is one, and begins the next.
+  /// Ends the newest task, if there is one, and begins `task`.
   void begin(std::unique_ptr<Task> task) {
     end();
     std::size_t count = 0;
@@ -90,7 +97,7 @@ class OrderedTasks {
     }
     wake_workers_.notify_all();
   }
-  /// An input that has been used up, to be filled again; a new one if there is none.
+  /// Returns a used input whose memory can be filled again, or a new input if there is none.
   In spare() {
     const std::lock_guard lock(mutex_);
     if (spares_.empty()) return In();
@@ -103,15 +110,15 @@ class OrderedTasks {
     const std::lock_guard lock(mutex_);
     return in_bytes_ < limits_.in;
   }
-  /// Nothing is under way, and next() has nothing.
+  /// Returns true if no task has work left and next() would return nothing.
   bool is_idle() {
     const std::lock_guard lock(mutex_);
     return !has_output() && !is_under_way();
   }
 
   enum class Wait { no, for_output, for_output_or_room };
-  /// The next output, or what went wrong in its place; null when there is none yet, or none under
-  /// way. Without threads it never is under way afterwards.
+  /// Returns the next output, or the error that a task reported instead. Returns nullopt if there
+  /// is no output yet, or if no work is left. Without threads, nullopt means that no work is left.
   Result<std::optional<Out>> next(Wait wait) {
     Lock lock(mutex_);
     if (!has_threads()) {
@@ -143,7 +150,7 @@ class OrderedTasks {
     std::unique_ptr<Task> task;
     std::deque<std::pair<In, std::size_t>> inputs;
     std::deque<std::pair<Out, std::size_t>> outputs;
-    bool running = false, ended = false, closed = false;  // closed: its end() was called
+    bool running = false, ended = false, closed = false;  // closed: the task's end() was called
     std::optional<Error> error;
     Thrown thrown;
 
@@ -152,11 +159,11 @@ class OrderedTasks {
     bool has_work() const { return !failed() && (!inputs.empty() || (ended && !closed)); }
   };
 
-  /// Drops tasks that are done; whether the first one left has something to take.
+  /// Drops finished tasks. Returns true if the first remaining task has an output or has failed.
   bool has_output() {
     while (!jobs_.empty() && jobs_.front().is_done()) {
       jobs_.pop_front();
-      wake_workers_.notify_all();  // the next one is first now
+      wake_workers_.notify_all();  // the next task is the first now
     }
     return !jobs_.empty() && (!jobs_.front().outputs.empty() || jobs_.front().failed());
   }
@@ -165,7 +172,8 @@ class OrderedTasks {
       if (job.running || job.has_work()) return true;
     return false;
   }
-  /// The oldest task that can go on. The first one always can when its outputs have been taken.
+  /// Returns the oldest task that can continue. The first task can always continue once its outputs
+  /// have been taken.
   Job* next_job() {
     for (Job& job : jobs_) {
       const bool may = out_bytes_ < limits_.out || (&job == &jobs_.front() && job.outputs.empty());
@@ -188,7 +196,8 @@ class OrderedTasks {
         wake_workers_.wait(lock);
     }
   }
-  /// Its next input, or its end. `lock` is held before and afterwards, but not meanwhile.
+  /// Processes the next input of a job, or its end. The caller holds `lock`; it is released
+  /// meanwhile.
   void work_on(Job& job, Lock& lock) {
     job.running = true;
     std::optional<In> in;
@@ -229,14 +238,15 @@ class OrderedTasks {
 
   unsigned wanted_;
   Limits limits_;
-  std::size_t pushed_ = 0;  // bytes, up to limits_.alone
+  std::size_t pushed_ = 0;  // bytes of inputs so far, at most limits_.alone
   mutable Mutex mutex_;
   Condition wake_workers_, wake_caller_;
-  std::list<Job> jobs_;  // oldest first; their addresses stay
+  std::list<Job> jobs_;  // oldest first; a list, since their addresses must not change
   std::vector<In> spares_;
   std::size_t in_bytes_ = 0, out_bytes_ = 0;
   bool stopping_ = false;
-  std::unique_ptr<Workers> workers_;  // null: not yet. Last: its threads use all of the above
+  std::unique_ptr<Workers>
+      workers_;  // null until needed. The last member, since its threads use all the others
 };
 
 }  // namespace shm

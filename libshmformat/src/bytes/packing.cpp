@@ -1,6 +1,6 @@
 #include "bytes/packing.h"
 
-#define ZSTD_STATIC_LINKING_ONLY  // allocators
+#define ZSTD_STATIC_LINKING_ONLY  // for custom allocators
 #include <zstd.h>
 #include <zstd_errors.h>
 
@@ -17,9 +17,11 @@ namespace {
 
 /// Methods of packed blobs.
 constexpr std::uint8_t kRaw = 0, kFrame = 1, kPlanes = 2, kWithDictionary = 3;
-/// With the dictionary only small blobs are packed: of large ones it is no part worth mentioning.
+/// Largest unpacked size of a blob that is packed with the dictionary. Larger blobs would hardly
+/// profit from it.
 constexpr std::uint64_t kMostWithDictionary = std::uint64_t{1} << 20;
-/// As it stands in the file of the text of the format: tables, then words.
+/// Returns the dictionary as one sequence of bytes: tables, then words, in the order of the two
+/// files beside the specification.
 const std::vector<std::byte>& the_dictionary() {
   static const std::vector<std::byte> whole = [] {
     std::vector<std::byte> bytes;
@@ -31,18 +33,19 @@ const std::vector<std::byte>& the_dictionary() {
   return whole;
 }
 
-/// What is left out of frames with the dictionary: the magic number that all frames begin with.
+/// The magic number at the start of every zstd frame. It is left out of frames that use the
+/// dictionary.
 constexpr std::array<std::byte, 4> kMagic = {std::byte{0x28}, std::byte{0xb5}, std::byte{0x2f},
                                              std::byte{0xfd}};
 
-/// zstd returns a null, or an error of its own, where there is no more memory. Callers get what
-/// they get for any other memory (shm/result.h).
+/// If memory runs out, zstd returns null or an error code of its own. Both become std::bad_alloc,
+/// like any other failed allocation (shm/result.h).
 template <class Context>
 Context* made_by_zstd(Context* context) {
   if (context == nullptr) throw std::bad_alloc();
   return context;
 }
-/// Whether zstd failed otherwise.
+/// Returns true if zstd failed for a reason other than memory.
 bool zstd_failed(std::size_t result) {
   if (ZSTD_isError(result) == 0) return false;
   if (ZSTD_getErrorCode(result) == ZSTD_error_memory_allocation) throw std::bad_alloc();
@@ -73,7 +76,7 @@ std::span<const std::byte> ZstdCompressor::compress(std::span<const std::byte> b
   room.resize(std::max(room.size(), ZSTD_compressBound(bytes.size())));
   const std::size_t n = ZSTD_compressCCtx(context_->zstd, room.data(), room.size(), bytes.data(),
                                           bytes.size(), level);
-  if (zstd_failed(n)) throw std::bad_alloc();  // there is room, and it refuses nothing else
+  if (zstd_failed(n)) throw std::bad_alloc();  // no other error can occur
   return std::span(room).first(n);
 }
 
@@ -85,27 +88,30 @@ std::vector<std::byte> zstd_compress(std::span<const std::byte> bytes, int level
 
 namespace {
 
-/// Large blobs are mostly numbers: of them, rows of equal width are looked for. The largest are
-/// packed with less effort, several times faster.
+/// Blobs of at least kPlanesFrom bytes mostly consist of numbers, so they are tried as rows of
+/// equal width. Blobs above kQuickFrom bytes are packed at a lower level, which is several times
+/// faster.
 constexpr std::size_t kPlanesFrom = std::size_t{1} << 16, kQuickFrom = std::size_t{1} << 20;
 
-/// Bytes 0, width, 2 width ..., then 1, width + 1, and so on.
+/// Returns bytes 0, width, 2 width, ... of the blob, then bytes 1, width + 1, and so on.
 std::vector<std::byte> in_planes(std::span<const std::byte> blob, std::size_t width) {
   std::vector<std::byte> planes;
   planes.reserve(blob.size());
   for (std::size_t plane = 0; plane < width; ++plane)
-    for (std::size_t at = plane; at < blob.size(); at += width) planes.push_back(blob[at]);
+    for (std::size_t position = plane; position < blob.size(); position += width)
+      planes.push_back(blob[position]);
   return planes;
 }
 
-/// The width of planes that packs a sample best; 1: as it stands.
+/// Returns the number of planes with which a sample of the blob packs best; 1 means no planes.
 std::size_t best_width(std::span<const std::byte> blob) {
   constexpr std::size_t kSample = std::size_t{1} << 18;
   constexpr int kLevel = 3;
   const std::size_t size = std::min(blob.size(), kSample);
   const auto sample = blob.subspan((blob.size() - size) / 2, size);
   std::size_t best = 1, least = zstd_compress(sample, kLevel).size();
-  for (const std::size_t width : {4, 8, 12, 16, 24, 32}) {  // for example one to four numbers
+  for (const std::size_t width :
+       {4, 8, 12, 16, 24, 32}) {  // for example, records of one to four numbers
     const std::size_t bytes = zstd_compress(in_planes(sample, width), kLevel).size();
     if (bytes >= least) continue;
     least = bytes;
@@ -120,8 +126,9 @@ struct Packed {
   std::vector<std::byte> bytes;
 };
 
-/// Memory that is there already for the one allocation that zstd does not check, of its dictionary
-/// made ready; smaller ones come before it.
+/// Memory that is reserved in advance for the digested dictionary. This is the only allocation
+/// whose failure zstd does not check. allocate() recognizes it by its size; all earlier allocations
+/// are smaller.
 class DictionaryMemory {
  public:
   DictionaryMemory(std::size_t dictionary, int level)
@@ -130,10 +137,11 @@ class DictionaryMemory {
         bytes_(new std::byte[most_]) {}
 
   ZSTD_customMem allocator() {
-    return {[](void* its, std::size_t size) {
-              return static_cast<DictionaryMemory*>(its)->allocate(size);
+    return {[](void* memory, std::size_t size) {
+              return static_cast<DictionaryMemory*>(memory)->allocate(size);
             },
-            [](void* its, void* place) { static_cast<DictionaryMemory*>(its)->free(place); }, this};
+            [](void* memory, void* place) { static_cast<DictionaryMemory*>(memory)->free(place); },
+            this};
   }
 
  private:
@@ -162,7 +170,7 @@ std::vector<std::byte> pack_with_dictionary(std::span<const std::byte> blob, int
       made_by_zstd(ZSTD_createCCtx_advanced(memory.allocator())), &ZSTD_freeCCtx);
   std::vector<std::byte> frame(ZSTD_compressBound(blob.size()));
   const auto checked = [](std::size_t result) {
-    if (zstd_failed(result)) throw std::bad_alloc();  // there is room, and it refuses nothing else
+    if (zstd_failed(result)) throw std::bad_alloc();  // no other error can occur
     return result;
   };
   checked(ZSTD_CCtx_setParameter(context.get(), ZSTD_c_compressionLevel, level));
@@ -174,7 +182,7 @@ std::vector<std::byte> pack_with_dictionary(std::span<const std::byte> blob, int
   return frame;
 }
 
-/// The smallest of what the methods make of a blob.
+/// Packs the blob with each permitted method and returns the smallest result.
 Packed packed(std::span<const std::byte> blob, Packing packing) {
   constexpr int kStrong = 19, kQuick = 12;
   constexpr std::size_t kLeast = 64;
@@ -196,15 +204,15 @@ Packed packed(std::span<const std::byte> blob, Packing packing) {
   return best;
 }
 
-/// Of windows of a KB a block is no more than that, and takes four bytes at least: what is packed
-/// so unpacks to at most 256 times its bytes.
+/// Packs with a window of 1 KiB. A block of such a frame contains at most 1 KiB and takes at least
+/// four bytes, so that the blob unpacks to at most 256 times its packed bytes.
 Packed packed_within_bound(std::span<const std::byte> blob, std::size_t width) {
   constexpr int kLevel = 12, kWindowLog = 10;
   static_assert((1 << kWindowLog) / 4 == kMostUnpackedEach);
   const std::unique_ptr<ZSTD_CCtx, decltype(&ZSTD_freeCCtx)> context(
       made_by_zstd(ZSTD_createCCtx()), &ZSTD_freeCCtx);
   const auto checked = [](std::size_t result) {
-    if (zstd_failed(result)) throw std::bad_alloc();  // there is room, and it refuses nothing else
+    if (zstd_failed(result)) throw std::bad_alloc();  // no other error can occur
     return result;
   };
   checked(ZSTD_CCtx_setParameter(context.get(), ZSTD_c_compressionLevel, kLevel));
@@ -220,24 +228,25 @@ Packed packed_within_bound(std::span<const std::byte> blob, std::size_t width) {
 }  // namespace
 
 void put_packed(ByteWriter& out, std::span<const std::byte> blob, Packing packing) {
-  Packed it = packed(blob, packing);
-  if (packing == Packing::bounded || blob.size() > most_unpacked(it.bytes.size()))
-    it = packed_within_bound(blob, it.width);
-  out.put_u8(it.method);
-  if (it.method != kWithDictionary) out.put_varint(blob.size());
-  if (it.method == kPlanes) out.put_u8(static_cast<std::uint8_t>(it.width));
-  out.put_bytes(it.bytes);
+  Packed packed_blob = packed(blob, packing);
+  if (packing == Packing::bounded || blob.size() > most_unpacked(packed_blob.bytes.size()))
+    packed_blob = packed_within_bound(blob, packed_blob.width);
+  out.put_u8(packed_blob.method);
+  if (packed_blob.method != kWithDictionary) out.put_varint(blob.size());
+  if (packed_blob.method == kPlanes) out.put_u8(static_cast<std::uint8_t>(packed_blob.width));
+  out.put_bytes(packed_blob.bytes);
 }
 
 // --- unpacking
 
 namespace {
 
-// Room for what is stated is made at once while it is no more than a small multiple of the input.
+// Memory for the stated size is allocated at once only if it is at most kTrustedBytes +
+// kTrustedFactor times the input. Otherwise the output grows step by step.
 constexpr std::uint64_t kTrustedFactor = 32, kTrustedBytes = std::uint64_t{1} << 17;
 
-/// The window that a frame needs, which no decoder may have to hold beyond this. What is no
-/// frame at all is left to zstd. RFC 8878, 3.1.1.1
+/// Returns true if decoding the frame needs a window of at most kMostWindow bytes. Bytes that are
+/// not a frame pass; zstd rejects them later. RFC 8878, 3.1.1.1
 constexpr std::uint64_t kMostWindow = std::uint64_t{1} << 27;
 bool has_small_window(std::span<const std::byte> frame) {
   ByteReader in(frame);
@@ -257,14 +266,14 @@ bool has_small_window(std::span<const std::byte> frame) {
   return size <= kMostWindow;
 }
 
-/// Whether all of `bytes` is one frame, which is not one to be skipped.
+/// Returns true if `bytes` is exactly one frame and not a skippable frame.
 bool is_one_frame(std::span<const std::byte> bytes) {
   const std::size_t frame = ZSTD_findFrameCompressedSize(bytes.data(), bytes.size());
   if (ZSTD_isError(frame) != 0 || frame != bytes.size()) return false;
   return (ByteReader(bytes).get_u32() & 0xfffffff0u) != ZSTD_MAGIC_SKIPPABLE_START;
 }
 
-/// For frames that state more than is believed: memory grows with what comes out.
+/// Decompresses a frame whose stated size is not trusted: memory grows with the actual output.
 bool decompress_in_steps(ZSTD_DCtx* context, std::span<const std::byte> bytes, std::uint64_t size,
                          std::vector<std::byte>& out) {
   ZSTD_inBuffer in{bytes.data(), bytes.size(), 0};
@@ -279,7 +288,7 @@ bool decompress_in_steps(ZSTD_DCtx* context, std::span<const std::byte> bytes, s
     out.resize(before + piece.pos);
     if (zstd_failed(state)) return false;
     if (state == 0) break;
-    if (piece.pos == 0 && in.pos == in.size) return false;  // ends too early
+    if (piece.pos == 0 && in.pos == in.size) return false;  // the frame ends too early
   }
   return in.pos == in.size && out.size() == size;
 }
@@ -326,7 +335,8 @@ std::vector<std::byte> from_planes(std::span<const std::byte> planes, std::size_
   std::vector<std::byte> blob(planes.size());
   std::size_t next = 0;
   for (std::size_t plane = 0; plane < width; ++plane)
-    for (std::size_t at = plane; at < blob.size(); at += width) blob[at] = planes[next++];
+    for (std::size_t position = plane; position < blob.size(); position += width)
+      blob[position] = planes[next++];
   return blob;
 }
 
@@ -335,7 +345,7 @@ std::vector<std::byte> with_magic(std::span<const std::byte> bytes) {
   std::copy(bytes.begin(), bytes.end(), std::copy(kMagic.begin(), kMagic.end(), frame.begin()));
   return frame;
 }
-/// What a frame without its magic number unpacks to, if it says so.
+/// Returns the content size that a frame without its magic number states, if it states one.
 std::optional<std::uint64_t> stated_by_frame(std::span<const std::byte> bytes) {
   constexpr std::size_t kMostHeader = 14;
   const auto head = with_magic(bytes.first(std::min(bytes.size(), kMostHeader)));
@@ -344,7 +354,8 @@ std::optional<std::uint64_t> stated_by_frame(std::span<const std::byte> bytes) {
   return size;
 }
 
-/// What a frame holds that was made with the dictionary: as much as it states, `limit` at most.
+/// Unpacks a frame that was packed with the dictionary. The frame must state its size, at most
+/// `limit`.
 std::optional<std::vector<std::byte>> unpack_with_dictionary(std::span<const std::byte> bytes,
                                                              std::uint64_t limit) {
   const std::vector<std::byte> frame = with_magic(bytes);
@@ -354,10 +365,10 @@ std::optional<std::vector<std::byte>> unpack_with_dictionary(std::span<const std
   const std::unique_ptr<ZSTD_DCtx, decltype(&ZSTD_freeDCtx)> context(
       made_by_zstd(ZSTD_createDCtx()), &ZSTD_freeDCtx);
   std::vector<std::byte> blob(static_cast<std::size_t>(*size));
-  const auto& with = the_dictionary();
+  const auto& dictionary = the_dictionary();
   const std::size_t n =
       ZSTD_decompress_usingDict(context.get(), blob.data(), blob.size(), frame.data(), frame.size(),
-                                with.data(), with.size());
+                                dictionary.data(), dictionary.size());
   if (zstd_failed(n) || n != *size) return std::nullopt;
   return blob;
 }

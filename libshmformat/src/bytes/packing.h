@@ -1,6 +1,6 @@
-// Blobs are packed: as they stand or under zstd, whichever is smaller; large ones also with their
-// bytes in planes, small ones with the dictionary. What unpacks them needs nothing of what packs
-// them, so that a program that only reads links no compressor. spec: "Packed blobs"
+// Packed blobs: stored raw or compressed with zstd, whichever is smaller. Large blobs are also
+// tried as byte planes, small blobs with a dictionary. Unpacking uses no code of packing, so that a
+// program that only reads links no compressor. spec: "Packed blobs"
 #pragma once
 
 #include <cstddef>
@@ -14,32 +14,34 @@
 
 namespace shm {
 
-/// Which methods a blob may be packed by.
+/// Methods that put_packed() may use.
 enum class Packing {
-  none,             ///< as it stands
-  plain,            ///< those that readers of 0.9 know
-  with_dictionary,  ///< all
-  bounded,          ///< those of plain, so that it unpacks to at most 256 times its bytes
+  none,             ///< stored raw
+  plain,            ///< the methods that readers of 0.9 know
+  with_dictionary,  ///< all methods
+  bounded,          ///< as plain, but the blob unpacks to at most 256 times its packed bytes
 };
-/// One byte of method (0 raw, 1 zstd, 2 zstd of planes, 3 zstd with the dictionary), but for 3 the
-/// unpacked length, for planes how many there are, the bytes. No more is made of it than
-/// most_unpacked() of these.
+/// Writes the method (one byte: 0 raw, 1 zstd, 2 zstd of planes, 3 zstd with the dictionary), the
+/// unpacked length (not for method 3), the number of planes (only for method 2) and the bytes. The
+/// packed blob never unpacks to more than most_unpacked() of its size.
 void put_packed(ByteWriter& out, std::span<const std::byte> blob, Packing packing = Packing::plain);
 
-/// What a blob of so many packed bytes may unpack to in files of 0.10. Frozen: part of the format.
+/// Largest unpacked size of a blob with this number of packed bytes, in files of 0.10. Frozen: part
+/// of the format.
 inline constexpr std::uint64_t kMostUnpackedEach = 256;
 inline constexpr std::uint64_t most_unpacked(std::uint64_t packed) {
   constexpr std::uint64_t kAnyway = std::uint64_t{1} << 24;
   return kAnyway + kMostUnpackedEach * packed;
 }
 
-/// What a file holds beside its mesh and values takes no more memory than there is budget for.
+/// Limits the memory for everything that a file contains besides its mesh and its values.
 class UnpackBudget {
  public:
   /// `most`: ReadLimits::max_unpacked_bytes.
   explicit UnpackBudget(std::uint64_t most) : most_(most) {}
 
-  /// What is left where the file has so many bytes, or so many have been read of it.
+  /// Returns the remaining budget. `file_bytes`: the size of the file, or the number of bytes read
+  /// so far if the size is unknown.
   std::uint64_t left(std::uint64_t file_bytes) const {
     const std::uint64_t all = limit_with(most_, kMostUnpackedEach, file_bytes);
     return all - std::min(taken_, all);
@@ -50,8 +52,8 @@ class UnpackBudget {
   std::uint64_t most_, taken_ = 0;
 };
 
-/// A context of zstd that is used again: making one costs as much as packing some kilobytes. Where
-/// zstd has no memory, std::bad_alloc.
+/// A zstd context that is reused, since creating one takes as long as packing a few kilobytes.
+/// Throws std::bad_alloc if zstd runs out of memory.
 class ZstdCompressor {
  public:
   ZstdCompressor();
@@ -59,24 +61,25 @@ class ZstdCompressor {
   ZstdCompressor(ZstdCompressor&&) noexcept;
   ZstdCompressor& operator=(ZstdCompressor&&) noexcept;
 
-  /// One frame; valid until the next one.
+  /// Returns one frame, which is valid until the next call.
   std::span<const std::byte> compress(std::span<const std::byte> bytes, int level);
 
  private:
   struct Context;
-  std::unique_ptr<Context> context_;  // from the first call on
+  std::unique_ptr<Context> context_;  // created by the first call
 };
 
 std::vector<std::byte> zstd_compress(std::span<const std::byte> bytes, int level);
 
-/// Takes all that is left of `in`; nothing when it is damaged or longer than `limit`.
-/// Memory grows with what really comes out, not with what the header states.
+/// Unpacks all remaining bytes of `in`. Returns nullopt if they are damaged or unpack to more than
+/// `limit` bytes. Memory grows with the bytes that are really unpacked, not with the length stated
+/// in the header.
 std::optional<std::vector<std::byte>> get_packed(ByteReader& in, std::uint64_t limit);
 
-/// The unpacked length that a blob states; takes nothing from `in`.
+/// Returns the unpacked length that a blob states, without advancing the caller's reader.
 std::uint64_t stated_packed_size(ByteReader in);
 
-/// A context of zstd that is used again. Where zstd has no memory, std::bad_alloc.
+/// A zstd context that is reused. Throws std::bad_alloc if zstd runs out of memory.
 class ZstdDecompressor {
  public:
   ZstdDecompressor();
@@ -84,16 +87,16 @@ class ZstdDecompressor {
   ZstdDecompressor(ZstdDecompressor&&) noexcept;
   ZstdDecompressor& operator=(ZstdDecompressor&&) noexcept;
 
-  /// Exactly `size` bytes into `out`; false where the one frame gives others.
+  /// Decompresses a single frame into `out`. Returns false unless it yields exactly `size` bytes.
   bool decompress(std::span<const std::byte> bytes, std::uint64_t size,
                   std::vector<std::byte>& out);
 
  private:
   struct Context;
-  std::unique_ptr<Context> context_;  // from the first call on
+  std::unique_ptr<Context> context_;  // created by the first call
 };
 
-/// Exactly `size` bytes, or nothing.
+/// Returns exactly `size` bytes, or nullopt.
 std::optional<std::vector<std::byte>> zstd_decompress(std::span<const std::byte> bytes,
                                                       std::uint64_t size);
 

@@ -1,6 +1,6 @@
-// Threads, what they wait with, and what goes from one to another. The one place that knows whether
-// a build has any: without (SHM_THREADS=OFF) none can be started, so that callers do all
-// themselves, and nothing ever waits.
+// Threads, the synchronization that they need, and exceptions passed between them. Only this file
+// differs between builds with and without threads. Without threads (SHM_THREADS=OFF) none can be
+// started, callers do all work themselves, and nothing ever waits.
 #pragma once
 
 #include <mutex>
@@ -18,7 +18,7 @@ using Thread = std::thread;
 using Mutex = std::mutex;
 using Lock = std::unique_lock<Mutex>;
 using Condition = std::condition_variable;
-/// What one thread throws for another.
+/// An exception that was caught in one thread, to be thrown again in another.
 using Thrown = std::exception_ptr;
 inline Thrown caught() { return std::current_exception(); }
 [[noreturn]] inline void throw_again(const Thrown& thrown) { std::rethrow_exception(thrown); }

@@ -1,4 +1,4 @@
-// Workers: a few threads. The one place of the library that starts any.
+// Workers: a few threads. The library starts threads only here.
 #pragma once
 
 #include <functional>
@@ -8,16 +8,16 @@
 
 namespace shm {
 
-/// As many threads as the machine has where `wanted` is 0; else `wanted`. In a build without
-/// threads 1.
+/// Returns `wanted`, or the number of hardware threads if `wanted` is 0. In a build without
+/// threads: 1.
 unsigned thread_count(unsigned wanted);
 
 class Workers {
  public:
-  /// Starts up to `count` threads that each do `work`; fewer where the system has no more,
-  /// none in a build without threads.
+  /// Starts up to `count` threads, each of which calls `work`. Starts fewer if the system allows no
+  /// more, and none in a build without threads.
   Workers(unsigned count, const std::function<void()>& work);
-  /// Must hold: `work` returns by itself soon.
+  /// Waits for the threads. Must hold: `work` returns soon without further action.
   ~Workers();
   Workers(const Workers&) = delete;
   Workers& operator=(const Workers&) = delete;

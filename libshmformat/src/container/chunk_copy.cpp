@@ -17,7 +17,8 @@ Result<ChunkCopy> ChunkCopy::of(RandomSource& source, std::span<const IndexEntry
     if (keep(entry)) copy.add(header, entry);
     return {};
   };
-  if (auto good = for_each_chunk(source, entries, index_offset, visit); !good) return good.error();
+  if (auto status = for_each_chunk(source, entries, index_offset, visit); !status)
+    return status.error();
   return copy;
 }
 
@@ -43,8 +44,8 @@ void ChunkCopy::add(ChunkHeader header, const IndexEntry& entry) {
 Result<void> ChunkCopy::write(RandomSource& source, ByteSink& sink) const {
   for (const Piece& piece : pieces_) {
     if (!piece.head.empty())
-      if (auto good = sink.write(piece.head); !good) return good;
-    if (auto good = sink.copy(source, piece.offset, piece.bytes); !good) return good;
+      if (auto status = sink.write(piece.head); !status) return status;
+    if (auto status = sink.copy(source, piece.offset, piece.bytes); !status) return status;
   }
   return {};
 }
@@ -68,7 +69,7 @@ class ChunkCopy::Source final : public ByteSource {
       }
       const auto n = static_cast<std::size_t>(std::min<std::uint64_t>(into.size(), left));
       const std::uint64_t from = piece.offset + (done_ - piece.head.size());
-      if (auto good = source_->read_at(from, into.first(n)); !good) return good.error();
+      if (auto status = source_->read_at(from, into.first(n)); !status) return status.error();
       done_ += n;
       return n;
     }
@@ -79,7 +80,7 @@ class ChunkCopy::Source final : public ByteSource {
   RandomSource* source_;
   std::vector<Piece> pieces_;
   std::size_t at_ = 0;
-  std::uint64_t done_ = 0;  // of the piece at hand
+  std::uint64_t done_ = 0;  // bytes of the current piece that have been read
 };
 
 std::unique_ptr<ByteSource> ChunkCopy::read(RandomSource& source,

@@ -1,5 +1,5 @@
-// ChunkCopy: some chunks of a file as the beginning of another one. They stand there as they are,
-// but for their numbers and places.
+// ChunkCopy: some chunks of a file as the beginning of another file. They are copied byte for byte,
+// except for their sequence numbers; their offsets change.
 // spec: "Container", "Index and trailer"
 #pragma once
 
@@ -17,22 +17,23 @@ namespace shm::container {
 
 class ChunkCopy {
  public:
-  /// `entries`: all chunks of `source`, as its index at `index_offset` lists them. Reads their
-  /// headers, and not what they hold. Corrupt where the index does not list what is there.
+  /// `entries`: all chunks of `source`, as listed by its index at `index_offset`. `keep` selects
+  /// the chunks to copy. Reads only the headers of the chunks, not the payloads. Fails with
+  /// ErrorCode::corrupt if the index does not match the chunks.
   static Result<ChunkCopy> of(RandomSource& source, std::span<const IndexEntry> entries,
                               std::uint64_t index_offset,
                               const std::function<bool(const IndexEntry&)>& keep);
 
   Result<void> write(RandomSource& source, ByteSink& sink) const;
-  /// For a ChunkWriter that writes behind them.
+  /// State for a ChunkWriter that appends chunks after the copied ones.
   const ChunkWriter::State& state() const { return state_; }
-  /// Of their payloads, by entry of the state.
+  /// Payload size of each copied chunk, in the order of state().entries.
   const std::vector<std::uint64_t>& payload_bytes() const { return payload_bytes_; }
-  /// Their bytes and then `tail`. `source` is borrowed.
+  /// Returns a source of the copied bytes followed by `tail`. `source` is borrowed.
   std::unique_ptr<ByteSource> read(RandomSource& source, std::vector<std::byte> tail) const;
 
  private:
-  /// Some bytes of its own, then a run of the source.
+  /// Some bytes of its own (a new header or nothing), then a range of the source.
   struct Piece {
     std::vector<std::byte> head;
     std::uint64_t offset = 0, bytes = 0;

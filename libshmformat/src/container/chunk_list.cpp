@@ -5,7 +5,7 @@
 namespace shm::container {
 namespace {
 
-/// Of lines one after the other, the entries.
+/// Restores the index entries from the lines of a ChunkList.
 class EntryReader {
  public:
   explicit EntryReader(std::span<const std::byte> lines) : in_(lines) {}
@@ -61,7 +61,7 @@ EntryReader::Line EntryReader::next() {
   return line;
 }
 
-/// What of a part is another one; empty where nothing is.
+/// Returns the name of the first field that differs, or an empty string.
 std::string_view difference_of(const StepEntry& listed, const StepEntry& there) {
   if (listed.array != there.array) return "array";
   if (listed.step != there.step) return "step";
@@ -87,8 +87,8 @@ std::string_view difference_of(const IndexEntry& listed, const EntryReader::Line
   if (listed.header_bytes != there.header_bytes) return "length of its header";
   if (listed.parts.size() != there.parts.size()) return "count of parts";
   for (std::size_t p = 0; p < there.parts.size(); ++p)
-    if (const auto what = difference_of(listed.parts[p], there.parts[p]); !what.empty())
-      return what;
+    if (const auto field = difference_of(listed.parts[p], there.parts[p]); !field.empty())
+      return field;
   return "";
 }
 
@@ -117,27 +117,28 @@ void ChunkList::add_step_values(const ChunkHeader& header, std::span<const StepP
   put_chunk(header, true);
   lines_.put_varint(parts.size());
   for (const StepPart& part : parts) {
-    const StepEntry it = entry_of(part.header);
-    lines_.put_varint(it.array);
-    lines_.put_varint(it.step);
-    lines_.put_varint(it.group);
-    lines_.put_varint(it.count);
-    lines_.put_u8(static_cast<std::uint8_t>(it.reference));
-    lines_.put_u8(static_cast<std::uint8_t>(it.codec));
+    const StepEntry entry = entry_of(part.header);
+    lines_.put_varint(entry.array);
+    lines_.put_varint(entry.step);
+    lines_.put_varint(entry.group);
+    lines_.put_varint(entry.count);
+    lines_.put_u8(static_cast<std::uint8_t>(entry.reference));
+    lines_.put_u8(static_cast<std::uint8_t>(entry.codec));
   }
 }
 
 std::optional<std::string> ChunkList::difference(std::span<const IndexEntry> entries) const {
   if (entries.size() != count_)
-    return "lists " + std::to_string(entries.size()) + " chunks, and there are " +
+    return "lists " + std::to_string(entries.size()) + " chunks, but the file has " +
            std::to_string(count_);
   EntryReader lines(lines_.bytes);
   for (std::size_t i = 0; i < entries.size(); ++i) {
     const EntryReader::Line line = lines.next();
-    const std::string_view what = difference_of(entries[i], line);
-    if (!what.empty())
+    const std::string_view field = difference_of(entries[i], line);
+    if (!field.empty())
       return "entry " + std::to_string(i) + ", of the " + chunk_name(line.entry.kind) +
-             " at byte " + std::to_string(line.entry.offset) + ", has another " + std::string(what);
+             " at byte " + std::to_string(line.entry.offset) + ", has another " +
+             std::string(field);
   }
   return std::nullopt;
 }

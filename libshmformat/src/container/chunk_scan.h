@@ -1,5 +1,5 @@
-// ChunkScan: all chunks that can be found in a file of which nothing need be whole: by their marks,
-// and judged by their own two checksums. spec: "Container", "Recovery"
+// ChunkScan: all chunks that can be found in a file, any part of which may be damaged. Chunks are
+// found by their sync marks and judged by their two checksums. spec: "Container", "Recovery"
 #pragma once
 
 #include <cstddef>
@@ -12,13 +12,13 @@
 
 namespace shm::container {
 
-/// A chunk whose header is whole.
+/// A chunk with an undamaged header.
 struct FoundChunk {
   std::uint64_t offset = 0;
   ChunkHeader header;
-  bool whole = false;  ///< its payload has its checksum
-  /// Bytes up to the next chunk that was found, or to the end; fewer than bytes() where this one is
-  /// not as long as its header states.
+  bool whole = false;  ///< the payload matches its checksum
+  /// Bytes up to the next chunk found, or to the end of the file. Less than bytes() if the file has
+  /// lost bytes of this chunk.
   std::uint64_t room = 0;
 
   std::uint64_t bytes() const { return header.chunk_bytes(); }
@@ -26,17 +26,19 @@ struct FoundChunk {
 };
 
 struct ChunkScan {
-  std::optional<FileStart> start;  ///< nothing where the signature is not there
-  std::vector<FoundChunk> chunks;  ///< in the order of the file
-  /// Behind the trailer of the index, where that is whole; else the end of the source.
+  std::optional<FileStart> start;  ///< nullopt if the signature is missing
+  std::vector<FoundChunk> chunks;  ///< in file order
+  /// End of the trailer after the index if the index is undamaged; otherwise the end of the source.
   std::uint64_t end = 0;
-  bool trailer = false;  ///< the 16 bytes before `end` are one, and point to the last chunk
-  /// Where the index begins according to a trailer at the very end; nobody has checked it.
+  bool trailer = false;  ///< the 16 bytes before `end` are a trailer that points to the last chunk
+  /// Offset of the index according to a trailer at the very end of the source. It has not been
+  /// checked.
   std::optional<std::uint64_t> index_offset;
 };
 
-/// Reads each byte of `source` a few times at most; payloads above `max_chunk_bytes` are taken for
-/// damaged. Memory: the largest chunk, and 64 bytes for each one. Fails only where `source` does.
+/// Finds the chunks of `source`. Reads each byte at most a few times; treats payloads above
+/// `max_chunk_bytes` as damaged. Needs memory for the largest chunk, and 64 bytes per chunk. Fails
+/// only if `source` fails.
 Result<ChunkScan> scan_chunks(RandomSource& source, std::uint64_t max_chunk_bytes);
 
 }  // namespace shm::container

@@ -34,7 +34,7 @@ Result<void> ChunkWriter::write(ChunkKind kind, std::span<const std::byte> paylo
   entries_.push_back(entry);
   ByteWriter out;
   container::put(out, header);
-  if (auto good = put(out.bytes); !good) return good;
+  if (auto status = put(out.bytes); !status) return status;
   return put(payload);
 }
 
@@ -43,7 +43,7 @@ Result<void> ChunkWriter::adopt(std::span<const IndexEntry> entries, std::uint64
   for (const IndexEntry& entry : entries) {
     if (entry.bytes < kShortHeaderBytes || entry.bytes > bytes - end)
       return Error{ErrorCode::corrupt,
-                   "chunks of a part do not follow each other",
+                   "the chunks of a part do not follow each other",
                    "index",
                    offset_ + end,
                    {}};
@@ -52,8 +52,11 @@ Result<void> ChunkWriter::adopt(std::span<const IndexEntry> entries, std::uint64
     end += entry.bytes;
   }
   if (end != bytes)
-    return Error{
-        ErrorCode::corrupt, "chunks of a part have another size", "index", offset_ + end, {}};
+    return Error{ErrorCode::corrupt,
+                 "the chunks of a part have a different total size",
+                 "index",
+                 offset_ + end,
+                 {}};
   offset_ += bytes;
   sequence_ += static_cast<std::uint32_t>(entries.size());
   return {};
@@ -70,10 +73,11 @@ Result<void> ChunkWriter::finish(Index index) {
   const std::uint64_t index_offset = offset_;
   ByteWriter payload;
   container::put(payload, index);
-  if (auto good = write(ChunkKind::index, payload.bytes, {}, index.version); !good) return good;
+  if (auto status = write(ChunkKind::index, payload.bytes, {}, index.version); !status)
+    return status;
   ByteWriter trailer;
   put_trailer(trailer, index_offset);
-  if (auto good = put(trailer.bytes); !good) return good;
+  if (auto status = put(trailer.bytes); !status) return status;
   return sink_->commit();
 }
 

@@ -1,5 +1,5 @@
-// ChunkWriter: chunks front to back into a sink, numbered, checksummed and remembered for the
-// index. spec: "Container"
+// ChunkWriter: writes chunks to a sink from front to back, with sequence numbers and checksums, and
+// collects their entries for the index. spec: "Container"
 #pragma once
 
 #include <cstdint>
@@ -18,29 +18,31 @@ class ChunkWriter {
   explicit ChunkWriter(ByteSink& sink) : sink_(&sink) {}
 
   Result<void> start(const FileStart& start);
-  /// Writes one chunk; `entry` is its line in the index (kind, offset, bytes are filled in).
+  /// Writes one chunk. `entry` is its entry in the index; kind, offset and bytes are filled in
+  /// here.
   Result<void> write(ChunkKind kind, std::span<const std::byte> payload, IndexEntry entry = {},
                      std::uint8_t version = 0);
-  /// Writes `index` (entries are filled in) and the trailer, and commits the sink.
+  /// Writes `index`, whose entries are filled in here, and the trailer; then commits the sink.
   Result<void> finish(Index index);
 
   std::uint64_t offset() const { return offset_; }
-  /// Chunks so far.
+  /// Number of chunks so far.
   std::uint32_t count() const { return sequence_; }
-  /// Chunks that stand in the file already, behind those that were written: `bytes` bytes, with
-  /// offsets from where they begin. Corrupt where they do not lie there one behind the other.
+  /// Adds the entries of chunks that another writer has put into the sink, right after those
+  /// written here: `bytes` bytes in all, with offsets relative to the first of them. Fails with
+  /// ErrorCode::corrupt if the chunks are not contiguous.
   Result<void> adopt(std::span<const IndexEntry> entries, std::uint64_t bytes);
-  /// Lines of the index of the chunks since the beginning or the last call, with offsets from
-  /// there; it forgets them, and where they are.
+  /// Returns the index entries of all chunks since the start or the last call, and starts again
+  /// with offset 0 and sequence number 0.
   std::vector<IndexEntry> take_entries();
 
-  /// How far a file has come.
+  /// The state of a file that is partly written.
   struct State {
     std::uint64_t offset = 0;
     std::uint32_t sequence = 0;
     std::vector<IndexEntry> entries;
   };
-  /// Writes behind chunks that stand in the sink, in a file of that version.
+  /// Continues after chunks that are in the sink already. `start` gives the version of the file.
   void go_on(State state, const FileStart& start) {
     start_ = start;
     offset_ = state.offset;

@@ -50,10 +50,10 @@ void put(ByteWriter& out, const FileStart& start) {
   put_version(out, start);
 }
 bool get(ByteReader& in, FileStart& start) {
-  bool good = true;
-  for (std::uint8_t byte : kSignature) good &= in.get_u8() == byte;
+  bool ok = true;
+  for (std::uint8_t byte : kSignature) ok &= in.get_u8() == byte;
   get_version(in, start);
-  return good && in.ok();
+  return ok && in.ok();
 }
 
 bool has_long_header(const ChunkHeader& header, const FileStart& start) {
@@ -79,8 +79,9 @@ void put(ByteWriter& out, const ChunkHeader& header) {
     head.put_u32(header.segment);
     head.put_u64(header.payload_bytes);
   } else {
-    const auto what = static_cast<unsigned>(header.kind | header.version << 4 | header.flags << 7);
-    head.put_u32(what | static_cast<std::uint32_t>(header.payload_bytes) << 8);
+    const auto fields =
+        static_cast<unsigned>(header.kind | header.version << 4 | header.flags << 7);
+    head.put_u32(fields | static_cast<std::uint32_t>(header.payload_bytes) << 8);
     head.put_u32(header.sequence);
     head.put_u16(static_cast<std::uint16_t>(header.segment));
   }
@@ -105,11 +106,11 @@ HeaderState get(ByteReader& in, ChunkHeader& header) {
     header.segment = head.get_u32();
     header.payload_bytes = head.get_u64();
   } else {
-    const std::uint32_t what = head.get_u32();
-    header.kind = what & 15;
-    header.version = what >> 4 & 7;
-    header.flags = what >> 7 & 1;
-    header.payload_bytes = what >> 8;
+    const std::uint32_t fields = head.get_u32();
+    header.kind = fields & 15;
+    header.version = fields >> 4 & 7;
+    header.flags = fields >> 7 & 1;
+    header.payload_bytes = fields >> 8;
     header.sequence = head.get_u32();
     header.segment = head.get_u16();
   }
@@ -125,12 +126,12 @@ bool is_known(const ChunkHeader& header) {
          (header.segment == 0 || header.kind == static_cast<std::uint8_t>(ChunkKind::group));
 }
 
-// --- numbers that are short, or differ little
+// --- short numbers and differences
 
 namespace {
 
-/// How many of the bytes of a number stand there, and these, from that of the sign on: those that
-/// are left out are 0.
+/// Writes the number of bytes that follow, and then the bytes of the number from the one with the
+/// sign on. Trailing zero bytes are left out.
 void put_short(ByteWriter& out, double number) {
   auto bits = std::bit_cast<std::uint64_t>(number);
   const int bytes = 8 - (bits == 0 ? 8 : std::countr_zero(bits) / 8);
@@ -139,7 +140,8 @@ void put_short(ByteWriter& out, double number) {
 }
 double get_short(ByteReader& in) {
   const std::uint8_t count = in.get_u8();
-  const auto bytes = in.get_bytes(count <= 8 ? count : ~std::uint64_t{0});  // fails
+  const auto bytes =
+      in.get_bytes(count <= 8 ? count : ~std::uint64_t{0});  // a count above 8 makes it fail
   std::uint64_t bits = 0;
   for (std::size_t i = 0; i < bytes.size(); ++i)
     bits |= std::to_integer<std::uint64_t>(bytes[i]) << (56 - 8 * i);
@@ -238,7 +240,8 @@ bool get_only(ByteReader& in, StepHeader& header) {
   return in.ok() && trend <= 1;
 }
 
-/// 0 no other step; else how many steps back, twice, less one unless it is the trend.
+/// Returns 0 if the values refer to no other step; otherwise twice the distance to the reference
+/// step, minus 1 unless the reference is the trend.
 std::uint64_t reference_number(const StepHeader& header) {
   const std::uint64_t back = header.step - header.reference_step;
   return 2 * back - (back > 0 && !header.trend ? 1 : 0);
@@ -307,7 +310,7 @@ StepEntry entry_of(const StepHeader& header) {
           header.group, refers_to(header), header.codec};
 }
 
-// --- the index: line by line in version 0, packed by columns in version 1
+// --- the index: entry by entry in version 0, packed by columns in version 1
 
 void put(ByteWriter& out, std::span<const NamedBytes> streams) {
   out.put_varint(streams.size());
@@ -329,7 +332,7 @@ bool get(ByteReader& in, std::vector<NamedBytes>& streams) {
 
 namespace {
 
-// --- of both versions
+// --- both versions
 
 void put_totals(ByteWriter& out, const Index& index) {
   for (std::uint64_t v : {index.vertices, index.cells, index.hexahedra, index.max_active_vertices,
@@ -433,12 +436,12 @@ bool get_lines(ByteReader& in, Index& index, std::uint64_t max_entries) {
 
 // --- version 1
 
-/// A packed index is at most so large; a larger one stands as it is.
+/// Largest unpacked size of an index that is packed. A larger index is stored raw.
 std::uint64_t most_packed_bytes(std::uint64_t entries) {
   return (std::uint64_t{1} << 20) + 1024 * std::min<std::uint64_t>(entries, std::uint64_t{1} << 40);
 }
 
-/// Calls visit(group, group before it or null) for each group.
+/// Calls visit(group, previous group or null) for each group.
 template <class Entries, class Visit>
 void for_each_group(Entries& entries, Visit&& visit) {
   decltype(entries.data()) before = nullptr;
@@ -448,7 +451,7 @@ void for_each_group(Entries& entries, Visit&& visit) {
       before = &entry;
     }
 }
-/// Calls visit(part, part before it or null) for each part of all step values.
+/// Calls visit(part, previous part or null) for each part of all step values.
 template <class Entries, class Visit>
 void for_each_part(Entries& entries, Visit&& visit) {
   decltype(entries.data()->parts.data()) before = nullptr;
@@ -459,8 +462,8 @@ void for_each_part(Entries& entries, Visit&& visit) {
     }
 }
 
-/// What stands in a column of groups or of step values: fields that count, and those that mostly
-/// differ little from the one before.
+/// Fields that form a column of their own. kCounts are stored as they are; kNumbers mostly differ
+/// little from the previous entry and are stored as differences.
 constexpr std::uint64_t IndexEntry::*kCounts[] = {&IndexEntry::cells, &IndexEntry::vertices,
                                                   &IndexEntry::header_bytes};
 constexpr std::uint32_t StepEntry::*kNumbers[] = {&StepEntry::array, &StepEntry::group};
@@ -473,26 +476,28 @@ void put_columns(ByteWriter& out, const std::vector<IndexEntry>& entries) {
   out.put_varint(entries.size());
   for (const IndexEntry& entry : entries) out.put_u8(entry.kind);
   for (const IndexEntry& entry : entries) out.put_varint(entry.bytes);
-  groups([&](Group it, const IndexEntry* before) {
-    put_difference(out, it.segment, before == nullptr ? 0 : before->segment);
+  groups([&](Group entry, const IndexEntry* before) {
+    put_difference(out, entry.segment, before == nullptr ? 0 : before->segment);
   });
   for (const auto field : kCounts)
-    groups([&](Group it, const IndexEntry*) { out.put_varint(it.*field); });
-  groups([&](Group it, const IndexEntry*) {
-    for (double side : it.box) put_short(out, side);
+    groups([&](Group entry, const IndexEntry*) { out.put_varint(entry.*field); });
+  groups([&](Group entry, const IndexEntry*) {
+    for (double side : entry.box) put_short(out, side);
   });
   for (const IndexEntry& entry : entries)
     if (entry.is(ChunkKind::step_values)) out.put_varint(entry.parts.size());
   for (const auto field : kNumbers)
-    parts([&](Part it, const StepEntry* before) {
-      put_difference(out, it.*field, before == nullptr ? 0 : before->*field);
+    parts([&](Part entry, const StepEntry* before) {
+      put_difference(out, entry.*field, before == nullptr ? 0 : before->*field);
     });
-  parts([&](Part it, const StepEntry* before) {
-    put_difference(out, it.step, before == nullptr ? 0 : before->step);
+  parts([&](Part entry, const StepEntry* before) {
+    put_difference(out, entry.step, before == nullptr ? 0 : before->step);
   });
-  parts([&](Part it, const StepEntry*) { out.put_varint(it.count); });
-  parts([&](Part it, const StepEntry*) { out.put_u8(static_cast<std::uint8_t>(it.reference)); });
-  parts([&](Part it, const StepEntry*) { out.put_u8(static_cast<std::uint8_t>(it.codec)); });
+  parts([&](Part entry, const StepEntry*) { out.put_varint(entry.count); });
+  parts([&](Part entry, const StepEntry*) {
+    out.put_u8(static_cast<std::uint8_t>(entry.reference));
+  });
+  parts([&](Part entry, const StepEntry*) { out.put_u8(static_cast<std::uint8_t>(entry.codec)); });
 }
 
 bool get_columns(ByteReader& in, std::vector<IndexEntry>& entries, std::uint64_t max_entries) {
@@ -511,17 +516,17 @@ bool get_columns(ByteReader& in, std::vector<IndexEntry>& entries, std::uint64_t
     if (entry.bytes > ~std::uint64_t{0} - end) return false;
     end += entry.bytes;
   }
-  groups([&](Group it, const IndexEntry* before) {
-    get_difference(in, before == nullptr ? 0 : before->segment, it.segment);
+  groups([&](Group entry, const IndexEntry* before) {
+    get_difference(in, before == nullptr ? 0 : before->segment, entry.segment);
   });
   for (const auto field : kCounts)
-    groups([&](Group it, const IndexEntry*) { it.*field = in.get_varint(); });
-  groups([&](Group it, const IndexEntry* before) {
-    it.first_cell = before == nullptr ? 0 : before->first_cell + before->cells;
-    it.first_vertex = before == nullptr ? 0 : before->first_vertex + before->vertices;
-    for (double& side : it.box) side = get_short(in);
+    groups([&](Group entry, const IndexEntry*) { entry.*field = in.get_varint(); });
+  groups([&](Group entry, const IndexEntry* before) {
+    entry.first_cell = before == nullptr ? 0 : before->first_cell + before->cells;
+    entry.first_vertex = before == nullptr ? 0 : before->first_vertex + before->vertices;
+    for (double& side : entry.box) side = get_short(in);
   });
-  std::uint64_t sum = 0;  // no more parts than there are bytes for
+  std::uint64_t sum = 0;  // the remaining bytes limit the number of parts
   constexpr std::uint64_t kLeastPartBytes = 6;
   for (IndexEntry& entry : entries) {
     if (!entry.is(ChunkKind::step_values)) continue;
@@ -532,19 +537,22 @@ bool get_columns(ByteReader& in, std::vector<IndexEntry>& entries, std::uint64_t
     entry.parts.resize(static_cast<std::size_t>(of_chunk));
   }
   for (const auto field : kNumbers)
-    parts([&](Part it, const StepEntry* before) {
-      get_difference(in, before == nullptr ? 0 : before->*field, it.*field);
+    parts([&](Part entry, const StepEntry* before) {
+      get_difference(in, before == nullptr ? 0 : before->*field, entry.*field);
     });
-  parts([&](Part it, const StepEntry* before) {
-    it.step = get_difference(in, before == nullptr ? 0 : before->step);
+  parts([&](Part entry, const StepEntry* before) {
+    entry.step = get_difference(in, before == nullptr ? 0 : before->step);
   });
-  parts([&](Part it, const StepEntry* before) {
-    const bool goes_on = before != nullptr && before->array == it.array && before->step == it.step;
-    it.count = in.get_varint();
-    it.first = goes_on ? before->first + before->count : 0;
+  parts([&](Part entry, const StepEntry* before) {
+    const bool goes_on =
+        before != nullptr && before->array == entry.array && before->step == entry.step;
+    entry.count = in.get_varint();
+    entry.first = goes_on ? before->first + before->count : 0;
   });
-  parts([&](Part it, const StepEntry*) { it.reference = static_cast<StepReference>(in.get_u8()); });
-  parts([&](Part it, const StepEntry*) { it.codec = static_cast<Codec>(in.get_u8()); });
+  parts([&](Part entry, const StepEntry*) {
+    entry.reference = static_cast<StepReference>(in.get_u8());
+  });
+  parts([&](Part entry, const StepEntry*) { entry.codec = static_cast<Codec>(in.get_u8()); });
   return in.ok() && in.left() == 0;
 }
 

@@ -21,16 +21,16 @@ Result<std::vector<std::byte>> read_bytes(RandomSource& source, std::uint64_t of
   if (offset > source.size() || bytes > source.size() - offset)
     return wrong("the index points beyond the file", section, offset);
   std::vector<std::byte> out(static_cast<std::size_t>(bytes));
-  if (auto good = source.read_at(offset, out); !good) return good.error();
+  if (auto status = source.read_at(offset, out); !status) return status.error();
   return out;
 }
 
-Result<std::optional<ChunkHeader>> header_at(RandomSource& source, std::uint64_t at,
+Result<std::optional<ChunkHeader>> header_at(RandomSource& source, std::uint64_t offset,
                                              std::uint64_t end, const std::string& section) {
   std::optional<ChunkHeader> found;
-  if (at > end || end - at < kShortHeaderBytes) return found;
+  if (offset > end || end - offset < kShortHeaderBytes) return found;
   const auto bytes =
-      read_bytes(source, at, std::min<std::uint64_t>(kLongHeaderBytes, end - at), section);
+      read_bytes(source, offset, std::min<std::uint64_t>(kLongHeaderBytes, end - offset), section);
   if (!bytes) return bytes.error();
   ByteReader in(*bytes);
   ChunkHeader header;
@@ -46,7 +46,7 @@ Result<IndexEntry> last_chunk(RandomSource& source, ChunkKind kind) {
                  ErrorCode::truncated);
   const std::uint64_t end = size - kTrailerBytes;
   std::vector<std::byte> tail(kTrailerBytes);
-  if (auto good = source.read_at(end, tail); !good) return good.error();
+  if (auto status = source.read_at(end, tail); !status) return status.error();
   ByteReader in(tail);
   IndexEntry last;
   last.kind = static_cast<std::uint8_t>(kind);
@@ -55,16 +55,16 @@ Result<IndexEntry> last_chunk(RandomSource& source, ChunkKind kind) {
                  ErrorCode::truncated);
   if (last.offset > end) return wrong("points beyond the file", "end record", end);
   last.bytes = end - last.offset;
-  // Where parity stands behind the first trailer, this is a copy of that: the chunk's header has
-  // its length. What it is whoever reads it checks.
+  // If parity follows the first trailer, the trailer found here is a copy of the first, and the
+  // chunk's header has the real length. The chunk itself is checked when it is read.
   const auto header = header_at(source, last.offset, end, chunk_name(last.kind));
   if (!header) return header.error();
   if (!*header || (*header)->payload_bytes >= last.bytes || (*header)->chunk_bytes() >= last.bytes)
     return last;
-  const auto behind =
+  const auto after =
       read_bytes(source, last.offset + (*header)->chunk_bytes(), kTrailerBytes, "end record");
-  if (!behind) return behind.error();
-  if (*behind == tail) last.bytes = (*header)->chunk_bytes();
+  if (!after) return after.error();
+  if (*after == tail) last.bytes = (*header)->chunk_bytes();
   return last;
 }
 
@@ -75,7 +75,8 @@ Result<ChunkHeader> checked_header(std::span<const std::byte> chunk, const Index
       header.version > version_of_chunk(static_cast<ChunkKind>(header.kind), {}) ||
       header.segment != entry.segment || header.payload_bytes > entry.bytes ||
       header.chunk_bytes() != entry.bytes)
-    return wrong("the chunk that should stand here does not", chunk_name(entry.kind), entry.offset);
+    return wrong("the chunk that the index lists is not here", chunk_name(entry.kind),
+                 entry.offset);
   return header;
 }
 
@@ -103,7 +104,7 @@ Result<std::vector<std::byte>> read_chunk(RandomSource& source, const IndexEntry
 
 Result<void> for_each_chunk(RandomSource& source, std::span<const IndexEntry> entries,
                             std::uint64_t index_offset, const ChunkVisitor& visit) {
-  const Error wrong_index = wrong("does not list every chunk", "index", index_offset);
+  const Error wrong_index = wrong("the index does not list every chunk", "index", index_offset);
   std::uint64_t end = kFileStartBytes;
   std::uint32_t sequence = 0;
   for (const IndexEntry& entry : entries) {
@@ -115,8 +116,8 @@ Result<void> for_each_chunk(RandomSource& source, std::span<const IndexEntry> en
     if (!header) return header.error();
     if (!*header || (*header)->kind != entry.kind || (*header)->sequence != sequence++ ||
         (*header)->payload_bytes > entry.bytes || (*header)->chunk_bytes() != entry.bytes)
-      return wrong("the chunk that should stand here does not", section, entry.offset);
-    if (auto good = visit(**header, entry); !good) return good;
+      return wrong("the chunk that the index lists is not here", section, entry.offset);
+    if (auto status = visit(**header, entry); !status) return status;
     end += entry.bytes;
   }
   return end == index_offset ? Result<void>() : Result<void>(wrong_index);
@@ -134,24 +135,24 @@ Result<std::uint64_t> bytes_of_file(RandomSource& source) {
             std::to_string(begin),
         chunk_name(kind), size, ErrorCode::truncated);
   };
-  for (std::uint64_t at = kFileStartBytes, chunks = 0;; ++chunks) {
-    if (at >= size || size - at < kShortHeaderBytes)
-      return wrong("the file has been cut, and has no index: it ends behind " +
+  for (std::uint64_t position = kFileStartBytes, chunks = 0;; ++chunks) {
+    if (position >= size || size - position < kShortHeaderBytes)
+      return wrong("the file has been cut, and has no index: it ends after " +
                        std::to_string(chunks) + " whole chunks",
                    "chunk header", size, ErrorCode::truncated);
-    const auto read = header_at(source, at, size, "chunk header");
+    const auto read = header_at(source, position, size, "chunk header");
     if (!read) return read.error();
     if (!*read || (*read)->sequence != chunks)
       return wrong("no chunk begins here, and the file does not end with an end record",
-                   "chunk header", at);
+                   "chunk header", position);
     const ChunkHeader& header = **read;
-    const std::uint64_t begin = at;
-    at += header.bytes();
-    if (header.payload_bytes > size - at) return cut(header.kind, begin);
-    at += header.payload_bytes;
+    const std::uint64_t begin = position;
+    position += header.bytes();
+    if (header.payload_bytes > size - position) return cut(header.kind, begin);
+    position += header.payload_bytes;
     if (header.kind != static_cast<std::uint8_t>(ChunkKind::index)) continue;
-    return size - at >= kTrailerBytes ? Result<std::uint64_t>(at + kTrailerBytes)
-                                      : Result<std::uint64_t>(cut(header.kind, begin));
+    return size - position >= kTrailerBytes ? Result<std::uint64_t>(position + kTrailerBytes)
+                                            : Result<std::uint64_t>(cut(header.kind, begin));
   }
 }
 

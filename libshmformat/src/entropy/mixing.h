@@ -1,17 +1,18 @@
-// Mixing: a decision's odds from several predictions, each right where the others are not.
+// Mixing: computes the odds of a decision from several predictions, each of which is good in
+// different situations.
 //
-//   MixedBit     a decision in its own context: an AdaptiveBit, and what it was the last times
-//   about()      what the next decisions are about: a question, and clues that the question's own
-//                contexts are too coarse for. A path of the decisions since then goes with them, so
-//                that each bit of a number or a tree has its own.
+//   MixedBit     a decision in its own context: an AdaptiveBit, and the last values of the decision
+//   about()      describes the next decisions: a question, and clues, for which the contexts of the
+//                question are too coarse. The coder also keeps the path of the decisions since the
+//                call, so that each bit of a number or a tree has its own predictions.
 //   predictions  the AdaptiveBit; one by question and history; one by each clue and the path,
 //                looked up by hash
-//   mix          stretch(p) = ln(p / (1 - p)) of each, weighted, summed, squashed back. The weights
-//                belong to the question, and move with every decision towards what would have been
-//                better.
+//   mix          stretch(p) = ln(p / (1 - p)) of each prediction; their weighted sum is converted
+//                back to a probability. Each question has its own weights, which every decision
+//                moves towards those that would have predicted it better.
 //
-// Integers only, and nothing depends on addresses or layout: the same on every machine.
-// spec: "Mixing"
+// Uses only integers, and nothing depends on addresses or layout: the results are the same on all
+// machines. spec: "Mixing"
 #pragma once
 
 #include <algorithm>
@@ -27,40 +28,40 @@ namespace shm {
 /// A decision in its context, for a MixingCoder.
 struct MixedBit {
   AdaptiveBit adaptive;
-  std::uint8_t history = 1;  // the last decisions behind a leading one, newest low
+  std::uint8_t history = 1;  // a leading 1 bit, then the last decisions, the newest lowest
 };
 
 namespace mixing {
 
 inline constexpr std::uint32_t kHistoryBits = 6;
 inline constexpr std::uint32_t kMaxClues = 5;
-inline constexpr std::uint32_t kDepths = 4;          // weights differ this far down a path
-inline constexpr std::uint32_t kTableBits = 16;      // predictions by clue
-inline constexpr std::uint32_t kClueLimit = 30;      // these forget fast
+inline constexpr std::uint32_t kDepths = 4;          // depths of a path with their own weights
+inline constexpr std::uint32_t kTableBits = 16;      // log2 of the number of predictions by clue
+inline constexpr std::uint32_t kClueLimit = 30;      // limit of their counts: they forget fast
 inline constexpr std::int32_t kStretchLimit = 2839;  // 256 ln 65535
-inline constexpr std::int32_t kBias = 256;           // the input that is always there
+inline constexpr std::int32_t kBias = 256;           // the constant input
 inline constexpr std::int32_t kOne = 1 << 16;        // a weight of 1
 inline constexpr std::int32_t kMaxWeight = 16 * kOne;
 
 /// squash(x) = 65536 / (1 + e^(-x / 256)) for x = 0..kStretchLimit.
 inline constexpr auto kSquash = [] {
   std::array<std::uint16_t, kStretchLimit + 1> table{};
-  std::uint64_t power = std::uint64_t{1} << 40;  // e^(-x / 256), 40 bits behind the point
-  for (auto& it : table) {
+  std::uint64_t power = std::uint64_t{1} << 40;  // e^(-x / 256) with 40 fractional bits
+  for (auto& entry : table) {
     const std::uint64_t below = (std::uint64_t{1} << 40) + power;
     const std::uint64_t p = ((std::uint64_t{1} << 56) + below / 2) / below;
-    it = static_cast<std::uint16_t>(p > 65535 ? 65535 : p);
-    power = power * 16711808 >> 24;  // e^(-1 / 256), 24 bits behind the point
+    entry = static_cast<std::uint16_t>(p > 65535 ? 65535 : p);
+    power = power * 16711808 >> 24;  // e^(-1 / 256) with 24 fractional bits
   }
   return table;
 }();
-/// Of 65536. Must hold: -kStretchLimit <= x <= kStretchLimit.
+/// Returns a probability in units of 1/65536. Must hold: -kStretchLimit <= x <= kStretchLimit.
 constexpr std::uint32_t squash(std::int32_t x) {
   return x >= 0 ? kSquash[static_cast<std::size_t>(x)]
                 : 65536u - kSquash[static_cast<std::size_t>(-x)];
 }
 
-/// The largest x with squash(x) <= 65536 - q: for each q below kNear, and each 16th from there on.
+/// The largest x with squash(x) <= 65536 - q: for each q below kNear, and for every 16th q above.
 struct StretchTable {
   static constexpr std::uint32_t kNear = 2048;
   std::array<std::int16_t, kNear> near{};
@@ -78,14 +79,14 @@ inline constexpr StretchTable kStretch = [] {
     table.far[q] = find(q * 16);
   return table;
 }();
-/// About 256 ln(p / (65536 - p)). Must hold: 0 < p < 65536.
+/// Returns about 256 ln(p / (65536 - p)). Must hold: 0 < p < 65536.
 constexpr std::int32_t stretch(std::uint32_t p) {
   const std::uint32_t q = p < 32768 ? p : 65536 - p;
   const std::int32_t x = q < StretchTable::kNear ? kStretch.near[q] : kStretch.far[q / 16];
   return p < 32768 ? -x : x;
 }
 
-/// How fast weights move: fast at first.
+/// Learning rate of the weights by number of decisions so far: fast at first.
 inline constexpr auto kRate = [] {
   std::array<std::uint8_t, 160> rate{};
   for (std::uint32_t n = 0; n < rate.size(); ++n)
@@ -100,7 +101,7 @@ constexpr std::uint32_t hash(std::uint32_t h, std::uint32_t value) {
 
 }  // namespace mixing
 
-/// Several numbers as one clue.
+/// Combines several numbers into one clue.
 template <class... Numbers>
 constexpr std::uint32_t clue(Numbers... numbers) {
   std::uint32_t h = 0;
@@ -108,8 +109,8 @@ constexpr std::uint32_t clue(Numbers... numbers) {
   return h;
 }
 
-/// A coder of MixedBits. Its bytes are those of an Engine, a RangeEncoder or RangeDecoder, which
-/// may be another one from call to call.
+/// A coder of MixedBits. It writes to or reads from an Engine, a RangeEncoder or RangeDecoder,
+/// which use() may replace at any time.
 template <class Engine>
 class MixingCoder {
  public:
@@ -123,12 +124,12 @@ class MixingCoder {
         by_clue_(std::size_t{1} << mixing::kTableBits),
         checks_(by_clue_.size()) {}
 
-  /// Before coding: whose bytes. `engine` is borrowed.
+  /// Sets the engine. Call it before coding. `engine` is borrowed.
   void use(Engine& engine) { engine_ = &engine; }
-  /// For what is not mixed. After use().
+  /// Returns the engine, for decisions that are not mixed. Must hold: use() has been called.
   Engine& engine() { return *engine_; }
 
-  /// What the decisions that follow are about. At most kMaxClues.
+  /// Describes the decisions that follow. At most kMaxClues clues.
   template <class... Clues>
   void about(std::uint32_t question, Clues... clues) {
     static_assert(sizeof...(Clues) <= mixing::kMaxClues);
@@ -157,15 +158,16 @@ class MixingCoder {
     std::uint32_t count = 0;
   };
 
-  /// The prediction with this hash: in one of two places, or a new one for the less used of them.
+  /// Returns the prediction with this hash from one of two slots. If neither has it, replaces the
+  /// less used of the two by a new prediction.
   AdaptiveBit& find(std::uint32_t hash) {
-    std::uint32_t at = hash >> (32 - mixing::kTableBits);
+    std::uint32_t slot = hash >> (32 - mixing::kTableBits);
     const auto check = static_cast<std::uint8_t>(hash);
-    if (checks_[at] == check) return by_clue_[at];
-    if (checks_[at ^ 1] == check) return by_clue_[at ^ 1];
-    if (by_clue_[at ^ 1].count() < by_clue_[at].count()) at ^= 1;
-    checks_[at] = check;
-    return by_clue_[at] = AdaptiveBit();
+    if (checks_[slot] == check) return by_clue_[slot];
+    if (checks_[slot ^ 1] == check) return by_clue_[slot ^ 1];
+    if (by_clue_[slot ^ 1].count() < by_clue_[slot].count()) slot ^= 1;
+    checks_[slot] = check;
+    return by_clue_[slot] = AdaptiveBit();
   }
 
   Engine* engine_ = nullptr;

@@ -1,6 +1,6 @@
-// Models: small alphabets and integers, made of adaptive bits.
-// Every call has the form `code_x(coder, model, value)`, encodes `value` with a RangeEncoder,
-// ignores it with a RangeDecoder, and returns the coded value either way.
+// Models: numbers and choices of small alphabets, composed of adaptive bits. Every call has the
+// form `code_x(coder, model, value)`. With a RangeEncoder it encodes `value`; with a RangeDecoder
+// it ignores `value`. It returns the coded value in both cases.
 // spec: "Models"
 #pragma once
 
@@ -27,8 +27,8 @@ std::uint32_t code_tree(Coder& coder, TreeModel<kBits, Bit>& model, std::uint32_
   return node - (1u << kBits);
 }
 
-/// A non-negative integer: its bit length K (0..64), then the bits below the leading one, all
-/// adaptive by position: for numbers that repeat exactly.
+/// A non-negative integer: its bit length K (0..64), then the bits below the leading one. Each bit
+/// is modelled by its position, which suits numbers that repeat exactly.
 ///   value   0   1   2..3   4..7   8..15  ...
 ///   K       0   1     2      3      4
 template <class Bit>
@@ -43,7 +43,8 @@ struct NumberModelOf {
   }
 };
 using NumberModel = NumberModelOf<AdaptiveBit>;
-/// The same with raw bits after the first two: for measured values. Small, so contexts are cheap.
+/// The same, except that all bits after the first two are raw: for measured values. The model is
+/// small, so that many contexts are affordable.
 template <class Bit>
 struct ResidualModelOf {
   Bit zero;
@@ -51,8 +52,8 @@ struct ResidualModelOf {
   std::array<std::array<Bit, 4>, 64> first;
 };
 using ResidualModel = ResidualModelOf<AdaptiveBit>;
-/// A number model for contexts that see few numbers: a sixth of the memory of NumberModel, since
-/// low bits are modelled by their position alone.
+/// A number model for contexts that see few numbers. It needs a sixth of the memory of NumberModel,
+/// since the low bits are modelled only by their position.
 struct CompactNumberModel {
   AdaptiveBit zero;
   TreeModel<6> length;                               // as in NumberModel
@@ -91,11 +92,11 @@ std::uint64_t code_number(Coder& coder, Model& model, std::uint64_t value) {
   return result;
 }
 
-/// A number of bits, 0..64, that is likely to be near a guess: whether it is, on which side, how
-/// far. Few decisions where the guess is good.
+/// A number of bits, 0..64, that is likely to be near a guess. Codes whether it equals the guess,
+/// then on which side it is and how far away. A good guess needs few decisions.
 struct NearModel {
   AdaptiveBit same, above;
-  std::array<AdaptiveBit, 16> higher, lower;  // whether it is one farther still
+  std::array<AdaptiveBit, 16> higher, lower;  // true if it is further away
 };
 template <class Coder>
 std::uint32_t code_near(Coder& coder, NearModel& model, std::uint32_t guess, std::uint32_t value) {
@@ -125,8 +126,8 @@ std::int64_t code_signed(Coder& coder, SignedModel<Magnitude>& model, std::int64
   return static_cast<std::int64_t>(negative ? 0 - size : size);
 }
 
-/// Which of `count` candidates: one yes/no each, the last one implied. Past the model's end the
-/// last bit is shared. Must hold: index < count.
+/// An index among `count` candidates: one decision per candidate; the last candidate is implied.
+/// Candidates beyond the end of the model share its last bit. Must hold: index < count.
 template <std::size_t kSize, class Bit = AdaptiveBit>
 struct ChoiceModel {
   std::array<Bit, kSize> yes;
@@ -139,8 +140,8 @@ std::uint32_t code_choice(Coder& coder, ChoiceModel<kSize, Bit>& model, std::uin
   return count - 1;
 }
 
-// Models that come into being when they are first asked for: a file takes memory for what it has.
-// They can be copied.
+// Models that are created on first use, so that a file needs memory only for the models that it
+// uses. They can be copied.
 
 template <class Model>
 class LazyModel {
@@ -151,10 +152,10 @@ class LazyModel {
   }
 
  private:
-  std::vector<Model> held_;  // one, or none yet
+  std::vector<Model> held_;  // one model, or none yet
 };
 
-/// One for each context, of 65535 at most.
+/// One model for each context, at most 65535 models.
 template <class Model>
 class LazyModels {
  public:
@@ -169,7 +170,7 @@ class LazyModels {
   }
 
  private:
-  std::vector<std::uint16_t> numbers_;  // by context, from 1; 0: not yet
+  std::vector<std::uint16_t> numbers_;  // by context: 1 + index into held_; 0: not created yet
   std::vector<Model> held_;
 };
 

@@ -1,12 +1,12 @@
 // The range coder: turns yes/no decisions into bytes and back.
-//   AdaptiveBit                   how likely a decision is, learnt from its past
+//   AdaptiveBit                   the probability of a decision, learnt from its past values
 //   RangeEncoder, RangeDecoder    decisions with known odds
-//   SplitEncoder, SplitDecoder    the same, and beside them plain bits for what nobody can guess,
-//                                 which cost next to nothing to read
+//   SplitEncoder, SplitDecoder    the same, plus separate plain bits for unpredictable data, which
+//                                 take almost no time to read
 //
-// Encoders and decoders have the same calls, `bit(model, value)` and `raw(value, count)`, where a
-// decoder ignores what it is given: a coder written once as a template runs both ways, so the two
-// directions cannot drift apart.
+// Encoders and decoders have the same calls, `bit(model, value)` and `raw(value, count)`; a decoder
+// ignores the value passed in. A coder that is written once as a template therefore works in both
+// directions, so that encoding and decoding cannot diverge.
 // spec: "Adaptive bit", "Range coder", "Split streams"
 #pragma once
 
@@ -22,21 +22,22 @@
 
 namespace shm {
 
-/// 22 bits of probability and 10 bits of count in one word. The first decisions move it fast (2/3,
-/// 2/5, ...), later ones by about 1/kLimit, so small meshes learn quickly and long ones forget
-/// slowly. Integers only: the same on every machine.
+/// A probability of 22 bits and a count of 10 bits in one word. The first decisions move the
+/// probability far (by 2/3, 2/5, ... of the difference), later decisions by about 1/kLimit, so that
+/// small meshes learn quickly and large meshes forget slowly. Uses only integers: the results are
+/// the same on all machines.
 class AdaptiveBit {
  public:
-  static constexpr std::uint32_t kLimit = 160;  // frozen: part of the format
+  static constexpr std::uint32_t kLimit = 160;  // Frozen: part of the format
 
-  /// Of 65536, never 0 and never all.
+  /// In units of 1/65536, from 1 to 65535.
   std::uint32_t probability_of_one() const {
     const std::uint32_t p = state_ >> 16;
     return p == 0 ? 1 : p;  // at most 65535 by construction
   }
-  /// Decisions seen, up to the limit.
+  /// Number of decisions seen, up to the limit.
   std::uint32_t count() const { return state_ & 0x3ff; }
-  /// `limit`: at most kLimit; a smaller one forgets faster.
+  /// `limit`: at most kLimit; a smaller limit makes the model forget faster.
   void update(bool one, std::uint32_t limit = kLimit) {
     const std::uint32_t seen = count();
     const auto p = static_cast<std::int32_t>(state_ >> 10);
@@ -58,14 +59,14 @@ class AdaptiveBit {
   std::uint32_t state_ = (std::uint32_t{1} << 31);
 };
 
-// The encoder keeps an interval [low, low + range) inside 32 bits and narrows it by each
-// decision; bytes leave at the top when they can no longer change. `low` may overflow into a
-// carry, so the last byte that is not yet certain is held back together with the run of 0xFF
-// bytes behind it (the scheme of LZMA). The decoder follows with `code = bytes - low`.
+// The encoder keeps an interval [low, low + range) of 32 bits and narrows it with each decision.
+// The top bytes leave when they can no longer change. `low` may overflow into a carry, so the
+// encoder holds back the last uncertain byte and the run of 0xFF bytes after it (the scheme of
+// LZMA). The decoder follows with `code = bytes - low`.
 //
-// Unexpected: (1) the very first byte of the carry scheme is always zero and is not stored;
-// (2) the end is not marked: the encoder drops trailing zero bytes and the decoder reads zeros
-// past the end, as many as it likes; counts are known from elsewhere.
+// Two details are easily missed. (1) The first byte of the carry scheme is always zero and is not
+// stored. (2) The end is not marked: the encoder drops trailing zero bytes, and the decoder reads
+// any number of zeros past the end. The number of decisions is known from elsewhere.
 
 inline constexpr std::uint32_t kRangeTop = std::uint32_t{1} << 24;
 
@@ -81,7 +82,7 @@ class RangeEncoder {
     return value;
   }
 
-  /// A decision whose odds somebody else knows: `probability` of one, 1 to 65535 of 65536.
+  /// Codes a decision with a known probability of `true`, 1 to 65535 in units of 1/65536.
   bool decide(std::uint32_t probability, bool value) {
     const std::uint32_t bound = (range_ >> 16) * probability;
     if (value) {
@@ -97,7 +98,7 @@ class RangeEncoder {
     return value;
   }
 
-  /// The low `count` bits of value, 0..64, each as likely as not; the rest must be zero.
+  /// Codes the low `count` (0..64) bits of `value` without a model; the other bits must be zero.
   std::uint64_t raw(std::uint64_t value, int count) {
     while (count > 16) {
       count -= 16;
@@ -107,12 +108,13 @@ class RangeEncoder {
     return value;
   }
 
-  /// Bytes so far, but for a few that are not certain yet.
+  /// Bytes so far, except for a few that are not final yet.
   std::uint64_t size() const { return bytes_.size() + pending_; }
 
-  /// Ends the stream and hands it out; the encoder is ready for the next one.
+  /// Ends the stream and returns it. The encoder is then ready for the next stream.
   std::vector<std::byte> finish() {
-    // Any number in [low, low + range) will do; range >= 2^24, so one ends in 24 zero bits.
+    // Any number in [low, low + range) will do. Since range >= 2^24, one of them ends in 24 zero
+    // bits.
     low_ = (low_ + kRangeTop - 1) & ~std::uint64_t{kRangeTop - 1};
     for (int i = 0; i < 5; ++i) shift_low();
     std::vector<std::byte> out = std::move(bytes_);
@@ -146,7 +148,7 @@ class RangeEncoder {
   std::vector<std::byte> bytes_;
   std::uint64_t low_ = 0;
   std::uint32_t range_ = 0xffffffffu;
-  std::uint64_t pending_ = 0;  // bytes 0xFF behind held_
+  std::uint64_t pending_ = 0;  // number of 0xFF bytes after held_
   std::uint8_t held_ = 0;
   bool first_ = true;
 };
@@ -198,7 +200,7 @@ class RangeDecoder {
   std::uint32_t raw_part(int count) {
     range_ >>= count;
     std::uint32_t value = code_ / range_;
-    if (value >> count != 0) value = (1u << count) - 1;  // only damaged bytes get here
+    if (value >> count != 0) value = (1u << count) - 1;  // only in damaged streams
     code_ -= value * range_;
     while (range_ < kRangeTop) {
       range_ <<= 8;
@@ -216,8 +218,8 @@ class RangeDecoder {
   std::uint32_t code_ = 0;
 };
 
-// Split: bytes = varint of the range coder's length, its bytes, then the plain bits, low bits of
-// each byte first; zeros past the end of either.
+// A split stream: a varint with the length of the range coder's bytes, these bytes, then the plain
+// bits, low bits of each byte first. Both parts continue with zeros past their end.
 
 class SplitEncoder {
  public:
@@ -227,7 +229,7 @@ class SplitEncoder {
 
   bool bit(AdaptiveBit& model, bool value) { return range_.bit(model, value); }
   bool decide(std::uint32_t probability, bool value) { return range_.decide(probability, value); }
-  /// The low `count` bits of value, 0..64; the rest must be zero.
+  /// Stores the low `count` (0..64) bits of `value` as plain bits; the other bits must be zero.
   std::uint64_t raw(std::uint64_t value, int count) {
     if (count > 32) {
       put(value & 0xffffffffu, 32);
@@ -238,7 +240,7 @@ class SplitEncoder {
     return value;
   }
 
-  /// Ends the stream and hands it out; the encoder is ready for the next one.
+  /// Ends the stream and returns it. The encoder is then ready for the next stream.
   std::vector<std::byte> finish() {
     if (filled_ > 0) flush(8);
     while (!plain_.empty() && plain_.back() == std::byte{0}) plain_.pop_back();
@@ -259,7 +261,7 @@ class SplitEncoder {
     filled_ += count;
     flush(0);
   }
-  /// Hands out whole bytes, and one of up to `rest` bits less.
+  /// Writes all whole bytes, and if `rest` > 0 also the remaining bits as one more byte.
   void flush(int rest) {
     while (filled_ >= 8 || (rest > 0 && filled_ > 0)) {
       plain_.push_back(static_cast<std::byte>(held_));
@@ -282,7 +284,7 @@ class SplitDecoder {
   using Bit = AdaptiveBit;
 
   SplitDecoder() = default;
-  /// `bytes` are borrowed. A length beyond their end counts as all of them.
+  /// `bytes` are borrowed. A stated length beyond their end is cut to the bytes available.
   explicit SplitDecoder(std::span<const std::byte> bytes) {
     ByteReader in(bytes);
     const std::uint64_t decisions = bytes.empty() ? 0 : in.get_varint();

@@ -1,4 +1,4 @@
-// Sinks and sources that need no operating system.
+// Sinks and sources that do not depend on the operating system.
 #include "shm/io.h"
 
 #include <algorithm>
@@ -14,8 +14,8 @@ Result<void> ByteSink::copy(RandomSource& from, std::uint64_t offset, std::uint6
   std::vector<std::byte> piece;
   while (bytes > 0) {
     piece.resize(static_cast<std::size_t>(std::min(kPiece, bytes)));
-    if (auto good = from.read_at(offset, piece); !good) return good;
-    if (auto good = write(piece); !good) return good;
+    if (auto status = from.read_at(offset, piece); !status) return status;
+    if (auto status = write(piece); !status) return status;
     offset += piece.size();
     bytes -= piece.size();
   }
@@ -90,7 +90,7 @@ Result<void> SectionSource::read_at(std::uint64_t offset, std::span<std::byte> i
 
 Result<std::size_t> SectionSource::read(std::span<std::byte> into) {
   const auto n = static_cast<std::size_t>(std::min<std::uint64_t>(into.size(), bytes_ - at_));
-  if (auto good = read_at(at_, into.first(n)); !good) return good.error();
+  if (auto status = read_at(at_, into.first(n)); !status) return status.error();
   at_ += n;
   return n;
 }

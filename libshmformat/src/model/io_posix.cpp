@@ -1,4 +1,4 @@
-// Files where the system is POSIX. Beside it io_windows.cpp alone meets an operating system.
+// Files on POSIX systems. Only this file and io_windows.cpp call the operating system.
 #include <dirent.h>
 #include <fcntl.h>
 #include <signal.h>
@@ -23,7 +23,7 @@ Error system_error(ErrorCode code, const std::string& what, const std::string& p
   return Error{code, what + ": " + std::strerror(errno), {}, kNoOffset, path};
 }
 
-/// A pipe with a name waits for its other end, and a signal may come meanwhile.
+/// Opens a file. Opening a named pipe waits for its other end, during which a signal may arrive.
 int open_patiently(const std::string& path, int flags) {
   while (true) {
     const int descriptor = ::open(path.c_str(), flags | O_CLOEXEC);
@@ -31,7 +31,7 @@ int open_patiently(const std::string& path, int flags) {
   }
 }
 
-/// Where the name begins of the file that is meant.
+/// Returns the index at which the file name begins in a path.
 std::size_t name_in(const std::string& path) {
   const std::size_t slash = path.rfind('/');
   return slash == std::string::npos ? 0 : slash + 1;
@@ -42,14 +42,15 @@ std::string folder_of(const std::string& path) {
   return name == 0 ? "." : path.substr(0, name);
 }
 
-/// Says among which processes this one has its number: those of a machine, or of a part of it.
+/// Returns a name for the set of processes among which this process number is unique: those of a
+/// machine, or of a PID namespace.
 std::string name_of_machine() {
   struct utsname names {};
   (void)::uname(&names);
   std::string text = names.nodename;
   text.resize(text.size() + 64);
   (void)!::readlink("/proc/self/ns/pid", text.data() + text.size() - 64, 64);
-  // Machines may be called alike.
+  // Several machines may have the same host name.
   if (const int boot = ::open("/proc/sys/kernel/random/boot_id", O_RDONLY | O_CLOEXEC); boot >= 0) {
     text.resize(text.size() + 36);
     (void)!::read(boot, text.data() + text.size() - 36, 36);
@@ -58,8 +59,8 @@ std::string name_of_machine() {
   return machine_name(text);
 }
 
-/// Whether the process is gone that has left `name`, the rest of a temporary name. Of another
-/// machine that is not known: then whether it may be.
+/// State of the process that left a temporary file. `name` is the part of the file name after the
+/// front. For a process of another machine the state is unknown: may_be_gone.
 enum class Process { lives, may_be_gone, gone };
 Process process_of(std::string_view name, std::string_view machine) {
   const auto maker = maker_of(name, machine);
@@ -68,8 +69,8 @@ Process process_of(std::string_view name, std::string_view machine) {
   return ::kill(maker->process, 0) != 0 && errno == ESRCH ? Process::gone : Process::lives;
 }
 
-/// Removes what killed processes have left for the same path; what another machine's may have left,
-/// once it is old.
+/// Removes the files that killed processes left for the same path. Files left by processes of other
+/// machines are removed once they are old.
 void remove_leftovers(const std::string& path, const std::string& machine, std::int64_t now) {
   constexpr std::int64_t kOld = 3600;  // seconds
   const std::string folder = folder_of(path), front = temporary_front(path, name_in(path));
@@ -81,11 +82,13 @@ void remove_leftovers(const std::string& path, const std::string& machine, std::
     if (!name.starts_with(head)) continue;
     const Process process = process_of(name.substr(head.size()), machine);
     struct stat status {};
-    const int at = ::dirfd(directory);
+    const int folder_descriptor = ::dirfd(directory);
     if (process == Process::lives ||
-        ::fstatat(at, entry->d_name, &status, AT_SYMLINK_NOFOLLOW) != 0 || !S_ISREG(status.st_mode))
+        ::fstatat(folder_descriptor, entry->d_name, &status, AT_SYMLINK_NOFOLLOW) != 0 ||
+        !S_ISREG(status.st_mode))
       continue;
-    if (process == Process::gone || status.st_mtime < now - kOld) ::unlinkat(at, entry->d_name, 0);
+    if (process == Process::gone || status.st_mtime < now - kOld)
+      ::unlinkat(folder_descriptor, entry->d_name, 0);
   }
   ::closedir(directory);
 }
@@ -98,8 +101,8 @@ Error taken_error(const std::string& path) {
   return Error{ErrorCode::output, "is there already", {}, kNoOffset, path};
 }
 
-/// So that the name of `path` is on the disk, too. Some folders cannot be opened, some not flushed
-/// (EINVAL).
+/// Flushes the folder, so that the name of `path` is on the disk, too. Some folders cannot be
+/// opened, and some cannot be flushed (EINVAL).
 Result<void> flush_folder(const std::string& path) {
   const int descriptor = ::open(folder_of(path).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (descriptor < 0) return {};
@@ -114,7 +117,7 @@ Result<void> flush_folder(const std::string& path) {
 
 }  // namespace
 
-// --- files that appear whole
+// --- files that appear under their name only when complete
 
 Result<std::unique_ptr<FileSink>> FileSink::create(const std::string& path, Temporary how,
                                                    Existing existing) {
@@ -125,7 +128,7 @@ Result<std::unique_ptr<FileSink>> FileSink::create(const std::string& path, Temp
     sink->descriptor_ = STDOUT_FILENO;
     return sink;
   }
-  // A device or a pipe is written as it is: there is nothing to rename over.
+  // Devices and pipes are written directly: they cannot be replaced by renaming.
   struct stat status {};
   const bool exists = ::stat(path.c_str(), &status) == 0;
   if (exists && !S_ISREG(status.st_mode)) {
@@ -145,7 +148,7 @@ Result<std::unique_ptr<FileSink>> FileSink::create(const std::string& path, Temp
       std::free(real);
     }
   }
-  if (auto good = sink->create_temporary(how); !good) return good.error();
+  if (auto result = sink->create_temporary(how); !result) return result.error();
   return sink;
 }
 
@@ -154,7 +157,7 @@ Result<std::unique_ptr<FileSink>> FileSink::create_scratch(const std::string& fo
   std::unique_ptr<FileSink> sink(new FileSink());
   sink->scratch_ = true;
   sink->path_ = folder + "/" + name;
-  if (auto good = sink->create_temporary(how); !good) return good.error();
+  if (auto result = sink->create_temporary(how); !result) return result.error();
   return sink;
 }
 
@@ -171,7 +174,7 @@ Result<void> FileSink::create_temporary(Temporary how) {
 
 Result<void> FileSink::create_named() {
   const std::string machine = name_of_machine();
-  // A killed process may have left its file under the same name.
+  // A killed process may have left a file with the same name.
   for (int attempt = 0; attempt < kMostAttempts; ++attempt) {
     temporary_ = own_name(path_, machine, attempt);
     descriptor_ =
@@ -180,7 +183,7 @@ Result<void> FileSink::create_named() {
   }
   named_ = descriptor_ >= 0;
   if (!named_) return system_error(ErrorCode::output, "cannot be created", path_);
-  struct stat status {};  // whose clock is that of the other files
+  struct stat status {};  // for the current time by the file system's clock, as in other files
   if (::fstat(descriptor_, &status) == 0) remove_leftovers(path_, machine, status.st_mtime);
   return {};
 }
@@ -212,19 +215,19 @@ Result<void> FileSink::copy(RandomSource& from, std::uint64_t offset, std::uint6
 
 Result<void> FileSink::commit() {
   if (path_ == "-" || scratch_ || committed_) return {};
-  if (auto good = flush(); !good) return good;
+  if (auto result = flush(); !result) return result;
   pass_permissions_on();
-  // Some file systems say only now that they have not taken all.
+  // Some file systems report only on closing that not everything has been written.
   if (named_ || temporary_.empty()) {
-    if (auto good = close(); !good) return good;
+    if (auto result = close(); !result) return result;
     if (named_)
-      if (auto good = rename_temporary(); !good) return good;
+      if (auto result = rename_temporary(); !result) return result;
   } else {
     if (const int again = ::fcntl(descriptor_, F_DUPFD_CLOEXEC, 0);
         again >= 0 && ::close(again) != 0)
       return system_error(ErrorCode::output, "cannot be closed", path_);
-    if (auto good = link(); !good) return good;
-    (void)close();  // which has been tried
+    if (auto result = link(); !result) return result;
+    (void)close();  // closing has already been tried with a duplicate
   }
   named_ = false;
   committed_ = true;
@@ -236,8 +239,9 @@ Result<void> FileSink::close() {
   return system_error(ErrorCode::output, "cannot be closed", path_);
 }
 
-/// At the end, since who writes by name opens the file anew. Without the group its bits would be
-/// another group's.
+/// Gives the file the permissions of the file that it replaces. Done at the end, since a writer
+/// that uses the file's name opens it again. If the group cannot be set, the group's permission
+/// bits are dropped, as they would apply to a different group.
 void FileSink::pass_permissions_on() const {
   if (!permissions_) return;
   const int file = named_ ? ::open(temporary_.c_str(), O_RDONLY | O_CLOEXEC) : descriptor_;
@@ -249,9 +253,9 @@ void FileSink::pass_permissions_on() const {
   if (named_) ::close(file);
 }
 
-/// Flushing any descriptor of a file flushes all of it. Who wrote by name may have replaced the
-/// file, which leaves ours behind. Some file systems cannot flush (EINVAL); that is no failed
-/// write.
+/// Flushing any descriptor of a file flushes all of its data. A named file is opened again, since a
+/// writer that uses the name may have replaced the file that we created. A file system that cannot
+/// flush (EINVAL) is not an error.
 Result<void> FileSink::flush() const {
   const int file = named_ ? ::open(temporary_.c_str(), O_RDONLY | O_CLOEXEC) : descriptor_;
   const bool flushed = file >= 0 && (::fsync(file) == 0 || errno == EINVAL);
@@ -260,7 +264,8 @@ Result<void> FileSink::flush() const {
   return flushed ? Result<void>() : error;
 }
 
-/// Gives a file without a name its own: at once where that is free, else over a name beside.
+/// Gives a file without a name its final name: directly if the name is free, otherwise by renaming
+/// a temporary name over it.
 Result<void> FileSink::link() {
   const auto link_as = [this](const std::string& name) {
     return ::linkat(AT_FDCWD, temporary_.c_str(), AT_FDCWD, name.c_str(), AT_SYMLINK_FOLLOW) == 0;
@@ -277,7 +282,7 @@ Result<void> FileSink::link() {
       taken = errno == EEXIST;
       continue;
     }
-    // What a process has left that was killed between these two calls.
+    // Remove the files of processes that were killed between these two calls.
     struct stat status {};
     if (::fstat(descriptor_, &status) == 0) remove_leftovers(path_, machine, status.st_mtime);
     if (::rename(beside.c_str(), path_.c_str()) == 0) return {};
@@ -288,9 +293,9 @@ Result<void> FileSink::link() {
   return system_error(ErrorCode::output, "cannot be given its name", path_);
 }
 
-/// Gives a file with a temporary name its own. Where nothing may be replaced the system is told so,
-/// or a second name is made, which fails where it is taken; where neither can be done it is asked
-/// before.
+/// Renames the temporary file to its final name. If nothing may be replaced, the rename itself
+/// refuses an existing file, or a hard link is made, which fails if the name is taken. If the
+/// system supports neither, the name is checked before.
 Result<void> FileSink::rename_temporary() const {
   if (!replaces_) {
 #ifdef RENAME_NOREPLACE
@@ -308,8 +313,8 @@ Result<void> FileSink::rename_temporary() const {
   return system_error(ErrorCode::output, "cannot be given its name", path_);
 }
 
-/// Where a file without a name cannot get one, as in some containers and on some file systems: a
-/// copy that has one. `why`: what kept the file itself from it.
+/// Used if a file without a name cannot be given a name, as in some containers and on some file
+/// systems: copies it to a named file. `why`: the error of the attempt to link the file itself.
 Result<void> FileSink::rename_copy(const Error& why) {
   const auto whole = FileRandomSource::open(temporary_);
   if (!whole) return why;
@@ -321,10 +326,10 @@ Result<void> FileSink::rename_copy(const Error& why) {
     return why;
   }
   ::close(unnamed);
-  if (auto good = copy(**whole, 0, (*whole)->size()); !good) return good;
-  if (auto good = flush(); !good) return good;
+  if (auto result = copy(**whole, 0, (*whole)->size()); !result) return result;
+  if (auto result = flush(); !result) return result;
   pass_permissions_on();
-  if (auto good = close(); !good) return good;
+  if (auto result = close(); !result) return result;
   return rename_temporary();
 }
 
@@ -353,7 +358,7 @@ Result<std::size_t> FileSource::read(std::span<std::byte> into) {
 Result<std::unique_ptr<FileRandomSource>> FileSource::anywhere() const {
   struct stat status {};
   if (::fstat(descriptor_, &status) != 0 || !S_ISREG(status.st_mode))
-    return Error{ErrorCode::io, "cannot be sought in", {}, kNoOffset, path_};
+    return Error{ErrorCode::io, "cannot be read at any position", {}, kNoOffset, path_};
   std::unique_ptr<FileRandomSource> source(new FileRandomSource());
   source->path_ = path_;
   source->size_ = static_cast<std::uint64_t>(status.st_size);
@@ -368,7 +373,7 @@ Result<std::unique_ptr<FileRandomSource>> FileRandomSource::open(const std::stri
   source->descriptor_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
   if (source->descriptor_ < 0) return system_error(ErrorCode::io, "cannot be opened", path);
   const off_t end = ::lseek(source->descriptor_, 0, SEEK_END);
-  if (end < 0) return system_error(ErrorCode::io, "cannot be sought in", path);
+  if (end < 0) return system_error(ErrorCode::io, "cannot be read at any position", path);
   source->size_ = static_cast<std::uint64_t>(end);
   return source;
 }

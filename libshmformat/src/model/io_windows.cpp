@@ -1,12 +1,12 @@
-// Files where the system is Windows. Names are UTF-8 outside and UTF-16 here. FileSink and the
-// sources keep descriptors of the C library, each over a handle of the system: bytes go through the
-// handle, which knows no text mode.
+// Files on Windows. File names are UTF-8 outside this file and UTF-16 inside. FileSink and the
+// sources keep descriptors of the C library, each on top of a system handle. Bytes go through the
+// handle, which has no text mode.
 #ifndef NOMINMAX
 #define NOMINMAX
 #endif
 #define WIN32_LEAN_AND_MEAN
 #include <windows.h>
-// windows.h comes first.
+// windows.h must come first.
 #include <fcntl.h>
 #include <io.h>
 
@@ -23,9 +23,9 @@ namespace shm {
 namespace {
 
 constexpr int kInput = 0, kOutput = 1;
-/// Who has a file open keeps nobody from reading, writing, renaming or removing it, as in POSIX.
+/// As in POSIX, an open file may still be read, written, renamed or removed by other processes.
 constexpr DWORD kShared = FILE_SHARE_READ | FILE_SHARE_WRITE | FILE_SHARE_DELETE;
-constexpr std::size_t kMostBytes = std::size_t{1} << 30;  // of a call
+constexpr std::size_t kMostBytes = std::size_t{1} << 30;  // per call
 
 class Handle {
  public:
@@ -43,7 +43,7 @@ class Handle {
   HANDLE handle_;
 };
 
-/// Empty where `text` is not UTF-8.
+/// Returns an empty string if `text` is not UTF-8.
 std::wstring wide(std::string_view text) {
   const int bytes = static_cast<int>(text.size());
   std::wstring units(text.size(), L'\0');
@@ -62,9 +62,10 @@ std::string narrow(std::wstring_view units) {
   return text;
 }
 
-/// `path` as the system's calls take it: long ones only where they are absolute, and marked.
+/// Returns `path` in the form that system calls take. Long paths must be absolute and have a
+/// prefix.
 std::wstring system_path(const std::string& path) {
-  constexpr std::size_t kLongest = 240;  // of 260; a folder must have room for a short name, too
+  constexpr std::size_t kLongest = 240;  // of 260; a folder needs space for a short name, too
   const std::wstring name = wide(path);
   std::wstring whole(32768, L'\0');
   whole.resize(
@@ -87,13 +88,14 @@ Error system_error(ErrorCode code, const char* what, const std::string& path) {
 }
 
 HANDLE open_handle(const std::string& path, DWORD access, DWORD existing, DWORD flags = 0) {
-  // A name may be a pipe's, whose other end is not to act in this one's name.
+  // The name may belong to a pipe; its other end must not be allowed to impersonate this process.
   flags |= SECURITY_SQOS_PRESENT | SECURITY_IDENTIFICATION;
   return ::CreateFileW(system_path(path).c_str(), access, kShared, nullptr, existing, flags,
                        nullptr);
 }
 
-/// Takes the handle; -1 where it is none, or the C library has too many.
+/// Takes ownership of the handle. Returns -1 if the handle is invalid or the C library has too many
+/// open files.
 int descriptor_of(HANDLE opened) {
   Handle handle(opened);
   if (!handle) return -1;
@@ -111,24 +113,24 @@ HANDLE handle_of(int descriptor) {
                         : reinterpret_cast<HANDLE>(::_get_osfhandle(descriptor));
 }
 
-/// Where the name begins of the file that is meant.
+/// Returns the index at which the file name begins in a path.
 std::size_t name_in(const std::string& path) {
   const std::size_t before = path.find_last_of("/\\:");
   return before == std::string::npos ? 0 : before + 1;
 }
 
-/// Pipes with names, and what else lies outside of file systems.
+/// Returns true for named pipes and other objects outside the file systems.
 bool is_device_path(const std::string& path) {
   const auto slash = [&](std::size_t i) { return path[i] == '/' || path[i] == '\\'; };
   return path.size() > 4 && slash(0) && slash(1) && path[2] == '.' && slash(3);
 }
 
-/// Says among which processes this one has its number.
+/// Returns a name for the machine, on which the process number is unique.
 std::string name_of_machine() {
   wchar_t name[256], id[64];
   DWORD units = static_cast<DWORD>(std::size(name)), bytes = sizeof id;
   if (::GetComputerNameExW(ComputerNameDnsFullyQualified, name, &units) == 0) units = 0;
-  // Machines may be called alike.
+  // Several machines may have the same host name.
   if (::RegGetValueW(HKEY_LOCAL_MACHINE, L"SOFTWARE\\Microsoft\\Cryptography", L"MachineGuid",
                      RRF_RT_REG_SZ | RRF_SUBKEY_WOW6464KEY, nullptr, id, &bytes) != ERROR_SUCCESS)
     bytes = 0;
@@ -137,26 +139,26 @@ std::string name_of_machine() {
 
 bool is_gone(int process) {
   const Handle handle(::OpenProcess(SYNCHRONIZE, FALSE, static_cast<DWORD>(process)));
-  if (!handle) return ::GetLastError() == ERROR_INVALID_PARAMETER;  // there is no such process
+  if (!handle) return ::GetLastError() == ERROR_INVALID_PARAMETER;  // no such process
   return ::WaitForSingleObject(handle.get(), 0) == WAIT_OBJECT_0;
 }
 
-/// In 100 ns.
+/// Returns the time in units of 100 ns.
 std::uint64_t last_write(HANDLE file) {
   FILETIME time{};
   ::GetFileTime(file, nullptr, nullptr, &time);
   return std::uint64_t{time.dwHighDateTime} << 32 | time.dwLowDateTime;
 }
 
-/// The folder's list tells when a file was written only once it is closed: the file is asked.
+/// Asks the file itself: the folder lists the time of the last write only after the file is closed.
 bool is_old(const std::string& path, std::uint64_t now) {
   constexpr std::uint64_t kOld = 3600 * std::uint64_t{10'000'000};
   const Handle file(open_handle(path, FILE_READ_ATTRIBUTES, OPEN_EXISTING));
   return file && last_write(file.get()) + kOld < now;
 }
 
-/// Removes what killed processes have left for the same path; what another machine's may have left,
-/// once it is old.
+/// Removes the files that killed processes left for the same path. Files left by processes of other
+/// machines are removed once they are old.
 void remove_leftovers(const std::string& path, const std::string& machine, std::uint64_t now) {
   const std::string front = temporary_front(path, name_in(path));
   const std::string folder = front.substr(0, name_in(front)), head = front.substr(folder.size());
@@ -180,10 +182,10 @@ Error taken_error(const std::string& path) {
   return Error{ErrorCode::output, "is there already", {}, kNoOffset, path};
 }
 
-/// What POSIX's rename does: who has the old file open keeps it. Newer systems can, on some file
-/// systems; MoveFileExW does not ask all of them to.
+/// Renames as POSIX does: a process that has the old file open keeps it. Newer versions of Windows
+/// support this on some file systems, but MoveFileExW does not always request it.
 bool rename_over_open(const std::string& from, const std::wstring& to) {
-  // As winbase.h has them where it is new enough.
+  // The constants of recent versions of winbase.h.
   constexpr auto kRenameInfoEx = static_cast<FILE_INFO_BY_HANDLE_CLASS>(22);
   constexpr DWORD kReplace = 1, kPosix = 2;
   struct Head {
@@ -205,7 +207,7 @@ bool rename_over_open(const std::string& from, const std::wstring& to) {
 
 }  // namespace
 
-// --- files that appear whole
+// --- files that appear under their name only when complete
 
 Result<std::unique_ptr<FileSink>> FileSink::create(const std::string& path, Temporary how,
                                                    Existing existing) {
@@ -219,7 +221,7 @@ Result<std::unique_ptr<FileSink>> FileSink::create(const std::string& path, Temp
   const Handle there(is_device_path(path) ? INVALID_HANDLE_VALUE
                                           : open_handle(path, FILE_READ_ATTRIBUTES, OPEN_EXISTING,
                                                         FILE_FLAG_BACKUP_SEMANTICS));
-  // A device or a pipe is written as it is: there is nothing to rename over.
+  // Devices and pipes are written directly: they cannot be replaced by renaming.
   if (is_device_path(path) || (there && ::GetFileType(there.get()) != FILE_TYPE_DISK)) {
     sink->descriptor_ = descriptor_of(open_handle(path, GENERIC_WRITE, OPEN_EXISTING));
     if (sink->descriptor_ < 0) return system_error(ErrorCode::output, "cannot be opened", path);
@@ -241,7 +243,7 @@ Result<std::unique_ptr<FileSink>> FileSink::create(const std::string& path, Temp
       if (!real.empty()) sink->path_ = narrow(real);
     }
   }
-  if (auto good = sink->create_temporary(how); !good) return good.error();
+  if (auto status = sink->create_temporary(how); !status) return status.error();
   return sink;
 }
 
@@ -250,16 +252,16 @@ Result<std::unique_ptr<FileSink>> FileSink::create_scratch(const std::string& fo
   std::unique_ptr<FileSink> sink(new FileSink());
   sink->scratch_ = true;
   sink->path_ = folder + "/" + name;
-  if (auto good = sink->create_temporary(how); !good) return good.error();
+  if (auto status = sink->create_temporary(how); !status) return status.error();
   return sink;
 }
 
-/// There are no files without names.
+/// Windows has no files without names.
 Result<void> FileSink::create_temporary(Temporary) { return create_named(); }
 
 Result<void> FileSink::create_named() {
   const std::string machine = name_of_machine();
-  // A killed process may have left its file under the same name.
+  // A killed process may have left a file with the same name.
   for (int attempt = 0; attempt < kMostAttempts; ++attempt) {
     temporary_ = temporary_name(path_, name_in(path_), static_cast<int>(::GetCurrentProcessId()),
                                 machine, attempt);
@@ -268,7 +270,7 @@ Result<void> FileSink::create_named() {
   }
   named_ = descriptor_ >= 0;
   if (!named_) return system_error(ErrorCode::output, "cannot be created", path_);
-  // By the clock of the other files.
+  // The current time by the file system's clock, which has dated the other files, too.
   remove_leftovers(path_, machine, last_write(handle_of(descriptor_)));
   return {};
 }
@@ -299,12 +301,12 @@ Result<void> FileSink::copy(RandomSource& from, std::uint64_t offset, std::uint6
 Result<void> FileSink::commit() {
   if (path_ == "-" || scratch_ || committed_) return {};
   if (named_) {
-    if (auto good = flush(); !good) return good;
-    if (auto good = close(); !good) return good;
-    if (auto good = rename_temporary(); !good) return good;
+    if (auto status = flush(); !status) return status;
+    if (auto status = close(); !status) return status;
+    if (auto status = rename_temporary(); !status) return status;
     named_ = false;
-  } else if (auto good = close(); !good) {
-    return good;
+  } else if (auto status = close(); !status) {
+    return status;
   }
   committed_ = true;
   return {};
@@ -315,8 +317,8 @@ Result<void> FileSink::close() {
   return system_error(ErrorCode::output, "cannot be closed", path_);
 }
 
-/// By name, since who wrote by name may have replaced the file, which leaves ours behind. Some file
-/// systems cannot flush; that is no failed write.
+/// Opens the file by name, since a writer that uses the name may have replaced the file that we
+/// created. A file system that cannot flush is not an error.
 Result<void> FileSink::flush() const {
   const Handle file(open_handle(temporary_, GENERIC_WRITE, OPEN_EXISTING));
   if (file && (::FlushFileBuffers(file.get()) != 0 || ::GetLastError() == ERROR_INVALID_FUNCTION))
@@ -324,7 +326,7 @@ Result<void> FileSink::flush() const {
   return system_error(ErrorCode::output, "cannot be flushed", path_);
 }
 
-/// Where nothing may be replaced the system finds, in the same step, that the name is taken.
+/// If nothing may be replaced, the system checks in the same call whether the name is taken.
 Result<void> FileSink::rename_temporary() const {
   const std::wstring from = system_path(temporary_), to = system_path(path_);
   const DWORD how = MOVEFILE_WRITE_THROUGH | (replaces_ ? DWORD{MOVEFILE_REPLACE_EXISTING} : 0);
@@ -353,7 +355,7 @@ FileSource::~FileSource() {
   if (descriptor_ >= 0 && path_ != "-") ::_close(descriptor_);
 }
 
-/// Of a pipe nothing may come that is not its end: somebody has written no bytes.
+/// Reading 0 bytes from a pipe is not always its end: the other side may have written 0 bytes.
 Result<std::size_t> FileSource::read(std::span<std::byte> into) {
   const HANDLE file = handle_of(descriptor_);
   const auto wanted = static_cast<DWORD>(std::min(into.size(), kMostBytes));
@@ -371,7 +373,7 @@ Result<std::size_t> FileSource::read(std::span<std::byte> into) {
 
 namespace {
 
-/// Of a file that can be sought in; nothing of another.
+/// Returns the size of a file with random access, or nullopt.
 std::optional<std::uint64_t> size_of(int descriptor) {
   const HANDLE file = handle_of(descriptor);
   LARGE_INTEGER size{};
@@ -382,10 +384,10 @@ std::optional<std::uint64_t> size_of(int descriptor) {
 
 }  // namespace
 
-/// By its name: what shares the open file shares its position, too.
+/// Opens the file again by name: duplicates of the open file would share its position.
 Result<std::unique_ptr<FileRandomSource>> FileSource::anywhere() const {
   if (path_ == "-" || !size_of(descriptor_))
-    return Error{ErrorCode::io, "cannot be sought in", {}, kNoOffset, path_};
+    return Error{ErrorCode::io, "cannot be read at any position", {}, kNoOffset, path_};
   return FileRandomSource::open(path_);
 }
 
@@ -395,7 +397,7 @@ Result<std::unique_ptr<FileRandomSource>> FileRandomSource::open(const std::stri
   source->descriptor_ = descriptor_of(open_handle(path, GENERIC_READ, OPEN_EXISTING));
   if (source->descriptor_ < 0) return system_error(ErrorCode::io, "cannot be opened", path);
   const auto size = size_of(source->descriptor_);
-  if (!size) return Error{ErrorCode::io, "cannot be sought in", {}, kNoOffset, path};
+  if (!size) return Error{ErrorCode::io, "cannot be read at any position", {}, kNoOffset, path};
   source->size_ = *size;
   return source;
 }

@@ -58,14 +58,15 @@ std::string_view order_name(Order order) {
 }
 
 std::string_view codec_name(ConnectivityCodec codec) {
-  for (const NamedCodec& it : kConnectivityCodecs)
-    if (it.name == codec) return it.word;
+  for (const NamedCodec& named : kConnectivityCodecs)
+    if (named.name == codec) return named.word;
   return codec == ConnectivityCodec::automatic ? "automatic" : "unknown";
 }
 
 namespace {
 
-/// Of the array that is the `same`th of its name.
+/// Returns the name of the stream of an array. `same`: 1 for the first array with this name and
+/// location, 2 for the second, ...
 std::string stream_name(const ArrayInfo& info, std::size_t same) {
   std::string name = info.location == Location::point ? "array:point/" : "array:cell/";
   name += info.name;
@@ -92,7 +93,7 @@ std::vector<std::string> array_stream_names(const Schema& schema) {
 }
 
 Quantization Quantization::absolute(double max_abs, std::uint32_t components) {
-  constexpr double kShade = 0x1p-6;  // costs .02 bits a value
+  constexpr double kShade = 0x1p-6;  // costs 0.02 bits per value
   Quantization quantization;
   quantization.bits = kAbsolute;
   quantization.minimum.assign(components, 0.0);
@@ -139,7 +140,7 @@ bool has_steps(const Schema& schema) {
                      [](const ArrayInfo& info) { return info.per_step; });
 }
 
-// --- as bytes, and checked
+// --- encoding, decoding and checks
 
 namespace {
 
@@ -177,15 +178,15 @@ Error wrong(std::string detail, ErrorCode code = ErrorCode::misuse) {
   return Error{code, std::move(detail), "schema", kNoOffset, {}};
 }
 
-constexpr double kTooLarge = 1e300;  // of what quantization counts with
+constexpr double kTooLarge = 1e300;  // limit for the numbers that quantization computes with
 
 Result<void> check_bound(const Quantization& q, std::size_t components, const std::string& what) {
   if (!(q.max_abs > 0 && q.max_abs < kTooLarge))
-    return wrong(what + ": the bound of errors is no positive number");
+    return wrong(what + ": the error bound is not a positive number");
   if (!(q.spacing > 0 && q.spacing < 2 * kTooLarge))
-    return wrong(what + ": the step of a bound is no positive number");
+    return wrong(what + ": the step of the error bound is not a positive number");
   if (q.minimum.size() != components || !q.maximum.empty())
-    return wrong(what + ": a bound needs one anchor for each component, and no box");
+    return wrong(what + ": an error bound needs one anchor per component, and no box");
   for (double anchor : q.minimum)
     if (!(std::fabs(anchor) < kTooLarge)) return wrong(what + ": an anchor is not finite");
   return {};
@@ -197,7 +198,7 @@ Result<void> check_quantization(const Quantization& q, ScalarType type, std::siz
     return wrong(what + ": only floating-point values can be quantized");
   if (q.bits == Quantization::kAbsolute) return check_bound(q, components, what);
   if (q.max_abs != 0 || q.spacing != 0)
-    return wrong(what + ": a bound of errors goes without bits of a box");
+    return wrong(what + ": an error bound and the bits of a box exclude each other");
   if (q.bits == 0) return {};
   if (q.bits > 52) return wrong(what + ": quantization takes 1 to 52 bits");
   if (q.minimum.size() != components || q.maximum.size() != components)
@@ -263,8 +264,8 @@ std::uint32_t checksum_of(const Schema& schema) {
 
 namespace {
 
-// What each takes in memory before its lists and texts, or more: the same on all machines, so that
-// all refuse the same files.
+// Memory of each element without its lists and texts, rounded up. The numbers are the same on all
+// machines, so that all machines refuse the same files.
 constexpr std::uint64_t kSchemaBytes = 256, kBlockBytes = 64, kArrayBytes = 256, kExtraBytes = 128;
 static_assert(sizeof(Schema) <= kSchemaBytes && sizeof(BlockInfo) <= kBlockBytes &&
               sizeof(ArrayInfo) <= kArrayBytes && sizeof(Extra) <= kExtraBytes);
@@ -296,7 +297,7 @@ std::uint64_t bytes_of(const Schema& schema) {
 
 Result<void> get(ByteReader& in, Schema& schema, const ReadLimits& limits) {
   schema = {};
-  const Error senseless = wrong("makes no sense", ErrorCode::corrupt);
+  const Error invalid = wrong("is invalid", ErrorCode::corrupt);
   std::uint64_t room = limits.max_unpacked_bytes;
   const auto takes = [&](std::uint64_t bytes) {
     if (bytes > room) return false;
@@ -313,7 +314,7 @@ Result<void> get(ByteReader& in, Schema& schema, const ReadLimits& limits) {
   schema.source_format = in.get_text();
   const std::uint64_t blocks = in.get_count(4);
   if (blocks > limits.max_blocks) return too_many_blocks(limits);
-  // What only one element takes is as much as its bytes, or little.
+  // The strings and lists of a single element need little more memory than their bytes in the file.
   if (!takes(kSchemaBytes + schema.source_format.size() + blocks * kBlockBytes)) return too_large;
   schema.blocks.reserve(static_cast<std::size_t>(blocks));
   for (std::uint64_t n = blocks; n > 0 && in.ok(); --n) {
@@ -348,10 +349,10 @@ Result<void> get(ByteReader& in, Schema& schema, const ReadLimits& limits) {
   }
   if (in.ok() && in.left() > 0) {
     const std::uint8_t references = in.get_u8();
-    if (references >= static_cast<std::uint8_t>(StepReference::trend)) return senseless;
+    if (references >= static_cast<std::uint8_t>(StepReference::trend)) return invalid;
     schema.step_references = static_cast<StepReference>(references);
   }
-  return in.ok() && in.left() == 0 ? Result<void>() : Result<void>(senseless);
+  return in.ok() && in.left() == 0 ? Result<void>() : Result<void>(invalid);
 }
 
 Result<void> check_schema(const Schema& schema, const ReadLimits& limits) {
@@ -360,12 +361,12 @@ Result<void> check_schema(const Schema& schema, const ReadLimits& limits) {
   if (schema.order > Order::free) return wrong("unknown order");
   if (schema.order == Order::keep && !schema.corner_order)
     return wrong("order keep includes the order of corners");
-  if (schema.step_references > StepReference::trend) return wrong("unknown references of steps");
+  if (schema.step_references > StepReference::trend) return wrong("unknown step references");
   if (!is_float(schema.coordinate_type)) return wrong("coordinates are float32 or float64");
-  if (auto good = check_quantization(schema.coordinate_quantization, schema.coordinate_type, 3,
-                                     "coordinates");
-      !good)
-    return good;
+  if (auto status = check_quantization(schema.coordinate_quantization, schema.coordinate_type, 3,
+                                       "coordinates");
+      !status)
+    return status;
   for (const BlockInfo& block : schema.blocks) {
     if (block.shape > CellShape::faces) return wrong("unknown cell shape");
     if (block.nodes_per_cell > kMaxNodesPerCell)
@@ -373,7 +374,7 @@ Result<void> check_schema(const Schema& schema, const ReadLimits& limits) {
   }
   std::uint64_t components = 0;
   for (const ArrayInfo& array : schema.arrays) {
-    if (auto good = check_array(schema, array); !good) return good;
+    if (auto status = check_array(schema, array); !status) return status;
     components += array.per_step ? 0 : array.components;
   }
   if (components > limits.max_static_components)
@@ -422,8 +423,8 @@ ValueRange range_of(ScalarType type, const std::byte* values, std::size_t count,
 // --- extras
 namespace {
 
-// How far back the value stands that an integer is written as the difference from; 0: values as
-// they are.
+// Largest distance of a difference: an integer may be stored as the difference from the value that
+// many places before it. Distance 0: the values are stored as they are.
 constexpr std::uint64_t kMostDistance = 65535;
 constexpr std::size_t kMostSides = 255;
 
@@ -431,7 +432,7 @@ bool is_wide_integer(ScalarType type) {
   return type >= ScalarType::int16 && type <= ScalarType::uint64;
 }
 
-/// Key, type, what it refers to.
+/// Writes the key, the type and the kind of reference.
 void put_name(ByteWriter& out, const Extra& extra) {
   out.put_text(extra.key);
   out.put_u8(static_cast<std::uint8_t>(extra.type));
@@ -450,7 +451,7 @@ void put_shape(ByteWriter& out, const Extra& extra) {
   out.put_varint(extra.shape.size());
   for (std::uint64_t side : extra.shape) out.put_varint(side);
 }
-/// False where a file cannot hold so many values.
+/// Returns false if the number of values is too large for any file.
 bool get_shape(ByteReader& in, Extra& extra, std::uint64_t& values) {
   values = 1;
   for (std::uint64_t n = in.get_count(1); n > 0 && in.ok(); --n) {
@@ -462,7 +463,7 @@ bool get_shape(ByteReader& in, Extra& extra, std::uint64_t& values) {
   return in.ok();
 }
 
-/// Value `i` with the sign that its width gives it.
+/// Returns value `i`, sign-extended from its width.
 std::int64_t integer_at(const std::vector<std::byte>& data, std::size_t i, std::size_t width) {
   const auto as = [&]<class T>(T value) {
     std::memcpy(&value, data.data() + i * sizeof value, sizeof value);
@@ -511,7 +512,8 @@ struct WrittenValues {
   std::vector<std::byte> bytes;
 };
 
-/// Integers by the distance that zstd makes least of: 0, 1, or that of rows.
+/// Encodes the values. Integers are stored as differences over the distance 0, 1 or the row length,
+/// whichever zstd compresses best.
 WrittenValues written(const Extra& extra) {
   constexpr int kLevel = 3;
   constexpr std::uint64_t kMostColumns = 64;
@@ -531,7 +533,7 @@ WrittenValues written(const Extra& extra) {
   return best;
 }
 
-/// Must hold: `extra.data` has its size.
+/// Must hold: `extra.data` has its final size.
 bool read_values(ByteReader& in, Extra& extra, std::uint64_t distance) {
   const std::size_t width = scalar_bytes(extra.type), count = extra.data.size() / width;
   if (distance == 0) {
@@ -552,35 +554,36 @@ Error wrong_extras(ErrorCode code, std::string detail) {
   return Error{code, std::move(detail), {}, kNoOffset, {}};
 }
 
-/// Of an unpacked chunk of version 1: what all of them are, then the values of each.
+/// Reads the extras of an unpacked chunk of version 1: first the heads of all extras, then the
+/// values of each.
 Result<std::vector<Extra>> get_many(ByteReader& in, std::uint64_t limit) {
-  const Error senseless = wrong_extras(ErrorCode::corrupt, "makes no sense");
+  const Error invalid = wrong_extras(ErrorCode::corrupt, "is invalid");
   const Error too_large = wrong_extras(
       ErrorCode::over_limit, "takes more than the limit of " + std::to_string(limit) + " bytes");
   const std::uint64_t count = in.get_count(5);
-  if (!in.ok() || count > kMostExtras) return senseless;
+  if (!in.ok() || count > kMostExtras) return invalid;
   if (count > limit / kExtraBytes) return too_large;
   std::vector<Extra> extras(static_cast<std::size_t>(count));
   std::vector<std::uint64_t> values(extras.size()), distances(extras.size());
   for (std::size_t i = 0; i < extras.size(); ++i) {
-    if (!get_name(in, extras[i])) return senseless;
+    if (!get_name(in, extras[i])) return invalid;
     distances[i] = in.get_varint();
-    if (!get_shape(in, extras[i], values[i])) return senseless;
+    if (!get_shape(in, extras[i], values[i])) return invalid;
     if (distances[i] > (is_wide_integer(extras[i].type) ? kMostDistance : 0) ||
         extras[i].shape.size() > kMostSides)
-      return senseless;
+      return invalid;
     if (bytes_of(extras[i]) > limit) return too_large;
     limit -= bytes_of(extras[i]);
   }
   for (std::size_t i = 0; i < extras.size(); ++i) {
     const std::size_t width = scalar_bytes(extras[i].type);
-    if (values[i] > in.left() / (distances[i] == 0 ? width : 1)) return senseless;
+    if (values[i] > in.left() / (distances[i] == 0 ? width : 1)) return invalid;
     if (values[i] > limit / width) return too_large;
     limit -= values[i] * width;
     extras[i].data.resize(static_cast<std::size_t>(values[i]) * width);
-    if (!read_values(in, extras[i], distances[i])) return senseless;
+    if (!read_values(in, extras[i], distances[i])) return invalid;
   }
-  if (in.left() != 0) return senseless;
+  if (in.left() != 0) return invalid;
   return extras;
 }
 
@@ -617,12 +620,12 @@ std::vector<std::byte> extras_payload(std::span<const Extra> extras, Packing pac
   ByteWriter blob, values, payload;
   blob.put_varint(extras.size());
   for (const Extra& extra : extras) {
-    const WrittenValues its =
+    const WrittenValues encoded =
         packing == Packing::bounded ? WrittenValues{0, as_they_are(extra)} : written(extra);
     put_name(blob, extra);
-    blob.put_varint(its.distance);
+    blob.put_varint(encoded.distance);
     put_shape(blob, extra);
-    values.put_bytes(its.bytes);
+    values.put_bytes(encoded.bytes);
   }
   blob.put_bytes(values.bytes);
   put_packed(payload, blob.bytes, packing);
@@ -643,7 +646,7 @@ Result<std::vector<Extra>> get_extras(std::span<const std::byte> payload, std::u
   ByteReader fields(*blob);
   if (version > 0) return get_many(fields, limit);
   std::vector<Extra> one(1);
-  if (!get(fields, one[0])) return wrong_extras(ErrorCode::corrupt, "makes no sense");
+  if (!get(fields, one[0])) return wrong_extras(ErrorCode::corrupt, "is invalid");
   return one;
 }
 

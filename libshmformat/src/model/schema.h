@@ -1,5 +1,6 @@
-// Schema and extras as bytes, what a schema must satisfy, the names of what stands in it, and
-// totals of a mesh of such a schema. spec: "Schema", "Extras"
+// Schema and extras as bytes, the checks of a schema, the names of its elements, and the totals of
+// a mesh with such a schema.
+// spec: "Schema", "Extras"
 #pragma once
 
 #include <algorithm>
@@ -18,56 +19,58 @@
 namespace shm {
 
 void put(ByteWriter& out, const Schema& schema);
-/// Of what put() writes.
+/// Returns the checksum of the bytes that put() writes.
 std::uint32_t checksum_of(const Schema& schema);
-/// Corrupt when the bytes are no schema; what it means is then checked by check_schema. Over_limit,
-/// before there is memory for it, where it has more blocks or arrays than the limits allow, or
-/// takes more than their max_unpacked_bytes.
+/// Reads a schema. Fails with ErrorCode::corrupt if the bytes are not a schema; check_schema() then
+/// checks their meaning. Fails with ErrorCode::over_limit, before it allocates memory, if the
+/// schema has more blocks or arrays than the limits allow, or needs more than max_unpacked_bytes.
 Result<void> get(ByteReader& in, Schema& schema, const ReadLimits& limits);
-/// Bytes that they take in memory.
+/// Returns the memory that the object needs, in bytes.
 std::uint64_t bytes_of(const Schema& schema);
 std::uint64_t bytes_of(const Extra& extra);
-/// Fails with what is wrong with a schema, ErrorCode::misuse or over_limit.
+/// Fails with ErrorCode::misuse or over_limit if the schema is invalid; the detail says why.
 Result<void> check_schema(const Schema& schema, const ReadLimits& limits = {});
 
-/// Whether it has arrays with time steps.
+/// Returns true if the schema has arrays with time steps.
 bool has_steps(const Schema& schema);
 
-// Extras: one alone in a chunk of version 0, many that are packed together in one of version 1.
+// Extras: a chunk of version 0 contains a single extra, a chunk of version 1 many extras packed
+// together.
 // spec: "Extras"
 
 void put(ByteWriter& out, const Extra& extra);
 bool get(ByteReader& in, Extra& extra);
 
-/// The payload of a chunk of version 1. Must hold: there are at most kMostExtras. Packing::bounded:
-/// no extra takes more in memory than in the blob.
+/// Returns the payload of a chunk of version 1. Must hold: there are at most kMostExtras. With
+/// Packing::bounded no extra needs more memory than its bytes in the blob.
 std::vector<std::byte> extras_payload(std::span<const Extra> extras,
                                       Packing packing = Packing::with_dictionary);
-/// The payload of a chunk of version 0.
+/// Returns the payload of a chunk of version 0.
 std::vector<std::byte> extra_payload(const Extra& extra);
 inline constexpr std::size_t kMostExtras = 65536;
 
-/// Those of a chunk. Errors have no section and no offset; over_limit: they would take more than
-/// `limit` bytes.
+/// Returns the extras of a chunk. Errors have no section and no offset. ErrorCode::over_limit: the
+/// extras would need more than `limit` bytes.
 Result<std::vector<Extra>> get_extras(std::span<const std::byte> payload, std::uint8_t version,
                                       std::uint64_t limit);
 
-/// Of the blob of step times.
+/// Returns the largest permitted size of the unpacked step times, in bytes.
 inline std::uint64_t most_bytes_of_times(const ReadLimits& limits) {
   return std::min(limits.max_extra_bytes / 8, limits.max_steps) * 8;
 }
 
-// Totals: what the index of a file holds of its mesh (container::Index without the chunks), summed
-// up group by group, or part by part. spec: "Index and trailer"
+// Totals: the part of the index that describes the whole mesh (container::Index without the
+// entries), summed up group by group or part by part.
+// spec: "Index and trailer"
 
-/// Of no group yet.
+/// Returns the totals of a file without groups.
 inline container::Index totals_of_nothing(const Schema& schema) {
   container::Index totals;
   totals.block_cells.resize(schema.blocks.size());
   return totals;
 }
 
-/// Elements of an array in a mesh of such totals.
+/// Returns the number of elements of an array in a mesh with these totals.
 inline std::uint64_t elements_of(const Schema& schema, const container::Index& totals,
                                  std::uint32_t array) {
   if (schema.arrays[array].location == Location::point) return totals.vertices;
@@ -78,9 +81,9 @@ inline std::uint64_t elements_of(const Schema& schema, const container::Index& t
 }
 
 struct ValueRange {
-  double minimum, maximum;  ///< infinity and its opposite where nothing is finite
+  double minimum, maximum;  ///< +inf and -inf if no value is finite
 };
-/// Of `count` scalars, `stride` bytes apart. Integers are rounded to doubles.
+/// Returns the range of `count` scalars, `stride` bytes apart. Integers are rounded to double.
 ValueRange range_of(ScalarType type, const std::byte* values, std::size_t count,
                     std::size_t stride);
 

@@ -11,9 +11,9 @@
 namespace shm {
 
 std::string temporary_front(const std::string& path, std::size_t name) {
-  constexpr std::size_t kLongest = 200;  // bytes; numbers follow
+  constexpr std::size_t kLongest = 200;  // bytes; the numbers follow
   std::size_t end = std::min(path.size(), name + kLongest);
-  // No half a character of UTF-8, which some systems take for no name.
+  // Do not cut through a UTF-8 character: some systems reject such names.
   while (end < path.size() && end > name && (static_cast<unsigned char>(path[end]) & 0xC0) == 0x80)
     --end;
   return path.substr(0, name) + "." + path.substr(name, end - name) + ".tmp";
@@ -32,15 +32,15 @@ std::string machine_name(std::string_view text) {
   return {digits, end};
 }
 
-std::optional<Maker> maker_of(std::string_view behind_front, std::string_view machine) {
+std::optional<Maker> maker_of(std::string_view after_front, std::string_view machine) {
   Maker maker;
-  const auto [end, error] = std::from_chars(
-      behind_front.data(), behind_front.data() + behind_front.size(), maker.process);
+  const auto [end, error] =
+      std::from_chars(after_front.data(), after_front.data() + after_front.size(), maker.process);
   if (error != std::errc() || maker.process <= 0) return std::nullopt;
-  behind_front.remove_prefix(static_cast<std::size_t>(end - behind_front.data()));
-  if (!behind_front.starts_with('-')) return std::nullopt;
-  behind_front.remove_prefix(1);
-  maker.here = behind_front.substr(0, behind_front.find('-')) == machine;
+  after_front.remove_prefix(static_cast<std::size_t>(end - after_front.data()));
+  if (!after_front.starts_with('-')) return std::nullopt;
+  after_front.remove_prefix(1);
+  maker.here = after_front.substr(0, after_front.find('-')) == machine;
   return maker;
 }
 

@@ -1,4 +1,4 @@
-// Damage: what FoundChunks found, as users see it.
+// Damage: the findings of FoundChunks in the form that users see.
 #include "shm/damage.h"
 
 #include <algorithm>
@@ -27,13 +27,14 @@ bool is_of_locations(const Damage& damage) {
          damage.kind == DamageKind::stray;
 }
 
-/// At most what tells where things are is lost, as far as is found.
+/// Returns true if, as far as is known, only information about the location of chunks is damaged.
 bool has_all_that_is_known(const FoundChunks& found) {
   return found.schema() &&
          std::all_of(found.damages().begin(), found.damages().end(), is_of_locations);
 }
 
-/// The repeated schema stands for the one that is lost.
+/// Returns true if the file can be restored with its own index. A repeated schema replaces a lost
+/// one.
 bool is_restorable(const FoundChunks& found) {
   if (!found.index() || !has_all_that_is_known(found)) return false;
   const auto& entries = found.index()->entries;
@@ -41,7 +42,7 @@ bool is_restorable(const FoundChunks& found) {
   const std::uint64_t schema_bytes = found.beginning().size() - container::kFileStartBytes;
   std::uint64_t end = container::kFileStartBytes;
   for (const IndexEntry& entry : entries) {
-    if (entry.is(ChunkKind::index)) return false;  // which does not list itself
+    if (entry.is(ChunkKind::index)) return false;  // an index does not list itself
     if (entry.is(ChunkKind::schema) && entry.bytes != schema_bytes) return false;
     if (entry.offset != end || entry.bytes > ~std::uint64_t{0} - end) return false;
     end += entry.bytes;
@@ -54,7 +55,7 @@ Error not_restorable(std::string detail, std::uint64_t offset,
   return Error{code, std::move(detail), "index", offset, {}};
 }
 
-/// Which version the file has, as its schema says; nothing where none is whole.
+/// Returns the file start according to the schema; nullopt if no schema is undamaged.
 std::optional<container::FileStart> start_of(const FoundChunks& found) {
   container::FileStart start;
   const std::vector<std::byte> beginning = found.beginning();
@@ -63,7 +64,8 @@ std::optional<container::FileStart> start_of(const FoundChunks& found) {
   return start;
 }
 
-/// Version 0 has ranges, of arrays within a bound those of values that the file does not hold.
+/// Returns true if the rebuilt index would have other ranges than the original. Only version 0 has
+/// ranges, and those of quantized arrays are of original values, which the file does not contain.
 bool has_other_ranges(const FoundChunks& found) {
   const auto start = start_of(found);
   if (!found.schema() || !start || container::version_of_chunk(ChunkKind::index, *start) != 0)
@@ -74,13 +76,13 @@ bool has_other_ranges(const FoundChunks& found) {
   });
 }
 
-/// Nobody would miss chunks behind the last one that is known. But they took room: where it is not
-/// known that there was none, the index must fill what is left of the file, or nearly so.
+/// Rebuilds the index. Lost chunks after the last known chunk would not be noticed. Unless there
+/// are known to be none, the index must therefore fill the rest of the file, almost exactly.
 Result<container::Index> index_anew(RandomSource& source, const FoundChunks& found,
                                     const ReadLimits& limits) {
-  if (!has_all_that_is_known(found)) return not_restorable("not all chunks are whole", kNoOffset);
+  if (!has_all_that_is_known(found)) return not_restorable("some chunks are damaged", kNoOffset);
   const auto start = start_of(found);
-  if (!start) return not_restorable("no schema is whole", kNoOffset);
+  if (!start) return not_restorable("no copy of the schema is undamaged", kNoOffset);
   const std::uint8_t version = container::version_of_chunk(ChunkKind::index, *start);
   auto index = IndexBuilder(source, found, limits, version).make();
   if (!index) return index;
@@ -91,9 +93,9 @@ Result<container::Index> index_anew(RandomSource& source, const FoundChunks& fou
     return not_restorable("would take " + std::to_string(bytes) + " bytes, the limit is " +
                               std::to_string(limits.max_chunk_bytes),
                           end, ErrorCode::over_limit);
-  // Another version of zstd packs otherwise, and of version 0 ranges of what is restored differ
-  // from those of what was written: the index may have had some bytes more or less, but not so many
-  // as a chunk has.
+  // The original index may be a few bytes longer or shorter: another version of zstd compresses
+  // differently, and in version 0 the ranges of quantized values differ from those that were
+  // written. The difference must be less than a chunk.
   ChunkHeader header;
   header.payload_bytes = bytes;
   header.is_long = container::has_long_header(header, *start);
@@ -101,16 +103,16 @@ Result<container::Index> index_anew(RandomSource& source, const FoundChunks& fou
   const std::uint64_t left = source.size() - end;
   const bool fills = std::max(left, wanted) - std::min(left, wanted) < header.bytes();
   if (!fills && !found.ends_at_index())
-    return not_restorable("perhaps there were more chunks", end);
+    return not_restorable("there may have been more chunks", end);
   return index;
 }
 
-/// All but the index and the trailer, in the order of `entries`; the first schema stands for others
-/// that are lost.
+/// Writes everything except the index and the trailer, in the order of `entries`. The first
+/// undamaged schema replaces lost copies.
 Result<void> write_chunks(RandomSource& source, const FoundChunks& found,
                           std::span<const IndexEntry> entries, ByteSink& sink) {
   const std::vector<std::byte> beginning = found.beginning();
-  if (auto good = sink.write(beginning); !good) return good;
+  if (auto status = sink.write(beginning); !status) return status;
   ByteReader in(beginning);
   container::FileStart start;
   ChunkHeader first;
@@ -122,30 +124,31 @@ Result<void> write_chunks(RandomSource& source, const FoundChunks& found,
   for (std::uint32_t i = 1; i < entries.size(); ++i) {
     while (next < chunks.size() && chunks[next].header.sequence < i) ++next;
     if (next < chunks.size() && chunks[next].header.sequence == i && chunks[next].whole) {
-      if (auto good = sink.copy(source, chunks[next].offset, chunks[next].bytes()); !good)
-        return good;
+      if (auto status = sink.copy(source, chunks[next].offset, chunks[next].bytes()); !status)
+        return status;
       continue;
     }
     if (!entries[i].is(ChunkKind::schema))
-      return not_restorable("not all chunks are whole", entries[i].offset);
+      return not_restorable("some chunks are damaged", entries[i].offset);
     ChunkHeader header = first;
     header.sequence = i;
     ByteWriter out;
     container::put(out, header);
     out.put_bytes(schema_again);
-    if (auto good = sink.write(out.bytes); !good) return good;
+    if (auto status = sink.write(out.bytes); !status) return status;
   }
   return {};
 }
 
 Result<void> write_with_its_index(RandomSource& source, const FoundChunks& found, ByteSink& sink) {
-  if (!is_restorable(found)) return not_restorable("not all chunks are whole", kNoOffset);
+  if (!is_restorable(found)) return not_restorable("some chunks are damaged", kNoOffset);
   const auto& entries = found.index()->entries;
-  if (auto good = write_chunks(source, found, entries, sink); !good) return good;
-  if (auto good = sink.copy(source, found.index_offset(), found.index_bytes()); !good) return good;
+  if (auto status = write_chunks(source, found, entries, sink); !status) return status;
+  if (auto status = sink.copy(source, found.index_offset(), found.index_bytes()); !status)
+    return status;
   ByteWriter trailer;
   container::put_trailer(trailer, entries.back().offset + entries.back().bytes);
-  if (auto good = sink.write(trailer.bytes); !good) return good;
+  if (auto status = sink.write(trailer.bytes); !status) return status;
   return sink.commit();
 }
 
@@ -154,7 +157,7 @@ Result<void> write_with_new_index(RandomSource& source, const FoundChunks& found
   auto index = index_anew(source, found, limits);
   if (!index) return index.error();
   const auto& entries = index->entries;
-  if (auto good = write_chunks(source, found, entries, sink); !good) return good;
+  if (auto status = write_chunks(source, found, entries, sink); !status) return status;
   container::ChunkWriter end(sink);
   end.go_on({entries.back().offset + entries.back().bytes,
              static_cast<std::uint32_t>(entries.size()), entries},

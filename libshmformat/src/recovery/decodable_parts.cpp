@@ -27,7 +27,7 @@ class Gatherer {
   void gather_by_index();
   void gather_by_numbers();
   void add_group(const FoundGroup& group, std::uint64_t number);
-  std::uint64_t lost_before(const FoundGroup& group, std::size_t& at) const;
+  std::uint64_t lost_before(const FoundGroup& group, std::size_t& next_chunk) const;
   void gather_values();
   void list_partial();
   bool covers_all(std::uint32_t array) const;
@@ -36,22 +36,23 @@ class Gatherer {
   bool touches_gap(std::span<const FoundPart* const> run) const;
   void gather_step(std::span<const FoundPart* const> of_step);
   std::size_t segment_of(std::size_t group) const;
-  /// Place of a group that can be decoded; the number of groups where it cannot.
+  /// Returns the index of a group in out_.groups; the number of groups if it cannot be decoded.
   std::size_t place_of(std::uint64_t number) const;
 
   const FoundChunks* found_;
   DecodableParts out_;
-  std::optional<std::uint32_t> segment_;  // of the group before
-  bool broken_ = false;                   // the segment at hand
-  // Without an index: which groups of the file those are from there on is not certain.
+  std::optional<std::uint32_t> segment_;  // of the previous group
+  bool broken_ = false;                   // the rest of the current segment cannot be decoded
+  // Without an index: first group whose number in the file is not certain.
   std::optional<std::uint64_t> first_unsure_;
-  // Elements of arrays that are not on all blocks: by array and place of the group, known to be
-  // there.
+  // Array, and index of a group that is known to have elements of it, for arrays that do not cover
+  // all blocks.
   std::set<std::pair<std::uint32_t, std::size_t>> partial_;
   std::map<std::pair<std::uint32_t, std::size_t>, std::uint64_t> expected_;  // by array and segment
-  // of the array at hand: the last step of each segment that can be read
+  // By segment: the last step of the current array that can be read.
   std::unordered_map<std::size_t, std::uint64_t> last_step_;
-  std::vector<std::uint64_t> groups_with_vertices_, groups_with_cells_;  // before each group
+  std::vector<std::uint64_t> groups_with_vertices_,
+      groups_with_cells_;  // in the groups before each group
 };
 
 DecodableParts Gatherer::run() {
@@ -126,7 +127,7 @@ void Gatherer::gather_by_index() {
                        groups[next].entry.cells == listed.cells &&
                        groups[next].entry.first_vertex == listed.first_vertex &&
                        groups[next].entry.vertices == listed.vertices;
-    // What follows a group that is lost cannot be decoded.
+    // The groups of a segment after a lost group cannot be decoded.
     if (!there) broken_ = true;
     if (!broken_) add_group(groups[next], number);
     if (broken_ && !out_.groups.empty() && out_.groups.back().segment == listed.segment)
@@ -135,34 +136,36 @@ void Gatherer::gather_by_index() {
   }
 }
 
-/// How many chunks between a group and the one before it are lost. `at`: of the chunks that were
-/// found, behind the group before; moves behind this one.
-std::uint64_t Gatherer::lost_before(const FoundGroup& group, std::size_t& at) const {
+/// Returns how many chunks between a group and the previous group are lost. `next_chunk`: index,
+/// among the found chunks, of the chunk after the previous group; moved past this group.
+std::uint64_t Gatherer::lost_before(const FoundGroup& group, std::size_t& next_chunk) const {
   const auto& chunks = found_->chunks();
-  // The first chunk is the schema, whether it is lost or not.
-  std::uint64_t next = at == 0 ? 1 : std::uint64_t{chunks[at - 1].header.sequence} + 1, lost = 0;
-  for (;; ++at) {
-    const std::uint64_t sequence = chunks[at].header.sequence;
+  // The first chunk of a file is the schema, lost or not.
+  std::uint64_t next =
+                    next_chunk == 0 ? 1 : std::uint64_t{chunks[next_chunk - 1].header.sequence} + 1,
+                lost = 0;
+  for (;; ++next_chunk) {
+    const std::uint64_t sequence = chunks[next_chunk].header.sequence;
     lost += sequence - std::min(sequence, next);
     next = sequence + 1;
     if (sequence == group.sequence) break;
   }
-  ++at;
+  ++next_chunk;
   return lost;
 }
 
-/// Without an index a group begins its segment for certain where nothing is lost before it, or
-/// where as many chunks are as segments: each has one group then. And only then, or where one chunk
-/// alone is lost and so are cells or vertices, it is certain which group of the file it is: extras
-/// may stand among groups.
+/// Without an index, a group certainly begins its segment if no chunk is lost before it, or if the
+/// number of lost chunks equals the number of lost segments, each of which then has one group. The
+/// number of the group in the file is certain only in these cases, or if a single chunk is lost and
+/// cells or vertices are lost with it: extras may occur between groups.
 void Gatherer::gather_by_numbers() {
-  std::size_t at = 0;
+  std::size_t next_chunk = 0;
   std::uint64_t number = 0, end_cell = 0, end_vertex = 0;
-  bool readable = true;  // the group before
+  bool readable = true;  // whether the previous group is readable
   for (const FoundGroup& group : found_->groups()) {
     const IndexEntry& entry = group.entry;
-    std::uint64_t lost = lost_before(group, at);
-    // Chunks of other kinds.
+    std::uint64_t lost = lost_before(group, next_chunk);
+    // Nothing of the mesh is lost, so the lost chunks are of other kinds.
     if (readable && group.readable && entry.first_cell == end_cell &&
         entry.first_vertex == end_vertex)
       lost = 0;
@@ -202,9 +205,10 @@ bool Gatherer::covers_all(std::uint32_t array) const {
 
 std::size_t Gatherer::place_of(std::uint64_t number) const {
   const auto& numbers = out_.group_numbers;
-  const auto at = std::lower_bound(numbers.begin(), numbers.end(), number);
-  return at != numbers.end() && *at == number ? static_cast<std::size_t>(at - numbers.begin())
-                                              : numbers.size();
+  const auto found = std::lower_bound(numbers.begin(), numbers.end(), number);
+  return found != numbers.end() && *found == number
+             ? static_cast<std::size_t>(found - numbers.begin())
+             : numbers.size();
 }
 
 std::size_t Gatherer::segment_of(std::size_t group) const {
@@ -214,13 +218,13 @@ std::size_t Gatherer::segment_of(std::size_t group) const {
          1;
 }
 
-/// Which groups have elements of arrays that are not on all blocks.
+/// Finds the groups that have elements of arrays that do not cover all blocks.
 void Gatherer::list_partial() {
-  const auto add = [&](const container::StepEntry& it) {
-    if (it.array >= schema().arrays.size() || covers_all(it.array)) return;
-    const std::size_t place = place_of(it.group);
-    if (place == out_.groups.size() || !partial_.insert({it.array, place}).second) return;
-    ++expected_[{it.array, segment_of(place)}];
+  const auto add = [&](const container::StepEntry& part) {
+    if (part.array >= schema().arrays.size() || covers_all(part.array)) return;
+    const std::size_t place = place_of(part.group);
+    if (place == out_.groups.size() || !partial_.insert({part.array, place}).second) return;
+    ++expected_[{part.array, segment_of(place)}];
   };
   if (found_->index()) {
     for (const IndexEntry& listed : found_->index()->entries)
@@ -237,14 +241,16 @@ std::uint64_t Gatherer::expected_parts(std::uint32_t array, std::size_t segment)
   return counts[out_.first_group[segment + 1]] - counts[out_.first_group[segment]];
 }
 
-/// Whether a chunk beside them is lost that may be of the same array, step and segment.
+/// Returns true if a chunk next to or between these parts is lost that may belong to the same
+/// array, step and segment.
 bool Gatherer::touches_gap(std::span<const FoundPart* const> run) const {
   const auto& chunks = found_->chunks();
   const auto there = [&](std::uint32_t sequence) {
-    const auto at = std::lower_bound(
-        chunks.begin(), chunks.end(), sequence,
-        [](const FoundChunk& it, std::uint32_t number) { return it.header.sequence < number; });
-    return at != chunks.end() && at->header.sequence == sequence;
+    const auto found = std::lower_bound(chunks.begin(), chunks.end(), sequence,
+                                        [](const FoundChunk& chunk, std::uint32_t number) {
+                                          return chunk.header.sequence < number;
+                                        });
+    return found != chunks.end() && found->header.sequence == sequence;
   };
   for (std::size_t i = 1; i < run.size(); ++i)
     if (run[i]->sequence > run[i - 1]->sequence + 1) return true;
@@ -253,7 +259,7 @@ bool Gatherer::touches_gap(std::span<const FoundPart* const> run) const {
            run.back()->sequence == chunks.back().header.sequence);
 }
 
-/// Whether these parts are all that a segment has of its array at a step.
+/// Returns true if these are all parts of an array at a step in the segment.
 bool Gatherer::is_complete(std::span<const FoundPart* const> run, std::size_t segment) {
   const std::uint32_t array = run[0]->values.array;
   if (run.size() != expected_parts(array, segment)) return false;
@@ -284,8 +290,8 @@ void Gatherer::gather_values() {
   for (const FoundPart& part : found_->parts())
     if (part.values.array < schema().arrays.size() && schema().arrays[part.values.array].per_step)
       parts.push_back(&part);
-  const auto key = [](const FoundPart* it) {
-    return std::tuple(it->values.array, it->values.step, it->values.group);
+  const auto key = [](const FoundPart* part) {
+    return std::tuple(part->values.array, part->values.step, part->values.group);
   };
   std::stable_sort(parts.begin(), parts.end(),
                    [&](const auto* a, const auto* b) { return key(a) < key(b); });
@@ -298,7 +304,8 @@ void Gatherer::gather_values() {
   }
 }
 
-/// All parts that are left of an array at a step, in the order of their groups.
+/// Adds the decodable parts of an array at a step. `of_step`: all parts that are left, in the order
+/// of their groups.
 void Gatherer::gather_step(std::span<const FoundPart* const> of_step) {
   DecodableParts::Step step;
   step.array = of_step[0]->values.array;
@@ -327,7 +334,8 @@ void Gatherer::gather_step(std::span<const FoundPart* const> of_step) {
     }
     const auto run = of_step.subspan(i, end - i);
     i = end;
-    // Where any chunk of the step refers to another, all segments are read from the same one on.
+    // If any chunk of the step refers to another step, reading starts at the same step in all
+    // segments.
     const auto last = last_step_.find(segment);
     if (step.refers)
       follows =

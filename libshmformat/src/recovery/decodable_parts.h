@@ -1,7 +1,8 @@
-// DecodableParts: what can be decoded of a damaged file: of each segment the groups before the
-// first that is hurt, of these the arrays whose bitstreams are whole, and step values that stand
-// for all of these groups of a segment and refer to none that are lost.
-// in:  FoundChunks        out: what an index would list of them
+// DecodableParts: the parts of a damaged file that can be decoded: of each segment the groups
+// before the first damaged group; of these groups the arrays whose bitstreams are undamaged; and
+// the step values that cover all these groups of a segment and refer to no lost values.
+// in:  FoundChunks
+// out: the entries that an index of these parts would have
 // spec: "Recovery"
 #pragma once
 
@@ -18,21 +19,21 @@ namespace shm {
 
 struct DecodableParts {
   std::vector<std::byte> beginning;  ///< file start and schema chunk
-  container::Index totals;           ///< of the whole file, as far as is known; no entries
+  container::Index totals;           ///< of the whole file, as far as known; without entries
   std::uint64_t index_offset = 0;
   bool has_index = false;
 
-  /// Groups of the file in order. A segment's are those from its first one on.
+  /// Groups in file order. Each segment keeps its groups up to the first that is lost.
   std::vector<container::IndexEntry> groups;
-  std::vector<std::uint64_t> group_numbers;  ///< in the file, of each
-  /// Beginning of each segment of which there is something, and the end of the last one.
+  std::vector<std::uint64_t> group_numbers;  ///< by group: its number in the file
+  /// First group of each segment that has any group left, and the end of the last one.
   std::vector<std::size_t> first_group;
-  /// By segment: static arrays that are lost in it, ascending.
+  /// By segment: lost static arrays, ascending.
   std::vector<std::vector<std::uint32_t>> lost_arrays;
-  /// By segment: whether nothing of it is lost, as far as is known.
+  /// By segment: true if nothing of it is known to be lost.
   std::vector<bool> whole;
 
-  /// A part of step values, and where the chunk stands that has it.
+  /// A part of step values, with offset and length of the chunk that contains it.
   struct Part {
     std::uint64_t offset = 0, bytes = 0;
     container::StepEntry values;
@@ -40,15 +41,16 @@ struct DecodableParts {
   struct Step {
     std::uint32_t array = 0;
     std::uint64_t step = 0;
-    bool refers = false;      ///< any of its parts, lost ones too
-    std::vector<Part> parts;  ///< group: place in `groups`; first: in this list
+    bool refers = false;  ///< true if any of its parts, including lost ones, refers to another step
+    std::vector<Part>
+        parts;  ///< values.group: index into `groups`; values.first: element index within this list
   };
   std::vector<Step> steps;  ///< by array, then by step
-  /// Array and step of all step values that the index lists.
+  /// Array and step of all step values in the index.
   std::set<std::pair<std::uint32_t, std::uint64_t>> listed_steps;
   std::vector<container::IndexEntry> extras, step_times;
 
-  /// Must hold: there is a schema.
+  /// Must hold: `known` has a schema.
   static DecodableParts of(const FoundChunks& known);
 };
 

@@ -38,7 +38,7 @@ Damage damage_of(DamageKind kind, const FoundChunk& chunk, std::uint64_t size) {
 
 Result<FoundChunks> FoundChunks::of(RandomSource& source, const ReadLimits& limits) {
   FoundChunks known(source, limits);
-  if (auto good = known.read(); !good) return good.error();
+  if (auto status = known.read(); !status) return status.error();
   return known;
 }
 
@@ -47,23 +47,23 @@ Result<void> FoundChunks::read() {
   if (!scan) return scan.error();
   scan_ = std::move(*scan);
   if (!scan_.start && scan_.chunks.empty())
-    return Error{ErrorCode::corrupt, "has nothing of a .shm file", {}, kNoOffset, {}};
+    return Error{ErrorCode::corrupt, "contains no part of a .shm file", {}, kNoOffset, {}};
   if (std::any_of(scan_.chunks.begin(), scan_.chunks.end(),
-                  [](const FoundChunk& it) { return it.is(ChunkKind::members); }) ||
+                  [](const FoundChunk& chunk) { return chunk.is(ChunkKind::members); }) ||
       (scan_.start && (scan_.start->needed_features & container::kArchiveFeature) != 0))
     return Error{ErrorCode::unsupported, "is an archive of several files", {}, kNoOffset, {}};
   for (const FoundChunk& chunk : scan_.chunks)
     if (chunk.whole && !container::is_known(chunk.header) &&
         (chunk.header.flags & container::kChunkOptional) == 0)
       return Error{ErrorCode::unsupported,
-                   "this reader does not know it, and the file needs it",
+                   "this reader does not know the chunk, which is not optional",
                    container::chunk_name(chunk.header.kind),
                    chunk.offset,
                    {}};
-  if (auto good = find_schema(); !good) return good;
-  if (auto good = find_index(); !good) return good;
+  if (auto status = find_schema(); !status) return status;
+  if (auto status = find_index(); !status) return status;
   judge_start();
-  if (auto good = index_ ? judge_by_index() : judge_by_numbers(); !good) return good;
+  if (auto status = index_ ? judge_by_index() : judge_by_numbers(); !status) return status;
   judge_end();
   std::stable_sort(damages_.begin(), damages_.end(),
                    [](const Damage& a, const Damage& b) { return a.offset < b.offset; });
@@ -73,15 +73,15 @@ Result<void> FoundChunks::read() {
 Result<std::vector<std::byte>> FoundChunks::payload_of(const FoundChunk& chunk,
                                                        std::uint64_t most) {
   const std::uint64_t begin = chunk.offset + chunk.header.bytes();
-  // All together no more than the file.
+  // All payloads together are no larger than the file.
   std::vector<std::byte> payload(static_cast<std::size_t>(
       std::min({most, chunk.header.payload_bytes, chunk.room - chunk.header.bytes()})));
-  if (auto good = source_->read_at(begin, payload); !good) return good.error();
+  if (auto status = source_->read_at(begin, payload); !status) return status.error();
   return payload;
 }
 
-/// The first whole copy. Where another differs, parts of two files have come together, and what
-/// one holds about values is wrong for the other's.
+/// Finds the first undamaged copy of the schema. If another copy differs, the file consists of
+/// parts of two files, and the schema of one would misinterpret the values of the other.
 Result<void> FoundChunks::find_schema() {
   const FoundChunk* first = nullptr;
   for (const FoundChunk& chunk : scan_.chunks) {
@@ -102,7 +102,7 @@ Result<void> FoundChunks::find_schema() {
     schema_payload_ = std::move(*payload);
     has_long_headers_ = chunk.header.is_long;
     Decoder decoder(limits_);
-    if (auto good = decoder.feed(beginning()); !good) return good;
+    if (auto status = decoder.feed(beginning()); !status) return status;
     const auto advanced = decoder.advance();
     if (decoder.schema() == nullptr) {
       schema_payload_.clear();
@@ -142,15 +142,16 @@ Result<void> FoundChunks::find_index() {
   if (!container::get(in, index, last.header.version, last.header.sequence) ||
       index.entries.size() != last.header.sequence)
     return {};
-  const auto lies = is_contradicted(index);
-  if (!lies) return lies.error();
-  if (*lies) return {};
+  const auto contradicted = is_contradicted(index);
+  if (!contradicted) return contradicted.error();
+  if (*contradicted) return {};
   index_ = std::move(index);
   index_offset_ = last.offset;
   return {};
 }
 
-/// Whether all chunks are there, and the index lists others: then it is the index that is wrong.
+/// Returns true if all chunks are undamaged and the index lists something else: then the index is
+/// wrong.
 Result<bool> FoundChunks::is_contradicted(const container::Index& index) {
   container::ChunkList list;
   std::uint64_t end = container::kFileStartBytes;
@@ -175,7 +176,7 @@ Result<bool> FoundChunks::is_contradicted(const container::Index& index) {
     std::vector<container::StepPart> parts;
     if (is_group ? !container::get(in, group, chunk.header.version)
                  : !container::get(in, parts, chunk.header.version, chunk.header.payload_bytes))
-      return false;  // which is damage of its own
+      return false;  // this is reported as damage elsewhere
     if (is_group)
       list.add_group(chunk.header, group, in.position());
     else
@@ -184,11 +185,11 @@ Result<bool> FoundChunks::is_contradicted(const container::Index& index) {
   return list.difference(index.entries).has_value();
 }
 
-// --- by the index
+// --- with an index
 
 Result<void> FoundChunks::judge_by_index() {
   const std::vector<FoundChunk>& found = scan_.chunks;
-  std::vector<std::size_t> by_number(found.size() - 1);  // whole ones alone; not the index
+  std::vector<std::size_t> by_number(found.size() - 1);  // undamaged chunks, without the index
   for (std::size_t i = 0; i < by_number.size(); ++i) by_number[i] = i;
   std::erase_if(by_number, [&](std::size_t i) { return !found[i].whole; });
   std::stable_sort(by_number.begin(), by_number.end(), [&](std::size_t a, std::size_t b) {
@@ -199,23 +200,23 @@ Result<void> FoundChunks::judge_by_index() {
     const IndexEntry& listed = index_->entries[i];
     const auto place = std::lower_bound(
         found.begin(), found.end(), listed.offset,
-        [](const FoundChunk& it, std::uint64_t offset) { return it.offset < offset; });
+        [](const FoundChunk& chunk, std::uint64_t offset) { return chunk.offset < offset; });
     const bool there =
         place != found.end() && place->offset == listed.offset && fits(*place, i, listed);
     if (there && place->whole) {
       taken[static_cast<std::size_t>(place - found.begin())] = true;
-      if (auto good = take(*place, &listed); !good) return good;
+      if (auto status = take(*place, &listed); !status) return status;
       continue;
     }
     auto other = std::lower_bound(
         by_number.begin(), by_number.end(), i,
-        [&](std::size_t it, std::uint32_t n) { return found[it].header.sequence < n; });
+        [&](std::size_t k, std::uint32_t n) { return found[k].header.sequence < n; });
     if (other != by_number.end() && fits(found[*other], i, listed)) {
       taken[*other] = true;
       damages_.push_back(damage_of(DamageKind::out_of_order, found[*other], source_->size()));
-      if (auto good = take(found[*other], &listed); !good) return good;
+      if (auto status = take(found[*other], &listed); !status) return status;
     } else if (there) {
-      if (auto good = take(*place, &listed); !good) return good;
+      if (auto status = take(*place, &listed); !status) return status;
     } else {
       add_lost(listed);
     }
@@ -229,16 +230,16 @@ Result<void> FoundChunks::judge_by_index() {
   return {};
 }
 
-/// A chunk that the index lists, and that was not found.
+/// Reports a chunk that the index lists but that was not found.
 void FoundChunks::add_lost(const IndexEntry& listed) {
   const std::uint64_t size = source_->size();
   Damage damage{DamageKind::damaged, container::chunk_name(listed.kind), listed.offset, 0};
   damage.bytes = listed.offset < size ? std::min(listed.bytes, size - listed.offset) : 0;
-  // Where another chunk stands there, nothing of it is left.
+  // If another chunk overlaps its place, nothing of it is left.
   const auto& found = scan_.chunks;
   const auto next = std::lower_bound(
       found.begin(), found.end(), listed.offset,
-      [](const FoundChunk& it, std::uint64_t offset) { return it.offset < offset; });
+      [](const FoundChunk& chunk, std::uint64_t offset) { return chunk.offset < offset; });
   const bool before = next != found.begin() && std::prev(next)->whole &&
                       std::prev(next)->offset + std::prev(next)->bytes() > listed.offset;
   const bool within =
@@ -255,7 +256,7 @@ void FoundChunks::add_lost(const IndexEntry& listed) {
   add_damage(std::move(damage), listed.parts);
 }
 
-/// Of step values one for each array and step.
+/// Reports a damage. For step values, reports one per array and step.
 void FoundChunks::add_damage(Damage damage, const std::vector<container::StepEntry>& parts) {
   if (parts.empty()) {
     damages_.push_back(std::move(damage));
@@ -269,7 +270,7 @@ void FoundChunks::add_damage(Damage damage, const std::vector<container::StepEnt
   }
 }
 
-// --- by the headers of chunks
+// --- without an index: by the headers of chunks
 
 Result<void> FoundChunks::judge_by_numbers() {
   std::vector<std::size_t> order(scan_.chunks.size());
@@ -287,34 +288,34 @@ Result<void> FoundChunks::judge_by_numbers() {
     if (before != nullptr && before->header.sequence == chunk.header.sequence) {
       if (chunk.whole && !holds_the_same(*before, chunk))
         return Error{ErrorCode::corrupt,
-                     "has the number of another one, at byte " + std::to_string(before->offset) +
-                         ", and other bytes: these are parts of two files",
+                     "has the number of the chunk at byte " + std::to_string(before->offset) +
+                         ", but other bytes: these are parts of two files",
                      container::chunk_name(chunk.header.kind),
                      chunk.offset,
                      {}};
       if (chunk.whole) damages_.push_back(damage_of(DamageKind::repeated, chunk, source_->size()));
       continue;
     }
-    if (chunk.is(ChunkKind::index) && &chunk != &found.back()) continue;  // for judge_end()
+    if (chunk.is(ChunkKind::index) && &chunk != &found.back()) continue;  // left to judge_end()
     if (chunk.offset < farthest)
       damages_.push_back(damage_of(DamageKind::out_of_order, chunk, source_->size()));
     add_gap(before, chunk);
     farthest = std::max(farthest, chunk.offset + chunk.bytes());
     if (!chunk.is(ChunkKind::index))
-      if (auto good = take(chunk, nullptr); !good) return good;
+      if (auto status = take(chunk, nullptr); !status) return status;
     before = &chunk;
   }
   return {};
 }
 
-/// What lies between two chunks whose numbers do not follow each other, or that do not touch.
-void FoundChunks::add_gap(const FoundChunk* before, const FoundChunk& behind) {
+/// Reports the gap between two chunks whose numbers are not consecutive, or that are not adjacent.
+void FoundChunks::add_gap(const FoundChunk* before, const FoundChunk& after) {
   const std::uint64_t end =
       before == nullptr ? container::kFileStartBytes : before->offset + before->bytes();
   const std::uint64_t chunks =
-      behind.header.sequence - (before == nullptr ? 0 : std::uint64_t{before->header.sequence} + 1);
-  const std::uint64_t bytes = end < behind.offset ? behind.offset - end : 0;
-  // A chunk that is hurt and seems too long is among the damages already.
+      after.header.sequence - (before == nullptr ? 0 : std::uint64_t{before->header.sequence} + 1);
+  const std::uint64_t bytes = end < after.offset ? after.offset - end : 0;
+  // A damaged chunk that seems too long has been reported already.
   if (chunks == 0 && (bytes == 0 || (before != nullptr && !before->whole))) return;
   Damage damage{DamageKind::damaged, "chunk", std::min(end, source_->size()), bytes};
   damage.chunks = chunks;
@@ -325,23 +326,23 @@ void FoundChunks::add_gap(const FoundChunk* before, const FoundChunk& behind) {
   damages_.push_back(std::move(damage));
 }
 
-/// The cells between the last group that could be read and this one.
-void FoundChunks::guess_cells(const FoundGroup& behind) {
+/// Assigns the cells between the last readable group and this one to the damages in between.
+void FoundChunks::guess_cells(const FoundGroup& after) {
   const std::uint64_t end = group_before_ ? group_before_->end_cell() : 0;
   for (const std::size_t i : unplaced_) {
-    if (behind.entry.first_cell <= end) continue;
+    if (after.entry.first_cell <= end) continue;
     damages_[i].first_cell = end;
-    damages_[i].cells = behind.entry.first_cell - end;
-    if (group_before_ && group_before_->entry.segment == behind.entry.segment)
-      damages_[i].segment = behind.entry.segment;
+    damages_[i].cells = after.entry.first_cell - end;
+    if (group_before_ && group_before_->entry.segment == after.entry.segment)
+      damages_[i].segment = after.entry.segment;
   }
   unplaced_.clear();
-  group_before_ = behind;
+  group_before_ = after;
 }
 
 // --- chunks
 
-/// Takes a chunk for what is there at its number, whole or not.
+/// Records a chunk, damaged or not, as the chunk with its number.
 Result<void> FoundChunks::take(const FoundChunk& chunk, const IndexEntry* listed) {
   std::optional<Damage> damage;
   if (!chunk.whole) damage = damage_of(DamageKind::damaged, chunk, source_->size());
@@ -363,7 +364,7 @@ Result<void> FoundChunks::take(const FoundChunk& chunk, const IndexEntry* listed
     groups_.push_back(std::move(group));
   } else if (chunk.is(ChunkKind::step_values)) {
     if (chunk.whole)
-      if (auto good = take_parts(chunk); !good) return good;
+      if (auto status = take_parts(chunk); !status) return status;
   }
   if (damage) {
     if (chunk.is(ChunkKind::group) && !damage->first_cell) unplaced_.push_back(damages_.size());
@@ -374,7 +375,7 @@ Result<void> FoundChunks::take(const FoundChunk& chunk, const IndexEntry* listed
   return {};
 }
 
-/// Which of its bitstreams are whole.
+/// Determines which bitstreams of a group are undamaged.
 Result<FoundGroup> FoundChunks::look_at_group(const FoundChunk& chunk) {
   FoundGroup group;
   group.sequence = chunk.header.sequence;
@@ -400,7 +401,7 @@ Result<FoundGroup> FoundChunks::look_at_group(const FoundChunk& chunk) {
   for (const container::StreamEntry& stream : header.streams) {
     const auto bytes = in.get_bytes(stream.bytes);
     if (in.ok() && (chunk.whole || checksum(bytes) == stream.checksum)) continue;
-    // What names an array that there is not was never a group of this file.
+    // A group with an array that does not exist was never a group of this file.
     if (stream.kind == container::StreamKind::array && schema_ &&
         stream.array < schema_->arrays.size())
       group.lost_arrays.push_back(stream.array);
@@ -425,31 +426,31 @@ Result<void> FoundChunks::take_parts(const FoundChunk& chunk) {
   return {};
 }
 
-// --- both ends
+// --- beginning and end
 
 void FoundChunks::judge_start() {
   const std::uint64_t bytes = std::min<std::uint64_t>(container::kFileStartBytes, source_->size());
-  bool good = scan_.start.has_value();
-  if (good && !schema_payload_.empty()) {
+  bool ok = scan_.start.has_value();
+  if (ok && !schema_payload_.empty()) {
     ByteReader in(schema_payload_);
     container::FileStart again;
     container::get_version(in, again);
-    good = *scan_.start == again;
+    ok = *scan_.start == again;
   }
-  if (!good) damages_.push_back({DamageKind::damaged, "file start", 0, bytes});
+  if (!ok) damages_.push_back({DamageKind::damaged, "file start", 0, bytes});
 }
 
 void FoundChunks::judge_end() {
   const std::uint64_t size = source_->size();
   if (index_) {
     if (scan_.trailer) return;
-    const std::uint64_t behind = scan_.chunks.back().offset + scan_.chunks.back().bytes();
-    damages_.push_back({behind < size ? DamageKind::damaged : DamageKind::missing, "end record",
-                        behind, std::min<std::uint64_t>(size - behind, container::kTrailerBytes)});
+    const std::uint64_t after = scan_.chunks.back().offset + scan_.chunks.back().bytes();
+    damages_.push_back({after < size ? DamageKind::damaged : DamageKind::missing, "end record",
+                        after, std::min<std::uint64_t>(size - after, container::kTrailerBytes)});
     return;
   }
   std::uint64_t end = end_of_chunks();
-  if (chunks_.empty()) {  // nobody knows where it ended
+  if (chunks_.empty()) {  // the end of the schema is unknown
     damages_.push_back(
         {end < size ? DamageKind::damaged : DamageKind::missing, "schema", end, size - end});
     end = size;

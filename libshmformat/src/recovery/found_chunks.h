@@ -1,7 +1,7 @@
-// FoundChunks: what a damaged file holds: each chunk that is left, once, by its number, and what is
-// hurt. Where the index is whole it lists what there was; else that follows from the numbers of
-// chunks and the headers of groups.
-// in:  a RandomSource of which nothing need be whole
+// FoundChunks: the contents of a damaged file: each chunk that is left, once, by its number, and
+// all damages. If the index is undamaged, it lists the original chunks; otherwise they follow from
+// the sequence numbers of chunks and the headers of groups.
+// in:  a RandomSource, any part of which may be damaged
 // out: chunks, groups, step values; damages
 // spec: "Container", "Index and trailer", "Recovery"
 #pragma once
@@ -17,19 +17,19 @@
 
 namespace shm {
 
-/// A group whose chunk header is whole.
+/// A group whose chunk header is undamaged.
 struct FoundGroup {
   std::uint32_t sequence = 0;
   container::IndexEntry
-      entry;  ///< by its own header, where that can be read; else place and segment
+      entry;  ///< from its group header if that is readable; otherwise only location and segment
   bool readable = false;
-  bool has_mesh = false;  ///< all but arrays is whole
+  bool has_mesh = false;  ///< everything except arrays is undamaged
   std::vector<std::uint32_t> lost_arrays;
 
   std::uint64_t end_cell() const { return entry.first_cell + entry.cells; }
 };
 
-/// A part of a whole chunk of step values.
+/// A part of an undamaged chunk of step values.
 struct FoundPart {
   std::uint32_t sequence = 0;
   std::uint64_t offset = 0, bytes = 0;  ///< of the chunk
@@ -43,23 +43,22 @@ class FoundChunks {
   static Result<FoundChunks> of(RandomSource& source, const ReadLimits& limits);
 
   const std::vector<Damage>& damages() const { return damages_; }
-  /// Each once, by ascending number, those that are hurt too. Where there is an index, only those
-  /// that it lists.
+  /// Each chunk once, by ascending number, including damaged chunks. If there is an index, only the
+  /// chunks that it lists.
   const std::vector<container::FoundChunk>& chunks() const { return chunks_; }
   const std::vector<FoundGroup>& groups() const { return groups_; }
   const std::vector<FoundPart>& parts() const { return parts_; }
   const std::optional<container::Index>& index() const { return index_; }
-  /// Where the index really is, and how long. Must hold: there is one.
+  /// Real offset and length of the index. Must hold: there is one.
   std::uint64_t index_offset() const { return index_offset_; }
   std::uint64_t index_bytes() const { return scan_.chunks.back().bytes(); }
-  /// Whether the last chunk of chunks() is known to be the last one before the index.
+  /// Returns true if the last of chunks() is known to be the last chunk before the index.
   bool ends_at_index() const;
-  /// Where all that is behind the last chunk that is no index begins.
+  /// Returns the end of the last chunk that is not an index.
   std::uint64_t end_of_chunks() const;
-  /// Payload of a whole schema chunk, the one that stands first; empty where there is none.
+  /// Payload of the first undamaged schema chunk; empty if there is none.
   const std::vector<std::byte>& schema_payload() const { return schema_payload_; }
-  /// File start and schema chunk as they stand in a file that is whole. Must hold: there is a
-  /// schema.
+  /// Returns file start and schema chunk as in an undamaged file. Must hold: there is a schema.
   std::vector<std::byte> beginning() const;
   const std::optional<Schema>& schema() const { return schema_; }
 
@@ -80,8 +79,8 @@ class FoundChunks {
   Result<void> take_parts(const container::FoundChunk& chunk);
   void add_damage(Damage damage, const std::vector<container::StepEntry>& parts);
   void add_lost(const container::IndexEntry& listed);
-  void add_gap(const container::FoundChunk* before, const container::FoundChunk& behind);
-  void guess_cells(const FoundGroup& behind);
+  void add_gap(const container::FoundChunk* before, const container::FoundChunk& after);
+  void guess_cells(const FoundGroup& after);
 
   RandomSource* source_;
   ReadLimits limits_;
@@ -92,12 +91,13 @@ class FoundChunks {
   std::optional<container::Index> index_;
   std::uint64_t index_offset_ = 0;
   std::vector<std::byte> schema_payload_;
-  bool has_long_headers_ = false;  // the schema, where a short one would do
+  bool has_long_headers_ =
+      false;  // the schema chunk has a long header even if a short one would do
   std::optional<Schema> schema_;
   std::vector<Damage> damages_;
-  // without an index
+  // Used only without an index.
   std::vector<std::size_t> unplaced_;       // damages whose cells are not known yet
-  std::optional<FoundGroup> group_before_;  // the last readable one
+  std::optional<FoundGroup> group_before_;  // the last readable group
 };
 
 }  // namespace shm

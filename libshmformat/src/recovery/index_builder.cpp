@@ -17,7 +17,7 @@ using container::IndexEntry;
 namespace {
 
 Error not_all(std::uint64_t offset) {
-  return Error{ErrorCode::corrupt, "not all chunks are whole", "index", offset, {}};
+  return Error{ErrorCode::corrupt, "some chunks are damaged", "index", offset, {}};
 }
 
 }  // namespace
@@ -44,10 +44,11 @@ Result<container::Index> IndexBuilder::make() {
   schema.offset = container::kFileStartBytes;
   schema.bytes = beginning.size() - container::kFileStartBytes;
   index_.entries.push_back(schema);
-  if (auto good = decode(beginning); !good) return good.error();
+  if (auto status = decode(beginning); !status) return status.error();
   for (const FoundChunk& chunk : found_->chunks()) {
-    if (chunk.header.sequence == 0 && chunk.is(ChunkKind::schema)) continue;  // the beginning
-    if (auto good = add(chunk); !good) return good.error();
+    if (chunk.header.sequence == 0 && chunk.is(ChunkKind::schema))
+      continue;  // the schema is in `beginning`
+    if (auto status = add(chunk); !status) return status.error();
   }
   auto made = decoder_.held();
   if (!made) return made.error();
@@ -65,16 +66,16 @@ Result<void> IndexBuilder::add(const FoundChunk& chunk) {
   const std::size_t pieces = pieces_;
   constexpr std::uint64_t kPieceBytes = std::uint64_t{1} << 20;
   std::vector<std::byte> bytes;
-  for (std::uint64_t at = 0; at < chunk.bytes(); at += bytes.size()) {
-    bytes.resize(static_cast<std::size_t>(std::min(kPieceBytes, chunk.bytes() - at)));
-    if (auto good = source_->read_at(chunk.offset + at, bytes); !good) return good;
-    if (auto good = decode(bytes); !good) return good;
+  for (std::uint64_t done = 0; done < chunk.bytes(); done += bytes.size()) {
+    bytes.resize(static_cast<std::size_t>(std::min(kPieceBytes, chunk.bytes() - done)));
+    if (auto status = source_->read_at(chunk.offset + done, bytes); !status) return status;
+    if (auto status = decode(bytes); !status) return status;
   }
   if (pieces_ != pieces + index_.entries.back().parts.size()) return not_all(chunk.offset);
   return {};
 }
 
-/// All but where it stands, and which element of its array is its first.
+/// Returns the index entry of a chunk without its offset. For step values, `first` is also missing.
 Result<IndexEntry> IndexBuilder::entry_of(const FoundChunk& chunk) {
   if (!chunk.whole || chunk.header.sequence != index_.entries.size()) return not_all(chunk.offset);
   IndexEntry entry;
@@ -96,7 +97,7 @@ Result<IndexEntry> IndexBuilder::entry_of(const FoundChunk& chunk) {
 }
 
 Result<void> IndexBuilder::decode(std::span<const std::byte> bytes) {
-  if (auto good = decoder_.feed(bytes); !good) return good;
+  if (auto status = decoder_.feed(bytes); !status) return status;
   while (true) {
     const auto progress = decoder_.advance();
     if (!progress) return progress.error();

@@ -1,7 +1,9 @@
-// IndexBuilder: the index of a file that has lost it, from chunks that are all there. Its totals
-// of the mesh are what a Decoder counts that goes through all of it. In version 0 it has ranges of
-// the values as they are restored: their writer's, unless they are kept within a bound.
-// in:  FoundChunks     out: container::Index
+// IndexBuilder: rebuilds a lost index from chunks that are all present. The totals of the mesh are
+// those that a Decoder counts while it decodes the whole file. In version 0 the index contains
+// ranges of the decoded values; these are the ranges that the writer stored, unless values are
+// quantized.
+// in:  FoundChunks
+// out: container::Index
 // spec: "Index and trailer", "Recovery"
 #pragma once
 
@@ -16,12 +18,13 @@ namespace shm {
 
 class IndexBuilder {
  public:
-  /// All is borrowed. Must hold: `found` has a schema.
+  /// All arguments are borrowed. Must hold: `found` has a schema.
   IndexBuilder(RandomSource& source, const FoundChunks& found, const ReadLimits& limits,
                std::uint8_t version);
 
-  /// Offsets are those of a file in which all chunks stand by their numbers. Fails where a chunk is
-  /// missing or hurt, or its values cannot be decoded. Once only.
+  /// Returns the index, with the offsets of a file in which all chunks are in the order of their
+  /// numbers. Fails if a chunk is missing or damaged, or if values cannot be decoded. May be called
+  /// only once.
   Result<container::Index> make();
 
  private:
@@ -34,8 +37,8 @@ class IndexBuilder {
   const FoundChunks* found_;
   Decoder decoder_;
   container::Index index_;
-  std::size_t groups_ = 0, parts_ = 0;           // of found_, so far
-  std::size_t pieces_ = 0, piece_of_chunk_ = 0;  // of step values
+  std::size_t groups_ = 0, parts_ = 0;           // of found_, processed so far
+  std::size_t pieces_ = 0, piece_of_chunk_ = 0;  // step values: all, and those of the current chunk
 };
 
 }  // namespace shm
