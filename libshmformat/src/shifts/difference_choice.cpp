@@ -46,9 +46,9 @@ class Trial {
       if (candidate.factors.empty()) continue;
       candidate.taps = taps_of(candidate.factors);
       for (const Tap& tap : candidate.taps) {
-        const auto at = std::find(powers_.begin(), powers_.end(), tap.back);
-        candidate.places.push_back(static_cast<std::size_t>(at - powers_.begin()));
-        if (at == powers_.end()) powers_.push_back(tap.back);
+        const auto found = std::find(powers_.begin(), powers_.end(), tap.back);
+        candidate.places.push_back(static_cast<std::size_t>(found - powers_.begin()));
+        if (found == powers_.end()) powers_.push_back(tap.back);
       }
       candidates_.push_back(std::move(candidate));
     }
@@ -75,15 +75,15 @@ class Trial {
     for (std::size_t c = 0; c < group_.values.size(); ++c) {
       for (std::size_t p = 0; p < powers_.size(); ++p)
         remembered_[p] = remembered(differences, number - powers_[p], c);
-      for (Candidate& it : candidates_) {
+      for (Candidate& candidate : candidates_) {
         typename Differences::Sum sum = Differences::sum_of(0);
-        if (it.taps.empty() || !is_known(number - it.taps[0].back))
+        if (candidate.taps.empty() || !is_known(number - candidate.taps[0].back))
           sum = Differences::sum_of(differences.remember(group_.index(c, e - 1)));
         else
-          for (std::size_t t = 0; t < it.taps.size(); ++t)
-            sum = Differences::add(sum, Differences::weight(it.taps[t].count),
-                                   remembered_[it.places[t]]);
-        it.cost += static_cast<std::uint64_t>(
+          for (std::size_t t = 0; t < candidate.taps.size(); ++t)
+            sum = Differences::add(sum, Differences::weight(candidate.taps[t].count),
+                                   remembered_[candidate.places[t]]);
+        candidate.cost += static_cast<std::uint64_t>(
             std::bit_width(differences.residual(group_.index(c, e), differences.index(sum))));
       }
     }

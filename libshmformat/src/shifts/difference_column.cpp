@@ -58,9 +58,9 @@ void DifferenceColumn::walk(const Differences& differences, std::span<const std:
   constexpr std::size_t kLanes = kComponents == 3 ? 4 : kComponents;  // as the ring has
   const std::size_t count = kComponents > 0 ? kComponents : components_.size();
   const std::size_t lanes = kComponents > 0 ? kLanes : count;
-  std::vector<Sum> room(kComponents > 0 ? 0 : count);
+  std::vector<Sum> buffer(kComponents > 0 ? 0 : count);
   std::array<Sum, std::max<std::size_t>(kLanes, 1)> few;
-  Sum* const sums = kComponents > 0 ? few.data() : room.data();
+  Sum* const sums = kComponents > 0 ? few.data() : buffer.data();
   std::uint64_t* const ring = ring_.data();
   std::uint64_t* const last = last_.data();
   struct Weighed {
@@ -75,9 +75,9 @@ void DifferenceColumn::walk(const Differences& differences, std::span<const std:
     if (!taps.empty() && known_.has(number - taps[0].back)) {
       for (std::size_t c = 0; c < lanes; ++c) sums[c] = Sum{};
       for (const Weighed& tap : taps) {
-        const std::uint64_t* const at = ring + known_.place(number - tap.back) * lanes;
+        const std::uint64_t* const remembered = ring + known_.place(number - tap.back) * lanes;
         for (std::size_t c = 0; c < lanes; ++c)
-          sums[c] = Differences::add(sums[c], tap.weight, at[c]);
+          sums[c] = Differences::add(sums[c], tap.weight, remembered[c]);
       }
     } else {
       for (std::size_t c = 0; c < count; ++c) sums[c] = Differences::sum_of(last[c]);
@@ -119,8 +119,8 @@ void DifferenceColumn::round_to_quantized(std::span<const ValueDomain> domains,
   for (std::size_t c = 0; c < bits.size(); ++c) {
     if (domains[c].kind == DomainKind::quantized) continue;
     const ValueTranslator translator(*info_, c, {DomainKind::quantized});
-    for (std::uint64_t& it : bits[c])
-      if (const auto index = translator.index(it)) it = translator.bits(*index);
+    for (std::uint64_t& word : bits[c])
+      if (const auto index = translator.index(word)) word = translator.bits(*index);
   }
 }
 
@@ -135,7 +135,7 @@ std::vector<std::byte> DifferenceColumn::encode_differences(std::span<const std:
   begin({}, domains, numbers.size());
   for (std::size_t c = 0; c < words.size(); ++c)
     with_translation(*info_, c, domains[c], [&](auto&& index_of, auto&&) {
-      for (std::uint64_t& it : words[c]) it = static_cast<std::uint64_t>(index_of(it));
+      for (std::uint64_t& word : words[c]) word = static_cast<std::uint64_t>(index_of(word));
     });
   const std::vector<Factor> factors = choose_factors(
       info_->type, domains[0].kind, {numbers, words, ring_, ring_stride()}, known_, lags);
@@ -158,16 +158,16 @@ std::vector<std::byte> DifferenceColumn::encode_differences(std::span<const std:
   planes.clear();
   for (std::size_t c = 0; c < components_.size(); ++c) {
     std::uint64_t largest = 0;
-    for (std::uint64_t it : words[c]) largest |= it;
+    for (std::uint64_t word : words[c]) largest |= word;
     const std::uint32_t width = bytes_for(largest);
     out.put_u8(static_cast<std::uint8_t>(domains[c].kind));
     out.put_signed(domains[c].exponent);
     out.put_u8(static_cast<std::uint8_t>(width));
-    const std::size_t at = planes.size();
-    planes.resize(at + width * numbers.size());
+    const std::size_t offset = planes.size();
+    planes.resize(offset + width * numbers.size());
     for (std::uint32_t b = 0; b < width; ++b)
       for (std::size_t e = 0; e < numbers.size(); ++e)
-        planes[at + b * numbers.size() + e] = static_cast<std::byte>(words[c][e] >> 8 * b);
+        planes[offset + b * numbers.size() + e] = static_cast<std::byte>(words[c][e] >> 8 * b);
   }
   out.put_bytes(zstd.compress(planes, kPlaneZstdLevel));
   return std::move(out.bytes);
@@ -252,12 +252,12 @@ bool DifferenceColumn::decode(std::span<const std::uint64_t> numbers, std::vecto
   if (numbers.size() > count_ - next_) return false;
   if (numbers.empty()) return true;
   const std::size_t bytes = components_.size() * width_;
-  const std::size_t at = out.size();
+  const std::size_t offset = out.size();
   if (codec_ == Codec::shuffled_zstd) {
     const auto from = unpacked_.begin() + static_cast<std::ptrdiff_t>(next_ * bytes);
     out.insert(out.end(), from, from + static_cast<std::ptrdiff_t>(numbers.size() * bytes));
   } else {
-    out.resize(at + numbers.size() * bytes);
+    out.resize(offset + numbers.size() * bytes);
     scratch.words.resize(std::max(scratch.words.size(), components_.size()));
     const std::span words = std::span(scratch.words).first(components_.size());
     for (std::size_t c = 0; c < words.size(); ++c) {
@@ -272,8 +272,8 @@ bool DifferenceColumn::decode(std::span<const std::uint64_t> numbers, std::vecto
     });
     for (std::size_t c = 0; c < words.size(); ++c)
       with_translation(*info_, c, components_[c].domain, [&](auto&&, auto&& bits_of) {
-        for (std::uint64_t& it : words[c]) it = bits_of(static_cast<std::int64_t>(it));
-        save(words[c], out.data() + at + c * width_, bytes, width_);
+        for (std::uint64_t& word : words[c]) word = bits_of(static_cast<std::int64_t>(word));
+        save(words[c], out.data() + offset + c * width_, bytes, width_);
       });
   }
   next_ += numbers.size();

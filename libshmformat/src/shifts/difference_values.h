@@ -17,10 +17,10 @@ namespace shm {
 /// Values of one component, `stride` bytes apart, in host order, as bits in the low bytes.
 template <class Bits>
 void load_as(const std::byte* values, std::size_t stride, std::span<std::uint64_t> bits) {
-  for (std::uint64_t& it : bits) {
+  for (std::uint64_t& word : bits) {
     Bits value;
     std::memcpy(&value, values, sizeof value);
-    it = value;
+    word = value;
     values += stride;
   }
 }
@@ -36,8 +36,8 @@ inline void load(const std::byte* values, std::size_t stride, std::size_t width,
 
 template <class Bits>
 void save_as(std::span<const std::uint64_t> bits, std::byte* to, std::size_t stride) {
-  for (std::uint64_t it : bits) {
-    const auto value = static_cast<Bits>(it);
+  for (std::uint64_t word : bits) {
+    const auto value = static_cast<Bits>(word);
     std::memcpy(to, &value, sizeof value);
     to += stride;
   }

@@ -63,18 +63,18 @@ class ShiftNeighbours {
       return static_cast<std::uint32_t>(n & (number.size() - 1));
     }
     bool has(std::uint64_t n) const { return number[place(n)] == n; }
-    void add(const Neighbourhood& it, std::uint64_t n) {
-      number[it.self] = n;
-      full[it.self] = it.has_rule() ? 1 : 0;
+    void add(const Neighbourhood& item, std::uint64_t n) {
+      number[item.self] = n;
+      full[item.self] = item.has_rule() ? 1 : 0;
     }
-    void look_for_thirds(Neighbourhood& it) const;
+    void look_for_thirds(Neighbourhood& item) const;
   };
   /// Of the cells of a block: how many axes the corners of a cell span. 0: they are none that are
   /// looked at.
   std::uint32_t axes(std::uint32_t block) const { return axes_[block]; }
   void add_vertices(const CellMarks& marks, const std::uint64_t* numbers,
                     std::vector<Neighbourhood>& vertices);
-  void look_around(Neighbourhood& it, std::uint32_t position, std::uint64_t introduced,
+  void look_around(Neighbourhood& item, std::uint32_t position, std::uint64_t introduced,
                    const std::uint64_t* numbers, std::uint32_t axes) const;
   void add_cell(std::uint32_t axes, const std::uint64_t* numbers,
                 std::vector<Neighbourhood>& cells);

@@ -129,9 +129,9 @@ bool ShiftDecoder::begin_group(std::span<const std::byte> bytes, std::uint32_t c
   const std::uint64_t before = in.get_varint();  // bytes before the symbols
   if (!in.ok() || before > limit) return false;
   if (!zstd.decompress(in.get_bytes(in.left()), before + cells, unpacked_)) return false;
-  const auto behind = static_cast<std::size_t>(before);
-  bytes_ = ByteReader(std::span<const std::byte>(unpacked_).first(behind));
-  symbols_ = std::span<const std::byte>(unpacked_).subspan(behind);
+  const auto split = static_cast<std::size_t>(before);
+  bytes_ = ByteReader(std::span<const std::byte>(unpacked_).first(split));
+  symbols_ = std::span<const std::byte>(unpacked_).subspan(split);
   next_symbol_ = 0;
   return true;
 }

@@ -65,8 +65,8 @@ struct Neighbourhood {
     if (kind == simplex) return knows(kOpposite);
     return is_mid_node() || knows(kLattice);
   }
-  /// Returns the bits of `known` that are in `counts`, with the kind above them. Of mid nodes all
-  /// bits count.
+  /// Returns the bits of `known` that are in `counts`, with the kind above them. All bits of mid
+  /// nodes count.
   std::uint32_t traits(std::uint32_t counts = 0xffff) const {
     if (is_mid_node()) return known | std::uint32_t{kind} << kKindShift;
     return (known & counts) | (kind > centre ? std::uint32_t{kind} << kKindShift : 0);

@@ -182,8 +182,8 @@ void NeighbourFinder::look_along_line(Neighbourhood& item) const {
   item.known |= Neighbourhood::kBeyond;
 }
 
-/// Finds the cells across the sides. Of flat cells the first side, which is the cell itself, comes
-/// last.
+/// Finds the cells across the sides. The first side of a flat cell, which is the cell itself,
+/// comes last.
 void NeighbourFinder::look_beside_cell(Neighbourhood& item, const CellTopology& cell) const {
   item.kind = Neighbourhood::beside;
   const auto sides = faces_of(cell.shape, cell.corners);
