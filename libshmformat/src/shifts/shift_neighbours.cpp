@@ -9,7 +9,7 @@
 namespace shm {
 namespace {
 
-/// Where the neighbours of a lattice are, as corner bits that differ, in the order of
+/// The corner bits in which each neighbour differs from the element, in the order of
 /// Neighbourhood::at.
 constexpr std::array<std::uint32_t, 7> kLatticeBits = {1, 2, 4, 3, 5, 6, 7};
 
@@ -22,7 +22,8 @@ bool needs_ring(const Schema& schema) {
 
 void ShiftNeighbours::Ring::clear(std::size_t places) {
   number.resize(places);
-  for (std::size_t i = 0; i < places; ++i) number[i] = i ^ 1;  // of no place i
+  // a number that belongs to another place
+  for (std::size_t i = 0; i < places; ++i) number[i] = i ^ 1;
   full.assign(places, 0);
 }
 
@@ -88,7 +89,7 @@ void ShiftNeighbours::add_vertices(const CellMarks& marks, const std::uint64_t* 
   }
 }
 
-/// `introduced`: positions of vertices that are not there yet, this one and those after it.
+/// `introduced`: positions of the vertices that are not known yet, including this one.
 void ShiftNeighbours::look_around(Neighbourhood& item, std::uint32_t position,
                                   std::uint64_t introduced, const std::uint64_t* numbers,
                                   std::uint32_t axes) const {
@@ -116,8 +117,8 @@ void ShiftNeighbours::look_around(Neighbourhood& item, std::uint32_t position,
   vertices_.look_for_thirds(item);
 }
 
-/// A cell is known by its last corner. What lies behind its sides is, where cells are numbered
-/// alike, known by the corners before that one.
+/// A cell is identified by its last corner. If cells are numbered alike, the cells across its sides
+/// have corners of this cell as their last corners.
 void ShiftNeighbours::add_cell(std::uint32_t axes, const std::uint64_t* numbers,
                                std::vector<Neighbourhood>& cells) {
   Neighbourhood& item = cells.emplace_back();
