@@ -5,6 +5,7 @@
 // in:    cells, by vertices      out: a bitstream for each group
 // keeps: slots of live vertices, updated alike in both directions; the decoder also keeps the last
 //        cells, the encoder the last four uses of each live vertex: the cell, and its node
+// spec: "Patterns"
 #pragma once
 
 #include <array>

@@ -5,9 +5,6 @@
 //
 // in:    cells, with numbers                     out: a bitstream for each group
 // keeps: the last cell of each block, a table of shifts; updated alike in both directions
-//
-// in:    cells, with numbers                     out: a bitstream for each group
-// keeps: the last cell of each block, a table of shifts; changed alike in both directions
 // spec: "Shifts"
 #pragma once
 

@@ -1,7 +1,7 @@
 // ColumnState: what one component remembers of the elements coded so far: the numbers from which
 // later elements are predicted, and the sizes of the residuals. Encoder and decoder update it in
 // the same way.
-//   state      a value as a number of the current domain
+//   state      the double that predictions use: the value, or its index if the domain is linear
 //   third      the residual of the lattice prediction at an element
 //   reference  state and third of the reference value of an element, if the array has references
 //   partner    an earlier element whose reference has about the same magnitude as this element's
@@ -41,7 +41,7 @@ struct CodedTile {
 struct ColumnTile {
   std::span<const Neighbourhood> items;      ///< shared by all components
   TileClasses classes;                       ///< the same for all components
-  std::span<const CodedTile* const> before;  ///< of the components before this one
+  std::span<const CodedTile* const> before;  ///< the same tile of the previous components
   /// Reference values, as bits; empty unless use_reference() was called.
   std::span<const std::uint64_t> reference;
   /// For each element the distance to the earlier element that it copies; 0: not a copy. Empty if

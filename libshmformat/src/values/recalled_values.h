@@ -111,7 +111,7 @@ class RecalledValues {
   bool empty() const { return list_.size() == 0; }
   const SortedValues& list() const { return list_; }
 
-  /// Rank from which the rank of a recalled value is coded.
+  /// The rank that the rank of a recalled value is coded relative to.
   struct Start {
     std::size_t rank = 0;
     bool by_source = false;  ///< whether it is the rank of the value that follows the last source
