@@ -369,7 +369,7 @@ class Page(unittest.TestCase):
         self.browser.go(page.as_uri())
         self.browser.wait("document.querySelector('#triad line[x2]') !== null && location.href.endsWith('small.html')")
         self.open(long_file()[0])
-        self.assertIn("long.shm: this needs more memory than there is for a page", self.text("error"))
+        self.assertIn("long.shm: this needs more memory than a page can use", self.text("error"))
         self.open(MESHES["hexahedra"])
         self.assertTrue(self.browser.run("document.getElementById('error').hidden"))
         self.assertGreater(sum(self.drawn().values()), 5000)

@@ -217,6 +217,6 @@ test("only addresses of the web are fetched", () => {
     const search = `?url=${encodeURIComponent(url)}`;
     assert.throws(() => choices.wantedOf(search, base), /only http and https/);
   }
-  assert.throws(() => choices.wantedOf("?url=http%3A%2F%2F", base), /is no address/);
+  assert.throws(() => choices.wantedOf("?url=http%3A%2F%2F", base), /is not a valid address/);
   assert.equal(choices.wantedOf("?url=a&segment=-1", base).segment, null);
 });

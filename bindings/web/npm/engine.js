@@ -1,5 +1,5 @@
-// An open file: the decoder as WebAssembly, called by the functions of shmformat.h, over a Source.
-// Runs where it is made, in a worker as a rule (worker.js).
+// Engine: an open file. Calls the functions of shmformat.h in WebAssembly; a Source supplies the
+// bytes. Usually runs in a worker (worker.js).
 import { ShmError } from "./errors.js";
 import { Source } from "./sources.js";
 import { LAYOUTS, readStruct, toNumber, writeStruct } from "./structs.js";
@@ -31,7 +31,7 @@ const FILL = 1;
 
 const utf8 = new TextDecoder();
 
-/** Memory of a call, given back at its end. */
+/** Memory of one call, freed at its end. */
 class Scratch {
   constructor(wasm) {
     this.wasm = wasm;
@@ -41,7 +41,7 @@ class Scratch {
   bytes(count) {
     const place = this.wasm.malloc(Math.max(count, 1)) >>> 0;
     if (place === 0 || count >= 2 ** 32) {
-      throw new ShmError("no memory", `out of memory: ${count} bytes are wanted`);
+      throw new ShmError("no memory", `out of memory: cannot allocate ${count} bytes`);
     }
     this.places.push(place);
     return place;
@@ -66,7 +66,7 @@ class Scratch {
   }
 }
 
-/** An instance of the decoder: once it has trapped it is of no use any more. */
+/** An instance of the decoder. After a trap it cannot be used again. */
 class Wasm {
   static async make(module, page) {
     const wasm = new Wasm();
@@ -86,11 +86,11 @@ class Wasm {
     const bytes = new Uint8Array(this.memory.buffer);
     return place === 0 ? "" : utf8.decode(bytes.subarray(place, bytes.indexOf(0, place)));
   }
-  /** A copy, with a buffer of its own. */
+  /** Returns a copy with its own buffer. */
   copied(Type, place, count) {
     return new Type(this.memory.buffer.slice(place, place + count * Type.BYTES_PER_ELEMENT));
   }
-  /** Why it trapped. */
+  /** Returns an error that says why the instance trapped. */
   lastWords(trap) {
     const words = this.view().getUint32(this.exports.shmf_page_last_words.value, true);
     if (words === 0) return new ShmError("io", `the decoder failed: ${trap.message}`);
@@ -99,12 +99,12 @@ class Wasm {
   }
 }
 
-/** 64 bits where 32 do not do. */
+/** Returns the numbers as 32-bit integers if all of them fit, otherwise unchanged. */
 function narrowed(numbers) {
   return numbers.every((number) => number < 2n ** 32n) ? Uint32Array.from(numbers, Number) : numbers;
 }
 
-/** What comes out of an instance that is of no use any more. A stack may be too deep, too. */
+/** Returns true for errors after which the instance cannot be used again, stack overflows included. */
 function isTrap(error) {
   return error instanceof WebAssembly.RuntimeError || error.name === "InternalError"
     || (error instanceof RangeError && /call stack/.test(error.message));
@@ -117,7 +117,7 @@ function isSafe(id) {
 export class Engine {
   /**
    * @param {WebAssembly.Module} module
-   * @param {string | Blob} source a URL that is whole, or a Blob
+   * @param {string | Blob} source an absolute URL, or a Blob
    * @param {{damaged?: boolean, limits?: object, member?: number}} options
    */
   constructor(module, source, options) {
@@ -131,7 +131,7 @@ export class Engine {
     this.ended = false;
   }
 
-  /** Calls of one file come one after the other. run: {signal, progress}. */
+  /** Runs a call. Calls for one file run one after the other. run: {signal, progress}. */
   async call(name, argument, run = {}) {
     if (this.ended) throw new ShmError("misuse", "the file is closed");
     const mine = this.last.then(() => this.attempt(name, argument, run));
@@ -139,13 +139,13 @@ export class Engine {
     return mine;
   }
 
-  /** Until all bytes are here that the call wants. */
+  /** Repeats a call until all bytes that it needs have been fetched. */
   async attempt(name, argument, run) {
-    if (!Object.hasOwn(CALLS, name)) throw new TypeError(`no call ${name}`);
+    if (!Object.hasOwn(CALLS, name)) throw new TypeError(`unknown call ${name}`);
     run.signal?.throwIfAborted();
     this.source ??= await Source.open(this.from, this.options.damaged === true, run.signal);
     this.run = { ...run, told: 0, from: 0, share: 1 };
-    const kept = {}; // what a call has done already, when it is made again
+    const kept = {}; // results of earlier attempts of the call
     try {
       while (true) {
         this.source.begin();
@@ -161,8 +161,8 @@ export class Engine {
             this.died();
             throw wasm.lastWords(error);
           }
-          if (error.status === "no memory") this.died(); // its memory is given back by that alone
-          else this.close(); // what a call leaves behind that failed is not known
+          if (error.status === "no memory") this.died(); // the only way to free its memory
+          else this.close(); // the failed call may have left the file in any state
           if (missing === null) throw error;
         } finally {
           if (this.wasm !== null) scratch.free();
@@ -175,14 +175,15 @@ export class Engine {
     }
   }
 
-  /** The functions that the decoder calls. Nothing may be thrown through it. */
+  /** Returns the functions that the decoder calls. They must not throw, since exceptions cannot
+   *  pass through it. */
   page() {
     const bytesAt = (place, count) => new Uint8Array(this.wasm.memory.buffer, place >>> 0, count);
     return {
       read_at: (_, offset, into, count, why, whyBytes) => {
-        const room = bytesAt(into, Number(count));
-        if (this.source.read(Number(offset), room)) return 0;
-        const sentence = new TextEncoder().encode("the bytes are not here yet\0");
+        const buffer = bytesAt(into, Number(count));
+        if (this.source.read(Number(offset), buffer)) return 0;
+        const sentence = new TextEncoder().encode("the bytes have not been fetched yet\0");
         if (sentence.length <= whyBytes) bytesAt(why, sentence.length).set(sentence);
         return 1;
       },
@@ -205,7 +206,7 @@ export class Engine {
     };
   }
 
-  /** Tells how much is done. A call that is made again has done no less. */
+  /** Reports progress. A repeated call does not report less than before. */
   tell(done) {
     const all = this.run.from + this.run.share * done;
     if (all <= this.run.told) return;
@@ -213,7 +214,8 @@ export class Engine {
     this.run.progress?.(all);
   }
 
-  /** A function of shmformat.h that returns a status, without its last argument. */
+  /** Calls a function of shmformat.h that returns a status, and throws if it fails. args: all
+   *  arguments but the last, which is the error. */
   status(scratch, name, ...args) {
     const error = scratch.struct("shmf_error");
     const status = this.wasm.exports[name](...args, error);
@@ -222,23 +224,23 @@ export class Engine {
       if (this.run.thrown !== undefined) throw this.run.thrown;
       this.run.signal?.throwIfAborted();
     }
-    const told = readStruct(this.wasm.view(), "shmf_error", error);
+    const report = readStruct(this.wasm.view(), "shmf_error", error);
     const { fields } = LAYOUTS.shmf_error;
     const name_ = this.source.name;
     const message = this.wasm.text(error + fields.message.offset);
     throw new ShmError(STATUS[status] ?? "io", name_ === "" ? message : `${name_}: ${message}`, {
       section: this.wasm.text(error + fields.section.offset),
       detail: this.wasm.text(error + fields.detail.offset),
-      offset: told.offset < 2n ** 53n ? Number(told.offset) : null,
+      offset: report.offset < 2n ** 53n ? Number(report.offset) : null,
     });
   }
-  /** What a function of shmformat.h puts into a struct. */
+  /** Returns the struct that a function of shmformat.h fills in. */
   told(scratch, call, struct, ...args) {
     const place = scratch.struct(struct);
     this.status(scratch, call, this.file, ...args, place);
     return readStruct(this.wasm.view(), struct, place);
   }
-  /** What one puts at a pointer and a count. */
+  /** Returns the list that a function returns as a pointer and a count. */
   listed(scratch, call, Type, ...args) {
     const places = scratch.bytes(16);
     this.status(scratch, call, this.file, ...args, places, places + 8);
@@ -274,7 +276,7 @@ export class Engine {
     }
   }
 
-  /** Closes what is open in the decoder. */
+  /** Closes the file that is open in the decoder. */
   close() {
     if (this.file !== 0) this.wasm.exports.shmf_close(this.file);
     this.file = 0;
@@ -303,7 +305,7 @@ export class Engine {
       const own = {};
       if (select.cells !== undefined) {
         [own.first_cell, own.end_cell] = select.cells;
-        // No cells; to the library it would be no condition.
+        // An empty range. The library would take it as no condition.
         if (own.first_cell === 0 && own.end_cell === 0) own.blocks = scratch.bytes(1);
       }
       if (select.blocks !== undefined && own.blocks === undefined) {
@@ -323,7 +325,7 @@ export class Engine {
       corners: toNumber(counts.corners) };
   }
 
-  /** shmf_read() of some targets: asks how many bytes they take, or fills `data`. */
+  /** Calls shmf_read() for some targets: determines their sizes, or fills `data`. */
   readTargets(scratch, targets) {
     const { bytes } = LAYOUTS.shmf_target;
     const place = scratch.bytes(bytes * targets.length);
@@ -338,23 +340,23 @@ export class Engine {
     });
   }
 
-  /** What the file says of its arrays, asked for once. */
+  /** Returns the descriptions of all arrays. They are read from the file once. */
   arrays(scratch) {
     const { arrays } = this.told(scratch, "shmf_get_info", "shmf_info");
     this.knownArrays ??= Array.from({ length: arrays }, (_, i) => {
-      const told = this.told(scratch, "shmf_get_array", "shmf_array", i);
+      const info = this.told(scratch, "shmf_get_array", "shmf_array", i);
       return {
         index: i,
-        name: this.wasm.text(told.name),
-        role: this.wasm.text(told.role),
-        location: LOCATIONS[told.location],
-        type: TYPE_NAMES[told.type],
-        components: told.components,
-        elements: toNumber(told.elements),
-        blocks: told.blocks === 0 ? null
-          : Array.from(this.wasm.copied(Uint32Array, told.blocks, told.block_count)),
-        error: told.error,
-        steps: told.per_step === 0 ? null
+        name: this.wasm.text(info.name),
+        role: this.wasm.text(info.role),
+        location: LOCATIONS[info.location],
+        type: TYPE_NAMES[info.type],
+        components: info.components,
+        elements: toNumber(info.elements),
+        blocks: info.blocks === 0 ? null
+          : Array.from(this.wasm.copied(Uint32Array, info.blocks, info.block_count)),
+        error: info.error,
+        steps: info.per_step === 0 ? null
           : Array.from(this.listed(scratch, "shmf_get_steps", BigUint64Array, i), toNumber),
       };
     });
@@ -362,7 +364,7 @@ export class Engine {
   }
 }
 
-/** The array that `wanted` means, in which an array of the file is named. */
+/** Returns the array of the file that `wanted` names. */
 function found(arrays, wanted) {
   const array = arrays.find(({ index, name, location }) => (wanted.index === undefined
     ? name === wanted.name && (wanted.location ?? location) === location
@@ -376,7 +378,7 @@ function found(arrays, wanted) {
 }
 
 const CALLS = {
-  /** What the file holds; of an archive the names of its files. */
+  /** Returns the properties of a mesh, or the member names of an archive. */
   describe(engine, scratch) {
     const { exports } = engine.wasm;
     if (exports.shmf_is_archive(engine.file)) {
@@ -384,19 +386,19 @@ const CALLS = {
       return { archive: Array.from({ length: members }, (_, i) =>
         engine.wasm.text(exports.shmf_member_name(engine.file, i))) };
     }
-    const told = engine.told(scratch, "shmf_get_info", "shmf_info");
+    const info = engine.told(scratch, "shmf_get_info", "shmf_info");
     return {
-      vertexCount: toNumber(told.vertices),
-      cellCount: toNumber(told.cells),
-      hexahedronCount: toNumber(told.hexahedra),
-      stepCount: toNumber(told.steps),
-      fileBytes: toNumber(told.file_bytes),
-      segmentCount: told.segments,
-      coordinateType: TYPE_NAMES[told.coordinate_type],
-      coordinateError: told.coordinate_error,
-      order: ORDERS[told.order],
-      sourceFormat: engine.wasm.text(told.source_format),
-      blocks: Array.from({ length: told.blocks }, (_, i) => {
+      vertexCount: toNumber(info.vertices),
+      cellCount: toNumber(info.cells),
+      hexahedronCount: toNumber(info.hexahedra),
+      stepCount: toNumber(info.steps),
+      fileBytes: toNumber(info.file_bytes),
+      segmentCount: info.segments,
+      coordinateType: TYPE_NAMES[info.coordinate_type],
+      coordinateError: info.coordinate_error,
+      order: ORDERS[info.order],
+      sourceFormat: engine.wasm.text(info.source_format),
+      blocks: Array.from({ length: info.blocks }, (_, i) => {
         const block = engine.told(scratch, "shmf_get_block", "shmf_block", i);
         return { id: isSafe(block.id) ? Number(block.id) : block.id,
           name: engine.wasm.text(block.name), shape: SHAPES[block.shape] ?? "other",
@@ -410,17 +412,17 @@ const CALLS = {
   segments(engine, scratch) {
     const { segments } = engine.told(scratch, "shmf_get_info", "shmf_info");
     return Array.from({ length: segments }, (_, i) => {
-      const told = engine.told(scratch, "shmf_get_segment", "shmf_segment", i);
-      return { firstCell: toNumber(told.first_cell), cells: toNumber(told.cells),
-        firstVertex: toNumber(told.first_vertex), vertices: toNumber(told.vertices),
-        bytes: toNumber(told.bytes), box: told.box };
+      const segment = engine.told(scratch, "shmf_get_segment", "shmf_segment", i);
+      return { firstCell: toNumber(segment.first_cell), cells: toNumber(segment.cells),
+        firstVertex: toNumber(segment.first_vertex), vertices: toNumber(segment.vertices),
+        bytes: toNumber(segment.bytes), box: segment.box };
     });
   },
 
-  /** The mesh with its arrays in one pass, then arrays at steps in another: where bytes are missing
-   *  for steps, the mesh is not decoded again. */
+  /** Reads the mesh with its static arrays in one pass, then arrays at time steps in a second pass.
+   *  If bytes are missing in the second pass, the mesh is not decoded again. */
   read(engine, scratch, wanted, kept) {
-    const told = engine.arrays(scratch);
+    const arrays = engine.arrays(scratch);
     const counts = engine.select(scratch, wanted.select);
     const info = engine.told(scratch, "shmf_get_info", "shmf_info");
     const wide = Math.max(counts.vertices, counts.corners + 1) >= 2 ** 32 ? UINT64 : UINT32;
@@ -431,7 +433,7 @@ const CALLS = {
     if (wanted.points) {
       const type = wanted.points === true ? info.coordinate_type
         : TYPE_NAMES.indexOf(wanted.points, 9);
-      if (type < 0) throw new ShmError("misuse", `no points of type ${wanted.points}`);
+      if (type < 0) throw new ShmError("misuse", `points cannot be of type ${wanted.points}`);
       want("points", type, (values) => { result.points = values; });
     }
     if (wanted.cells) {
@@ -447,16 +449,16 @@ const CALLS = {
     }
     result.arrays ??= [];
     (wanted.arrays ?? []).forEach((one, place) => {
-      const array = found(told, one);
+      const array = found(arrays, one);
       const type = TYPE_NAMES.indexOf(one.type ?? array.type);
-      if (type < 1) throw new ShmError("misuse", `no type ${one.type}`);
+      if (type < 1) throw new ShmError("misuse", `unknown type ${one.type}`);
       const { index, name, location, components } = array;
       const step = array.steps === null ? null : one.step;
       want("values", type, (values) => {
         result.arrays[place] = { index, name, location, components, step, values };
       }, { array: index, step: step ?? 0, flags: one.fill === false ? 0 : FILL }, step !== null);
     });
-    // How many bytes each is, and then into so many.
+    // First determine the sizes, then read.
     for (const pass of passes) engine.readTargets(scratch, pass);
     const bytes = passes.map((pass) => pass.reduce((sum, { used }) => sum + used, 0));
     const all = Math.max(bytes[0] + bytes[1], 1);
@@ -474,7 +476,7 @@ const CALLS = {
     return result;
   },
 
-  /** The sides that one cell alone has, and cells of fewer dimensions themselves. */
+  /** Returns the sides that belong to a single cell, and cells of lower dimension themselves. */
   boundary(engine, scratch, wanted) {
     const { exports } = engine.wasm;
     const arrays = Array.from(wanted.arrays ?? [], (one) => {
@@ -495,26 +497,27 @@ const CALLS = {
     try {
       const place = scratch.struct("shmf_surface");
       engine.status(scratch, "shmf_get_surface", boundary, place);
-      const told = readStruct(engine.wasm.view(), "shmf_surface", place);
-      const [vertices, faces, corners] = [told.vertices, told.faces, told.corners].map(toNumber);
+      const surface = readStruct(engine.wasm.view(), "shmf_surface", place);
+      const [vertices, faces, corners] =
+        [surface.vertices, surface.faces, surface.corners].map(toNumber);
       const copied = (Type, pointer, count) => engine.wasm.copied(Type, pointer, count);
-      const offsets = copied(BigUint64Array, told.face_begin, faces + 1);
+      const offsets = copied(BigUint64Array, surface.face_begin, faces + 1);
       return {
         vertexCount: vertices,
         faceCount: faces,
-        leftOut: toNumber(told.left_out),
-        points: copied(TYPES[told.coordinate_type], told.xyz, 3 * vertices),
-        connectivity: copied(Uint32Array, told.face_corners, corners),
+        leftOut: toNumber(surface.left_out),
+        points: copied(TYPES[surface.coordinate_type], surface.xyz, 3 * vertices),
+        connectivity: copied(Uint32Array, surface.face_corners, corners),
         offsets: narrowed(offsets),
-        vertexNumbers: narrowed(copied(BigUint64Array, told.vertex_numbers, vertices)),
-        cellNumbers: narrowed(copied(BigUint64Array, told.cell_numbers, faces)),
-        blocks: copied(Uint32Array, told.cell_blocks, faces),
-        sides: copied(Uint32Array, told.sides, faces),
+        vertexNumbers: narrowed(copied(BigUint64Array, surface.vertex_numbers, vertices)),
+        cellNumbers: narrowed(copied(BigUint64Array, surface.cell_numbers, faces)),
+        blocks: copied(Uint32Array, surface.cell_blocks, faces),
+        sides: copied(Uint32Array, surface.sides, faces),
         arrays: arrays.map(({ index, name, location, type, components, step }, i) => {
           const view = engine.wasm.view();
           const Type = TYPES[TYPE_NAMES.indexOf(type)];
-          const bytes = toNumber(view.getBigUint64(told.array_bytes + 8 * i, true));
-          const values = copied(Type, view.getUint32(told.array_values + 4 * i, true),
+          const bytes = toNumber(view.getBigUint64(surface.array_bytes + 8 * i, true));
+          const values = copied(Type, view.getUint32(surface.array_values + 4 * i, true),
             bytes / Type.BYTES_PER_ELEMENT);
           return { index, name, location, components, step, values };
         }),
@@ -529,18 +532,18 @@ const CALLS = {
     engine.status(scratch, "shmf_set_count", engine.file, count);
     const sets = toNumber(engine.wasm.view().getBigUint64(count, true));
     return Array.from({ length: sets }, (_, i) => {
-      const told = engine.told(scratch, "shmf_get_set", "shmf_set", BigInt(i));
-      const members = toNumber(told.members);
+      const set = engine.told(scratch, "shmf_get_set", "shmf_set", BigInt(i));
+      const members = toNumber(set.members);
       const list = (Type, place, length) =>
         (place === 0 || length === 0 ? null : engine.wasm.copied(Type, place, length));
       return {
-        kind: SETS[told.kind],
-        id: isSafe(told.id) ? Number(told.id) : told.id,
-        name: engine.wasm.text(told.name),
-        numbers: narrowed(engine.wasm.copied(BigUint64Array, told.numbers, members)),
-        sides: told.sides === 0 ? null : engine.wasm.copied(Int32Array, told.sides, members),
-        blocks: list(Uint32Array, told.blocks, told.block_count),
-        factors: list(Float64Array, told.factors, toNumber(told.factor_count)),
+        kind: SETS[set.kind],
+        id: isSafe(set.id) ? Number(set.id) : set.id,
+        name: engine.wasm.text(set.name),
+        numbers: narrowed(engine.wasm.copied(BigUint64Array, set.numbers, members)),
+        sides: set.sides === 0 ? null : engine.wasm.copied(Int32Array, set.sides, members),
+        blocks: list(Uint32Array, set.blocks, set.block_count),
+        factors: list(Float64Array, set.factors, toNumber(set.factor_count)),
       };
     });
   },
@@ -550,14 +553,15 @@ const CALLS = {
     engine.status(scratch, "shmf_extra_count", engine.file, count);
     const extras = toNumber(engine.wasm.view().getBigUint64(count, true));
     return Array.from({ length: extras }, (_, i) => {
-      const told = engine.told(scratch, "shmf_get_extra", "shmf_extra", BigInt(i));
-      const Type = TYPES[told.type];
+      const extra = engine.told(scratch, "shmf_get_extra", "shmf_extra", BigInt(i));
+      const Type = TYPES[extra.type];
       return {
-        key: engine.wasm.text(told.key),
-        refers: REFERS[told.refers],
+        key: engine.wasm.text(extra.key),
+        refers: REFERS[extra.refers],
         shape: Array.from(
-          engine.wasm.copied(BigUint64Array, told.shape, told.dimensions), toNumber),
-        values: engine.wasm.copied(Type, told.data, toNumber(told.bytes) / Type.BYTES_PER_ELEMENT),
+          engine.wasm.copied(BigUint64Array, extra.shape, extra.dimensions), toNumber),
+        values: engine.wasm.copied(Type, extra.data,
+          toNumber(extra.bytes) / Type.BYTES_PER_ELEMENT),
       };
     });
   },
@@ -567,7 +571,7 @@ const CALLS = {
   },
 };
 
-/** Buffers that only `result` has, to be moved to another thread. */
+/** Returns the buffers of `result`, so that they can be moved to another thread. */
 export function buffersOf(result, buffers = []) {
   if (ArrayBuffer.isView(result)) buffers.push(result.buffer);
   else if (result !== null && typeof result === "object") {

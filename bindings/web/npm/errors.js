@@ -1,4 +1,4 @@
-/** Why a call failed. `message` is a sentence for people, the library's own where it has one. */
+/** Why a call failed. `message` is a sentence for people, from the library if it has one. */
 export class ShmError extends Error {
   /**
    * @param {string} status "io", "truncated", "corrupt", "unsupported", "over limit", "misuse",
@@ -16,7 +16,7 @@ export class ShmError extends Error {
   }
 }
 
-/** An error as a message between threads can carry it, and back. */
+/** Converts an error to an object that can be sent between threads, and back. */
 export function packed(error) {
   if (!(error instanceof ShmError)) {
     return { name: error?.name ?? "Error", message: String(error?.message ?? error) };
@@ -24,10 +24,10 @@ export function packed(error) {
   const { name, status, message, section, detail, offset } = error;
   return { name, status, message, section, detail, offset };
 }
-export function unpacked(told) {
-  if (told.name === "ShmError") return new ShmError(told.status, told.message, told);
+export function unpacked(data) {
+  if (data.name === "ShmError") return new ShmError(data.status, data.message, data);
   const kinds = { TypeError, RangeError };
-  const error = new (kinds[told.name] ?? Error)(told.message);
-  error.name = told.name;
+  const error = new (kinds[data.name] ?? Error)(data.message);
+  error.name = data.name;
   return error;
 }

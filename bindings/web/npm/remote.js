@@ -1,11 +1,11 @@
-// An Engine in a worker, by the same calls.
+// Remote: an Engine that runs in a worker, with the same calls.
 import { ShmError, unpacked } from "./errors.js";
 
 export class Remote {
-  /** Takes what Engine() takes. */
+  /** Takes the arguments of Engine(). */
   constructor(...open) {
     this.open = open;
-    this.calls = new Map(); // that are under way, the oldest first
+    this.calls = new Map(); // pending, the oldest first
     this.ids = 0;
     this.worker = null;
     this.ended = false;
@@ -35,10 +35,10 @@ export class Remote {
     }
   }
 
-  /** In Node.js a worker that has nothing to do keeps no program from its end. */
+  /** Starts a worker. In Node.js, an idle worker does not keep the program running. */
   async start() {
     let worker;
-    // Bundlers look for these very words.
+    // Bundlers recognize exactly these expressions.
     if (typeof Worker === "function") {
       worker = new Worker(new URL("./worker.js", import.meta.url), { type: "module" });
       worker.onmessage = ({ data }) => this.take(worker, data);
@@ -59,7 +59,7 @@ export class Remote {
       const worker = await this.worker;
       worker?.ref?.();
       worker?.postMessage(message);
-    } catch (cause) { // a policy of the page may forbid it
+    } catch (cause) { // a policy of the page may forbid workers
       this.worker = null;
       const error = new ShmError("io", `the worker cannot be started: ${cause.message}`, { cause });
       this.calls.get(message.id)?.reject(error);
@@ -73,7 +73,8 @@ export class Remote {
     else call?.resolve(result);
   }
 
-  /** What decodes cannot be told: then it ends, and the other calls begin again in a new worker. */
+  /** Aborts a call. A running decoder cannot be interrupted: its worker is terminated, and the
+   *  other calls start again in a new worker. */
   abort(id, reason) {
     const isRunning = this.calls.keys().next().value === id;
     this.calls.get(id)?.reject(reason);
@@ -105,7 +106,7 @@ export class Remote {
     try {
       await (await worker)?.terminate();
     } catch {
-      // It never began.
+      // The worker was never started.
     }
   }
 

@@ -1,14 +1,15 @@
-/** Numbers of 64 bits are Numbers here; a file that has one above 2^53 is refused with a RangeError. */
+/** 64-bit integers are returned as Number. A file with a number above 2^53 is rejected with a
+ *  RangeError. */
 
-/** Why a call failed. `message` is a sentence for people, the library's own where it has one. */
+/** Why a call failed. `message` is a sentence for people, from the library if it has one. */
 export class ShmError extends Error {
   readonly status: "io" | "truncated" | "corrupt" | "unsupported" | "over limit" | "misuse"
     | "no memory" | "cancelled";
-  /** Part of the file, as "group 3, geometry", or "". */
+  /** Part of the file, such as "group 3, geometry"; or "". */
   readonly section: string;
-  /** One sentence, without file and place. */
+  /** One sentence, without the names of file and place. */
   readonly detail: string;
-  /** Bytes from the start of the file; null where that is not known. */
+  /** Offset from the start of the file in bytes; null if unknown. */
   readonly offset: number | null;
 }
 
@@ -16,23 +17,23 @@ export type ScalarType = "int8" | "uint8" | "int16" | "uint16" | "int32" | "uint
   | "uint64" | "float32" | "float64";
 export type Values = Int8Array | Uint8Array | Int16Array | Uint16Array | Int32Array | Uint32Array
   | BigInt64Array | BigUint64Array | Float32Array | Float64Array;
-/** Numbers of vertices or cells: 32 bits, and 64 where these do not do. */
+/** Numbers of vertices or cells: 32 bits if all of them fit, otherwise 64 bits. */
 export type Numbers = Uint32Array | BigUint64Array;
 
 export interface Run {
-  /** What is aborted rejects with the reason of the signal. A worker that decodes meanwhile is ended,
-   *  and other calls for the same file begin again in a new one. */
+  /** Aborting it rejects the call with the signal's reason. If a worker is decoding the call, it is
+   *  terminated; other calls for the same file start again in a new worker. */
   signal?: AbortSignal;
 }
 export interface LongRun extends Run {
-  /** Told now and then how much is done, from 0 to 1. */
+  /** Called regularly with the completed fraction, 0 to 1. */
   progress?: (done: number) => void;
 }
 
 export interface OpenOptions extends Run {
-  /** A hurt file, of which what is whole is wanted: what is lost is missing, values are NaN or 0. */
+  /** Opens a damaged file and reads its intact parts. Lost values are NaN or 0. */
   damaged?: boolean;
-  /** What a file may ask for; what is left out is the library's (shm/reader.h, ReadLimits). */
+  /** Limits on the resources that a file may demand. Defaults: see ReadLimits in shm/reader.h. */
   limits?: {
     maxArrays?: number;
     maxStaticComponents?: number;
@@ -49,19 +50,19 @@ export interface OpenOptions extends Run {
     maxCells?: number;
     maxDecodedBytes?: number;
   };
-  /** False: decodes in this thread. Else in a worker, where there are workers. */
+  /** false: decodes in this thread. Default: in a worker, if the platform has workers. */
   worker?: boolean;
-  /** Where shmformat.wasm is, or what is in it; else it is looked for beside the package. */
+  /** Location or contents of shmformat.wasm. Default: the file next to the package. */
   wasm?: string | URL | ArrayBuffer | ArrayBufferView | WebAssembly.Module;
 }
 
 /**
- * Opens a file: reads its end, its index and its schema, and no values. Of a URL what is wanted is
- * fetched by ranges; a server that gives none gives all of it, 256 MiB at most. What a call reads of
- * the file is in memory while it runs. Bytes are copied once and not borrowed. In Node.js a string
- * that is no URL is a path.
+ * Opens a file. Reads its end, its index and its schema, but no values. For a URL, only the needed
+ * ranges are fetched; a server without range requests sends the whole file, which is accepted up to
+ * 256 MiB. The bytes that a call reads stay in memory while it runs. Buffers are copied once, not
+ * borrowed. In Node.js, a string that is not a URL is a path.
  *
- * Errors: ShmError; TypeError of what is no file at all.
+ * Throws ShmError; TypeError if `source` is not one of these types.
  */
 export function open(
   source: ArrayBuffer | ArrayBufferView | Blob | URL | string,
@@ -69,12 +70,12 @@ export function open(
 ): Promise<Mesh | Archive>;
 
 export interface Block {
-  /** The source's own; need not be unique. A BigInt above 2^53. */
+  /** ID in the source file; need not be unique. BigInt if above 2^53. */
   readonly id: number | bigint;
   readonly name: string;
   readonly shape: "other" | "vertex" | "line" | "triangle" | "quad" | "polygon" | "tetrahedron"
     | "pyramid" | "wedge" | "hexahedron" | "polyhedron" | "faces";
-  /** 0: varies. */
+  /** 0: varies from cell to cell. */
   readonly nodesPerCell: number;
   readonly cells: number;
 }
@@ -82,65 +83,66 @@ export interface Block {
 export interface ArrayInfo {
   readonly index: number;
   readonly name: string;
-  /** "" for data; else what the source calls it, as "exodus:node_num_map". */
+  /** "" for field data; otherwise its role in the source format, such as "exodus:node_num_map". */
   readonly role: string;
   readonly location: "point" | "cell";
   readonly type: ScalarType;
   readonly components: number;
-  /** That have values: vertices, or cells of the blocks below. */
+  /** Number of elements with values: vertices, or cells of the blocks below. */
   readonly elements: number;
-  /** Cell data: indices of the blocks that have it; null: all have. */
+  /** For cell data: indices of the blocks that it covers; null: all. */
   readonly blocks: number[] | null;
-  /** 0: lossless; else the most that a value differs from its source. */
+  /** 0: lossless; otherwise the largest difference between a value and its source. */
   readonly error: number;
-  /** Time steps at which it has values, ascending; null: it has none, and values all the same. */
+  /** Time steps with values, ascending; null: a static array, with one set of values. */
   readonly steps: number[] | null;
 }
 
-/** One array that is wanted: by its index, or the first of its name (and location). */
+/** An array to read: by index, or the first with this name (and location). */
 export interface WantedArray {
   index?: number;
   name?: string;
   location?: "point" | "cell";
-  /** Needed where it has time steps. */
+  /** Required if the array has time steps. */
   step?: number;
-  /** Its own, or "float32" where that is "float64". */
+  /** Default: the type of the array. float64 arrays can also be read as "float32". */
   type?: ScalarType;
-  /** Cell data. False: an element for each cell that has values. Else one for each cell, NaN (integers:
-   *  0) where it has none. */
+  /** For cell data. false: values of the covered cells only. Default: values of all cells, with NaN
+   *  (0 for integers) in cells without values. */
   fill?: boolean;
 }
 
-/** Cells that meet every condition that is there, with their vertices. */
+/** Selects the cells that meet all given conditions, with their vertices. */
 export interface Selection {
-  /** By number, the end left out. */
+  /** Range of cell numbers, without the end. */
   cells?: [first: number, end: number];
   /** Indices of blocks. */
   blocks?: Iterable<number>;
-  /** One by one. */
+  /** Individual cell numbers. */
   numbers?: Iterable<number | bigint>;
-  /** Smallest x y z, largest x y z, of which a cell has a vertex. */
+  /** Smallest x y z, largest x y z. Selects cells with a vertex in this box. */
   box?: [number, number, number, number, number, number];
 }
 
 export interface Wanted extends LongRun {
-  /** True, as when it is left out: of the type that the file has. */
+  /** true (the default): in the type of the file. */
   points?: boolean | "float32" | "float64";
-  /** True when it is left out. */
+  /** Default: true. */
   cells?: boolean;
   arrays?: Iterable<WantedArray>;
-  /** Numbers of vertices and cells in the whole mesh. */
+  /** Whether to return the numbers of vertices and cells in the whole mesh. */
   numbers?: boolean;
-  /** All cells, and unused vertices, where it is left out. In a piece both are numbered anew. */
+  /** Default: all cells, and unused vertices. Selected vertices and cells are renumbered from 0. */
   select?: Selection;
 }
 
-/** Cells as VTK has them: cell i has the vertices connectivity[offsets[i]] to [offsets[i + 1]]. */
+/** Cells in the layout of VTK: the vertices of cell i are connectivity[offsets[i]] to
+ *  connectivity[offsets[i + 1] - 1]. */
 export interface Cells {
   readonly connectivity: Numbers;
-  /** cells + 1. */
+  /** Length: cells + 1. */
   readonly offsets: Numbers;
-  /** VTK's cell types. */
+  /** VTK cell types. */
   readonly types: Uint8Array;
   /** Index of the block of each cell. */
   readonly blocks: Uint32Array;
@@ -151,55 +153,55 @@ export interface ReadArray {
   readonly name: string;
   readonly location: "point" | "cell";
   readonly components: number;
-  /** null where it has no time steps. */
+  /** null for static arrays. */
   readonly step: number | null;
-  /** elements * components, components of one element together. */
+  /** Length: elements * components. The components of an element are adjacent. */
   readonly values: Values;
 }
 
-/** Every array has a buffer of its own, which is the caller's. */
+/** The arrays that read() returns. Each has a buffer of its own, which belongs to the caller. */
 export interface Arrays {
   readonly vertexCount: number;
   readonly cellCount: number;
-  /** 3 * vertices. */
+  /** Length: 3 * vertices. */
   readonly points?: Float32Array | Float64Array;
   readonly cells?: Cells;
-  /** In the order in which they were wanted. */
+  /** In the order of the request. */
   readonly arrays: ReadArray[];
   readonly vertexNumbers?: Numbers;
   readonly cellNumbers?: Numbers;
 }
 
 export interface WantedBoundary extends LongRun {
-  /** That are carried along. */
+  /** Arrays whose values on the boundary are returned. */
   arrays?: Iterable<Pick<WantedArray, "index" | "name" | "location" | "step">>;
-  /** Of these cells; of all where it is left out. */
+  /** Default: all cells. */
   select?: Selection;
-  /** What the surface, and the search for it, may take; 0: 4 GiB. */
+  /** Memory limit for the surface and the search for it, in bytes; 0: 4 GiB. */
   maxBytes?: number;
 }
 
-/** Face i has the points connectivity[offsets[i]] to [offsets[i + 1]], counter-clockwise seen from
- *  outside; 2 of a line, 1 of a vertex. */
+/** Surface of a mesh. The points of face i are connectivity[offsets[i]] to connectivity[offsets[i +
+ *  1] - 1], counter-clockwise when seen from outside; lines have 2 points, vertices 1. */
 export interface Boundary {
   readonly vertexCount: number;
   readonly faceCount: number;
-  /** Cells of which no face is known, as polyhedra. */
+  /** Number of cells whose faces are unknown, such as polyhedra. */
   readonly leftOut: number;
-  /** 3 * vertices: those that faces use. */
+  /** Points that the faces use. Length: 3 * vertices. */
   readonly points: Float32Array | Float64Array;
   readonly connectivity: Uint32Array;
-  /** faces + 1. */
+  /** Length: faces + 1. */
   readonly offsets: Numbers;
-  /** Of each vertex, in the whole mesh. */
+  /** Number of each vertex in the whole mesh. */
   readonly vertexNumbers: Numbers;
-  /** Of each face: its cell, in the whole mesh. */
+  /** Number of each face's cell in the whole mesh. */
   readonly cellNumbers: Numbers;
-  /** Index of the block of that. */
+  /** Block index of each face's cell. */
   readonly blocks: Uint32Array;
-  /** Which side of it, from 1, as Exodus counts; 0: the cell itself. */
+  /** Side of the cell, numbered from 1 as in Exodus; 0: the cell itself. */
   readonly sides: Uint32Array;
-  /** In the order in which they were wanted: an element for each vertex, or for each face. */
+  /** In the order of the request, with one element per vertex or per face. */
   readonly arrays: ReadArray[];
 }
 
@@ -208,28 +210,28 @@ export interface Segment {
   readonly cells: number;
   readonly firstVertex: number;
   readonly vertices: number;
-  /** In the file. */
+  /** Bytes in the file. */
   readonly bytes: number;
   /** Smallest x y z, largest x y z. */
   readonly box: number[];
 }
 
-/** A named group. Numbers are those of the whole mesh. */
+/** A named set. Numbers refer to the whole mesh. */
 export interface MeshSet {
   readonly kind: "node" | "side" | "element";
   readonly id: number | bigint;
   readonly name: string;
-  /** Vertices of node sets, cells of the others. */
+  /** Vertex numbers in node sets, cell numbers in other sets. */
   readonly numbers: Numbers;
-  /** Of side sets: which side of each cell, from 1, as Exodus counts. */
+  /** For side sets: the side of each cell, numbered from 1 as in Exodus. */
   readonly sides: Int32Array | null;
-  /** Of element sets: all cells of these blocks belong to it, too. */
+  /** For element sets: blocks whose cells all belong to the set as well. */
   readonly blocks: Uint32Array | null;
-  /** Distribution factors where they are not all 1. */
+  /** Distribution factors; null if all are 1. */
   readonly factors: Float64Array | null;
 }
 
-/** What the model has no word for. */
+/** A typed value with a key, for data that the other properties do not cover. */
 export interface Extra {
   readonly key: string;
   readonly refers: "nothing" | "vertices" | "cells";
@@ -237,7 +239,7 @@ export interface Extra {
   readonly values: Values;
 }
 
-/** An open mesh. Calls may overlap; they are done one after the other. */
+/** An open mesh. Calls may overlap; they run one after the other. */
 export interface Mesh {
   readonly vertexCount: number;
   readonly cellCount: number;
@@ -246,36 +248,36 @@ export interface Mesh {
   readonly segmentCount: number;
   readonly fileBytes: number;
   readonly coordinateType: "float32" | "float64";
-  /** 0: lossless; else the most that a coordinate differs from its source. */
+  /** 0: lossless; otherwise the largest difference between a coordinate and its source. */
   readonly coordinateError: number;
-  /** "keep": vertices and cells have the numbers that they had. */
+  /** "keep": vertices and cells have the numbers of the source. */
   readonly order: "keep" | "stream" | "free";
   /** "exodus", "vtk", "gmsh", ..., or "". */
   readonly sourceFormat: string;
   readonly blocks: Block[];
   readonly arrays: ArrayInfo[];
-  /** Of the time steps; empty where the file does not say. */
+  /** Times of the time steps; empty if the file has none. */
   readonly times: number[];
 
-  /** Points, cells and arrays: what is not wanted is neither fetched nor decoded. */
+  /** Reads points, cells and arrays. Only the requested data is fetched and decoded. */
   read(wanted?: Wanted): Promise<Arrays>;
-  /** What is seen from outside: the sides that one volume cell alone has, and cells of fewer dimensions
-   *  themselves. In one pass; memory follows the active surface and what is found. */
+  /** Finds the boundary: sides that belong to a single volume cell, and cells of lower dimension
+   *  themselves. One pass over the cells; memory grows with the active surface and the boundary. */
   boundary(wanted?: WantedBoundary): Promise<Boundary>;
-  /** Runs of cells that can be decoded alone. */
+  /** Runs of cells that can be decoded independently. */
   segments(run?: Run): Promise<Segment[]>;
   sets(run?: Run): Promise<MeshSet[]>;
   extras(run?: Run): Promise<Extra[]>;
-  /** Decodes everything once and keeps nothing; rejects where anything is wrong. */
+  /** Decodes the whole file, without keeping anything. Rejects if anything is wrong. */
   verify(run?: LongRun): Promise<void>;
-  /** Calls that are under way reject. Arrays that were read stay. */
+  /** Rejects the pending calls. Arrays that were read stay valid. */
   close(): Promise<void>;
 }
 
-/** Several files in one. */
+/** A file that contains several files. */
 export interface Archive {
-  /** Their names. */
+  /** Names of the files. */
   readonly members: string[];
-  /** Opens one, which is closed by itself. */
+  /** Opens a member. Close it by its own close(). */
   open(name: string, run?: Run): Promise<Mesh>;
 }

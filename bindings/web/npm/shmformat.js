@@ -1,5 +1,5 @@
-// The package: opens .shm files and reads them, in a worker where there are workers. What functions
-// take and give is told in shmformat.d.ts.
+// The package: opens .shm files and reads them, in a worker if the platform has workers.
+// shmformat.d.ts documents the functions.
 import { Engine } from "./engine.js";
 import { ShmError } from "./errors.js";
 import { Remote } from "./remote.js";
@@ -8,7 +8,7 @@ export { ShmError };
 
 let compiled;
 
-/** The decoder, compiled once: from the file beside this one, or from `wasm`. */
+/** Returns the compiled decoder: from `wasm`, or compiled once from the file next to this module. */
 function moduleOf(wasm) {
   if (wasm instanceof WebAssembly.Module) return wasm;
   if (wasm instanceof ArrayBuffer || ArrayBuffer.isView(wasm)) return WebAssembly.compile(wasm);
@@ -27,7 +27,7 @@ async function compiledFrom(url) {
   }
   const answer = await fetch(url);
   if (!answer.ok) throw new ShmError("io", `${url}: the server answers ${answer.status}`);
-  // Not every server knows the type that compileStreaming() wants.
+  // compileStreaming() would need a MIME type that not every server sends.
   return WebAssembly.compile(await answer.arrayBuffer());
 }
 
@@ -35,7 +35,7 @@ function urlOf(source) {
   return source instanceof URL ? source : new URL(source, globalThis.location?.href);
 }
 
-/** What a worker can be told: a URL that is whole, or a Blob. */
+/** Converts a source to a value that can be sent to a worker: an absolute URL, or a Blob. */
 async function sourceOf(source) {
   if (source instanceof Blob) return source;
   if (source instanceof ArrayBuffer || ArrayBuffer.isView(source)) return new Blob([source]);
@@ -49,12 +49,12 @@ async function sourceOf(source) {
   return pathToFileURL(source).href;
 }
 
-/** An open mesh: what it holds, and calls that read it. */
+/** An open mesh: its properties, and calls that read it. */
 class Mesh {
   #engine;
-  constructor(engine, told) {
+  constructor(engine, info) {
     this.#engine = engine;
-    Object.assign(this, told);
+    Object.assign(this, info);
   }
 
   read({ signal, progress, ...wanted } = {}) {
@@ -81,7 +81,7 @@ class Mesh {
   }
 }
 
-/** An archive: the names of its files. */
+/** An archive: the names of its files, and a call that opens one of them. */
 class Archive {
   #open;
   constructor(open, members) {
@@ -101,10 +101,10 @@ async function opened(open, signal) {
   const [, , { worker = Remote.canBe() }] = open;
   const engine = worker ? new Remote(...open) : new Engine(...open);
   try {
-    const told = await engine.call("describe", undefined, { signal });
-    if (told.archive === undefined) return new Mesh(engine, told);
+    const info = await engine.call("describe", undefined, { signal });
+    if (info.archive === undefined) return new Mesh(engine, info);
     await engine.end();
-    return new Archive(open, told.archive);
+    return new Archive(open, info.archive);
   } catch (error) {
     await engine.end();
     throw error;

@@ -1,25 +1,27 @@
-// Bytes that are somewhere else: parts of a Blob, ranges of a URL. WebAssembly cannot wait for them.
-// So what is not here yet makes the decoder's call fail, is fetched, and the call is made again; the
-// library tells most ranges before it reads the first of them, so that this happens a few times.
+// Sources: bytes of a Blob, a file or a URL, fetched on demand. WebAssembly cannot wait for a
+// fetch. So a decoder call that needs missing bytes fails; the bytes are fetched, and the call is
+// made again. The library announces most ranges before it reads the first of them, so only a few
+// repetitions are needed.
 import { ShmError } from "./errors.js";
 
-const FRONT = 1 << 12; // bytes that are fetched first: what the file is, and its schema as a rule
-// guess: bytes that are fetched with one that nobody told of, of a server's file the index as a
-// rule; near: ranges that are not so far apart are fetched as one. What is here costs little, and
-// each fetch a call that is made again.
+// bytes fetched first: they identify the file, and usually contain its schema
+const FRONT = 1 << 12;
+// guess: bytes fetched around a missing byte in a range that was not announced; at the end of a
+// file on a server, they usually contain the index. near: ranges closer than this are fetched as
+// one. Local bytes are cheap, but each fetch repeats a call.
 const FAR = { guess: 1 << 14, near: 1 << 11 };
 const HERE = { guess: 1 << 20, near: 1 << 16 };
-const NEAR_OF_MANY = 1 << 16; // near, where there would be many ranges
+const NEAR_OF_MANY = 1 << 16; // `near` if there would be many ranges
 const MANY = 24;
 const MOST_AT_ONCE = 6; // requests
-const MOST_KEPT = 64 << 20; // bytes that stay from one call to the next
-const MOST_WHOLE = 256 << 20; // bytes of a file on a server that gives no ranges
-const MOST_GUESSED = 16 << 20; // bytes that are fetched at once though nobody told of them
+const MOST_KEPT = 64 << 20; // bytes kept from one call to the next
+const MOST_WHOLE = 256 << 20; // largest file that is fetched from a server without range requests
+const MOST_GUESSED = 16 << 20; // largest guess
 
-/** What every .shm file begins with. */
+/** Every .shm file begins with these bytes. */
 const SIGNATURE = [0x89, 0x53, 0x48, 0x4d, 0x0d, 0x0a, 0x1a, 0x0a];
 
-/** A range of bytes: [first, behind the last]. */
+/** A range of bytes is [first, end], without the byte at end. */
 
 class BlobBytes {
   constructor(blob) {
@@ -43,7 +45,7 @@ class BlobBytes {
   async close() {}
 }
 
-/** A file on the disk of the machine that runs Node.js. */
+/** A file on disk, in Node.js. */
 class FileBytes {
   static async open(url) {
     const { open } = await import("node:fs/promises");
@@ -60,10 +62,10 @@ class FileBytes {
 
   async fetch([first, end], signal) {
     const bytes = new Uint8Array(end - first);
-    for (let at = 0; at < bytes.length;) {
-      const { bytesRead } = await this.handle.read(bytes, at, bytes.length - at, first + at);
+    for (let done = 0; done < bytes.length;) {
+      const { bytesRead } = await this.handle.read(bytes, done, bytes.length - done, first + done);
       if (bytesRead === 0) throw new ShmError("io", `${this.name}: is shorter than it was`);
-      at += bytesRead;
+      done += bytesRead;
     }
     signal?.throwIfAborted();
     return bytes;
@@ -74,8 +76,9 @@ class FileBytes {
   }
 }
 
-/** A file on a server. The first request fetches its front, and tells its size; where there are no
- *  ranges it fetches all. A file of another kind is refused by its front, unless `isDamaged`. */
+/** A file on a server. The first request fetches its beginning and reports its size; a server
+ *  without range requests returns the whole file. Unless `isDamaged`, a file whose first bytes are
+ *  not those of a .shm file is rejected. */
 class UrlBytes {
   static async open(url, isDamaged, signal) {
     const file = new UrlBytes();
@@ -100,14 +103,15 @@ class UrlBytes {
     return file;
   }
 
-  /** Of several origins a server may not let pages see Content-Range: then HEAD tells. */
+  /** Returns the size of the file. A server of another origin may hide Content-Range; then HEAD is
+   *  used. */
   async total(answer, signal) {
-    const told = /^bytes (\d+)-(\d+)\/(\d+)$/.exec(answer.headers.get("Content-Range") ?? "");
-    if (told !== null) {
-      if (Number(told[1]) !== 0 || Number(told[2]) + 1 !== this.front.length) {
+    const range = /^bytes (\d+)-(\d+)\/(\d+)$/.exec(answer.headers.get("Content-Range") ?? "");
+    if (range !== null) {
+      if (Number(range[1]) !== 0 || Number(range[2]) + 1 !== this.front.length) {
         throw this.otherBytes();
       }
-      return Number(told[3]);
+      return Number(range[3]);
     }
     if (answer.headers.has("Content-Range")) throw this.otherBytes();
     if (this.front.length < FRONT) return this.front.length;
@@ -122,7 +126,7 @@ class UrlBytes {
   error(sentence, { status = "io", cause } = {}) {
     return new ShmError(status, `${this.name}: ${sentence}`, { detail: sentence, cause });
   }
-  /** Throws unless an answer has a range in it. */
+  /** Throws unless an answer contains a range. */
   async expect(answer) {
     const { status } = answer;
     if (status === 206) return;
@@ -135,12 +139,13 @@ class UrlBytes {
     }
     throw this.error(`the server answers ${status}`);
   }
-  /** Browsers tell a page no more of a server of another origin. */
+  /** Returns an error for a failed connection. Browsers give pages no details about servers of
+   *  other origins. */
   failed(cause) {
     const { origin } = globalThis.location ?? {};
     const isOther = origin !== undefined && origin !== new URL(this.url).origin;
     return this.error(`the connection failed: ${cause.cause?.message ?? cause.message}`
-      + (isOther ? ", or the server lets no page of another origin have the file (CORS)" : ""),
+      + (isOther ? ", or the server does not allow pages of other origins to read the file (CORS)" : ""),
     { cause });
   }
   otherBytes() {
@@ -162,7 +167,7 @@ class UrlBytes {
     return this.ask({ headers: { Range: `bytes=${first}-${end - 1}` } }, signal);
   }
 
-  /** Of a body that is longer than `most` no more is read; nor where check(its first bytes)
+  /** Reads a body. Stops with an error if it is longer than `most`, or if check(its first bytes)
    *  throws. */
   async body(answer, most, signal, check) {
     const pieces = [];
@@ -174,7 +179,7 @@ class UrlBytes {
         length += piece.value.length;
         if (length > most) {
           throw answer.status === 206 ? this.otherBytes() : this.error(
-            `the server gives no ranges of files, and this one has more than ${most} bytes`);
+            `the server answers no range requests, and this file has more than ${most} bytes`);
         }
         pieces.push(piece.value);
       }
@@ -187,10 +192,10 @@ class UrlBytes {
       throw this.failed(cause);
     }
     const bytes = new Uint8Array(length);
-    let at = 0;
+    let position = 0;
     for (const piece of pieces) {
-      bytes.set(piece, at);
-      at += piece.length;
+      bytes.set(piece, position);
+      position += piece.length;
     }
     return bytes;
   }
@@ -205,7 +210,7 @@ class UrlBytes {
     }
     if (answer.status === 200) {
       await answer.body?.cancel();
-      throw this.error("the server gives no ranges of files any more");
+      throw this.error("the server no longer answers range requests");
     }
     await this.expect(answer);
     const range = answer.headers.get("Content-Range");
@@ -220,14 +225,14 @@ class UrlBytes {
   async close() {}
 }
 
-/** What a source is, as the bytes that can be fetched of it. */
+/** Opens a source as an object that fetches its bytes. */
 function opened(source, isDamaged, signal) {
   if (typeof source !== "string") return new BlobBytes(source);
   const url = new URL(source);
   return url.protocol === "file:" ? FileBytes.open(url) : UrlBytes.open(url, isDamaged, signal);
 }
 
-/** Pieces of bytes by their place, ascending and apart; the oldest are dropped first. */
+/** Fetched pieces in ascending order, without overlaps; the oldest are dropped first. */
 class Pieces {
   constructor() {
     this.pieces = []; // {first, end, bytes, age}
@@ -235,27 +240,27 @@ class Pieces {
     this.age = 0;
   }
 
-  /** The first piece that ends behind `at`. */
-  find(at) {
+  /** Returns the index of the first piece that ends after `position`. */
+  find(position) {
     let low = 0;
     let high = this.pieces.length;
     while (low < high) {
       const middle = (low + high) >> 1;
-      if (this.pieces[middle].end > at) high = middle;
+      if (this.pieces[middle].end > position) high = middle;
       else low = middle + 1;
     }
     return low;
   }
 
-  /** What of a range is not here. */
+  /** Returns the missing parts of a range. */
   gaps(first, end) {
     const gaps = [];
-    let at = first;
+    let position = first;
     for (let i = this.find(first); i < this.pieces.length && this.pieces[i].first < end; ++i) {
-      if (this.pieces[i].first > at) gaps.push([at, this.pieces[i].first]);
-      at = this.pieces[i].end;
+      if (this.pieces[i].first > position) gaps.push([position, this.pieces[i].first]);
+      position = this.pieces[i].end;
     }
-    if (at < end) gaps.push([at, end]);
+    if (position < end) gaps.push([position, end]);
     return gaps;
   }
 
@@ -265,14 +270,14 @@ class Pieces {
     this.bytes += bytes.length;
   }
 
-  /** Fills `into` with bytes that are all here. */
+  /** Fills `into` with bytes, all of which must have been fetched. */
   copy(first, into) {
-    let at = first;
-    for (let i = this.find(first); at < first + into.length; ++i) {
+    let position = first;
+    for (let i = this.find(first); position < first + into.length; ++i) {
       const piece = this.pieces[i];
       const end = Math.min(piece.end, first + into.length);
-      into.set(piece.bytes.subarray(at - piece.first, end - piece.first), at - first);
-      at = end;
+      into.set(piece.bytes.subarray(position - piece.first, end - piece.first), position - first);
+      position = end;
     }
   }
 
@@ -286,29 +291,29 @@ class Pieces {
   }
 }
 
-/** A file whose bytes are read where they are here, and fetched between calls where they are not. */
+/** A file whose fetched bytes can be read, and whose missing bytes are fetched between calls. */
 export class Source {
-  /** `isDamaged`: what may be a .shm file is taken as one. */
+  /** Opens a source. `isDamaged`: the signature is not checked. */
   static async open(source, isDamaged, signal) {
-    const it = new Source();
-    it.from = await opened(source, isDamaged, signal);
-    it.size = it.from.size;
-    it.name = it.from.name;
-    it.reach = it.from instanceof UrlBytes ? FAR : HERE;
-    it.kept = new Pieces();
-    if (it.from.front !== undefined) it.kept.add(0, it.from.front);
-    it.told = [];
-    it.missing = null; // the range that the last call wanted and did not get
-    it.misses = 0;
-    return it;
+    const file = new Source();
+    file.from = await opened(source, isDamaged, signal);
+    file.size = file.from.size;
+    file.name = file.from.name;
+    file.reach = file.from instanceof UrlBytes ? FAR : HERE;
+    file.kept = new Pieces();
+    if (file.from.front !== undefined) file.kept.add(0, file.from.front);
+    file.told = [];
+    file.missing = null; // the first range that the last call needed and did not get
+    file.misses = 0;
+    return file;
   }
 
-  /** What will be read next: [{offset, bytes}]. */
+  /** Announces ranges that will be read next: [{offset, bytes}]. */
   tell(ranges) {
     for (const { offset, bytes } of ranges) this.told.push([offset, offset + bytes]);
   }
 
-  /** Fills `into`, or remembers what is missing; whether it was filled. */
+  /** Fills `into` and returns true, or notes the missing range and returns false. */
   read(offset, into) {
     if (this.kept.gaps(offset, offset + into.length).length > 0) {
       this.missing ??= [offset, offset + into.length];
@@ -323,10 +328,10 @@ export class Source {
     this.missing = null;
   }
 
-  /** Fetches what was missing, with what it will be read with. */
+  /** Fetches the missing bytes, together with the announced ranges if these contain them. */
   async fetchMissing(signal) {
     const [first, end] = this.missing;
-    // What is read at once may have been told of in parts.
+    // One read may cover several announced ranges.
     const isTold = Source.merged(this.told, 0).some(([from, to]) => from <= first && end <= to);
     const wanted = isTold ? this.told : [this.guessed(first, end)];
     const gaps = wanted.flatMap(([from, to]) => this.kept.gaps(from, to));
@@ -337,7 +342,7 @@ export class Source {
     const fetchSome = async () => {
       for (const [from, to] of next) {
         const bytes = await this.from.fetch([from, to], signal);
-        // Between gaps there may be what is here already.
+        // A run may include pieces between the gaps that are here already.
         for (const [first, end] of this.kept.gaps(from, to)) {
           this.kept.add(first, bytes.subarray(first - from, end - from));
         }
@@ -348,14 +353,15 @@ export class Source {
     for (const one of done) if (one.status === "rejected") throw one.reason;
   }
 
-  /** More than was asked for, and the more the oftener: what is beside will be read, too. */
+  /** Returns a range larger than the missing one, doubling with each miss: nearby bytes are likely
+   *  to be read next. */
   guessed(first, end) {
     const least = Math.min(MOST_GUESSED, this.reach.guess * 2 ** this.misses++);
     const to = Math.min(this.size, Math.max(end, first + least));
     return [Math.max(0, Math.min(first, to - least)), to];
   }
 
-  /** Those of a list that are closer than `near` as one, ascending. */
+  /** Merges ranges that are closer than `near`; returns them in ascending order. */
   static merged(ranges, near) {
     const runs = [];
     for (const [first, end] of [...ranges].sort((a, b) => a[0] - b[0])) {
@@ -366,7 +372,7 @@ export class Source {
     return runs;
   }
 
-  /** After a call: most of what was fetched may go. */
+  /** Ends a call: drops all but the most recently fetched bytes. */
   end() {
     this.begin();
     this.misses = 0;

@@ -1,9 +1,9 @@
-// The structs of shmformat.h as they lie in the memory of WebAssembly: sizes and pointers have 32
-// bits, and every member is aligned for its type. web_test.py compares them with the header.
+// Layout of the structs of shmformat.h in WebAssembly memory: sizes and pointers have 32 bits, and
+// every member is aligned to its size. web_test.py compares the layout with the header.
 
 const SIZES = { i32: 4, u32: 4, i64: 8, u64: 8, f64: 8, pointer: 4, char: 1 };
 
-/** Members as "type name", or "type[count] name" for arrays. */
+/** Computes the layout of a struct. Members are "type name", or "type[count] name" for arrays. */
 function layout(...members) {
   const fields = {};
   let end = 0;
@@ -61,14 +61,14 @@ export const LAYOUTS = {
     "pointer array_values", "pointer array_bytes", "i32 coordinate_type", "i32 reserved"),
 };
 
-/** A number of 64 bits as a Number: counts and offsets that files of this world have. */
+/** Converts a 64-bit integer to a Number. Throws RangeError above 2^53. */
 export function toNumber(big) {
   if (big > BigInt(Number.MAX_SAFE_INTEGER)) throw new RangeError(`${big} is more than 2^53`);
   return Number(big);
 }
 
-/** Members of the struct at `at`. Numbers of 64 bits are BigInts, arrays plain Arrays of numbers. */
-export function readStruct(view, name, at) {
+/** Returns the members of the struct at `address`: 64-bit integers as BigInt, arrays as Array. */
+export function readStruct(view, name, address) {
   const read = (type, place) => {
     switch (type) {
       case "i32": return view.getInt32(place, true);
@@ -82,19 +82,20 @@ export function readStruct(view, name, at) {
   const struct = {};
   for (const [member, { type, offset, count }] of Object.entries(LAYOUTS[name].fields)) {
     if (count === 0) {
-      struct[member] = read(type, at + offset);
+      struct[member] = read(type, address + offset);
     } else {
       struct[member] = Array.from({ length: count },
-        (_, i) => read(type, at + offset + i * SIZES[type]));
+        (_, i) => read(type, address + offset + i * SIZES[type]));
     }
   }
   return struct;
 }
 
-/** Writes `values` by member into the struct at `at`, its size, and 0 for all else. */
-export function writeStruct(view, name, at, values = {}) {
+/** Writes `values` to the members of the struct at `address`, its size to struct_size, and 0 to the
+ *  other members. */
+export function writeStruct(view, name, address, values = {}) {
   const { fields, bytes } = LAYOUTS[name];
-  for (let i = 0; i < bytes; ++i) view.setUint8(at + i, 0);
+  for (let i = 0; i < bytes; ++i) view.setUint8(address + i, 0);
   const write = (type, place, value) => {
     switch (type) {
       case "i32": return view.setInt32(place, value, true);
@@ -105,10 +106,10 @@ export function writeStruct(view, name, at, values = {}) {
       default: return view.setUint32(place, value, true);
     }
   };
-  if (fields.struct_size !== undefined) view.setUint32(at, bytes, true);
+  if (fields.struct_size !== undefined) view.setUint32(address, bytes, true);
   for (const [member, value] of Object.entries(values)) {
     const { type, offset, count } = fields[member];
-    if (count === 0) write(type, at + offset, value);
-    else value.forEach((one, i) => write(type, at + offset + i * SIZES[type], one));
+    if (count === 0) write(type, address + offset, value);
+    else value.forEach((one, i) => write(type, address + offset + i * SIZES[type], one));
   }
 }

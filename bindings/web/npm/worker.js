@@ -1,6 +1,6 @@
-// An Engine in a thread of its own, in browsers and in Node.js. In: {open: [module, source,
-// options]}, then {id, name, argument, watched} for a call and {dropped: id} for one that nobody
-// waits for any more. Out: {id, result}, {id, error} or {id, progress}.
+// Runs an Engine in its own thread, in browsers and in Node.js. Receives {open: [module, source,
+// options]}, then {id, name, argument, watched} for each call, and {dropped: id} if the caller no
+// longer waits for a call. Sends {id, result}, {id, error} or {id, progress}.
 import { Engine, buffersOf } from "./engine.js";
 import { packed } from "./errors.js";
 

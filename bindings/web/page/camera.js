@@ -1,11 +1,11 @@
-// Camera: from where one looks at a mesh, by parallel rays. Coordinates are those of a Frame: from
-// the middle of the mesh, -1..1 along its largest side; z is up. Cameras are not changed: each
-// function gives another one.
+// Camera: a parallel projection of the mesh. Coordinates are those of a frame (surface.js):
+// relative to the middle of the mesh, -1..1 along its largest side; z is up. Cameras are immutable:
+// each function returns a new one.
 
-/** From which one looks where nobody says it: from the right, from before, and from above. */
+/** Default direction of view: from the right, the front, and above. */
 export const USUAL_VIEW = [1, -2, 1];
 
-/** Most and least that one may come near: times that the fitted mesh is enlarged. */
+/** Limits of the zoom, relative to the fitted mesh. */
 const MOST_ZOOM = 1e5;
 const LEAST_ZOOM = 0.05;
 
@@ -13,17 +13,17 @@ const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2],
   a[0] * b[1] - a[1] * b[0]];
 
-/** The camera that looks from the direction `view`, which is not 0, at the middle of the frame.
- *  `lift`: how far above the middle of the picture the target is, in halves of its smaller side. */
+/** Returns a camera that looks from direction `view`, which is not 0, at the middle of the frame.
+ *  lift: offset of the target above the middle of the picture, in halves of its smaller side. */
 export function cameraFrom(view) {
   const across = Math.hypot(view[0], view[1]);
   const high = Math.atan2(view[2], across);
-  // From above and from below y is up.
+  // For views from above and below, y is up.
   const round = across < 1e-3 * Math.abs(view[2]) ? -Math.PI / 2 : Math.atan2(view[1], view[0]);
   return { round, high, zoom: 1, scale: 1, lift: 0, target: [0, 0, 0] };
 }
 
-/** Of length 1 and at right angles: to the right, up, and to who looks. */
+/** Returns unit vectors at right angles: to the right, up, and towards the viewer. */
 export function axesOf({ round, high }) {
   const view = [Math.cos(high) * Math.cos(round), Math.cos(high) * Math.sin(round),
     Math.sin(high)];
@@ -31,7 +31,7 @@ export function axesOf({ round, high }) {
   return { right, up: cross(view, right), view };
 }
 
-/** Turned by angles: round the mesh, and up, no further than straight above and below. */
+/** Rotates by angles: around the mesh, and up, at most to straight above or below. */
 export function turned(camera, round, high) {
   const most = Math.PI / 2;
   return { ...camera,
@@ -39,17 +39,17 @@ export function turned(camera, round, high) {
     high: Math.min(Math.max(camera.high + high, -most), most) };
 }
 
-/** Moved by so much of half the smaller side of the picture: to the right, and up. */
+/** Moves by fractions of half the smaller side of the picture: to the right, and up. */
 export function moved(camera, across, upwards) {
   const { right, up } = axesOf(camera);
   const size = 1 / (camera.scale * camera.zoom);
-  const most = 10; // further off nothing is found again
+  const most = 10; // a mesh further off would be lost
   return { ...camera,
-    target: camera.target.map((at, i) =>
-      Math.min(Math.max(at - size * (across * right[i] + upwards * up[i]), -most), most)) };
+    target: camera.target.map((coordinate, i) =>
+      Math.min(Math.max(coordinate - size * (across * right[i] + upwards * up[i]), -most), most)) };
 }
 
-/** Enlarged; what is at (across, upwards) of the picture, as moved() has it, stays there. */
+/** Zooms. The point at (across, upwards), in the units of moved(), stays in place. */
 export function zoomed(camera, times, across = 0, upwards = 0) {
   const zoom = Math.min(Math.max(camera.zoom * times, LEAST_ZOOM), MOST_ZOOM);
   const real = zoom / camera.zoom;
@@ -58,9 +58,8 @@ export function zoomed(camera, times, across = 0, upwards = 0) {
   return { ...near, zoom };
 }
 
-/** Fitted: a box {least, most} of the frame's coordinates as large as the picture lets it be.
- *  `aspect`: width by height; `below`: which share of the height, from its lower side, is for
- *  something else. */
+/** Fits a box {least, most} of frame coordinates into the picture. `aspect`: width divided by
+ *  height. `below`: share of the height at the lower side that is reserved. */
 export function fitted(camera, { least, most }, aspect, below = 0) {
   const { right, up } = axesOf(camera);
   const half = most.map((to, i) => (to - least[i]) / 2);
@@ -72,21 +71,22 @@ export function fitted(camera, { least, most }, aspect, below = 0) {
     target: most.map((to, i) => (to + least[i]) / 2) };
 }
 
-/** What takes coordinates of the frame to those of WebGL, column by column. */
+/** Returns the matrix from frame coordinates to WebGL's clip coordinates, in column-major order. */
 export function matrixOf(camera, aspect) {
   const { right, up, view } = axesOf(camera);
   const size = camera.scale * camera.zoom;
   const [wide, tall] = aspect >= 1 ? [aspect, 1] : [1, 1 / aspect];
   const rows = [right.map((part) => part * size / wide), up.map((part) => part * size / tall),
-    view.map((part) => -part / 4)]; // no mesh is deeper: 2 sqrt(3), and what clamps let through
-  const at = rows.map((row) => -dot(row, camera.target));
-  at[1] += camera.lift / tall;
-  // Depth does not follow the target: what is there stays between before and behind.
-  at[2] = 0;
+    // deep enough: a mesh extends over 2 sqrt(3), plus the clamping of inFrame()
+    view.map((part) => -part / 4)];
+  const shift = rows.map((row) => -dot(row, camera.target));
+  shift[1] += camera.lift / tall;
+  // Depth does not depend on the target, so that the whole mesh stays in the depth range.
+  shift[2] = 0;
   return new Float32Array([0, 1, 2].flatMap((c) => [rows[0][c], rows[1][c], rows[2][c], 0])
-    .concat(at, 1));
+    .concat(shift, 1));
 }
 
-/** Directions of keys: from each side of the mesh. */
+/** Directions of view by key: from each side of the mesh. */
 export const SIDES = { 1: [1, 0, 0], 2: [-1, 0, 0], 3: [0, 1, 0], 4: [0, -1, 0], 5: [0, 0, 1],
   6: [0, 0, -1], 7: USUAL_VIEW };

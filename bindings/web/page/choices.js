@@ -1,8 +1,8 @@
-// Choices: what there is to choose of a mesh, and what is asked of the package for what was chosen.
+// Choices: the options that a mesh offers, and the requests to the package for the chosen options.
 
-/** What can be shown by colours: arrays of data; those of cells that share a name, components and
- *  steps, each on blocks of its own, as one. [{label, name, location, components, steps, parts}],
- *  parts: the arrays by index. */
+/** Returns the arrays that can be shown as colours: field data. Cell arrays on different blocks
+ *  that share name, components and steps count as one. [{label, name, location, components, steps,
+ *  parts}], parts: indices of the arrays. */
 export function colourings(arrays) {
   const found = new Map();
   for (const array of arrays) {
@@ -20,7 +20,7 @@ export function colourings(arrays) {
   return [...found.values()];
 }
 
-/** The place of the step of another array in the steps of this one: the last that is not later. */
+/** Returns the index, in `steps`, of the last step that is not later than `step`. */
 export function nearStep(steps, step) {
   let place = 0;
   while (place + 1 < steps.length && steps[place + 1] <= step) ++place;
@@ -28,9 +28,10 @@ export function nearStep(steps, step) {
 }
 
 /**
- * Which cells are shown, as the package takes it; undefined: all.
- * chosen: hidden, a Set of indices of blocks; segment, one of segments() or null; clip, {axis,
- * from, sign} or null: cells with a vertex where sign * coordinate <= sign * from.
+ * Returns the selection of the shown cells for the package; undefined: all.
+ *
+ * chosen: hidden, a Set of block indices; segment, an element of segments() or null; clip, {axis,
+ * from, sign} or null: shows cells with a vertex at sign * coordinate <= sign * from.
  */
 export function selection({ hidden, segment, clip }, blockCount) {
   const select = {};
@@ -40,7 +41,7 @@ export function selection({ hidden, segment, clip }, blockCount) {
       .filter((i) => !hidden.has(i));
   }
   if (clip !== null) {
-    // Infinity is no coordinate; the largest number is none that a mesh needs.
+    // Boxes must be finite; no mesh needs coordinates this large.
     const box = [...Array(3).fill(-Number.MAX_VALUE), ...Array(3).fill(Number.MAX_VALUE)];
     box[clip.axis + (clip.sign > 0 ? 3 : 0)] = clip.from;
     select.box = box;
@@ -48,7 +49,8 @@ export function selection({ hidden, segment, clip }, blockCount) {
   return Object.keys(select).length === 0 ? undefined : select;
 }
 
-/** What of the address the page goes by: ?url= of a file on a server, segment= of one. */
+/** Returns the parameters of the page's address: ?url= of a file on a server, segment= of a
+ *  segment. */
 export function wantedOf(search, base) {
   const parameters = new URLSearchParams(search);
   const given = parameters.get("url");
@@ -59,7 +61,7 @@ export function wantedOf(search, base) {
   try {
     url = new URL(given, base);
   } catch {
-    throw new Error(`${given}: is no address`);
+    throw new Error(`${given}: is not a valid address`);
   }
   if (url.protocol !== "http:" && url.protocol !== "https:") {
     throw new Error(`${url.href}: only http and https addresses are fetched`);

@@ -1,5 +1,5 @@
-// What is shown in which colour: the colours of `shm preview` (converters/picture/colours.cpp), bit
-// by bit. A colour is [red, green, blue], each 0..255.
+// The colours of `shm preview` (converters/picture/colours.cpp), bit by bit. A colour is [red,
+// green, blue], each 0..255.
 
 // The palette of M. Okabe and K. Ito without its black, blue first.
 const HUES = [[86, 180, 233], [230, 159, 0], [0, 158, 115], [240, 228, 66], [204, 121, 167],
@@ -8,22 +8,22 @@ const HUES = [[86, 180, 233], [230, 159, 0], [0, 158, 115], [240, 228, 66], [204
 // Every seventeenth colour of viridis (N. Smith, S. van der Walt; CC0).
 const VALUES = ["440154", "481a6c", "472f7d", "414487", "39568c", "31688e", "2a788e", "23888e",
   "1f988b", "22a884", "35b779", "54c568", "7ad151", "a5db36", "d2e21b", "fde725"].map((digits) =>
-  [0, 2, 4].map((at) => Number.parseInt(digits.slice(at, at + 2), 16)));
-const STEPS = 17; // from one to the next
+  [0, 2, 4].map((index) => Number.parseInt(digits.slice(index, index + 2), 16)));
+const STEPS = 17; // interpolation steps from one colour to the next
 
-/** Of what has no value. */
+/** Colour of elements without a value. */
 export const NO_VALUE = [150, 150, 150];
 
-/** `part` of `of` from `a` to `b`. */
+/** Interpolates from `a` to `b`: at `part` of `of` steps. */
 function between(a, b, part, of) {
   const half = Math.floor(of / 2);
   return a.map((from, i) => Math.floor((from * (of - part) + b[i] * part + half) / of));
 }
 
-/** After so many blocks colours come again. */
+/** Block colours repeat with this period. */
 export const BLOCK_COLOURS = 3 * HUES.length;
 
-/** Of an element block by its index: seven hues, then the same ones darker, then lighter. */
+/** Returns the colour of a block by its index: seven hues, then darker, then lighter variants. */
 export function blockColour(block) {
   const hue = HUES[block % HUES.length];
   switch (Math.floor(block / HUES.length) % 3) {
@@ -33,7 +33,7 @@ export function blockColour(block) {
   }
 }
 
-/** Of a value in 0..1 from the least to the greatest; NaN: NO_VALUE. */
+/** Returns the colour of a value, scaled to 0..1; NO_VALUE for NaN. */
 export function valueColour(share) {
   if (Number.isNaN(share)) return NO_VALUE;
   const most = (VALUES.length - 1) * STEPS; // 255
@@ -42,7 +42,7 @@ export function valueColour(share) {
   return between(VALUES[first], VALUES[first + 1], place - first * STEPS, STEPS);
 }
 
-/** The 256 colours of values, 4 bytes each, as a texture has them. */
+/** Returns the 256 colours of values, 4 bytes each, for a texture. */
 export function valueTable() {
   const table = new Uint8Array(4 * 256).fill(255);
   for (let i = 0; i < 256; ++i) table.set(valueColour(i / 255), 4 * i);

@@ -1,9 +1,10 @@
-// Drawing: a surface on a canvas, by WebGL 2. Vertices are textures, and corners of triangles two
-// numbers each, their vertex and their face: what a step changes is one texture of values.
+// Drawing: draws a surface on a canvas with WebGL 2. Vertices and faces are textures. The corners
+// of triangles are pairs of numbers, a vertex and a face. A new time step changes only the texture
+// of values.
 import { BLOCK_COLOURS, NO_VALUE, blockColour, valueTable } from "./colours.js";
 import { axesOf, matrixOf } from "./camera.js";
 
-const WIDE = 2048; // of textures that are lists, in elements
+const WIDE = 2048; // width in elements of textures that hold lists
 
 const VERTEX = `#version 300 es
 precision highp float;
@@ -44,14 +45,14 @@ uniform sampler2D table;
 uniform vec3 noValue;
 uniform int colouredBy;
 uniform bool isLit, hasEdges;
-uniform vec4 clip; // what is left is dot(clip.xyz, place) <= clip.w
+uniform vec4 clip; // keeps dot(clip.xyz, place) <= clip.w
 in vec3 seen, place, across;
 in float share, hasValue;
 flat in uint block, edges;
 out vec4 colour;
 const vec3 lamp = vec3(-.398015, .597022, .696526);
 void main() {
-  // Before anything is discarded: what neighbours differ by is not known after it.
+  // Before discard: derivatives are undefined after it.
   vec3 bent = cross(dFdx(seen), dFdy(seen));
   vec3 slope = sqrt(dFdx(across) * dFdx(across) + dFdy(across) * dFdy(across));
   if (dot(clip.xyz, place) > clip.w) discard;
@@ -67,8 +68,8 @@ void main() {
     float shade = colouredBy == 0 ? .6 : .4;
     light = 1.0 - shade * (1.0 - .6 * abs(normal.z) - .4 * sideways);
     if (hasEdges) {
-      // Pixels from each side of the triangle, and how many it is high above it. Those of narrow
-      // triangles fade, as on pictures of shm preview.
+      // Distances in pixels from each side of the triangle, and the heights of the triangle over
+      // its sides. The edges of narrow triangles fade, as in pictures of shm preview.
       vec3 away = across / max(slope, 1e-20), high = 1.0 / max(slope, 1e-20);
       vec3 isEdge = vec3(edges >> 1 & 1u, edges >> 2 & 1u, edges & 1u);
       vec3 dark = isEdge * (1.0 - smoothstep(.5, 1.5, away)) * clamp((high - 4.0) / 4.0, 0.0, 1.0);
@@ -83,12 +84,12 @@ function compiled(gl, type, source) {
   gl.shaderSource(shader, source);
   gl.compileShader(shader);
   if (!gl.getShaderParameter(shader, gl.COMPILE_STATUS) && !gl.isContextLost()) {
-    throw new Error(`the graphics card takes no shader: ${gl.getShaderInfoLog(shader)}`);
+    throw new Error(`the graphics card rejects the shader: ${gl.getShaderInfoLog(shader)}`);
   }
   return shader;
 }
 
-/** Formats of lists: of how many numbers an element is, and how the card holds them. */
+/** Formats of lists: numbers per element, and the texture format. */
 function kindsOf(gl) {
   return {
     places: { unit: 0, parts: 4, internal: gl.RGBA32F, format: gl.RGBA, type: gl.FLOAT,
@@ -101,19 +102,19 @@ function kindsOf(gl) {
 }
 
 export class Drawing {
-  /** Throws Error where there is no WebGL 2. `lost(sentence)`: told when the card is lost, and null
-   *  when it is back. */
+  /** Throws Error if WebGL 2 is not available. Calls `lost` with a sentence when the graphics
+   *  context is lost, and with null when it is restored. */
   constructor(canvas, lost) {
     this.canvas = canvas;
     this.gl = canvas.getContext("webgl2", { antialias: true, alpha: true });
-    if (this.gl === null) throw new Error("this browser has no WebGL 2: the mesh cannot be drawn");
+    if (this.gl === null) throw new Error("this browser has no WebGL 2 and cannot draw the mesh");
     this.surface = null;
     this.shares = null;
     this.set = { edges: true, clip: null, camera: null };
     this.wanted = false;
     canvas.addEventListener("webglcontextlost", (event) => {
       event.preventDefault();
-      lost("the graphics card was lost; the picture comes back when it does");
+      lost("the graphics card is not available; the picture comes back when it is");
     });
     canvas.addEventListener("webglcontextrestored", () => {
       this.begin();
@@ -132,7 +133,7 @@ export class Drawing {
     gl.bindAttribLocation(program, 0, "corner");
     gl.linkProgram(program);
     if (!gl.getProgramParameter(program, gl.LINK_STATUS) && !gl.isContextLost()) {
-      throw new Error(`the graphics card takes no shader: ${gl.getProgramInfoLog(program)}`);
+      throw new Error(`the graphics card rejects the shader: ${gl.getProgramInfoLog(program)}`);
     }
     gl.useProgram(program);
     this.uniforms = new Proxy({}, { get: (known, name) =>
@@ -163,15 +164,15 @@ export class Drawing {
     return texture;
   }
 
-  /** A list as a texture, rows of WIDE. Throws RangeError where it is too long. Of a card that is
-   *  lost nothing is wanted: when it is back all lists are made anew. */
+  /** Stores a list as a texture with rows of WIDE elements. Throws RangeError if it is too long.
+   *  Does nothing while the graphics context is lost: all lists are stored again afterwards. */
   list(name, values) {
     const { gl } = this;
     if (this.isLost) return;
     const { unit, parts, internal, format, type, Type } = kindsOf(gl)[name];
     const rows = Math.max(Math.ceil(values.length / parts / WIDE), 1);
     if (rows > gl.getParameter(gl.MAX_TEXTURE_SIZE)) {
-      throw new RangeError("the surface has more vertices or faces than this graphics card takes: "
+      throw new RangeError("the surface has more vertices or faces than this graphics card holds: "
         + "choose a segment, or cut");
     }
     const padded = new Type(rows * WIDE * parts);
@@ -183,8 +184,8 @@ export class Drawing {
     gl.texImage2D(gl.TEXTURE_2D, 0, internal, WIDE, rows, 0, format, type, padded);
   }
 
-  /** Draws this surface from now on: {places, corners, blocks}, as surface.js makes them, and
-   *  Uint8Array of each face's colour. Lists are borrowed until the next one. */
+  /** Draws this surface from now on: {places, corners, blocks}, as from surface.js; blocks:
+   *  Uint8Array with a colour for each face. The arrays are borrowed until the next call. */
   show(surface) {
     const { gl } = this;
     this.surface = surface;
@@ -197,20 +198,21 @@ export class Drawing {
       gl.bufferData(gl.ARRAY_BUFFER, surface.corners[kind], gl.STATIC_DRAW);
     }
     if (gl.getError() === gl.OUT_OF_MEMORY) {
-      throw new RangeError("the graphics card has no room for this surface: choose a segment, "
-        + "or cut");
+      throw new RangeError("the graphics card has too little memory for this surface: "
+        + "choose a segment, or cut");
     }
     this.change({});
   }
 
-  /** By values: {shares, ofPoints}; null: by blocks. */
+  /** Colours by values, {shares, ofPoints}; or by blocks if null. */
   colour(shares) {
     this.shares = shares;
     if (shares !== null) this.list("shares", shares.shares);
     this.change({});
   }
 
-  /** edges; clip: [x, y, z, most] in the frame, or null; camera. Drawn with the next frame. */
+  /** Changes settings: edges; clip: [x, y, z, most] in the frame, or null; camera. Redraws with the
+   *  next animation frame. */
   change(settings) {
     Object.assign(this.set, settings);
     if (this.wanted) return;

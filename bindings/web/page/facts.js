@@ -1,17 +1,17 @@
-// What is in a file, as tables. All words of a file become text, never markup.
+// Tables of a file's contents. Text from a file is always inserted as text, never as markup.
 import { bytesText, countText, nameText, plural, valueText } from "./numbers.js";
 
-const MOST_ROWS = 500; // of a table; of what is left the number
+const MOST_ROWS = 500; // rows of a table; a last row counts the others
 
-/** An element with words, or other elements, in it. */
+/** Returns an element that contains text or other elements. */
 export function element(tag, ...inside) {
   const made = document.createElement(tag);
   made.append(...inside);
   return made;
 }
 
-/** rows: lists of a word or a number for each head. Numbers stand at the right, and what has no
- *  head but the first. */
+/** Returns a table. rows: lists with a string or a number for each head. Numbers are right-aligned,
+ *  and so are cells without a head, except in the first column. */
 function table(caption, heads, rows) {
   const isRight = (i) => (heads[i] === "" ? i > 0 : typeof rows[0]?.[i] === "number");
   const cell = (tag) => (inside, i) => {
@@ -40,16 +40,16 @@ function stepsText(array, times) {
   return array.steps.length === times.length ? count : `${count} of ${countText(times.length)}`;
 }
 
-/** What the file says of itself. */
+/** Returns tables of the mesh's properties. */
 export function factsOf(mesh) {
   const rows = [["vertices", mesh.vertexCount], ["cells", mesh.cellCount],
-    ["of them hexahedra", mesh.hexahedronCount], ["bytes", mesh.fileBytes],
+    ["of which hexahedra", mesh.hexahedronCount], ["bytes", mesh.fileBytes],
     ["segments", mesh.segmentCount], ["coordinates", mesh.coordinateError > 0
       ? `${mesh.coordinateType}, within ${valueText(mesh.coordinateError)}`
       : `${mesh.coordinateType}, lossless`], ["order", mesh.order]];
   if (mesh.sourceFormat !== "") rows.push(["from", nameText(mesh.sourceFormat)]);
   if (mesh.cellCount > 0) {
-    rows.push(["bytes for each cell", valueText(mesh.fileBytes / mesh.cellCount)]);
+    rows.push(["bytes per cell", valueText(mesh.fileBytes / mesh.cellCount)]);
   }
   if (mesh.times.length > 0) {
     rows.push(["time steps", mesh.times.length], ["times",
@@ -68,14 +68,14 @@ export function factsOf(mesh) {
   return parts;
 }
 
-/** Of what sets() gives. */
+/** Returns a table of the result of sets(). */
 export function setsOf(sets) {
-  if (sets.length === 0) return [element("p", "There are no sets.")];
+  if (sets.length === 0) return [element("p", "No sets.")];
   return [table(plural(sets.length, "set", "sets"), ["kind", "id", "name", "members"],
     sets.map(({ kind, id, name, numbers }) => [kind, String(id), nameText(name), numbers.length]))];
 }
 
-/** Of what segments() gives: each can be read alone. */
+/** Returns a table of the result of segments(). */
 export function segmentsOf(segments) {
   return [table(plural(segments.length, "segment", "segments"), ["", "cells", "vertices", "bytes"],
     segments.map(({ cells, vertices, bytes }, i) =>

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Makes the page: one file with all that it needs inside.
+"""Builds the page: a single file that contains everything it needs.
 
     inline.py PAGE MODULES PACKAGE OUT
 
-PAGE: the folder of index.html, style.css and main.js; MODULES: that of the web package's JavaScript; PACKAGE: the web
-package as it is built, with shmformat.wasm, LICENSE and licences/. Modules become functions in one script, in the
-order in which they need each other; the decoder is packed by gzip. The same sources give the same bytes, as far as
-zlib does. The page's policy names script and style by their hashes: nothing else is run.
+PAGE: the folder of index.html, style.css and main.js. MODULES: the folder of the web package's JavaScript. PACKAGE:
+the built web package, with shmformat.wasm, LICENSE and licences/. Modules become functions in one script, each after
+its dependencies; the decoder is compressed with gzip. The same sources give the same bytes, provided that zlib does.
+The page's policy allows the script and the style by their hashes, and nothing more.
 """
 import base64
 import hashlib
@@ -19,11 +19,12 @@ from pathlib import Path
 IMPORT = re.compile(r"^import (\{[^}]*\})\s*from \"(\.[^\"]+)\";\n", re.M)
 EXPORT = re.compile(r"^export (?=(?:async )?(?:function|class|const) (\w+))", re.M)
 EXPORTED = re.compile(r"^export \{([^}]*)\};\n", re.M)
-# Where the package starts its worker in browsers, and in Node.js, as bundlers look for it. The page's is no module:
-# of a Blob of a page from file:// Chromium starts no other.
+# How the package starts its worker in browsers, and in Node.js, in the form that bundlers
+# recognize. The page's worker is a classic script: from a Blob URL of a page opened from file://,
+# Chromium starts no module workers.
 WORKER = 'new URL("./worker.js", import.meta.url), { type: "module" }'
 NODES_WORKER = 'new URL("./worker.js", import.meta.url)'
-# What the page has in itself, and gives to the package: it is never looked for.
+# The page passes its embedded decoder to the package, so this location is never used.
 DECODER = 'new URL("./shmformat.wasm", import.meta.url)'
 
 
@@ -36,7 +37,7 @@ def name_of(path):
 
 
 def module(path, done, into):
-    """Adds a module to the list `into`, behind those that it imports."""
+    """Adds a module to the list `into`, after its dependencies."""
     if path in done:
         return
     done.add(path)
@@ -53,17 +54,17 @@ def module(path, done, into):
     exports += EXPORT.findall(source)
     source = EXPORT.sub("", source)
     if re.search(r"^(import|export)\b", source, re.M):
-        fail(f"{path}: an import or export of a kind that is not known here")
+        fail(f"{path}: unsupported form of import or export")
     into.append((path, source, exports))
 
 
 def script_of(entry, worker_url=None):
-    """One script of a module and all that it imports. The entry stands last, in no function."""
+    """Returns one script of a module and all its imports. The entry comes last, outside of any function."""
     modules = []
     module(entry.resolve(), set(), modules)
     names = [name_of(path) for path, _, _ in modules]
     if len(set(names)) != len(names):
-        fail("two modules have one name")
+        fail("two modules have the same name")
     script = ""
     for path, source, exports in modules[:-1]:
         if path.name == "remote.js":
@@ -74,25 +75,25 @@ def script_of(entry, worker_url=None):
         script += f"const {name_of(path)} = (() => {{\n{source}return {{ {', '.join(exports)} }};\n}})();\n"
     script += modules[-1][1]
     if "import.meta" in script:
-        fail("a script that is inside of a page has no place")
+        fail("a script inside of the page cannot use import.meta")
     if re.search(r"</script|<!--", script, re.I):
-        fail("a script may not hold the end of one")
+        fail("a script must not contain </script or <!--")
     return script
 
 
 def packed(decoder):
-    """As gzip has it, without the time."""
+    """Returns the decoder, compressed with gzip without a time stamp, as base64."""
     make = zlib.compressobj(9, zlib.DEFLATED, 31)
     return base64.b64encode(make.compress(decoder) + make.flush()).decode("ascii")
 
 
 def licences(package):
-    """Those of the project, and of what is compiled into the decoder."""
+    """Returns the licences of the project and of the libraries in the decoder."""
     text = ""
     for path in [package / "LICENSE", *sorted((package / "licences").glob("*.txt"))]:
         text += f"\n==== {path.stem}\n\n{path.read_text(encoding='utf-8')}"
     if re.search(r"</script|<!--", text, re.I):
-        fail("a licence may not hold the end of a script")
+        fail("a licence text must not contain </script or <!--")
     return text
 
 
@@ -104,13 +105,14 @@ def main():
     if len(sys.argv) != 5:
         sys.exit(__doc__)
     page, modules, package, out = map(Path, sys.argv[1:])
-    # opening.js is where the page has what the package looks for beside itself.
+    # opening.js supplies the files that the package would otherwise look for next to itself.
     script = "\n" + script_of(page / "main.js", "globalThis.shmWorkerUrl()")
     style = "\n" + (page / "style.css").read_text(encoding="utf-8")
     inside = {
         "style": style,
         "script": script,
-        # Its module awaits, which scripts that are no modules do in functions alone.
+        # The worker's module uses top-level await, which a classic script may only do inside of a
+        # function.
         "worker": f"\n(async () => {{\n\"use strict\";\n{script_of(modules / 'worker.js')}}})();\n",
         "licences": licences(package),
         "decoder": packed((package / "shmformat.wasm").read_bytes()),
@@ -120,9 +122,9 @@ def main():
     template = (page / "index.html").read_text(encoding="utf-8")
     used = re.findall(r"\{(\w+)\}", template)
     if sorted(used) != sorted(inside):
-        fail(f"index.html has {used}, and {sorted(inside)} were expected, each once")
+        fail(f"index.html has the placeholders {used}, and {sorted(inside)} were expected, each once")
     whole = re.sub(r"\{(\w+)\}", lambda match: inside[match[1]], template)
-    # Under its name it is whole.
+    # OUT appears under its name only when it is complete.
     part = out.with_name(out.name + ".part")
     part.write_text(whole, encoding="utf-8", newline="\n")
     os.replace(part, out)

@@ -1,6 +1,6 @@
-// The page: opens a file, shows its surface as it is chosen, and says what is seen. State is in one
-// place; whatever changes it calls look(), which reads what is wanted now when what is under way
-// has come. All words of a file become text, never markup.
+// The page: opens a file, shows its surface with the chosen options, and describes it. All state is
+// in one object. Every change calls look(), which reads the data for the latest choices as soon as
+// the current read has ended. Text from a file is always inserted as text, never as markup.
 import { axesOf, cameraFrom, fitted, SIDES, USUAL_VIEW } from "./camera.js";
 import { colourings, nearStep, selection, wantedOf } from "./choices.js";
 import { BLOCK_COLOURS, blockColour, valueColour } from "./colours.js";
@@ -12,9 +12,9 @@ import { cameraKey, takePointers } from "./pointing.js";
 import { boxOf, cornersOf, frameOf, joined, numbersOf, placesOf, rangeOf, sharesOf, viewOfPlane }
   from "./surface.js";
 
-const LARGE = 64e6; // bytes of a file on a server, of which its first segment is shown at first
-const MOST_BLOCKS = 1000; // that are listed
-const MOST_VERTICES = 4e6; // that are drawn where there are no faces
+const LARGE = 64e6; // bytes; of larger files on a server, only the first segment is shown at first
+const MOST_BLOCKS = 1000; // entries of a list
+const MOST_VERTICES = 4e6; // drawn of a mesh without faces
 
 /** A surface without faces. */
 const NOTHING = { vertexCount: 0, faceCount: 0, leftOut: 0, points: new Float32Array(0),
@@ -30,9 +30,9 @@ const state = {
 };
 let drawing = null;
 
-// --- what is said
+// --- messages
 
-/** Of the decoder, or of a list of the page's own that was too long. */
+/** Returns true if the decoder or the page itself ran out of memory. */
 function isOfMemory(error) {
   return error?.status === "no memory"
     || (error instanceof RangeError
@@ -42,7 +42,7 @@ function isOfMemory(error) {
 function fail(error, name = state.name) {
   const sentence = String(error?.message ?? error);
   $("error").textContent = nameText(isOfMemory(error) ? `${nameText(name)}: this needs more memory `
-    + "than there is for a page: choose a segment or fewer blocks, or make a smaller file of it by "
+    + "than a page can use: choose a segment or fewer blocks, or make a smaller file of it with "
     + `shm extract (${sentence})` : sentence, 2000);
   $("error").hidden = false;
 }
@@ -60,7 +60,7 @@ function describe() {
     }
     if (surface.faceCount > surface.drawn) {
       words.push(`${plural(surface.faceCount - surface.drawn, "face", "faces")} not shown: `
-        + "without a finite place.");
+        + "with coordinates that are not finite.");
     }
   }
   if (state.segment !== null) words.push(`Segment ${state.segment} of ${state.segments.length}.`);
@@ -91,7 +91,7 @@ function fillLegend(choice, range, component) {
     : `, component ${component + 1}`;
   const step = choice.steps === null ? "" : ` @ ${choice.steps[state.place]}`;
   $("legend-name").textContent = `${nameText(choice.name)}${part}${step}`;
-  $("legend-least").textContent = range === null ? "no numbers" : valueText(range.least);
+  $("legend-least").textContent = range === null ? "no finite values" : valueText(range.least);
   $("legend-greatest").textContent = range === null ? "" : valueText(range.greatest);
   const bar = $("legend-bar").getContext("2d");
   for (let x = 0; x < 256; ++x) {
@@ -104,8 +104,8 @@ function drawTriad() {
   const { right, up, view } = axesOf(state.camera);
   [...$("triad").children].forEach((axis, i) => {
     const [line, text] = axis.children;
-    const place = (part, length) => [length * right[i], -length * up[i]].forEach((at, c) =>
-      part.setAttribute(part === line ? ["x2", "y2"][c] : ["x", "y"][c], at.toFixed(1)));
+    const place = (part, length) => [length * right[i], -length * up[i]].forEach((coordinate, c) =>
+      part.setAttribute(part === line ? ["x2", "y2"][c] : ["x", "y"][c], coordinate.toFixed(1)));
     place(line, 20);
     place(text, 27);
     axis.setAttribute("opacity", view[i] < -0.5 ? "0.5" : "1");
@@ -131,9 +131,10 @@ function fit() {
   state.isFitted = true;
 }
 
-// --- what is shown
+// --- the surface
 
-/** The clip as the card has it: while its slider moves, before cells are read anew. */
+/** Returns the clip plane for the graphics card, which cuts while the slider moves, before cells
+ *  are read again. */
 function clipInFrame(clip) {
   if (clip === null) return null;
   const plane = [0, 0, 0, 0];
@@ -142,21 +143,21 @@ function clipInFrame(clip) {
   return plane;
 }
 
-/** What of the mesh is wanted, and the surface of it. A newer mesh makes the answer null. */
+/** Reads the surface of the chosen part of the mesh, with the chosen array. */
 async function readSurface(mesh, choice, step) {
   const select = selection({ hidden: state.hidden, clip: state.clip,
     segment: state.segment === null ? null : state.segments[state.segment] }, mesh.blocks.length);
   const parts = choice === null ? [] : choice.parts.map((index) => (step === null ? { index }
     : { index, step }));
-  // An empty list of blocks would be none at all.
+  // All blocks are off: there is nothing to read.
   if (select?.blocks?.length === 0) return NOTHING;
   const progress = (done) => { $("progress").value = done; };
   const surface = await mesh.boundary({ arrays: parts, select, progress });
   if (surface.faceCount > 0) return surface;
   const ofPoints = choice !== null && choice.location === "point" ? parts : [];
   if (mesh.cellCount > 0 && mesh.vertexCount > MOST_VERTICES && select === undefined) {
-    throw new Error(`${plural(mesh.vertexCount, "vertex", "vertices")} and no faces: `
-      + "choose a segment, or cut");
+    throw new Error(`${plural(mesh.vertexCount, "vertex", "vertices")} without faces are too many `
+      + "to draw: choose a segment, or cut");
   }
   const read = await mesh.read({ cells: false, arrays: ofPoints, select, progress });
   const count = read.vertexCount;
@@ -166,7 +167,7 @@ async function readSurface(mesh, choice, step) {
     arrays: ofPoints.length > 0 ? read.arrays : null };
 }
 
-/** Values of what is chosen, a number for each vertex or face; null where there are none. */
+/** Returns a number of the chosen array for each vertex or face; null if it has no values. */
 function numbersOfChoice({ mesh, choice, component }, surface) {
   if (choice === null || surface.arrays === null || surface.arrays.length === 0) return null;
   const parts = surface.arrays.map(({ values, components, index }) => ({
@@ -202,10 +203,10 @@ function putColours() {
   if (numbers === null && state.choice !== null) drawing.colour(null);
 }
 
-let looking = null; // what is under way
-let isStale = false; // and another is wanted behind it
+let looking = null; // the current run of look()
+let isStale = false; // whether the choices have changed since it began
 
-/** Shows what is chosen now: one reading at a time, and the last choice at last. */
+/** Shows the current choices. Runs one read at a time, and repeats if choices change meanwhile. */
 function look() {
   if (state.mesh === null) return Promise.resolve();
   isStale = true;
@@ -233,7 +234,7 @@ async function lookOnce(mesh, choice, place) {
     if (mesh !== state.mesh || choice !== state.choice) return;
     if (!drawing.isLost) $("error").hidden = true;
     putSurface(read);
-    // Cells as a whole, where they are cut.
+    // The read cells are shown whole, even if the clip plane cuts them.
     if (state.clip === clip) drawing.change({ clip: null });
     putColours();
     drawLegend();
@@ -275,7 +276,7 @@ async function openFile(source, name, segment = null) {
     } else {
       const names = state.archive.members.slice(0, MOST_BLOCKS);
       $("member").replaceChildren(...names.map((one, i) => option(String(i), nameText(one))));
-      if (names.length === 0) throw new Error(`${name}: the archive has no files`);
+      if (names.length === 0) throw new Error(`${name}: the archive is empty`);
       await openMember(0);
     }
   } catch (error) {
@@ -296,7 +297,7 @@ async function openMember(member) {
   else await showMesh(mesh, null, false);
 }
 
-/** Nothing is shown any more. */
+/** Closes the mesh and clears the page. */
 async function forget() {
   const before = state.mesh;
   Object.assign(state, { mesh: null, surface: null, frame: null, first: null, choice: null });
@@ -316,7 +317,7 @@ async function showMesh(mesh, segment, isRemote) {
   await forget();
   const isLarge = isRemote && mesh.fileBytes > LARGE && segments.length > 1;
   if (segment !== null && segment >= Math.max(segments.length, 1)) {
-    throw new Error(`${state.name}: there is no segment ${segment}; they are 0 to `
+    throw new Error(`${state.name}: there is no segment ${segment}; segments are numbered 0 to `
       + `${Math.max(segments.length, 1) - 1}`);
   }
   Object.assign(state, { mesh, segments, choices: colourings(mesh.arrays), hidden: new Set(),
@@ -330,7 +331,7 @@ async function showMesh(mesh, segment, isRemote) {
 
 function fillControls() {
   const { mesh, segments } = state;
-  $("array").replaceChildren(option("", "of blocks"), ...state.choices.map((choice, i) =>
+  $("array").replaceChildren(option("", "by block"), ...state.choices.map((choice, i) =>
     option(String(i), `${nameText(choice.name)} (${choice.location})`)));
   $("component").hidden = $("step-line").hidden = $("hold-line").hidden = true;
   $("clip").value = "";
@@ -391,12 +392,12 @@ function showStep() {
 function chooseArray(index) {
   const before = state.choice;
   const choice = index === "" ? null : state.choices[Number(index)];
-  // Steps of arrays differ: the one that is nearest to what was seen.
+  // Arrays may have different steps: choose the one closest to the shown step.
   let place = 0;
   if (choice !== null && choice.steps !== null) {
     place = before?.steps ? nearStep(choice.steps, before.steps[state.place])
       : choice.steps.length - 1;
-    if (choice.steps.length === 0) return fail(new Error(`${choice.name} has values at no step`));
+    if (choice.steps.length === 0) return fail(new Error(`${choice.name} has no values`));
   }
   Object.assign(state, { choice, place, component: null, range: null });
   $("array").value = index;
@@ -424,7 +425,7 @@ function stop() {
   $("play").setAttribute("aria-pressed", "false");
 }
 
-/** Steps one after the other, as fast as they come, four in a second at most. */
+/** Plays the steps, at most four per second. */
 async function play() {
   if (state.isPlaying || !state.choice?.steps) return stop();
   state.isPlaying = true;
@@ -438,7 +439,8 @@ async function play() {
   return undefined;
 }
 
-/** The clip as its controls have it: while the slider moves the card cuts, then cells are read. */
+/** Applies the clip controls. While the slider moves, the graphics card cuts; afterwards cells are
+ *  read. */
 function chooseClip(isMoving) {
   if (state.frame === null) return;
   const axis = $("clip").value;
@@ -491,7 +493,7 @@ function connectControls() {
   $("clip-at").addEventListener("change", () => chooseClip(false));
   $("segment").addEventListener("change", ({ target }) => {
     state.segment = target.value === "" ? null : Number(target.value);
-    state.frame = null; // a part may be small in the whole
+    state.frame = null; // the part may be small compared with the whole
     state.clip = null;
     $("clip").value = "";
     $("clip-more").hidden = true;

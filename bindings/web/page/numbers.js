@@ -1,6 +1,6 @@
-// Numbers as people read them: the same on every machine, whatever its language.
+// Numbers as text for people, independent of the locale.
 
-/** Six digits, as printf's %g has them. */
+/** Returns six significant digits, formatted like %g of printf. */
 export function valueText(value) {
   if (Number.isNaN(value)) return "no number";
   if (!Number.isFinite(value)) return value < 0 ? "-inf" : "inf";
@@ -13,7 +13,7 @@ export function valueText(value) {
   return `${plain(digits)}e${sign}${String(Math.abs(power)).padStart(2, "0")}`;
 }
 
-/** A count: "1,234,567". Of a Number or a BigInt. */
+/** Formats a count, a Number or a BigInt: "1,234,567". */
 export function countText(count) {
   return String(count).replace(/\B(?=(\d{3})+$)/g, ",");
 }
@@ -23,7 +23,7 @@ export function plural(count, one, many) {
   return `${countText(count)} ${count === 1 ? one : many}`;
 }
 
-/** Bytes, thousands of them: "940 bytes", "12.3 kB". */
+/** Formats a size in decimal units: "940 bytes", "12.3 kB". */
 export function bytesText(bytes) {
   if (bytes < 1000) return plural(bytes, "byte", "bytes");
   let size = bytes / 1000;
@@ -36,8 +36,8 @@ export function bytesText(bytes) {
   return `${size.toFixed(digits)} ${["kB", "MB", "GB", "TB"][unit]}`;
 }
 
-/** A name out of a file for one line: control characters, and those that turn the direction of
- *  what follows, are shown as what they are; what is long is cut. */
+/** Formats a name from a file for one line. Control characters, and characters that change the text
+ *  direction, are shown as escapes; long names are cut. */
 export function nameText(name, most = 80) {
   const shown = Array.from(name, (one) => (/[\p{Cc}\p{Cf}\p{Zl}\p{Zp}]/u.test(one)
     ? `\\u${one.codePointAt(0).toString(16).padStart(4, "0")}` : one));

@@ -1,21 +1,22 @@
-// What is in the page beside its script: the decoder, the script of its worker, and maybe a file
-// (`shm view`). And what opens a file with them.
+// The data embedded in the page: the decoder, the script of its worker, and possibly a file (`shm
+// view`). Opens files with them.
 import { open } from "../npm/shmformat.js";
 
-// Of every .shm file.
+// First bytes of every .shm file.
 const SIGNATURE = [0x89, 0x53, 0x48, 0x4d, 0x0d, 0x0a, 0x1a, 0x0a];
 const PIECE = 1 << 20; // characters of base64 at a time; a multiple of 4
 
-/** Base64 of an element as a Blob. Throws Error where it is none. */
+/** Returns an element's base64 text as a Blob. Throws Error if it is not base64. */
 function blobOf(element, type) {
   const text = element.textContent.trim();
   const pieces = [];
   try {
-    for (let at = 0; at < text.length; at += PIECE) {
-      pieces.push(Uint8Array.from(atob(text.slice(at, at + PIECE)), (one) => one.charCodeAt(0)));
+    for (let begin = 0; begin < text.length; begin += PIECE) {
+      pieces.push(Uint8Array.from(atob(text.slice(begin, begin + PIECE)),
+        (one) => one.charCodeAt(0)));
     }
   } catch {
-    throw new Error("this page is damaged: what is in it is no base64");
+    throw new Error("this page is damaged: its embedded data is not valid base64");
   }
   return new Blob(pieces, { type });
 }
@@ -31,15 +32,15 @@ function decoder() {
 }
 
 let worker;
-/** Where the package's worker is, which it has in a file of its own: inline.py puts this call
- *  there. */
+/** Returns the URL of the package's worker. inline.py inserts this call into the package, which
+ *  otherwise loads the worker from a file. */
 globalThis.shmWorkerUrl = () => {
   worker ??= URL.createObjectURL(
     new Blob([document.getElementById("worker").textContent], { type: "text/javascript" }));
   return worker;
 };
 
-/** The file that is in this page, as {name, source}; null: there is none. */
+/** Returns the file embedded in this page as {name, source}; null if there is none. */
 export function fileInside() {
   const element = document.getElementById("file");
   if (element.textContent.trim() === "") return null;
@@ -48,7 +49,7 @@ export function fileInside() {
   return { name: element.dataset.name, source };
 }
 
-/** A file of another kind says so at its beginning; the decoder begins at the end. */
+/** Rejects files of other kinds by their first bytes. (The decoder would begin at the end.) */
 async function checkBeginning(file, name) {
   const first = new Uint8Array(await file.slice(0, SIGNATURE.length).arrayBuffer());
   if (first.length > 0 && SIGNATURE.some((byte, i) => byte !== first[i])) {
@@ -56,7 +57,7 @@ async function checkBeginning(file, name) {
   }
 }
 
-/** A Mesh or an Archive of the package. `source`: a Blob, or a URL that is whole. */
+/** Opens a Mesh or an Archive of the package. `source`: a Blob, or an absolute URL. */
 export async function opened(source, name) {
   if (source instanceof Blob) await checkBeginning(source, name);
   return open(source, { wasm: await decoder() });

@@ -1,17 +1,17 @@
-// Mouse, touch and keys over the picture, as changes of the camera. Takes the element, and calls
+// Controls the camera by mouse, touch and keys. Takes the element of the picture, and calls
 // change(camera => camera).
 import { moved, turned, zoomed } from "./camera.js";
 
-const TURN = 2.5; // radians along half the smaller side of the picture
+const TURN = 2.5; // radians per half of the picture's smaller side
 const KEY_TURN = Math.PI / 24;
 const KEY_MOVE = 0.1;
 const KEY_ZOOM = 1.25;
 
 export function takePointers(element, change) {
-  const pointers = new Map(); // that are down, by id: {x, y}
+  const pointers = new Map(); // pressed pointers, by id: {x, y}
   const size = () => Math.max(Math.min(element.clientWidth, element.clientHeight) / 2, 1);
-  /** Where a point is from the middle of the picture, in halves of its smaller side. */
-  const at = (x, y) => {
+  /** Returns a point relative to the middle of the picture, in halves of its smaller side. */
+  const placeOf = (x, y) => {
     const box = element.getBoundingClientRect();
     return [(x - box.left - box.width / 2) / size(), (box.top + box.height / 2 - y) / size()];
   };
@@ -45,7 +45,7 @@ export function takePointers(element, change) {
         : turned(camera, -TURN * across, -TURN * upwards)));
     } else if (pointers.size === 2) {
       const times = spread() / before.spread;
-      const [x, y] = at(now.x, now.y);
+      const [x, y] = placeOf(now.x, now.y);
       change((camera) => zoomed(moved(camera, across, upwards), times, x, y));
     }
   });
@@ -53,13 +53,13 @@ export function takePointers(element, change) {
     event.preventDefault();
     const lines = event.deltaMode === 1 ? 16 : event.deltaMode === 2 ? 400 : 1;
     const times = Math.exp(Math.min(Math.max(-event.deltaY * lines, -400), 400) / 500);
-    const [x, y] = at(event.clientX, event.clientY);
+    const [x, y] = placeOf(event.clientX, event.clientY);
     change((camera) => zoomed(camera, times, x, y));
   }, { passive: false });
   element.addEventListener("contextmenu", (event) => event.preventDefault());
 }
 
-/** How a key turns, moves or enlarges: a function of cameras; null: it does not. */
+/** Returns the camera change of a key as a function of cameras; null if the key has none. */
 export function cameraKey({ key, shiftKey }) {
   const arrows = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
   if (Object.hasOwn(arrows, key)) {

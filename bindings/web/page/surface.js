@@ -1,8 +1,9 @@
-// Surface: what the package's boundary() gives, as a graphics card takes it. Numbers out of a file
-// may be any numbers: what is not finite is not drawn, and shown as no value.
+// Surface: converts the result of the package's boundary() for the graphics card. Numbers from a
+// file may be anything: points that are not finite are not drawn, and values that are not finite
+// are shown as missing.
 
-/** Coordinates of the mesh as all that is drawn goes by them: from the middle, -1..1 along the
- *  largest side of what is finite. */
+/** Returns the frame of the mesh. Frame coordinates are relative to the middle of all finite
+ *  points, and -1..1 along the largest side. */
 export function frameOf(points) {
   const least = [Infinity, Infinity, Infinity];
   const most = [-Infinity, -Infinity, -Infinity];
@@ -16,24 +17,26 @@ export function frameOf(points) {
   }
   const isEmpty = least[0] > most[0];
   if (isEmpty) return { middle: [0, 0, 0], half: 1, least: [0, 0, 0], most: [0, 0, 0], isEmpty };
-  // Halves first: sums and differences of the largest numbers are infinite.
+  // Halve before adding: sums and differences of the largest numbers would be infinite.
   const middle = least.map((from, i) => from / 2 + most[i] / 2);
   const half = Math.max(...least.map((from, i) => most[i] / 2 - from / 2));
   return { middle, half: half > 0 ? half : 1, least, most, isEmpty };
 }
 
-/** One coordinate in a frame. Halves of the smallest numbers may be off by the size of the mesh. */
+/** Converts one coordinate to the frame. Halving the smallest numbers may cause errors up to the
+ *  size of the mesh. */
 export function inFrame(frame, axis, coordinate) {
   return Math.min(Math.max((coordinate - frame.middle[axis]) / frame.half, -2), 2);
 }
 
-/** A box of a frame's coordinates, as camera.js takes it. */
+/** Returns the box of a frame in frame coordinates, for camera.js. */
 export function boxOf(frame) {
-  return { least: frame.least.map((at, i) => inFrame(frame, i, at)),
-    most: frame.most.map((at, i) => inFrame(frame, i, at)) };
+  return { least: frame.least.map((coordinate, i) => inFrame(frame, i, coordinate)),
+    most: frame.most.map((coordinate, i) => inFrame(frame, i, coordinate)) };
 }
 
-/** 4 numbers for each vertex: where it is, and 1; 0 where it is nowhere. */
+/** Returns 4 numbers per vertex: its frame coordinates and 1, or all 0 if a coordinate is not
+ *  finite. */
 export function placesOf(frame, points) {
   const count = points.length / 3;
   const places = new Float32Array(4 * count);
@@ -46,13 +49,13 @@ export function placesOf(frame, points) {
   return places;
 }
 
-// Bits of a corner's second number, above that of its face: which edges of its triangle, from each
-// corner to the next one, are edges of the polygon.
+// Bits of a corner's second number above the face number: which sides of its triangle, each from a
+// corner to the next, are edges of the polygon.
 const EDGE = 29;
 export const MOST_FACES = 2 ** EDGE;
 
-/** Which corner of a polygon its fan begins at: the least x, then y, then z, so that the picture is
- *  that of the mesh, whatever the order of corners. */
+/** Returns the corner at which the triangle fan of a polygon begins: the smallest x, then y, then
+ *  z. The picture then does not depend on the order of the corners. */
 function fanCorner(points, connectivity, from, end) {
   let best = from;
   for (let i = from + 1; i < end; ++i) {
@@ -65,9 +68,9 @@ function fanCorner(points, connectivity, from, end) {
   return best;
 }
 
-/** Two numbers for each corner of what is drawn: its vertex, and its face with EDGE's bits; three
- *  corners a triangle, two a line, one a point. A polygon with a vertex that is nowhere is left
- *  out. offsets: Numbers, Uint32Array or BigUint64Array. */
+/** Returns two numbers per corner: its vertex, and its face with the bits of EDGE. Triangles have
+ *  three corners, lines two, points one. Faces with a vertex that is not finite are left out.
+ *  offsets: Uint32Array or BigUint64Array. */
 export function cornersOf({ points, connectivity, offsets, faceCount }, places) {
   if (faceCount > MOST_FACES) throw new RangeError(`${faceCount} faces are more than can be drawn`);
   const begin = (f) => Number(offsets[f]);
@@ -117,7 +120,7 @@ export function cornersOf({ points, connectivity, offsets, faceCount }, places) 
   return drawn;
 }
 
-/** The length of a vector that may be very long or very short; of one number that number. */
+/** Returns the length of a vector without overflow or underflow. */
 function lengthOf(values, from, components) {
   let most = 0;
   for (let c = 0; c < components; ++c) {
@@ -131,7 +134,8 @@ function lengthOf(values, from, components) {
   return most * Math.sqrt(sum);
 }
 
-/** A number for each element of an array. component: which one, or null: the length of all. */
+/** Returns a number for each element of an array. component: its index, or null for the vector's
+ *  length. */
 export function numbersOf(values, components, component) {
   const count = Math.floor(values.length / components);
   const numbers = new Float64Array(count);
@@ -143,8 +147,8 @@ export function numbersOf(values, components, component) {
   return numbers;
 }
 
-/** Arrays of cells that share a name, each on blocks of its own, as one. `blocks`: the block of
- *  each face; a part's blocks, null: all. */
+/** Combines cell arrays with the same name on different blocks. `blocks`: block of each face; the
+ *  blocks of a part may be null for all. */
 export function joined(parts, blocks) {
   const numbers = new Float64Array(blocks.length).fill(NaN);
   for (const part of [...parts].reverse()) {
@@ -156,7 +160,7 @@ export function joined(parts, blocks) {
   return numbers;
 }
 
-/** Of the finite numbers: {least, greatest}; null where there are none. */
+/** Returns the range {least, greatest} of the finite numbers; null if there are none. */
 export function rangeOf(numbers) {
   let least = Infinity;
   let greatest = -Infinity;
@@ -168,8 +172,8 @@ export function rangeOf(numbers) {
   return least <= greatest ? { least, greatest } : null;
 }
 
-/** 0 for the least number, 1 for the greatest; NaN for what is not finite. Of one number: the
- *  middle. */
+/** Scales a number: 0 for the least, 1 for the greatest, 0.5 if they are equal, NaN for numbers
+ *  that are not finite. */
 export function shareOf(number, range) {
   if (range === null || !Number.isFinite(number)) return NaN;
   const whole = range.greatest - range.least;
@@ -177,7 +181,7 @@ export function shareOf(number, range) {
   return (number / 2 - range.least / 2) / (range.greatest / 2 - range.least / 2);
 }
 
-/** Of each number, for the card, which has no NaN that is one everywhere: -1 then. */
+/** Scales all numbers for the graphics card. NaN becomes -1, since not all cards support NaN. */
 export function sharesOf(numbers, range) {
   const shares = new Float32Array(numbers.length);
   for (let i = 0; i < numbers.length; ++i) {
@@ -187,7 +191,7 @@ export function sharesOf(numbers, range) {
   return shares;
 }
 
-/** The direction that looks at a mesh without thickness from its side; null where it has some. */
+/** Returns the direction of view onto a flat mesh; null if the mesh is not flat. */
 export function viewOfPlane(frame) {
   const sides = frame.most.map((to, i) => to / 2 - frame.least[i] / 2);
   const flat = sides.findIndex((side) => side <= 1e-6 * frame.half);

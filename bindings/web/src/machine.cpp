@@ -1,9 +1,10 @@
-// What the decoder has around it as WebAssembly: three functions of the page, as the callbacks of
-// shmformat.h, and an end where a program would throw or stop. JavaScript calls shmf_* by itself.
+// The environment of the decoder in WebAssembly: three JavaScript functions as callbacks of
+// shmformat.h, and a way to end where native code would throw or abort. JavaScript calls the shmf_*
+// functions directly.
 //
-// There are no exceptions here. Where memory runs out the last words are left where the page finds
-// them, and the instance traps: the page throws it away, with all that it had open. No call returns
-// with less than it was asked for.
+// The module is built without exceptions. If memory runs out, it stores a message where JavaScript
+// finds it, and traps. JavaScript then discards the instance with everything that was open in it.
+// So no call returns with less memory than it asked for.
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
@@ -26,14 +27,14 @@ void page_prefetch(void* context, const shmf_range* ranges, size_t count);
 SHM_FROM_PAGE("progress")
 int page_progress(void* context, double done);
 
-// Of these the page makes its own, with a context and a size: it can call functions of ours, but
-// has no pointers to its own.
+// JavaScript copies these structs and fills in context and size: it can call exported functions,
+// but cannot create pointers to its own functions.
 extern const shmf_source shmf_page_source = {sizeof(shmf_source), nullptr, 0,
                                              page_read_at,        nullptr, page_prefetch};
 extern const shmf_run_options shmf_page_run = {sizeof(shmf_run_options), page_progress, nullptr, 0,
                                                0};
 
-// Why the instance ended, a sentence; null as long as it lives.
+// A sentence that says why the instance ended; null while it is alive.
 extern const char* shmf_page_last_words;
 const char* shmf_page_last_words = nullptr;
 }
@@ -52,8 +53,8 @@ void* allocated(std::size_t bytes) {
   end(kNoMemory);
 }
 
-/// Whether an exception of this name is what shmf_* would return SHMF_NO_MEMORY for: more than
-/// there is, or than there can be.
+/// Returns true if shmf_* would return SHMF_NO_MEMORY for an exception of this name: out of memory,
+/// or a size beyond the limit of a container.
 bool is_of_memory(const char* name) {
   for (const char* one : {"bad_alloc", "length_error", "bad_array_new_length"})
     if (std::strstr(name, one) != nullptr) return true;
@@ -73,7 +74,7 @@ void operator delete[](void* place) noexcept { std::free(place); }
 void operator delete(void* place, std::size_t) noexcept { std::free(place); }
 void operator delete[](void* place, std::size_t) noexcept { std::free(place); }
 
-// What a throw calls.
+// Called by throw expressions.
 extern "C" void* __cxa_allocate_exception(std::size_t bytes) noexcept {
   alignas(16) static char only[64];
   return bytes <= sizeof only ? only : allocated(bytes);
@@ -83,13 +84,13 @@ extern "C" [[noreturn]] void __cxa_throw(void* /*thrown*/, std::type_info* type,
   end_of_throw(type->name());
 }
 
-// What the C++ library, compiled without exceptions, calls instead: the text names the one that
-// it would have thrown.
+// Called by the C++ library, which is compiled without exceptions, instead of throwing. The text
+// names the exception.
 _LIBCPP_BEGIN_NAMESPACE_STD
 [[noreturn]] void __libcpp_verbose_abort(const char* text, ...) { end_of_throw(text); }
 _LIBCPP_END_NAMESPACE_STD
 
-// Of what cannot happen, as a call of a function that is pure virtual.
+// Called for errors that cannot happen, such as the call of a pure virtual function.
 extern "C" [[noreturn]] void abort_message(const char* /*text*/, ...) {
-  end("the C++ library gave up");
+  end("the C++ library aborted");
 }

@@ -10,7 +10,7 @@
 namespace shm {
 namespace {
 
-constexpr std::size_t kBlock = 512;  // its words fit into the nearest cache
+constexpr std::size_t kBlock = 512;  // a block of words fits into the first-level cache
 template <class Bits>
 using Block = std::array<Bits, kBlock>;
 
@@ -27,7 +27,7 @@ void take_residuals(const FloatResiduals& from, std::size_t first, std::size_t c
     words[i] = static_cast<Bits>(words[i] >> 1) ^ static_cast<Bits>(0 - (words[i] & 1));
 }
 
-/// Places of the references, of a NaN 0.
+/// Stores the indices of the references; 0 for NaN.
 template <class Bits>
 void take_places(const std::byte* from, std::size_t stride, std::size_t count,
                  Block<Bits>& places) {
@@ -47,13 +47,13 @@ void take_places(const std::byte* from, std::size_t stride, std::size_t count,
 
 template <class Bits>
 std::int64_t decode(const FloatResiduals& residuals, bool changes, std::uint64_t& change,
-                    const FloatPlaces& at) {
+                    const FloatPlaces& floats) {
   Block<Bits> words, places;
   auto by = static_cast<Bits>(change);
-  for (std::size_t first = 0; first < at.count; first += kBlock) {
-    const std::size_t count = std::min(kBlock, at.count - first);
+  for (std::size_t first = 0; first < floats.count; first += kBlock) {
+    const std::size_t count = std::min(kBlock, floats.count - first);
     take_residuals(residuals, first, count, words);
-    take_places(at.reference + first * at.stride, at.stride, count, places);
+    take_places(floats.reference + first * floats.stride, floats.stride, count, places);
     if (changes) {
       for (std::size_t i = 0; i < count; ++i) words[i] = by = static_cast<Bits>(by + words[i]);
     } else {
@@ -61,25 +61,25 @@ std::int64_t decode(const FloatResiduals& residuals, bool changes, std::uint64_t
     }
     for (std::size_t i = 0; i < count; ++i)
       words[i] = ordered_bits<Bits>(static_cast<std::int64_t>(places[i] + words[i]));
-    std::byte* const to = at.values + first * at.stride;
-    if (at.stride == sizeof(Bits))
+    std::byte* const to = floats.values + first * floats.stride;
+    if (floats.stride == sizeof(Bits))
       std::memcpy(to, words.data(), count * sizeof(Bits));
     else
       for (std::size_t i = 0; i < count; ++i)
-        std::memcpy(to + i * at.stride, &words[i], sizeof(Bits));
+        std::memcpy(to + i * floats.stride, &words[i], sizeof(Bits));
   }
   change = by;
   Bits last;
-  std::memcpy(&last, at.values + (at.count - 1) * at.stride, sizeof last);
+  std::memcpy(&last, floats.values + (floats.count - 1) * floats.stride, sizeof last);
   return ordered_index_of(last);
 }
 
 }  // namespace
 
 std::int64_t decode_floats(ScalarType type, const FloatResiduals& residuals, bool changes,
-                           std::uint64_t& change, const FloatPlaces& at) {
-  return type == ScalarType::float32 ? decode<std::uint32_t>(residuals, changes, change, at)
-                                     : decode<std::uint64_t>(residuals, changes, change, at);
+                           std::uint64_t& change, const FloatPlaces& floats) {
+  return type == ScalarType::float32 ? decode<std::uint32_t>(residuals, changes, change, floats)
+                                     : decode<std::uint64_t>(residuals, changes, change, floats);
 }
 
 }  // namespace shm

@@ -1,6 +1,6 @@
-// Floating-point values as they are stored, told by what their places among all such numbers differ
-// by from those of a reference: by loops without a branch over some hundred of them, the same as
-// TermColumn makes one by one.
+// Decodes floating-point values from residuals of their indices against those of a reference. Gives
+// the same values as TermColumn's loop over single values, but processes blocks of some hundred
+// values without branches.
 // spec: "Values by terms"
 #pragma once
 
@@ -12,23 +12,25 @@
 namespace shm {
 
 struct FloatResiduals {
-  const std::byte* planes = nullptr;  ///< byte 0 of all residuals; the other bytes so far behind it
+  /// byte 0 of all residuals, then the other bytes, `distance` apart
+  const std::byte* planes = nullptr;
   std::size_t distance = 0;
-  std::uint32_t width = 0;  ///< how many bytes there are
+  std::uint32_t width = 0;  ///< number of bytes of a residual
 };
 
-/// Values of one component, `stride` bytes apart, and what they are predicted from.
+/// The values of one component, `stride` bytes apart, and their references.
 struct FloatPlaces {
   const std::byte* reference = nullptr;
   std::byte* values = nullptr;
   std::size_t stride = 0;
-  std::size_t count = 0;  ///< 1 and more
+  std::size_t count = 0;  ///< at least 1
 };
 
-/// `changes`: whether the residual is to what the element before differs by from its reference;
-/// `change` is that of the element before, and becomes that of the last one. Returns the place of
-/// the last value. Must hold: `type` is of floats.
+/// Decodes values of a floating-point type. `changes`: true if a residual is the change of the
+/// difference from the reference, compared with the previous element. `change`: that difference of
+/// the previous element; set to that of the last element. Returns the index of the last value. Must
+/// hold: `type` is a floating-point type.
 std::int64_t decode_floats(ScalarType type, const FloatResiduals& residuals, bool changes,
-                           std::uint64_t& change, const FloatPlaces& at);
+                           std::uint64_t& change, const FloatPlaces& floats);
 
 }  // namespace shm

@@ -11,15 +11,17 @@ double power_of_two(std::int32_t exponent) {
   return std::bit_cast<double>(static_cast<std::uint64_t>(1023 + exponent) << 52);
 }
 
-/// With powers that are normal numbers, and products that are.
+/// Returns true for binary domains in which powers and products are normal numbers.
 bool is_usual_binary(const ValueDomain& domain) {
   return domain.kind == DomainKind::binary && domain.exponent >= -900 && domain.exponent <= 900;
 }
 
-constexpr double kRound = 6755399441055744.0;  // 1.5 * 2^52: sums with it are whole
-constexpr double kMost = 1125899906842624.0;   // 2^50
+// 1.5 * 2^52: adding and subtracting it rounds to whole numbers
+constexpr double kRound = 6755399441055744.0;
+constexpr double kMost = 1125899906842624.0;  // 2^50
 
-// Whole numbers up to kMost, by their bits: of several at once, unlike what processors convert.
+// Conversion between integers and doubles up to kMost by their bits: unlike the conversion
+// instructions of many processors, this vectorizes.
 constexpr auto kRoundBits = std::bit_cast<std::uint64_t>(kRound);
 std::uint64_t as_integer(double whole) {
   return std::bit_cast<std::uint64_t>(whole + kRound) - kRoundBits;
@@ -34,21 +36,21 @@ double value_of(std::uint64_t bits) {
   return static_cast<double>(std::bit_cast<Float>(static_cast<Bits>(bits)));
 }
 
-/// `unit(d)` is the value of index d; scale(value) is near the index.
+/// `unit(d)` returns the value of index d; `scale(value)` returns a number close to the index.
 template <class Bits, class Scale, class Unit>
 bool indices_as(std::span<const std::uint64_t> bits, std::span<std::int64_t> indices,
                 const Scale& scale, const Unit& unit) {
   using Float = std::conditional_t<sizeof(Bits) == 4, float, double>;
-  bool good = true;
+  bool ok = true;
   for (std::size_t i = 0; i < bits.size(); ++i) {
     const double scaled = scale(value_of<Bits>(bits[i]));
     const bool within = scaled < kMost && scaled > -kMost;
     const double whole = within ? scaled + kRound - kRound : 0.0;
-    good = good && within &&
-           std::bit_cast<Bits>(static_cast<Float>(unit(whole))) == static_cast<Bits>(bits[i]);
+    ok = ok && within &&
+         std::bit_cast<Bits>(static_cast<Float>(unit(whole))) == static_cast<Bits>(bits[i]);
     indices[i] = static_cast<std::int64_t>(whole);
   }
-  return good;
+  return ok;
 }
 
 template <class Bits>
@@ -65,36 +67,36 @@ bool indices_as(std::span<const std::uint64_t> bits, const ValueDomain& domain,
       [by = power_of_two(-domain.exponent)](double d) { return d * by; });
 }
 
-/// What nearest_integer() gives of so many times the values; false where one is too large for that,
-/// or no number. Compares by bits: of several at once.
+/// Stores nearest_integer(value * times) for each value. Returns false if a value is NaN or too
+/// large. Compares bits, so that the loop vectorizes.
 template <class Bits>
 bool nearest_as(std::span<const std::uint64_t> bits, double times,
                 std::span<std::int64_t> nearest) {
   constexpr auto kMostBits = std::bit_cast<std::uint64_t>(kMost);
   constexpr auto kHalfBits = std::bit_cast<std::uint64_t>(.5);
-  std::uint64_t within = ~std::uint64_t{0};  // the highest bit of it
+  std::uint64_t within = ~std::uint64_t{0};  // top bit: all are within kMost
   for (std::size_t i = 0; i < bits.size(); ++i) {
     const double scaled = value_of<Bits>(bits[i]) * times;
     within &= (std::bit_cast<std::uint64_t>(scaled) << 1 >> 1) - kMostBits;
-    const double even = scaled + kRound - kRound;  // the nearest, of two the even one
+    const double even = scaled + kRound - kRound;  // nearest integer; halves go to the even one
     const std::uint64_t other = std::bit_cast<std::uint64_t>(scaled - even) ^ kHalfBits;
     nearest[i] = static_cast<std::int64_t>(as_integer(even) + 1 - ((other | (0 - other)) >> 63));
   }
   return within >> 63 != 0;
 }
 
-/// False where an index is too large for as_double(), and nothing is done.
+/// Returns false, without any change, if an index is too large for as_double().
 template <class Unit>
 bool values_as(ScalarType type, std::span<std::uint64_t> words, const Unit& unit) {
   constexpr auto kMostIndex = static_cast<std::uint64_t>(kMost);
   std::uint64_t beyond = 0;
-  for (const std::uint64_t it : words) beyond |= (it + kMostIndex) >> 51;
+  for (const std::uint64_t word : words) beyond |= (word + kMostIndex) >> 51;
   if (beyond != 0) return false;
   if (type == ScalarType::float32)
-    for (std::uint64_t& it : words)
-      it = std::bit_cast<std::uint32_t>(static_cast<float>(unit(as_double(it))));
+    for (std::uint64_t& word : words)
+      word = std::bit_cast<std::uint32_t>(static_cast<float>(unit(as_double(word))));
   else
-    for (std::uint64_t& it : words) it = std::bit_cast<std::uint64_t>(unit(as_double(it)));
+    for (std::uint64_t& word : words) word = std::bit_cast<std::uint64_t>(unit(as_double(word)));
   return true;
 }
 

@@ -1,6 +1,5 @@
-// Indices of floating-point values in the domains that most coordinates have, by loops over all of
-// them: what a ValueTranslator does for each, many times as fast.
-// spec: "Value domains"
+// Translates whole arrays of floating-point values to indices and back, for the domains that most
+// coordinates have. Gives the results of ValueTranslator, many times faster. spec: "Value domains"
 #pragma once
 
 #include <cstdint>
@@ -10,18 +9,19 @@
 
 namespace shm {
 
-/// Indices of values of a decimal or binary domain, by their bits; where a value has several,
-/// either one. False where a value is none of it, or for another domain.
+/// Stores the indices of values, given as bits, in a decimal or binary domain. If several indices
+/// fit a value, it stores one of them. Returns false if a value is not in the domain, or the domain
+/// is of another kind.
 bool linear_indices(ScalarType type, std::span<const std::uint64_t> bits, const ValueDomain& domain,
                     std::span<std::int64_t> indices);
 
-/// Whole numbers that values are nearest to in a decimal or binary domain, of which they need not
-/// be. False where one is too large for that, or no number, or for another domain.
+/// Stores the index nearest to each value in a decimal or binary domain, which need not contain the
+/// value. Returns false if a value is NaN or too large, or the domain is of another kind.
 bool linear_references(ScalarType type, std::span<const std::uint64_t> bits,
                        const ValueDomain& domain, std::span<std::int64_t> nearest);
 
-/// Bits of the values of these indices, in their place. False where one is above 2^50, and for a
-/// domain that is not as simple: nothing is done.
+/// Replaces indices by the bits of their values. Returns false, without any change, if an index is
+/// above 2^50 or the domain is not simple enough.
 bool linear_values(ScalarType type, const ValueDomain& domain, std::span<std::uint64_t> words);
 
 }  // namespace shm

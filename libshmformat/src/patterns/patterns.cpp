@@ -10,12 +10,12 @@ namespace {
 
 using namespace pattern_source;
 
-/// The cells that a segment's history begins with, and how many nodes in so many may stand farther
-/// back before it becomes twice as long.
+/// The history of a segment begins with 2^kFirstHistoryBits cells. It doubles after a group in
+/// which more than one node per kMissedShare cells has its vertex in no remembered cell.
 constexpr std::uint32_t kFirstHistoryBits = 16;
 constexpr std::uint64_t kMissedShare = 64;
 
-/// Cells ahead whose patterns are asked for.
+/// Number of cells ahead whose pattern is prefetched.
 constexpr std::size_t kAhead = 8;
 inline void prefetch([[maybe_unused]] const std::uint8_t* bytes) {
 #if defined(__GNUC__)
@@ -65,7 +65,7 @@ void PatternEncoder::add_cell(const PatternCell& cell, std::span<const std::uint
     last_use_.push_back(static_cast<std::uint32_t>(cell.last_use >> 32 * w));
 }
 
-/// The cell's pattern, and what it leaves open.
+/// Finds the source of each node of the cell.
 void PatternEncoder::find_nodes(const PatternCell& cell, std::span<const std::uint64_t> numbers) {
   const std::uint32_t here = history_.next();
   const PatternHistory::References& on = history_.references();
@@ -106,10 +106,10 @@ void PatternEncoder::find_nodes(const PatternCell& cell, std::span<const std::ui
   history_.pass_cell(references_);
 }
 
-/// Where the vertex of a node stands that earlier cells used.
+/// Returns where an earlier cell has the vertex of a node.
 auto PatternEncoder::find(const Candidates& cells, std::uint32_t node, const Uses& uses) -> Op {
   const std::uint32_t sources = kUsers + 2 * std::min(node, kUsersOf);
-  // The last two cells first, which are the likely ones.
+  // Search for the last two users first: they are the most likely.
   for (const std::size_t use : {0u, 2u})
     for (std::uint32_t source = kBefore; source < sources; ++source) {
       if (cells[source] != uses.cells[use] && cells[source] != uses.cells[use + 1]) continue;
@@ -134,16 +134,17 @@ void PatternEncoder::Patterns::grow() {
     table[find(keys[pattern], [](std::uint32_t) { return false; })] = pattern + 1;
 }
 
-/// The number of the cell's pattern among those of its block.
+/// Returns the number of the current pattern among those of its block.
 std::uint32_t PatternEncoder::pattern_of(std::uint32_t block, std::uint32_t nodes) {
   Patterns& patterns = patterns_[block];
   const std::size_t bytes = 2 * nodes;
-  const auto is = [&](std::uint32_t pattern) {
+  const auto matches = [&](std::uint32_t pattern) {
     const std::uint8_t* const ops = patterns.ops.data() + pattern * bytes;
-    return bytes == 16 ? std::memcmp(ops, ops_.data(), 16) == 0  // a call for any other number
+    // constant size: inlined instead of a call
+    return bytes == 16 ? std::memcmp(ops, ops_.data(), 16) == 0
                        : std::memcmp(ops, ops_.data(), bytes) == 0;
   };
-  if (!patterns.uses.empty() && is(patterns.last)) {
+  if (!patterns.uses.empty() && matches(patterns.last)) {
     ++patterns.uses[patterns.last];
     return patterns.last;
   }
@@ -155,7 +156,7 @@ std::uint32_t PatternEncoder::pattern_of(std::uint32_t block, std::uint32_t node
     key ^= key >> 29;
   }
   patterns.grow();
-  std::uint32_t& found = patterns.table[patterns.find(key, is)];
+  std::uint32_t& found = patterns.table[patterns.find(key, matches)];
   if (found != 0) {
     patterns.last = found - 1;
     ++patterns.uses[patterns.last];
@@ -177,18 +178,18 @@ void PatternEncoder::add_unused(std::uint64_t number) {
 
 std::vector<std::byte> PatternEncoder::finish(ZstdCompressor& zstd) {
   ByteWriter out;
-  std::vector<std::byte> room;
+  std::vector<std::byte> scratch;
   out.put_u8(static_cast<std::uint8_t>(history_.bits()));
   out.put_varint(runs_.size());
   for (const Run& run : runs_) {
     out.put_varint(run.block);
     out.put_varint(run.cells);
   }
-  // What is used most comes first, so that most of the numbers are small; of others that which
-  // begins with the lowest bytes.
+  // Frequent patterns come first, so that most numbers are small. Patterns used equally often are
+  // sorted by their bytes.
   struct Place {
     std::uint32_t uses, pattern;
-    std::uint64_t first;  // eight bytes, the first one highest
+    std::uint64_t first;  // the first eight bytes, the first one most significant
   };
   std::vector<Place> order;
   std::vector<std::vector<std::uint32_t>> places(patterns_.size());
@@ -213,11 +214,11 @@ std::vector<std::byte> PatternEncoder::finish(ZstdCompressor& zstd) {
     for (std::size_t i = 0; i < count; ++i)
       places[b][order[i].pattern] = static_cast<std::uint32_t>(i);
     out.put_varint(count);
-    room.resize(count * bytes);
+    scratch.resize(count * bytes);
     for (std::size_t k = 0; k < bytes; ++k)
       for (std::size_t i = 0; i < count; ++i)
-        room[k * count + i] = std::byte{patterns.ops[order[i].pattern * bytes + k]};
-    put_plane(out, room, zstd);
+        scratch[k * count + i] = std::byte{patterns.ops[order[i].pattern * bytes + k]};
+    put_plane(out, scratch, zstd);
   }
   std::size_t cell = 0;
   for (const Run& run : runs_)
@@ -225,7 +226,7 @@ std::vector<std::byte> PatternEncoder::finish(ZstdCompressor& zstd) {
       ids_[cell] = places[run.block][ids_[cell]];
   for (auto* list : {&ids_, &last_use_, &distances_, &slot_list_}) {
     if (list == &distances_ || list == &slot_list_) out.put_varint(list->size());
-    put_numbers(out, std::span<const std::uint32_t>(*list), room, zstd);
+    put_numbers(out, std::span<const std::uint32_t>(*list), scratch, zstd);
   }
   out.put_varint(numbers_.bytes.size());
   put_plane(out, numbers_.bytes, zstd);
@@ -310,7 +311,7 @@ bool PatternDecoder::begin_group(std::span<const std::byte> bytes, std::uint32_t
   return true;
 }
 
-/// Whether a node of a pattern may have this source, with this place.
+/// Returns true if a node of a pattern may have this source and place.
 bool PatternDecoder::may_be(std::uint32_t source, std::uint32_t place, std::uint32_t node) const {
   if (source >= kCount) return false;
   if (source == kNew)
@@ -329,12 +330,12 @@ bool PatternDecoder::begin_cell() {
   }
   ++in_run_;
   const std::uint32_t block = runs_[run_].block, nodes = nodes_[block];
-  const std::size_t at = std::size_t{ids_[next_id_++]} * 2 * nodes;
-  if (at >= patterns_[block].size()) return false;
-  // Patterns come from all over a list that is longer than the nearest cache.
+  const std::size_t offset = std::size_t{ids_[next_id_++]} * 2 * nodes;
+  if (offset >= patterns_[block].size()) return false;
+  // Patterns are read at random from a list that exceeds the first-level cache.
   if (next_id_ + kAhead < ids_.size())
     prefetch(patterns_[block].data() + std::size_t{ids_[next_id_ + kAhead]} * 2 * nodes);
-  ops_ = patterns_[block].data() + at;
+  ops_ = patterns_[block].data() + offset;
   cell_.block = block;
   cell_.imports = 0;
   cell_.last_use = last_use_[next_use_++];
@@ -345,7 +346,7 @@ bool PatternDecoder::begin_cell() {
   return nodes == 64 || cell_.last_use >> nodes == 0;
 }
 
-/// The last one becomes the next that is told.
+/// Reads how far the next coded number is from the last one.
 void PatternDecoder::take_number() {
   last_number_ += static_cast<std::uint64_t>(numbers_.get_signed());
 }

@@ -1,9 +1,10 @@
-// Patterns: cells as places in a list of patterns, lists of what patterns leave open, all under
-// zstd. For speed, on meshes of any kind; no active surface of faces, no models.
+// Patterns: each cell is a place in a list of patterns. Further lists hold the data that patterns
+// do not determine; all lists are compressed with zstd. Fast on meshes of any kind: it needs
+// neither an active surface of faces nor models.
 //
 // in:    cells, by vertices      out: a bitstream for each group
-// keeps: slots of live vertices, changed alike in both directions; to decode, the last cells; to
-//        encode, where each live vertex stands in the last four cells that used it
+// keeps: slots of live vertices, updated alike in both directions; the decoder also keeps the last
+//        cells, the encoder the last four uses of each live vertex: the cell, and its node
 // spec: "Patterns"
 #pragma once
 
@@ -23,32 +24,32 @@ namespace shm {
 
 class PatternEncoder {
  public:
-  /// `numbered`: whether vertices come with numbers of their own.
+  /// `numbered`: true if vertices have numbers of their own.
   PatternEncoder(const Schema& schema, bool numbered);
 
-  /// `handles`: what the caller calls the vertices, free again behind the cell that uses one last.
-  /// `numbers`: of those that the cell introduces, in order of nodes. Slots of the cell are valid
-  /// until the next one.
+  /// Adds a cell. `handles`: the caller's names of its vertices; a handle may be reused after the
+  /// cell that uses its vertex last. `numbers`: numbers of the vertices that the cell introduces,
+  /// in order of nodes. The slots of the cell are valid until the next call.
   void add_cell(const PatternCell& cell, std::span<const std::uint32_t> handles,
                 std::span<const std::uint64_t> numbers);
   std::span<const std::uint32_t> slots() const { return slots_; }
-  /// As PatternCell has it.
+  /// Returns PatternCell::again of the last cell.
   std::uint64_t again() const { return again_; }
-  /// A vertex that no cell uses; after the cells of the group.
+  /// Adds a vertex that no cell uses. Call it after the cells of the group.
   void add_unused(std::uint64_t number);
-  /// The group's bitstream; the next group begins.
+  /// Returns the bitstream of the group, and begins the next group.
   std::vector<std::byte> finish(ZstdCompressor& zstd);
 
   std::uint64_t live() const { return history_.live(); }
-  /// Above every slot.
+  /// Returns a number above every slot.
   std::uint32_t slot_count() const { return history_.slots(); }
 
  private:
   struct Op {
     std::uint32_t source = 0, node = 0;
   };
-  /// The last four cells that used a vertex, the latest first, and the first of their nodes at
-  /// which it stands; the cell that introduces it in place of those that are not there.
+  /// The last four cells that used a vertex, the latest first, and the first node of each that has
+  /// the vertex. Missing entries hold the cell that introduced it.
   struct Uses {
     std::array<std::uint32_t, 4> cells{};
     std::array<std::uint8_t, 4> nodes{};
@@ -61,7 +62,7 @@ class PatternEncoder {
       nodes = {static_cast<std::uint8_t>(node), nodes[0], nodes[1], nodes[2]};
     }
   };
-  /// By source: the cell that it names, or the cell at hand.
+  /// By source: the cell it stands for, or the current cell if there is none.
   using Candidates = std::array<std::uint32_t, pattern_source::kFar>;
   void find_nodes(const PatternCell& cell, std::span<const std::uint64_t> numbers);
   Op find(const Candidates& cells, std::uint32_t node, const Uses& uses);
@@ -72,12 +73,12 @@ class PatternEncoder {
   std::vector<std::uint32_t> nodes_;    // by block
   std::vector<std::uint32_t> slot_of_;  // by handle
   std::vector<Uses> uses_;              // by slot
-  std::vector<std::uint32_t> slots_;    // of the cell at hand
-  std::uint64_t again_ = 0;             // likewise
+  std::vector<std::uint32_t> slots_;    // of the current cell
+  std::uint64_t again_ = 0;             // of the current cell
   PatternHistory::References references_;
   std::uint64_t last_number_ = ~std::uint64_t{0};
 
-  /// The patterns of a block in the group at hand.
+  /// The patterns of a block in the current group.
   struct Patterns {
     std::vector<std::uint32_t> table;  // pattern + 1 by key, open addressing; 0: none
     std::vector<std::uint64_t> keys;   // by pattern
@@ -85,41 +86,44 @@ class PatternEncoder {
     std::vector<std::uint32_t> uses;   // by pattern
     std::uint32_t last = 0;
 
-    /// Where in the table a pattern with this key stands that `is` accepts, or will stand.
+    /// Returns the position in the table of the pattern with this key that `matches` accepts, or
+    /// the free position for it.
     template <class Is>
-    std::size_t find(std::uint64_t key, Is&& is) const {
-      std::size_t at = static_cast<std::size_t>(key >> 32) & (table.size() - 1);
-      while (table[at] != 0 && !is(table[at] - 1)) at = (at + 1) & (table.size() - 1);
-      return at;
+    std::size_t find(std::uint64_t key, Is&& matches) const {
+      std::size_t position = static_cast<std::size_t>(key >> 32) & (table.size() - 1);
+      while (table[position] != 0 && !matches(table[position] - 1))
+        position = (position + 1) & (table.size() - 1);
+      return position;
     }
-    /// Room for one more.
+    /// Makes room for one more pattern.
     void grow();
   };
   std::vector<Patterns> patterns_;  // by block
-  std::vector<std::uint8_t> ops_;   // of the cell at hand
+  std::vector<std::uint8_t> ops_;   // of the current cell
   struct Run {
     std::uint32_t block = 0, cells = 0;
   };
   std::vector<Run> runs_;
-  std::vector<std::uint32_t> ids_;       // by cell
-  std::vector<std::uint32_t> last_use_;  // by cell, words of 32 nodes
+  std::vector<std::uint32_t> ids_;       // pattern of each cell
+  std::vector<std::uint32_t> last_use_;  // by cell, in words of 32 nodes
   std::vector<std::uint32_t> distances_, slot_list_;
   ByteWriter numbers_;
-  std::uint64_t missed_ = 0;  // nodes whose vertex is remembered by none of the last cells
+  std::uint64_t missed_ = 0;  // nodes whose vertex occurs in no remembered cell
 };
 
 class PatternDecoder {
  public:
-  /// `first_vertex`: the number of the first own vertex, where they are numbered by their order.
+  /// `first_vertex`: the number of the first own vertex, if vertices are numbered in order.
   PatternDecoder(const Schema& schema, bool numbered, bool may_import, std::uint64_t first_vertex);
 
-  /// `bytes` of a group with so many cells, which have `nodes` nodes at most; numbers may take
-  /// `most_number_bytes`. False for damaged data.
+  /// Begins a group with `cells` cells, which have at most `nodes` nodes together. Numbers may
+  /// unpack to `most_number_bytes` bytes. Returns false if the data is damaged.
   bool begin_group(std::span<const std::byte> bytes, std::uint32_t cells, std::uint64_t nodes,
                    std::uint64_t most_number_bytes, ZstdDecompressor& zstd);
-  /// The next cell; null for damaged data. `numbers` takes those of its vertices, by node. Of each
-  /// imported vertex, where they are numbered by their order: import(vertex), which sets its
-  /// number; false for damaged data. Last uses are still to come: end_cell().
+  /// Decodes the next cell, except its last uses, which end_cell() handles. Returns null if the
+  /// data is damaged. Stores the numbers of its vertices, by node, in `numbers`. If vertices are
+  /// numbered in order, it calls import(vertex) for each imported vertex, which sets the number of
+  /// the vertex or returns false if the data is damaged.
   template <class Import>
   const PatternCell* next_cell(std::uint64_t* numbers, Import&& import) {
     if (!begin_cell()) return nullptr;
@@ -130,23 +134,24 @@ class PatternDecoder {
                : nullptr;
   }
   std::size_t stride() const { return history_.stride(); }
-  /// Finalizes the vertices that the cell uses last; calls visit(number) of imported ones.
+  /// Finalizes the vertices that the cell uses last. Calls visit(number) for the imported vertices
+  /// among them.
   template <class Visit>
   void end_cell(Visit&& visit) {
     for (std::uint64_t left = cell_.last_use; left != 0; left &= left - 1) {
       const std::uint32_t slot = cell_.slots[static_cast<std::size_t>(std::countr_zero(left))];
-      if (!history_.is_live(slot)) continue;  // it stands at several nodes
+      if (!history_.is_live(slot)) continue;  // the vertex occurs at several nodes
       if (history_.state(slot) == PatternHistory::State::imported)
         visit(history_.vertex(slot).number);
       history_.finalize(slot);
     }
   }
-  /// Of a vertex that no cell uses; nothing for damaged data.
+  /// Returns the number of the next unused vertex; nothing if the data is damaged.
   std::optional<std::uint64_t> next_unused();
   bool at_end() const;
 
   std::uint64_t live() const { return history_.live(); }
-  /// Whether a live vertex has the slot that the segment owns, and its number.
+  /// Returns true if the segment owns the live vertex with this slot.
   bool is_own(std::uint32_t slot) const {
     return history_.state(slot) == PatternHistory::State::own;
   }
@@ -175,12 +180,12 @@ class PatternDecoder {
   PatternHistory history_;
   std::vector<std::uint32_t> nodes_;  // by block
   PatternCell cell_;
-  std::uint32_t* slots_ = nullptr;  // of the cell at hand: its row
+  std::uint32_t* slots_ = nullptr;  // row of the current cell
   std::uint32_t words_of_uses_;
-  const std::uint8_t* ops_ = nullptr;  // of the cell at hand: source and node, by node
+  const std::uint8_t* ops_ = nullptr;  // of the current cell: source and node, by node
   std::uint64_t last_number_ = ~std::uint64_t{0}, next_own_;
 
-  // the group at hand
+  // the current group
   struct Run {
     std::uint32_t block = 0, cells = 0;
   };
@@ -194,7 +199,8 @@ class PatternDecoder {
   ByteReader numbers_{{}};
 };
 
-/// kNodes: how many there are, as many as in a row of the history; 0: any number.
+/// kNodes: the number of nodes if it is known at compile time and equals the row length, otherwise
+/// 0.
 template <std::uint32_t kNodes, class Import>
 bool PatternDecoder::decode_nodes(std::uint32_t nodes, std::uint64_t* numbers, Import& import) {
   using namespace pattern_source;
@@ -206,7 +212,7 @@ bool PatternDecoder::decode_nodes(std::uint32_t nodes, std::uint64_t* numbers, I
   std::uint32_t* const slots = slots_;
   const std::uint32_t cell = history_.next();
   std::uint64_t introduced = 0, again = 0;
-  // By source: the cells whose rows they name. A cell that is to come has none.
+  // By source: the cell whose row is read. The current cell has no row yet, so it serves as "none".
   std::array<std::uint32_t, kFar + 1> cells;
   const PatternHistory::References& on = history_.references();
   cells[kBefore] = cell - 1;
@@ -256,7 +262,8 @@ bool PatternDecoder::decode_nodes(std::uint32_t nodes, std::uint64_t* numbers, I
       cells[kUsers + 2 * i] = vertex.last;
       cells[kUsers + 2 * i + 1] = vertex.before;
     }
-    // Whatever told it: a slot of an earlier cell may be that of a vertex which is new here.
+    // Whatever the source is: a slot of an earlier cell may now belong to a vertex that this cell
+    // introduced.
     const bool is_again = vertex.last == cell;
     again |= static_cast<std::uint64_t>(is_again) << i;
     vertex.before = is_again ? vertex.before : vertex.last;
@@ -265,8 +272,8 @@ bool PatternDecoder::decode_nodes(std::uint32_t nodes, std::uint64_t* numbers, I
     return true;
   };
   if constexpr (kNodes > 0) {
-    // Each node has branches of its own to be foretold: reading takes 3 % less time.
-#if !defined(__wasm__)  // where the size of code counts for more
+    // Unrolled, each node has its own branches to predict: reading takes 3 % less time.
+#if !defined(__wasm__)  // code size matters more there
 #pragma GCC unroll 8
 #endif
     for (std::uint32_t i = 0; i < kNodes; ++i)

@@ -19,20 +19,20 @@ namespace shm {
 namespace {
 
 constexpr int kShuffledZstdLevel = 1;
-/// One element in so many is looked at where predictors are compared.
+/// Predictors are compared on one element in kSampleStep.
 constexpr std::size_t kSampleStep = 8;
-/// Elements among which values are looked for that come again, and how many in so many must.
+/// Sizes of the samples for choosing a domain and for counting repeated values. A table is tried if
+/// more than one sampled value in kRepeatShare is a repetition.
 constexpr std::size_t kDomainSamples = 512;
 constexpr std::size_t kRepeatSamples = 2048, kRepeatShare = 8;
-/// Where values come again a table is tried if there are so many, and a residual takes so many
-/// bits.
+/// Conditions for trying a table: number of values, and bits per residual without a table.
 constexpr std::size_t kTableCount = 16;
 constexpr std::uint64_t kTableBits = 8;
 
-/// Bytes of planes for which there is room before they have come.
+/// Bytes reserved for planes before they are unpacked.
 constexpr std::uint64_t kMostReserved = std::uint64_t{4} << 20;
 
-// A head: kind, predictor, whether there is a table.
+// The head of a component: kind, predictor, whether it has a table.
 constexpr std::uint8_t kKinds = 7, kPredictorShift = 3, kTableBit = 0x40;
 
 std::uint64_t gap(std::int64_t above, std::int64_t below) {
@@ -53,7 +53,8 @@ std::uint64_t residual_bits(std::span<const std::uint64_t> residuals) {
   return bits * kSampleStep;
 }
 
-/// What is kept of an index. Of a NaN, whose bits not all machines keep, it is 0.
+/// Returns the state kept for an index. It is 0 for NaN, since not all machines preserve the bits
+/// of a NaN.
 template <class Differences>
 std::uint64_t state_of(const Differences& differences, std::int64_t index) {
   const std::uint64_t state = differences.remember(index);
@@ -62,13 +63,13 @@ std::uint64_t state_of(const Differences& differences, std::int64_t index) {
   return state;
 }
 
-/// Numbers of `width` bytes from as many planes, each so far behind the one before.
+/// Reads words of `width` bytes from byte planes that are `distance` apart.
 void get_words(const std::byte* planes, std::size_t distance, std::uint32_t width,
                std::span<std::uint64_t> words) {
   std::uint64_t* const to = words.data();
   const std::size_t count = words.size();
   std::fill_n(to, count, 0);
-  for (std::uint32_t b = 0; b < width; b += 2) {  // half as many passes as one by one
+  for (std::uint32_t b = 0; b < width; b += 2) {  // two planes at a time halve the passes
     const std::byte* const low = planes + b * distance;
     const std::byte* const high = b + 1 < width ? low + distance : nullptr;
     if (high == nullptr)
@@ -82,30 +83,32 @@ void get_words(const std::byte* planes, std::size_t distance, std::uint32_t widt
   }
 }
 
-/// How many entries are below the index.
+/// Returns the number of entries below the index.
 std::uint64_t rank_of(std::span<const std::int64_t> table, std::int64_t index) {
   return static_cast<std::uint64_t>(std::lower_bound(table.begin(), table.end(), index) -
                                     table.begin());
 }
 
-/// Each that occurs, once; nothing where they are more than `most`.
+/// Returns the distinct indices; empty if there are more than `most`.
 std::vector<std::int64_t> distinct(std::span<const std::int64_t> indices, std::size_t most) {
   const Scatter place_of;
   std::vector<std::int64_t> found;
-  // Place in `found` + 1, open addressing; 0: none.
+  // Hash table with open addressing: position in `found` plus 1; 0: free.
   std::vector<std::uint32_t> table(std::bit_ceil(std::clamp<std::size_t>(2 * most, 64, 16384)));
   const auto place = [&](std::int64_t index) -> std::uint32_t& {
     const std::size_t mask = table.size() - 1;
-    std::size_t at = static_cast<std::size_t>(place_of(static_cast<std::uint64_t>(index))) & mask;
-    while (table[at] != 0 && found[table[at] - 1] != index) at = (at + 1) & mask;
-    return table[at];
+    std::size_t position =
+        static_cast<std::size_t>(place_of(static_cast<std::uint64_t>(index))) & mask;
+    while (table[position] != 0 && found[table[position] - 1] != index)
+      position = (position + 1) & mask;
+    return table[position];
   };
   for (const std::int64_t index : indices) {
-    std::uint32_t& its = place(index);
-    if (its != 0) continue;
+    std::uint32_t& entry = place(index);
+    if (entry != 0) continue;
     if (found.size() == most) return {};
     found.push_back(index);
-    its = static_cast<std::uint32_t>(found.size());
+    entry = static_cast<std::uint32_t>(found.size());
     if (2 * found.size() < table.size()) continue;
     table.assign(2 * table.size(), 0);
     for (std::uint32_t i = 0; i < found.size(); ++i) place(found[i]) = i + 1;
@@ -113,7 +116,7 @@ std::vector<std::int64_t> distinct(std::span<const std::int64_t> indices, std::s
   return found;
 }
 
-/// Whether a sample says that many values come again.
+/// Returns true if, judging by a sample, many values repeat.
 bool values_repeat(std::span<const std::int64_t> indices) {
   if (indices.size() < kTableCount) return false;
   const std::size_t step = std::max<std::size_t>(indices.size() / kRepeatSamples, 1);
@@ -123,14 +126,14 @@ bool values_repeat(std::span<const std::int64_t> indices) {
   return (sample.size() - different) * kRepeatShare > sample.size();
 }
 
-/// All values that occur; nothing where they are too many.
+/// Returns all values that occur, ascending; empty if there are too many.
 std::vector<std::int64_t> table_of(std::span<const std::int64_t> indices) {
   std::vector<std::int64_t> table = distinct(indices, indices.size() / 4 * 3);
   std::sort(table.begin(), table.end());
   return table;
 }
 
-/// Entries as one of them, then the gaps.
+/// Writes the number of entries, the first entry and the gaps between entries.
 void put_table(ByteWriter& out, std::span<const std::int64_t> table, TermScratch& scratch) {
   std::vector<std::uint64_t> gaps;
   for (std::size_t i = 1; i < table.size(); ++i) gaps.push_back(gap(table[i], table[i - 1]));
@@ -160,21 +163,21 @@ bool TermColumn::refers() const {
 
 // --- predictions
 
-/// What predictions are made of in a group without a table: states.
+/// Source of predictions in a group without a table: states.
 template <class D>
 class TermColumn::Direct {
  public:
   using Differences = D;
-  /// `states`: of the component, so far apart.
+  /// `states`: states of the component, `stride` words apart.
   Direct(const Differences& differences, Component& component, std::uint64_t* states,
-         std::size_t apart)
-      : differences_(differences), component_(&component), states_(states), apart_(apart) {}
+         std::size_t stride)
+      : differences_(differences), component_(&component), states_(states), apart_(stride) {}
 
   const Differences& differences() const { return differences_; }
   std::uint64_t last() const { return component_->last; }
-  void set_last(std::uint64_t of) { component_->last = of; }
+  void set_last(std::uint64_t value) { component_->last = value; }
   std::uint64_t term(std::uint32_t slot) const { return states_[slot * apart_]; }
-  void set(std::uint32_t slot, std::uint64_t of) { states_[slot * apart_] = of; }
+  void set(std::uint32_t slot, std::uint64_t value) { states_[slot * apart_] = value; }
 
  private:
   Differences differences_;
@@ -183,38 +186,40 @@ class TermColumn::Direct {
   std::size_t apart_;
 };
 
-/// With a table: ranks. That of a vertex of an earlier group is found where it is first asked for.
+/// Source of predictions in a group with a table: ranks. The rank of a vertex of an earlier group
+/// is computed when it is first needed.
 template <class Differences_>
 class TermColumn::Ranked {
  public:
   using Differences = WholeDifferences;
   Ranked(const Differences_& of_states, Component& component, std::uint64_t* states,
-         std::size_t apart, std::uint32_t group)
+         std::size_t stride, std::uint32_t group)
       : of_states_(of_states),
         component_(&component),
         states_(states),
-        apart_(apart),
+        apart_(stride),
         group_(std::uint64_t{group} << 32) {}
 
   Differences differences() const { return {}; }
   std::uint64_t last() const { return rank(component_->last); }
-  void set_last(std::uint64_t of) { component_->last = state(of); }
+  void set_last(std::uint64_t rank) { component_->last = state(rank); }
   std::uint64_t term(std::uint32_t slot) {
-    std::uint64_t& its = component_->ranks[slot];
-    if ((its & ~std::uint64_t{0xffffffff}) != group_) its = group_ | rank(states_[slot * apart_]);
-    return its & 0xffffffff;
+    std::uint64_t& ranked = component_->ranks[slot];
+    if ((ranked & ~std::uint64_t{0xffffffff}) != group_)
+      ranked = group_ | rank(states_[slot * apart_]);
+    return ranked & 0xffffffff;
   }
-  void set(std::uint32_t slot, std::uint64_t of) {
-    component_->ranks[slot] = group_ | of;
-    states_[slot * apart_] = state(of);
+  void set(std::uint32_t slot, std::uint64_t rank) {
+    component_->ranks[slot] = group_ | rank;
+    states_[slot * apart_] = state(rank);
   }
 
  private:
-  std::uint64_t state(std::uint64_t of) const {
-    return state_of(of_states_, component_->table[static_cast<std::size_t>(of)]);
+  std::uint64_t state(std::uint64_t rank) const {
+    return state_of(of_states_, component_->table[static_cast<std::size_t>(rank)]);
   }
-  std::uint64_t rank(std::uint64_t of) const {
-    return rank_of(component_->table, of_states_.index(of_states_.sum_of(of)));
+  std::uint64_t rank(std::uint64_t state) const {
+    return rank_of(component_->table, of_states_.index(of_states_.sum_of(state)));
   }
 
   Differences_ of_states_;
@@ -229,28 +234,29 @@ void TermColumn::for_each_value(std::size_t c, const Elements& elements,
                                 std::span<const std::int64_t> references, Code&& code) {
   Component& component = components_[c];
   std::uint64_t* const states = states_.empty() ? nullptr : states_.data() + c;
-  const std::size_t apart = components_.size();
+  const std::size_t stride = components_.size();
   with_differences(info_->type, component.domain.kind, [&](const auto& differences) {
     using Differences = std::remove_cvref_t<decltype(differences)>;
     if (component.table.empty())
-      walk(Direct<Differences>(differences, component, states, apart), component.predictor,
+      walk(Direct<Differences>(differences, component, states, stride), component.predictor,
            elements, references, component.change, code);
     else
-      walk(Ranked<Differences>(differences, component, states, apart, group_), component.predictor,
+      walk(Ranked<Differences>(differences, component, states, stride, group_), component.predictor,
            elements, references, component.change, code);
   });
 }
 
-/// Of a vertex that has terms, by component; term(slot, component) is what is kept of one.
+/// Returns the sums that predict a vertex with terms, by component. term(slot, component) returns
+/// the state of a vertex.
 template <class Differences, std::size_t kCount, class Term>
-auto sums_of_terms(const VertexTerms& it, const Term& term) {
+auto sums_of_terms(const VertexTerms& vertex, const Term& term) {
   std::array<typename Differences::Sum, kCount> sums;
-  for (std::size_t c = 0; c < kCount; ++c) sums[c] = Differences::sum_of(term(it.slots[0], c));
+  for (std::size_t c = 0; c < kCount; ++c) sums[c] = Differences::sum_of(term(vertex.slots[0], c));
   const auto add = [&](std::int64_t weight, std::uint32_t t) {
     for (std::size_t c = 0; c < kCount; ++c)
-      sums[c] = Differences::add(sums[c], Differences::weight(weight), term(it.slots[t], c));
+      sums[c] = Differences::add(sums[c], Differences::weight(weight), term(vertex.slots[t], c));
   };
-  switch (it.count) {
+  switch (vertex.count) {
     case 7: add(1, 1), add(1, 2), add(-1, 3), add(-1, 4), add(-1, 5), add(1, 6); break;
     case 3: add(1, 1), add(-1, 2); break;
     case 2:
@@ -273,8 +279,8 @@ void TermColumn::walk(Known known, Predictor predictor, const Elements& elements
     last = state_of(differences, code(differences, e, differences.index(sum)));
   };
   if (elements.vertices.empty()) {
-    // Of nothing and of a reference the state says what the index says, and elements do not wait
-    // for each other.
+    // These predictors depend on the index only, not on the state of the previous element, so that
+    // consecutive elements can be processed in parallel.
     std::int64_t index = 0;
     switch (predictor) {
       case Predictor::nothing:
@@ -285,12 +291,12 @@ void TermColumn::walk(Known known, Predictor predictor, const Elements& elements
           index = code(differences, e, references[e]);
         break;
       case Predictor::change: {
-        // What an index differs by from its reference, as that of the element before did.
+        // An index is expected to differ from its reference as the previous index did.
         std::uint64_t by = change;
         for (std::size_t e = 0; e < elements.count; ++e) {
-          const auto its = static_cast<std::uint64_t>(references[e]);
-          index = code(differences, e, static_cast<std::int64_t>(its + by));
-          by = static_cast<std::uint64_t>(index) - its;
+          const auto reference = static_cast<std::uint64_t>(references[e]);
+          index = code(differences, e, static_cast<std::int64_t>(reference + by));
+          by = static_cast<std::uint64_t>(index) - reference;
         }
         change = by;
         break;
@@ -302,18 +308,18 @@ void TermColumn::walk(Known known, Predictor predictor, const Elements& elements
       last = state_of(differences, index);
   }
   for (std::size_t e = 0; e < elements.vertices.size(); ++e) {
-    const VertexTerms& it = elements.vertices[e];
+    const VertexTerms& vertex = elements.vertices[e];
     Sum sum = differences.sum_of(predictor == Predictor::nothing ? 0 : last);
-    if (predictor == Predictor::terms && it.count > 0)
+    if (predictor == Predictor::terms && vertex.count > 0)
       sum = sums_of_terms<Differences, 1>(
-          it, [&](std::uint32_t slot, std::size_t) { return known.term(slot); })[0];
+          vertex, [&](std::uint32_t slot, std::size_t) { return known.term(slot); })[0];
     take(e, sum);
-    known.set(it.slot, last);
+    known.set(vertex.slot, last);
   }
   if (elements.count > 0) known.set_last(last);
 }
 
-/// Indices of the reference, or ranks where there is a table.
+/// Stores the indices of the references, or their ranks if the component has a table.
 void TermColumn::refer(std::size_t c, const Elements& elements,
                        std::vector<std::int64_t>& references,
                        std::vector<std::uint64_t>& words) const {
@@ -330,7 +336,7 @@ void TermColumn::refer(std::size_t c, const Elements& elements,
       const std::uint64_t infinity = narrow ? 0x7f800000 : 0x7ff0000000000000;
       const std::uint64_t sign = narrow ? 0x80000000 : 0x8000000000000000;
       for (std::size_t e = 0; e < words.size(); ++e)
-        references[e] = (words[e] & ~sign) > infinity ? 0 : index_of(words[e]);  // of a NaN 0
+        references[e] = (words[e] & ~sign) > infinity ? 0 : index_of(words[e]);  // 0 for NaN
     });
   } else if (!linear_references(info_->type, words, component.domain, references)) {
     const ValueTranslator translator(*info_, c, component.domain);
@@ -345,7 +351,8 @@ void TermColumn::refer(std::size_t c, const Elements& elements,
     });
   }
   if (component.table.empty()) return;
-  for (std::int64_t& it : references) it = static_cast<std::int64_t>(rank_of(component.table, it));
+  for (std::int64_t& reference : references)
+    reference = static_cast<std::int64_t>(rank_of(component.table, reference));
 }
 
 void TermColumn::make_room_for_slots(const Elements& elements) {
@@ -357,15 +364,15 @@ void TermColumn::make_room_for_slots(const Elements& elements) {
 
 // --- encoding
 
-/// The domain of all these values, and their indices. Where some of quantized values cannot be
-/// quantized, the others take their rounded values all the same.
+/// Chooses the domain of these values, and stores their indices. If some values of a quantized
+/// array cannot be quantized, the other values are still rounded.
 ValueDomain TermColumn::choose_domain(std::size_t c, std::span<std::uint64_t> words,
                                       std::span<std::int64_t> indices) const {
   const bool lossless = info_->quantization.bits == 0;
   if (is_float(info_->type) && lossless) {
     if (linear_indices(info_->type, words, components_[c].domain, indices))
       return components_[c].domain;
-    // What a sample is, all are; or else it is looked at again.
+    // Try the domain of a sample; if it does not fit all values, look at all of them.
     std::vector<std::uint64_t> sample;
     const std::size_t step = std::max<std::size_t>(words.size() / kDomainSamples, 1);
     for (std::size_t i = 0; i < words.size(); i += step) sample.push_back(words[i]);
@@ -375,8 +382,8 @@ ValueDomain TermColumn::choose_domain(std::size_t c, std::span<std::uint64_t> wo
   const ValueDomain domain = evenly_spaced_domain(*info_, c, words);
   if (!lossless && domain.kind != DomainKind::quantized) {
     const ValueTranslator translator(*info_, c, {DomainKind::quantized});
-    for (std::uint64_t& it : words)
-      if (const auto index = translator.index(it)) it = translator.bits(*index);
+    for (std::uint64_t& word : words)
+      if (const auto index = translator.index(word)) word = translator.bits(*index);
   }
   with_translation(*info_, c, domain, [&](auto&& index_of, auto&&) {
     for (std::size_t e = 0; e < words.size(); ++e) indices[e] = index_of(words[e]);
@@ -384,8 +391,9 @@ ValueDomain TermColumn::choose_domain(std::size_t c, std::span<std::uint64_t> wo
   return domain;
 }
 
-/// Another predictor, where residuals of a sample take fewer bits with it than with that of the
-/// component, which are the words. `bits`: of the residuals.
+/// Returns the predictor whose residuals need the fewest bits in a sample. scratch.words holds the
+/// residuals of the component's current predictor. `bits`: estimated bits of the residuals with the
+/// returned predictor.
 auto TermColumn::choose_predictor(const Component& component, const Elements& elements,
                                   const TermScratch& scratch, std::uint64_t& bits) const
     -> Predictor {
@@ -430,18 +438,18 @@ void TermColumn::encode_component(std::size_t c, const Elements& elements, const
   component.table.clear();
   if (!elements.reference.empty()) refer(c, elements, scratch.references, words);
 
-  const auto residuals_with = [&](Predictor predictor, std::span<const std::int64_t> of) {
+  const auto residuals_with = [&](Predictor predictor, std::span<const std::int64_t> targets) {
     component.predictor = predictor;
     component.change = 0;
     for_each_value(c, elements, scratch.references,
                    [&](const auto& differences, std::size_t e, std::int64_t predicted) {
-                     words[e] = differences.residual(of[e], predicted);
-                     return of[e];
+                     words[e] = differences.residual(targets[e], predicted);
+                     return targets[e];
                    });
   };
   const bool may_have_table = values_repeat(indices);
   const std::uint64_t last = component.last;
-  // Slots are used again within a group.
+  // Slots are reused within a group, so a second pass needs the original states.
   const auto states = may_have_table ? states_ : std::vector<std::uint64_t>();
   const Predictor first = !elements.vertices.empty()    ? Predictor::terms
                           : !elements.reference.empty() ? Predictor::reference
@@ -513,7 +521,7 @@ auto TermColumn::encode(const Elements& elements, const std::byte* values, std::
     terms.bytes = encode_terms(elements, values, stride, scratch);
     if (is_float(info_->type)) return terms;
   }
-  // Whole numbers may be names of materials: which repeat, and are not evenly spaced.
+  // Integers may be material numbers or similar, which repeat but are not evenly spaced.
   std::vector<std::byte> packed(elements.count * element_bytes());
   for (std::size_t e = 0; e < elements.count; ++e)
     std::memcpy(packed.data() + e * element_bytes(), values + e * stride, element_bytes());
@@ -551,7 +559,8 @@ bool TermColumn::read_terms(std::span<const std::byte> bytes, std::uint64_t most
   unpacked_.clear();
   std::uint64_t planes = 0;
   for (const Component& component : components_) planes += component.width * count_;
-  unpacked_.reserve(to_size(std::min(planes, kMostReserved)));  // or it would double
+  // without this the vector would double
+  unpacked_.reserve(to_size(std::min(planes, kMostReserved)));
   for (Component& component : components_) {
     if (!component.table.empty() && !read_table(in, component.table, scratch)) return false;
     component.planes = unpacked_.size();
@@ -563,7 +572,7 @@ bool TermColumn::read_terms(std::span<const std::byte> bytes, std::uint64_t most
   return in.ok() && in.left() == 0;
 }
 
-/// A table that is to come gets one entry.
+/// Reads the heads. A component with a table gets one placeholder entry.
 bool TermColumn::read_heads(ByteReader& in) {
   for (Component& component : components_) {
     const std::uint8_t head = in.get_u8();
@@ -605,7 +614,7 @@ bool TermColumn::read_table(ByteReader& in, std::vector<std::int64_t>& table,
 
 bool TermColumn::decode(const Elements& elements, std::vector<std::byte>& out,
                         TermScratch& scratch) {
-  const std::size_t count = elements.count, bytes = element_bytes(), at = out.size();
+  const std::size_t count = elements.count, bytes = element_bytes(), offset = out.size();
   if (count > count_ - next_) return false;
   if (count == 0) return true;
   if (may_have_terms_) make_room_for_slots(elements);
@@ -613,12 +622,12 @@ bool TermColumn::decode(const Elements& elements, std::vector<std::byte>& out,
     const auto from = unpacked_.begin() + static_cast<std::ptrdiff_t>(next_ * bytes);
     out.insert(out.end(), from, from + static_cast<std::ptrdiff_t>(count * bytes));
   } else {
-    out.resize(at + count * bytes);
+    out.resize(offset + count * bytes);
     if (can_decode_together(elements)) {
-      decode_together(elements, out.data() + at, scratch);
+      decode_together(elements, out.data() + offset, scratch);
     } else {
       for (std::size_t c = 0; c < components_.size(); ++c)
-        if (!decode_component(c, elements, out.data() + at + c * width_, scratch)) return false;
+        if (!decode_component(c, elements, out.data() + offset + c * width_, scratch)) return false;
     }
   }
   next_ += count;
@@ -652,17 +661,17 @@ bool TermColumn::decode_component(std::size_t c, const Elements& elements, std::
                  });
   if (!within) return false;
   if (entries > 0)
-    for (std::uint64_t& it : words)
-      it = static_cast<std::uint64_t>(component.table[static_cast<std::size_t>(it)]);
+    for (std::uint64_t& word : words)
+      word = static_cast<std::uint64_t>(component.table[static_cast<std::size_t>(word)]);
   save_values(c, words, out);
   return true;
 }
 
-/// The same of floats as they are stored, which are most of those of steps. Must hold: there is a
-/// reference, and no table.
+/// Decodes floating-point values as stored, the most frequent kind of step values. Must hold: the
+/// elements have references, and the component has no table.
 void TermColumn::decode_floats(std::size_t c, const Elements& elements, std::byte* out) {
   Component& component = components_[c];
-  // Of no width there may be no bytes at all.
+  // If the width is 0, there may be no bytes at all.
   const FloatResiduals residuals{
       component.width == 0 ? nullptr : unpacked_.data() + component.planes + next_,
       static_cast<std::size_t>(count_), component.width};
@@ -673,19 +682,20 @@ void TermColumn::decode_floats(std::size_t c, const Elements& elements, std::byt
                    [&](const auto& differences) { component.last = state_of(differences, last); });
 }
 
-/// Whether components of vertices do alike, by terms alone.
+/// Returns true if the components can be decoded in one pass: three alike, predicted from terms
+/// only.
 bool TermColumn::can_decode_together(const Elements& elements) const {
   const bool narrow = components_[0].domain.kind == DomainKind::narrow;
   const bool floats = components_[0].domain.kind == DomainKind::floats;
   return !elements.vertices.empty() && components_.size() == kTogether && is_float(info_->type) &&
-         std::all_of(components_.begin(), components_.end(), [&](const Component& it) {
-           return it.predictor == Predictor::terms && it.table.empty() &&
-                  (it.domain.kind == DomainKind::narrow) == narrow &&
-                  (it.domain.kind == DomainKind::floats) == floats;
+         std::all_of(components_.begin(), components_.end(), [&](const Component& component) {
+           return component.predictor == Predictor::terms && component.table.empty() &&
+                  (component.domain.kind == DomainKind::narrow) == narrow &&
+                  (component.domain.kind == DomainKind::floats) == floats;
          });
 }
 
-/// What decode_component() does, of all of them in one pass: they have the same terms.
+/// Decodes like decode_component(), but all components in one pass, since they share their terms.
 void TermColumn::decode_together(const Elements& elements, std::byte* out, TermScratch& scratch) {
   const std::size_t count = elements.count;
   scratch.words.resize(kTogether * count);
@@ -700,18 +710,19 @@ void TermColumn::decode_together(const Elements& elements, std::byte* out, TermS
     std::array<std::uint64_t, kTogether> last;
     for (std::size_t c = 0; c < kTogether; ++c) last[c] = components_[c].last;
     for (std::size_t e = 0; e < count; ++e) {
-      const VertexTerms& it = elements.vertices[e];
+      const VertexTerms& vertex = elements.vertices[e];
       std::array<typename Differences::Sum, kTogether> sums;
-      if (it.count == 0)
+      if (vertex.count == 0)
         for (std::size_t c = 0; c < kTogether; ++c) sums[c] = Differences::sum_of(last[c]);
       else
-        sums = sums_of_terms<Differences, kTogether>(it, [&](std::uint32_t slot, std::size_t c) {
-          return states[std::size_t{slot} * kTogether + c];
-        });
+        sums =
+            sums_of_terms<Differences, kTogether>(vertex, [&](std::uint32_t slot, std::size_t c) {
+              return states[std::size_t{slot} * kTogether + c];
+            });
       for (std::size_t c = 0; c < kTogether; ++c) {
         const std::int64_t index = differences.value(words[c][e], differences.index(sums[c]));
         words[c][e] = static_cast<std::uint64_t>(index);
-        states[std::size_t{it.slot} * kTogether + c] = last[c] = state_of(differences, index);
+        states[std::size_t{vertex.slot} * kTogether + c] = last[c] = state_of(differences, index);
       }
     }
     for (std::size_t c = 0; c < kTogether; ++c) components_[c].last = last[c];
@@ -720,19 +731,19 @@ void TermColumn::decode_together(const Elements& elements, std::byte* out, TermS
 }
 
 void TermColumn::take_residuals(const Component& component, std::span<std::uint64_t> words) const {
-  // Of no width there may be no bytes at all.
+  // If the width is 0, there may be no bytes at all.
   const std::byte* const planes =
       component.width == 0 ? nullptr : unpacked_.data() + component.planes + next_;
   get_words(planes, static_cast<std::size_t>(count_), component.width, words);
 }
 
-/// `indices` become the bits of the values.
+/// Replaces indices by the bits of their values, and stores these in `out`.
 void TermColumn::save_values(std::size_t c, std::span<std::uint64_t> indices,
                              std::byte* out) const {
   const ValueDomain& domain = components_[c].domain;
   if (!linear_values(info_->type, domain, indices))
     with_translation(*info_, c, domain, [&](auto&&, auto&& bits_of) {
-      for (std::uint64_t& it : indices) it = bits_of(static_cast<std::int64_t>(it));
+      for (std::uint64_t& word : indices) word = bits_of(static_cast<std::int64_t>(word));
     });
   save(indices, out, element_bytes(), width_);
 }

@@ -1,6 +1,6 @@
-// TermColumn: an array in bulk: what each value differs by from a prediction, of vertices from
-// others of the cell that introduces them, of step values from the step before, of all from the
-// element before; byte planes, under zstd. No neighbourhoods, no models: for speed.
+// TermColumn: codes an array in bulk. A value is stored as its residual against a prediction: from
+// other vertices of the same cell, from the previous step, or from the previous element. The
+// residuals become byte planes under zstd. Fast, since it needs neither neighbourhoods nor models.
 // spec: "Values by terms"
 #pragma once
 
@@ -19,11 +19,11 @@
 
 namespace shm {
 
-/// Components and columns, together, that may be in terms: each takes 8 bytes for each live vertex,
-/// 16 where it has a table. Frozen: part of the format.
+/// Limit on the components of all columns in terms together. Each component needs 8 bytes per live
+/// vertex, 16 if it has a table. Frozen: part of the format.
 inline constexpr std::uint32_t kMostTermComponents = 32;
 
-/// Room that columns use in turn.
+/// Buffers that columns use in turn.
 struct TermScratch {
   std::vector<std::uint64_t> words;
   std::vector<std::int64_t> indices, references;
@@ -34,15 +34,15 @@ struct TermScratch {
 
 class TermColumn {
  public:
-  /// Without `may_have_terms`, groups are in shuffled_zstd.
+  /// If `may_have_terms` is false, all groups are in shuffled_zstd.
   TermColumn(const ArrayInfo& info, bool may_have_terms);
 
-  /// Elements of a group: vertices by their terms, or so many others.
+  /// The elements of a group: vertices with their terms, or `count` other elements.
   struct Elements {
     std::span<const VertexTerms> vertices{};
     std::size_t count = 0;
-    std::uint32_t slots = 0;  ///< above every slot; of others 0
-    /// Of others: values that they may be predicted from, packed as they are; or none.
+    std::uint32_t slots = 0;  ///< above every slot of a vertex; 0 for other elements
+    /// For other elements: reference values of the prediction, packed like the values; or empty.
     std::span<const std::byte> reference{};
   };
 
@@ -50,10 +50,10 @@ class TermColumn {
     Codec codec = Codec::terms;
     std::vector<std::byte> bytes;
   };
-  /// All values of a group, `stride` bytes apart, in terms or in shuffled_zstd.
+  /// Encodes a group, in terms or in shuffled_zstd. `values`: all its values, `stride` bytes apart.
   Encoded encode(const Elements& elements, const std::byte* values, std::size_t stride,
                  TermScratch& scratch);
-  /// In terms. Must hold: it may have them.
+  /// Encodes a group in terms. Must hold: the column may have terms.
   std::vector<std::byte> encode_terms(const Elements& elements, const std::byte* values,
                                       std::size_t stride, TermScratch& scratch);
 
@@ -61,48 +61,50 @@ class TermColumn {
     return codec == Codec::shuffled_zstd || (codec == Codec::terms && may_have_terms_);
   }
   std::size_t element_bytes() const { return components_.size() * width_; }
-  /// Decoding: the values of a group, which may unpack to `limit` bytes. False for damaged data.
+  /// Decoding: begins a group, which may unpack to `limit` bytes. Returns false if the data is
+  /// damaged.
   bool begin_group(Codec codec, std::span<const std::byte> bytes, std::uint64_t limit,
                    TermScratch& scratch);
-  /// Decoding: a group without values.
+  /// Decoding: begins a group without values.
   void begin_empty_group() { count_ = next_ = 0; }
-  /// Values of the next elements of the group, packed, appended to `out`. False where the group has
-  /// fewer, or is damaged.
+  /// Decodes the next elements of the group and appends their values, packed, to `out`. Returns
+  /// false if fewer elements are left or the data is damaged.
   bool decode(const Elements& elements, std::vector<std::byte>& out, TermScratch& scratch);
-  /// Whether all values of the group have been decoded.
+  /// Returns true if all values of the group have been decoded.
   bool at_end() const { return next_ == count_; }
-  /// Whether values of the group are predicted from the reference.
+  /// Returns true if values of the group are predicted from the reference.
   bool refers() const;
 
  private:
-  /// What a value is predicted from. Frozen: part of the format.
+  /// How a value is predicted. Frozen: part of the format.
   enum class Predictor : std::uint8_t {
     nothing,
     last,
     terms,      ///< vertices only
-    reference,  ///< where there is one, as the next
-    change,     ///< what the element before is more than its reference
+    reference,  ///< if the elements have references
+    change,     ///< the reference, plus the difference of the previous element from its reference
   };
   static constexpr std::uint8_t kPredictors = 5;
   struct Component {
-    // what groups leave to the next
-    std::vector<std::uint64_t> ranks;  // by slot: group << 32 | rank; as far as there are tables
-    std::uint64_t last = 0;            // state of the element before
+    // kept from group to group
+    std::vector<std::uint64_t> ranks;  // by slot: group << 32 | rank; only for groups with a table
+    std::uint64_t last = 0;            // state of the previous element
     ValueDomain domain;
-    // the group at hand
+    // of the current group
     Predictor predictor = Predictor::last;
-    std::vector<std::int64_t> table;  // of indices, ascending; empty: none
+    std::vector<std::int64_t> table;  // indices that occur, ascending; empty: no table
     std::uint32_t width = 0;          // bytes of a residual
-    std::size_t planes = 0;           // where they begin
-    std::uint64_t change = 0;         // what the element before is more than its reference
+    std::size_t planes = 0;           // offset of its planes
+    std::uint64_t change = 0;         // previous element minus its reference
   };
   template <class Differences>
   class Direct;
   template <class Differences>
   class Ranked;
 
-  // For each element: code(differences, element, predicted) -> index, or rank where there is a
-  // table. `references`: their indices, where the predictor asks.
+  // Calls code(differences, element, predicted) for each element. It returns the index of the
+  // value, or its rank if the component has a table. `references`: indices of the references, for
+  // predictors that use them.
   template <class Code>
   void for_each_value(std::size_t c, const Elements& elements,
                       std::span<const std::int64_t> references, Code&& code);
@@ -136,11 +138,11 @@ class TermColumn {
   bool may_have_terms_;
   std::size_t width_;
   std::vector<Component> components_;
-  // What groups leave to the next: by slot and component, bits of a double, or an index.
+  // States kept from group to group, by slot and component: bits of a double, or an index.
   std::vector<std::uint64_t> states_;
-  std::uint32_t group_ = 0;  // for ranks; of the column
+  std::uint32_t group_ = 0;  // counts groups, to mark ranks
 
-  // the group that is decoded
+  // the group that is being decoded
   Codec codec_ = Codec::terms;
   std::vector<std::byte> unpacked_;
   std::uint64_t count_ = 0, next_ = 0;

@@ -10,7 +10,8 @@
 namespace shm {
 namespace {
 
-/// Corners of a hexahedron by their place along three axes, and back.
+/// The places of the corners of a hexahedron along three axes, as bits; the permutation is its own
+/// inverse.
 constexpr std::array<std::uint8_t, 8> kPlaceOfCorner = {0, 1, 3, 2, 4, 5, 7, 6};
 constexpr std::array<std::uint8_t, 8> kCornerAtPlace = kPlaceOfCorner;
 
@@ -27,14 +28,15 @@ TermFinder::TermFinder(const Schema& schema) {
   }
 }
 
-/// `known`: nodes whose vertices are.
+/// `known`: nodes whose vertices are known.
 auto TermFinder::recipe_of(const Block& block, std::uint32_t node, std::uint64_t known) -> Recipe {
   Recipe recipe;
   recipe.node = static_cast<std::uint8_t>(node);
   const auto take = [&](std::initializer_list<std::uint32_t> nodes) {
-    if (!std::all_of(nodes.begin(), nodes.end(), [&](auto it) { return has_bit(known, it); }))
+    if (!std::all_of(nodes.begin(), nodes.end(), [&](auto other) { return has_bit(known, other); }))
       return false;
-    for (std::uint32_t it : nodes) recipe.nodes[recipe.count++] = static_cast<std::uint8_t>(it);
+    for (std::uint32_t other : nodes)
+      recipe.nodes[recipe.count++] = static_cast<std::uint8_t>(other);
     return true;
   };
   if (block.shape == CellShape::hexahedron && node < 8 && block.corners == 8) {
@@ -48,7 +50,7 @@ auto TermFinder::recipe_of(const Block& block, std::uint32_t node, std::uint64_t
       return recipe;
   } else if (node < block.corners) {
     const auto faces = faces_of(flat_shape(block.shape, block.corners), block.corners);
-    for (const std::uint32_t wanted : {4u, 0u})  // quadrilaterals first
+    for (const std::uint32_t wanted : {4u, 0u})  // Look for quadrilaterals first.
       for (const ShapeFace& face : faces) {
         for (std::uint32_t i = 0; i < face.size; ++i) {
           if (face.at[i] != node || (wanted != 0 && face.size != wanted)) continue;
@@ -79,7 +81,8 @@ auto TermFinder::recipes_of(const Block& block, const PatternCell& cell) -> std:
   return recipes;
 }
 
-/// Those of a cell that has no vertex twice depend on what it introduces alone.
+/// Returns the recipes of a cell. They depend only on the nodes that it introduces, unless a vertex
+/// occurs twice.
 auto TermFinder::known_recipes_of(Block& block, const PatternCell& cell)
     -> const std::vector<Recipe>& {
   if (cell.again != 0) return recipes_ = recipes_of(block, cell);
@@ -96,11 +99,11 @@ auto TermFinder::known_recipes_of(Block& block, const PatternCell& cell)
 void TermFinder::add_cell(const PatternCell& cell, std::vector<VertexTerms>& terms) {
   if (cell.introduced == 0) return;
   for (const Recipe& recipe : known_recipes_of(blocks_[cell.block], cell)) {
-    VertexTerms& it = terms.emplace_back();
-    it.slot = cell.slots[recipe.node];
-    it.count = recipe.count;
-    // All of them: it takes less time than to tell by the count when to stop.
-    for (std::uint32_t t = 0; t < kMostTerms; ++t) it.slots[t] = cell.slots[recipe.nodes[t]];
+    VertexTerms& vertex = terms.emplace_back();
+    vertex.slot = cell.slots[recipe.node];
+    vertex.count = recipe.count;
+    // Copying all slots is faster than stopping at `count`.
+    for (std::uint32_t t = 0; t < kMostTerms; ++t) vertex.slots[t] = cell.slots[recipe.nodes[t]];
   }
 }
 

@@ -9,7 +9,8 @@ namespace {
 
 constexpr std::size_t kSamples = 256;
 
-/// Orders along up to three lags, ascending, that are tried: eleven taps at most, for speed.
+/// Combinations of orders along up to three lags that are tried; at most eleven taps each, for
+/// speed.
 constexpr std::array<std::array<std::uint32_t, 3>, 22> kOrders = {{
     {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {2, 0, 0}, {0, 2, 0}, {0, 0, 2}, {3, 0, 0}, {0, 3, 0},
     {0, 0, 3}, {1, 1, 0}, {1, 0, 1}, {0, 1, 1}, {2, 1, 0}, {2, 0, 1}, {1, 0, 2}, {2, 2, 0},
@@ -27,7 +28,7 @@ std::vector<Factor> factors_of(const std::array<std::uint32_t, 3>& orders,
   return factors;
 }
 
-/// A prediction that is tried, its taps as places in the list of all powers.
+/// A prediction to try; its taps are given as places in the list of all powers.
 struct Candidate {
   std::vector<Factor> factors;
   std::vector<Tap> taps;
@@ -39,16 +40,16 @@ class Trial {
  public:
   Trial(const GroupIndices& group, const KnownNumbers& known, std::span<const std::uint32_t> lags)
       : group_(group), known_(&known), placed_(known.places()) {
-    candidates_.emplace_back();  // the value before
+    candidates_.emplace_back();  // no factors: the previous value
     for (const auto& orders : kOrders) {
       Candidate candidate;
       candidate.factors = factors_of(orders, lags);
       if (candidate.factors.empty()) continue;
       candidate.taps = taps_of(candidate.factors);
       for (const Tap& tap : candidate.taps) {
-        const auto at = std::find(powers_.begin(), powers_.end(), tap.back);
-        candidate.places.push_back(static_cast<std::size_t>(at - powers_.begin()));
-        if (at == powers_.end()) powers_.push_back(tap.back);
+        const auto found = std::find(powers_.begin(), powers_.end(), tap.back);
+        candidate.places.push_back(static_cast<std::size_t>(found - powers_.begin()));
+        if (found == powers_.end()) powers_.push_back(tap.back);
       }
       candidates_.push_back(std::move(candidate));
     }
@@ -75,15 +76,15 @@ class Trial {
     for (std::size_t c = 0; c < group_.values.size(); ++c) {
       for (std::size_t p = 0; p < powers_.size(); ++p)
         remembered_[p] = remembered(differences, number - powers_[p], c);
-      for (Candidate& it : candidates_) {
+      for (Candidate& candidate : candidates_) {
         typename Differences::Sum sum = Differences::sum_of(0);
-        if (it.taps.empty() || !is_known(number - it.taps[0].back))
+        if (candidate.taps.empty() || !is_known(number - candidate.taps[0].back))
           sum = Differences::sum_of(differences.remember(group_.index(c, e - 1)));
         else
-          for (std::size_t t = 0; t < it.taps.size(); ++t)
-            sum = Differences::add(sum, Differences::weight(it.taps[t].count),
-                                   remembered_[it.places[t]]);
-        it.cost += static_cast<std::uint64_t>(
+          for (std::size_t t = 0; t < candidate.taps.size(); ++t)
+            sum = Differences::add(sum, Differences::weight(candidate.taps[t].count),
+                                   remembered_[candidate.places[t]]);
+        candidate.cost += static_cast<std::uint64_t>(
             std::bit_width(differences.residual(group_.index(c, e), differences.index(sum))));
       }
     }
@@ -103,10 +104,10 @@ class Trial {
 
   GroupIndices group_;
   const KnownNumbers* known_;
-  std::vector<std::uint32_t> placed_;  // element + 1 of the group, by number; 0: none
+  std::vector<std::uint32_t> placed_;  // by place: element of the group plus 1; 0: none
   std::vector<Candidate> candidates_;
-  std::vector<std::uint64_t> powers_;      // of all candidates
-  std::vector<std::uint64_t> remembered_;  // for each power, at the element at hand
+  std::vector<std::uint64_t> powers_;      // powers of all candidates
+  std::vector<std::uint64_t> remembered_;  // by power, for the current element
 };
 
 }  // namespace

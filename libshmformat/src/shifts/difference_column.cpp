@@ -22,7 +22,7 @@ DifferenceColumn::DifferenceColumn(const ArrayInfo& info, bool may_differ)
       width_(scalar_bytes(info.type)),
       components_(info.components) {}
 
-/// Before a group in differences, of `count` elements.
+/// Begins a group in differences, of `count` elements.
 void DifferenceColumn::begin(std::span<const Factor> factors, std::span<const ValueDomain> domains,
                              std::uint64_t count) {
   bool goes_on = remembers_;
@@ -32,7 +32,8 @@ void DifferenceColumn::begin(std::span<const Factor> factors, std::span<const Va
   }
   if (!goes_on) {
     known_.clear(places_for(count));
-    ring_.assign(known_.places() * ring_stride(), 0);  // zero is remembered as 0 by all
+    // all value types use the word 0 for the number 0
+    ring_.assign(known_.places() * ring_stride(), 0);
     last_.assign(components_.size(), 0);
   }
   remembers_ = true;
@@ -50,17 +51,18 @@ void DifferenceColumn::for_each_value(std::span<const std::uint64_t> numbers, Co
   });
 }
 
-/// kComponents: how many there are; 0: any number.
+/// kComponents: the number of components if it is known at compile time, otherwise 0.
 template <std::size_t kComponents, class Differences, class Code>
 void DifferenceColumn::walk(const Differences& differences, std::span<const std::uint64_t> numbers,
                             Code& code) {
   using Sum = typename Differences::Sum;
-  constexpr std::size_t kLanes = kComponents == 3 ? 4 : kComponents;  // as the ring has
+  // words per number in the ring
+  constexpr std::size_t kLanes = kComponents == 3 ? 4 : kComponents;
   const std::size_t count = kComponents > 0 ? kComponents : components_.size();
   const std::size_t lanes = kComponents > 0 ? kLanes : count;
-  std::vector<Sum> room(kComponents > 0 ? 0 : count);
+  std::vector<Sum> buffer(kComponents > 0 ? 0 : count);
   std::array<Sum, std::max<std::size_t>(kLanes, 1)> few;
-  Sum* const sums = kComponents > 0 ? few.data() : room.data();
+  Sum* const sums = kComponents > 0 ? few.data() : buffer.data();
   std::uint64_t* const ring = ring_.data();
   std::uint64_t* const last = last_.data();
   struct Weighed {
@@ -71,13 +73,14 @@ void DifferenceColumn::walk(const Differences& differences, std::span<const std:
   for (const Tap& tap : taps_) taps.push_back({tap.back, Differences::weight(tap.count)});
   for (std::size_t e = 0; e < numbers.size(); ++e) {
     const std::uint64_t number = numbers[e];
-    // What is farthest back stands for all; where another is not known, it is what its place holds.
+    // Only the farthest tap is checked. If another tap is unknown, the contents of its place are
+    // used.
     if (!taps.empty() && known_.has(number - taps[0].back)) {
       for (std::size_t c = 0; c < lanes; ++c) sums[c] = Sum{};
       for (const Weighed& tap : taps) {
-        const std::uint64_t* const at = ring + known_.place(number - tap.back) * lanes;
+        const std::uint64_t* const remembered = ring + known_.place(number - tap.back) * lanes;
         for (std::size_t c = 0; c < lanes; ++c)
-          sums[c] = Differences::add(sums[c], tap.weight, at[c]);
+          sums[c] = Differences::add(sums[c], tap.weight, remembered[c]);
       }
     } else {
       for (std::size_t c = 0; c < count; ++c) sums[c] = Differences::sum_of(last[c]);
@@ -91,8 +94,8 @@ void DifferenceColumn::walk(const Differences& differences, std::span<const std:
 
 // --- encoding
 
-/// Either all are evenly spaced, or all float32, or none is anything, so that one kind of
-/// prediction does for all components.
+/// Chooses domains for which one kind of prediction serves all components: all evenly spaced, all
+/// float32, or all floats.
 std::vector<ValueDomain> DifferenceColumn::choose_domains(
     std::span<const std::vector<std::uint64_t>> bits) const {
   std::vector<ValueDomain> domains;
@@ -113,14 +116,14 @@ std::vector<ValueDomain> DifferenceColumn::choose_domains(
   return domains;
 }
 
-/// Where some of the values cannot be quantized, the others take their rounded values all the same.
+/// If some values cannot be quantized, the other values are still rounded.
 void DifferenceColumn::round_to_quantized(std::span<const ValueDomain> domains,
                                           std::span<std::vector<std::uint64_t>> bits) const {
   for (std::size_t c = 0; c < bits.size(); ++c) {
     if (domains[c].kind == DomainKind::quantized) continue;
     const ValueTranslator translator(*info_, c, {DomainKind::quantized});
-    for (std::uint64_t& it : bits[c])
-      if (const auto index = translator.index(it)) it = translator.bits(*index);
+    for (std::uint64_t& word : bits[c])
+      if (const auto index = translator.index(word)) word = translator.bits(*index);
   }
 }
 
@@ -128,14 +131,14 @@ std::vector<std::byte> DifferenceColumn::encode_differences(std::span<const std:
                                                             std::span<const std::uint32_t> lags,
                                                             DifferenceScratch& scratch,
                                                             ZstdCompressor& zstd) {
-  // Bits of the values, then their indices, then residuals, each in the place of the other.
+  // The words hold the bits of the values, then their indices, then the residuals.
   const std::span words = std::span(scratch.words).first(components_.size());
   const std::vector<ValueDomain> domains = choose_domains(words);
   if (info_->quantization.bits > 0) round_to_quantized(domains, words);
   begin({}, domains, numbers.size());
   for (std::size_t c = 0; c < words.size(); ++c)
     with_translation(*info_, c, domains[c], [&](auto&& index_of, auto&&) {
-      for (std::uint64_t& it : words[c]) it = static_cast<std::uint64_t>(index_of(it));
+      for (std::uint64_t& word : words[c]) word = static_cast<std::uint64_t>(index_of(word));
     });
   const std::vector<Factor> factors = choose_factors(
       info_->type, domains[0].kind, {numbers, words, ring_, ring_stride()}, known_, lags);
@@ -158,16 +161,16 @@ std::vector<std::byte> DifferenceColumn::encode_differences(std::span<const std:
   planes.clear();
   for (std::size_t c = 0; c < components_.size(); ++c) {
     std::uint64_t largest = 0;
-    for (std::uint64_t it : words[c]) largest |= it;
+    for (std::uint64_t word : words[c]) largest |= word;
     const std::uint32_t width = bytes_for(largest);
     out.put_u8(static_cast<std::uint8_t>(domains[c].kind));
     out.put_signed(domains[c].exponent);
     out.put_u8(static_cast<std::uint8_t>(width));
-    const std::size_t at = planes.size();
-    planes.resize(at + width * numbers.size());
+    const std::size_t offset = planes.size();
+    planes.resize(offset + width * numbers.size());
     for (std::uint32_t b = 0; b < width; ++b)
       for (std::size_t e = 0; e < numbers.size(); ++e)
-        planes[at + b * numbers.size() + e] = static_cast<std::byte>(words[c][e] >> 8 * b);
+        planes[offset + b * numbers.size() + e] = static_cast<std::byte>(words[c][e] >> 8 * b);
   }
   out.put_bytes(zstd.compress(planes, kPlaneZstdLevel));
   return std::move(out.bytes);
@@ -186,7 +189,7 @@ auto DifferenceColumn::encode(std::span<const std::uint64_t> numbers, const std:
     differences.bytes = encode_differences(numbers, lags, scratch, zstd);
     if (is_float(info_->type)) return differences;
   }
-  // Whole numbers may be names of materials: which repeat, and are not evenly spaced.
+  // Integers may be material numbers or similar, which repeat but are not evenly spaced.
   std::vector<std::byte> packed(numbers.size() * components_.size() * width_);
   const std::size_t bytes = components_.size() * width_;
   for (std::size_t e = 0; e < numbers.size(); ++e)
@@ -252,12 +255,12 @@ bool DifferenceColumn::decode(std::span<const std::uint64_t> numbers, std::vecto
   if (numbers.size() > count_ - next_) return false;
   if (numbers.empty()) return true;
   const std::size_t bytes = components_.size() * width_;
-  const std::size_t at = out.size();
+  const std::size_t offset = out.size();
   if (codec_ == Codec::shuffled_zstd) {
     const auto from = unpacked_.begin() + static_cast<std::ptrdiff_t>(next_ * bytes);
     out.insert(out.end(), from, from + static_cast<std::ptrdiff_t>(numbers.size() * bytes));
   } else {
-    out.resize(at + numbers.size() * bytes);
+    out.resize(offset + numbers.size() * bytes);
     scratch.words.resize(std::max(scratch.words.size(), components_.size()));
     const std::span words = std::span(scratch.words).first(components_.size());
     for (std::size_t c = 0; c < words.size(); ++c) {
@@ -272,18 +275,18 @@ bool DifferenceColumn::decode(std::span<const std::uint64_t> numbers, std::vecto
     });
     for (std::size_t c = 0; c < words.size(); ++c)
       with_translation(*info_, c, components_[c].domain, [&](auto&&, auto&& bits_of) {
-        for (std::uint64_t& it : words[c]) it = bits_of(static_cast<std::int64_t>(it));
-        save(words[c], out.data() + at + c * width_, bytes, width_);
+        for (std::uint64_t& word : words[c]) word = bits_of(static_cast<std::int64_t>(word));
+        save(words[c], out.data() + offset + c * width_, bytes, width_);
       });
   }
   next_ += numbers.size();
   return true;
 }
 
-/// Of the next elements.
+/// Reads the residuals of the next elements.
 void DifferenceColumn::read_residuals(std::size_t c, std::span<std::uint64_t> out) const {
   std::fill(out.begin(), out.end(), 0);
-  if (components_[c].width == 0) return;  // All planes of the stream may be empty, and it too.
+  if (components_[c].width == 0) return;  // then unpacked_ may be empty
   const std::byte* plane = unpacked_.data() + components_[c].planes + next_;
   for (std::uint32_t b = 0; b < components_[c].width; ++b, plane += count_)
     for (std::size_t e = 0; e < out.size(); ++e)

@@ -1,5 +1,5 @@
-// Values of a component as words, and as indices of a domain without escapes: what differences are
-// made between.
+// Translates the values of a component to words, and to indices of a domain without escapes, from
+// which differences are computed.
 // spec: "Values as differences"
 #pragma once
 
@@ -14,13 +14,14 @@
 
 namespace shm {
 
-/// Values of one component, `stride` bytes apart, in host order, as bits in the low bytes.
+/// Loads the values of one component, `stride` bytes apart and in host byte order, as bits in the
+/// low bytes of words.
 template <class Bits>
 void load_as(const std::byte* values, std::size_t stride, std::span<std::uint64_t> bits) {
-  for (std::uint64_t& it : bits) {
+  for (std::uint64_t& word : bits) {
     Bits value;
     std::memcpy(&value, values, sizeof value);
-    it = value;
+    word = value;
     values += stride;
   }
 }
@@ -34,10 +35,11 @@ inline void load(const std::byte* values, std::size_t stride, std::size_t width,
   }
 }
 
+/// Stores words as values, `stride` bytes apart.
 template <class Bits>
 void save_as(std::span<const std::uint64_t> bits, std::byte* to, std::size_t stride) {
-  for (std::uint64_t it : bits) {
-    const auto value = static_cast<Bits>(it);
+  for (std::uint64_t word : bits) {
+    const auto value = static_cast<Bits>(word);
     std::memcpy(to, &value, sizeof value);
     to += stride;
   }
@@ -52,8 +54,8 @@ inline void save(std::span<const std::uint64_t> bits, std::byte* to, std::size_t
   }
 }
 
-/// Indices of values and back. Unlike a ValueTranslator it has one for every integer; of the other
-/// domains all values must have one.
+/// Calls work(index_of, bits_of) with the translation of a domain. Unlike ValueTranslator it has an
+/// index for every integer. All values must be in the domain.
 template <class Work>
 decltype(auto) with_translation(const ArrayInfo& info, std::size_t component,
                                 const ValueDomain& domain, Work&& work) {
@@ -73,14 +75,15 @@ decltype(auto) with_translation(const ArrayInfo& info, std::size_t component,
               [&translator](std::int64_t index) { return translator.bits(index); });
 }
 
-/// Whether all values of an array may be of a domain without escapes. A quantized one may hold
-/// values that would be: then all are coded as they are stored.
+/// Returns true if all values of an array may be in a domain without escapes. The values of a
+/// quantized array may be coded as stored floats, in case some of them would be escapes.
 inline bool may_be(const ArrayInfo& info, const ValueDomain& domain) {
   return domain.kind != DomainKind::digits &&
          (domain.fits(info) || (is_float(info.type) && domain == ValueDomain()));
 }
 
-/// Whether components of these domains are predicted alike, as those of an array must be.
+/// Returns true if components of these domains use the same kind of prediction, as all components
+/// of an array must.
 inline bool predicted_alike(DomainKind a, DomainKind b) {
   const auto is_float = [](DomainKind kind) {
     return kind == DomainKind::floats || kind == DomainKind::narrow;
@@ -88,14 +91,14 @@ inline bool predicted_alike(DomainKind a, DomainKind b) {
   return is_float(a) || is_float(b) ? a == b : true;
 }
 
-/// Most bytes of a residual.
+/// Returns the largest number of bytes of a residual.
 inline std::uint32_t most_bytes(ScalarType type, DomainKind kind) {
   if (kind == DomainKind::narrow) return 4;
   const bool as_stored = kind == DomainKind::floats || kind == DomainKind::integers;
   return as_stored ? static_cast<std::uint32_t>(scalar_bytes(type)) : 8;
 }
 
-/// Bytes of the largest residual.
+/// Returns the number of bytes of the largest residual, given the bitwise or of all residuals.
 inline std::uint32_t bytes_for(std::uint64_t residuals) {
   return static_cast<std::uint32_t>((std::bit_width(residuals) + 7) / 8);
 }

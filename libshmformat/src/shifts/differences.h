@@ -1,8 +1,9 @@
-// Differences: values predicted along the numbers of their elements, where these run in rows and
-// layers: a polynomial along each of up to three lags predicts what comes next.
-//   Factor     a lag and an order: the order-th difference along it should be 0
-//   Tap        what that makes of one earlier value: how far back, and how often it counts
-//   Numbers    which elements are known, by number; a ring
+// Differences: predicts a value from earlier elements whose numbers are smaller by fixed amounts,
+// for meshes whose numbers run in rows and layers. The prediction continues a polynomial along each
+// of up to three lags.
+//   Factor        a lag and an order: the order-th difference along the lag is expected to be 0
+//   Tap           the weight of one earlier value in the prediction, and its distance
+//   KnownNumbers  a ring of the numbers of known elements
 // spec: "Values as differences"
 #pragma once
 
@@ -20,16 +21,16 @@ namespace shm {
 
 // Frozen: part of the format.
 inline constexpr std::uint32_t kMostFactors = 3, kMostOrder = 3;
-/// Elements are known until one comes whose number is the same modulo the places that there are.
+/// An element is known until another element has the same number modulo the number of places.
 inline constexpr std::uint64_t kMostPlaces = std::uint64_t{1} << 17;
-/// A power of two, no more than so many for each of `count` elements in the group that comes first,
-/// so that what is cleared has been paid for.
+/// Returns the number of places: a power of two, at most kPlacesForEach per element of the first
+/// group, so that clearing them stays in proportion to the data.
 inline constexpr std::uint64_t kPlacesForEach = 64;
 constexpr std::uint64_t places_for(std::uint64_t count) {
   return std::bit_floor(std::min(kMostPlaces, kPlacesForEach * std::max<std::uint64_t>(count, 1)));
 }
-/// Components and columns, together, that may be in differences: each takes up to a megabyte, three
-/// components four.
+/// Limit on the components of all columns in differences together. Each component needs up to 1 MB;
+/// three components need 4 MB.
 inline constexpr std::uint32_t kMostDifferenceRings = 32;
 
 struct Factor {
@@ -41,8 +42,8 @@ struct Tap {
   std::uint64_t back = 0;
   std::int64_t count = 0;
 };
-/// 1 - the product of all (1 - x^lag)^order, by descending power, zeros left out: what is farthest
-/// back comes first, so that sums need not wait for the element before.
+/// Returns the terms of 1 - the product of all (1 - x^lag)^order, by descending power, without zero
+/// terms. The farthest element comes first, so that a sum need not wait for the previous element.
 std::vector<Tap> taps_of(std::span<const Factor> factors);
 
 class KnownNumbers {
@@ -51,31 +52,33 @@ class KnownNumbers {
   std::size_t places() const { return numbers_.size(); }
   bool has(std::uint64_t number) const { return numbers_[place(number)] == number; }
   void add(std::uint64_t number) { numbers_[place(number)] = number; }
-  /// Forgets all. Must hold: `places` is a power of two, 2 or more. Before anything else.
+  /// Forgets all numbers. Must hold: `places` is a power of two, at least 2. Call it before all
+  /// other functions.
   void clear(std::uint64_t places) {
     mask_ = places - 1;
     numbers_.resize(static_cast<std::size_t>(places));
-    for (std::size_t i = 0; i < numbers_.size(); ++i) numbers_[i] = i ^ 1;  // of no place i
+    // a number that belongs to another place
+    for (std::size_t i = 0; i < numbers_.size(); ++i) numbers_[i] = i ^ 1;
   }
 
  private:
-  std::vector<std::uint64_t> numbers_;  // the last one of each place
+  std::vector<std::uint64_t> numbers_;  // the last number of each place
   std::uint64_t mask_ = 0;
 };
 
-// How a prediction is made from what is remembered of one component, and how far the value is from
-// it. Remembered is a word for each value.
+// How a prediction is computed from the states of one component, and how a value differs from it. A
+// state is one word per value.
 
-/// Whole numbers, modulo 2^64, or what the integer type of the values holds: domains whose values
+/// Whole numbers modulo 2^64, or within the integer type of the values. For domains whose values
 /// are evenly spaced.
 struct WholeDifferences {
-  int unused = 0;  // bits
+  int unused = 0;  // high bits that the type does not use
   bool has_sign = true;
 
   static WholeDifferences of(ScalarType integers) {
     return {static_cast<int>(64 - 8 * scalar_bytes(integers)), is_signed_integer(integers)};
   }
-  /// The number in the used bits.
+  /// Wraps the index to the range of the type.
   std::int64_t within(std::uint64_t index) const {
     const std::uint64_t high = index << unused;
     return has_sign ? static_cast<std::int64_t>(high) >> unused
@@ -87,9 +90,9 @@ struct WholeDifferences {
   static Sum add(Sum sum, Sum weight, std::uint64_t remembered) {
     return sum + weight * remembered;
   }
-  /// Half of it, rounded down.
+  /// Returns half of the sum, rounded down.
   static Sum half(Sum sum) { return static_cast<Sum>(static_cast<std::int64_t>(sum) >> 1); }
-  /// The index that a sum predicts, or what is remembered of a value.
+  /// Returns the index that a sum predicts, or the index of a state.
   static std::int64_t index(Sum sum) { return static_cast<std::int64_t>(sum); }
   static Sum sum_of(std::uint64_t remembered) { return remembered; }
   std::uint64_t residual(std::int64_t value, std::int64_t predicted) const {
@@ -104,7 +107,7 @@ struct WholeDifferences {
   }
 };
 
-/// Floating-point numbers: predicted as float64, then as their place among all T.
+/// Floating-point numbers: predicted in float64, coded as indices among all numbers of type T.
 template <class T>
 struct FloatDifferences {
   using Bits = std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint64_t>;
@@ -133,7 +136,7 @@ struct FloatDifferences {
   }
 };
 
-/// Calls `work` with the differences that values of the domain have.
+/// Calls `work` with the kind of differences for the domain.
 template <class Work>
 decltype(auto) with_differences(ScalarType type, DomainKind kind, Work&& work) {
   if (kind == DomainKind::narrow || (kind == DomainKind::floats && type == ScalarType::float32))

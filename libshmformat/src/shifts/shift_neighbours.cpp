@@ -9,7 +9,7 @@
 namespace shm {
 namespace {
 
-/// Where the neighbours of a lattice are, as corner bits that differ, in the order of
+/// The corner bits in which each neighbour differs from the element, in the order of
 /// Neighbourhood::at.
 constexpr std::array<std::uint32_t, 7> kLatticeBits = {1, 2, 4, 3, 5, 6, 7};
 
@@ -22,15 +22,16 @@ bool needs_ring(const Schema& schema) {
 
 void ShiftNeighbours::Ring::clear(std::size_t places) {
   number.resize(places);
-  for (std::size_t i = 0; i < places; ++i) number[i] = i ^ 1;  // of no place i
+  // a number that belongs to another place
+  for (std::size_t i = 0; i < places; ++i) number[i] = i ^ 1;
   full.assign(places, 0);
 }
 
-void ShiftNeighbours::Ring::look_for_thirds(Neighbourhood& it) const {
-  std::uint32_t known = it.known;
+void ShiftNeighbours::Ring::look_for_thirds(Neighbourhood& item) const {
+  std::uint32_t known = item.known;
   for (std::uint32_t a = 0; a < 3; ++a)
-    if ((known >> a & 1) != 0 && full[it.at[a]] != 0) known |= Neighbourhood::kThird << a;
-  it.known = static_cast<std::uint16_t>(known);
+    if ((known >> a & 1) != 0 && full[item.at[a]] != 0) known |= Neighbourhood::kThird << a;
+  item.known = static_cast<std::uint16_t>(known);
 }
 
 ShiftNeighbours::ShiftNeighbours(const Schema& schema, bool of_vertices, bool of_cells)
@@ -66,9 +67,9 @@ void ShiftNeighbours::add_cells(const CellMarks& marks, std::span<const std::uin
 
 void ShiftNeighbours::add_unused(std::uint64_t number, std::vector<Neighbourhood>& vertices) {
   if (!finds_ || !of_vertices_) return;
-  Neighbourhood& it = vertices.emplace_back();
-  it.self = vertices_.place(number);
-  vertices_.add(it, number);
+  Neighbourhood& item = vertices.emplace_back();
+  item.self = vertices_.place(number);
+  vertices_.add(item, number);
 }
 
 void ShiftNeighbours::add_vertices(const CellMarks& marks, const std::uint64_t* numbers,
@@ -76,59 +77,59 @@ void ShiftNeighbours::add_vertices(const CellMarks& marks, const std::uint64_t* 
   const std::uint32_t axes = this->axes(marks.block);
   for (std::uint64_t left = marks.introduced; left != 0; left &= left - 1) {
     const auto position = static_cast<std::uint32_t>(std::countr_zero(left));
-    Neighbourhood& it = vertices.emplace_back();
-    it.self = vertices_.place(numbers[position]);
+    Neighbourhood& item = vertices.emplace_back();
+    item.self = vertices_.place(numbers[position]);
     if (position < 1u << axes && axes > 0) {
-      look_around(it, position, left, numbers, axes);
+      look_around(item, position, left, numbers, axes);
     } else if (position > 0) {
-      it.at[0] = vertices_.place(numbers[position - 1]);
-      it.known = Neighbourhood::kNear;
+      item.at[0] = vertices_.place(numbers[position - 1]);
+      item.known = Neighbourhood::kNear;
     }
-    vertices_.add(it, numbers[position]);
+    vertices_.add(item, numbers[position]);
   }
 }
 
-/// `introduced`: positions of vertices that are not there yet, this one and those after it.
-void ShiftNeighbours::look_around(Neighbourhood& it, std::uint32_t position,
+/// `introduced`: positions of the vertices that are not known yet, including this one.
+void ShiftNeighbours::look_around(Neighbourhood& item, std::uint32_t position,
                                   std::uint64_t introduced, const std::uint64_t* numbers,
                                   std::uint32_t axes) const {
   const std::uint64_t self = numbers[position];
   const std::uint32_t bits = kCornerBits[position];
-  it.kind = axes == 3 ? Neighbourhood::lattice : Neighbourhood::flat;
-  it.corner = static_cast<std::uint8_t>(bits);
+  item.kind = axes == 3 ? Neighbourhood::lattice : Neighbourhood::flat;
+  item.corner = static_cast<std::uint8_t>(bits);
   std::uint32_t known = 0;
   for (std::uint32_t i = 0; i < kLatticeBits.size(); ++i) {
     if (kLatticeBits[i] >> axes != 0) continue;
-    const std::uint32_t at = kCornerBits[bits ^ kLatticeBits[i]];
-    if ((introduced >> at & 1) != 0) continue;
-    it.at[i] = vertices_.place(numbers[at]);
+    const std::uint32_t other = kCornerBits[bits ^ kLatticeBits[i]];
+    if ((introduced >> other & 1) != 0) continue;
+    item.at[i] = vertices_.place(numbers[other]);
     known |= 1u << i;
     if (i >= axes) continue;
-    const std::uint64_t by = self - numbers[at];
-    if (!vertices_.has(numbers[at] - by)) continue;
-    it.at[kAtBeyond + i] = vertices_.place(numbers[at] - by);
+    const std::uint64_t by = self - numbers[other];
+    if (!vertices_.has(numbers[other] - by)) continue;
+    item.at[kAtBeyond + i] = vertices_.place(numbers[other] - by);
     known |= Neighbourhood::kBeyond << i;
-    if (!vertices_.has(numbers[at] - 2 * by)) continue;
-    it.at[kAtFarther + i] = vertices_.place(numbers[at] - 2 * by);
+    if (!vertices_.has(numbers[other] - 2 * by)) continue;
+    item.at[kAtFarther + i] = vertices_.place(numbers[other] - 2 * by);
     known |= Neighbourhood::kFarther << i;
   }
-  it.known = static_cast<std::uint16_t>(known);
-  vertices_.look_for_thirds(it);
+  item.known = static_cast<std::uint16_t>(known);
+  vertices_.look_for_thirds(item);
 }
 
-/// A cell is known by its last corner. What lies behind its sides is, where cells are numbered
-/// alike, known by the corners before that one.
+/// A cell is identified by its last corner. If cells are numbered alike, the cells across its sides
+/// have corners of this cell as their last corners.
 void ShiftNeighbours::add_cell(std::uint32_t axes, const std::uint64_t* numbers,
                                std::vector<Neighbourhood>& cells) {
-  Neighbourhood& it = cells.emplace_back();
+  Neighbourhood& item = cells.emplace_back();
   const std::uint32_t last = (1u << axes) - 1;
   const auto corner = [&](std::uint32_t bits) { return numbers[kCornerBits[bits]]; };
   const std::uint64_t self = corner(last);
-  it.self = cells_.place(self);
+  item.self = cells_.place(self);
   std::uint32_t known = 0;
   const auto take = [&](std::uint32_t i, std::uint64_t number) {
     if (!cells_.has(number)) return false;
-    it.at[i] = cells_.place(number);
+    item.at[i] = cells_.place(number);
     known |= 1u << i;
     return true;
   };
@@ -142,15 +143,15 @@ void ShiftNeighbours::add_cell(std::uint32_t axes, const std::uint64_t* numbers,
     }
     if (i < axes && take(kAtBeyond + i, self + 2 * by)) take(kAtFarther + i, self + 3 * by);
   }
-  if (axes > 0) it.kind = axes == 3 ? Neighbourhood::lattice : Neighbourhood::flat;
+  if (axes > 0) item.kind = axes == 3 ? Neighbourhood::lattice : Neighbourhood::flat;
   if (axes == 0 && last_cell_ != kNone) {
-    it.at[0] = last_cell_;
+    item.at[0] = last_cell_;
     known = Neighbourhood::kNear;
   }
-  it.known = static_cast<std::uint16_t>(known);
-  cells_.look_for_thirds(it);
-  cells_.add(it, self);
-  last_cell_ = it.self;
+  item.known = static_cast<std::uint16_t>(known);
+  cells_.look_for_thirds(item);
+  cells_.add(item, self);
+  last_cell_ = item.self;
 }
 
 }  // namespace shm

@@ -1,7 +1,7 @@
-// ShiftNeighbours: neighbourhoods in a segment whose cells are shifts. What is around a new vertex
-// is in its own cell; what is beyond that, and which cells lie around a cell, follows from numbers,
-// which go on as they do within the cell. No surface, no search: they cost next to
-// nothing. spec: "Neighbourhoods by number"
+// ShiftNeighbours: neighbourhoods in segments whose cells are shifts. The near neighbours of a new
+// vertex are in its own cell. Neighbours beyond, and the cells around a cell, follow from vertex
+// numbers, which are assumed to continue as within the cell. This needs neither a surface nor a
+// search, and takes almost no time. spec: "Neighbourhoods by number"
 #pragma once
 
 #include <array>
@@ -16,17 +16,17 @@
 
 namespace shm {
 
-/// Vertices and cells are remembered by number, and have slots, modulo 2^bits. Frozen: part of the
-/// format.
+/// Vertices and cells are remembered by number modulo 2^bits, which is also their slot. Frozen:
+/// part of the format.
 inline constexpr std::uint32_t kMostRingBits = 18;
-/// A ring that is new has no more places than so many for each element of the group that it comes
-/// with, so that what is cleared, and what columns hold, has been paid for.
+/// A new ring has at most this number of places per element of its first group, so that clearing
+/// it, and the memory of columns, stay in proportion to the data.
 inline constexpr std::uint64_t kRingPlacesForEach = 4;
 
-/// Whether each group must have a ring: steps may need it.
+/// Returns true if every group must have a ring, since the file may have step values.
 bool needs_ring(const Schema& schema);
 
-/// The largest ring for a group of so many elements.
+/// Returns the largest ring for a group of `elements` elements, in bits.
 constexpr std::uint32_t most_ring_bits(std::uint64_t elements) {
   const auto bits = std::bit_width(kRingPlacesForEach * std::max<std::uint64_t>(elements, 1));
   return std::min(static_cast<std::uint32_t>(bits) - 1, kMostRingBits);
@@ -34,47 +34,48 @@ constexpr std::uint32_t most_ring_bits(std::uint64_t elements) {
 
 class ShiftNeighbours {
  public:
-  /// `schema` is borrowed. Finds those of vertices, of cells, or both.
+  /// `schema` is borrowed. Finds the neighbourhoods of vertices, of cells, or of both.
   ShiftNeighbours(const Schema& schema, bool of_vertices, bool of_cells);
 
-  /// Before a group of so many elements. 0 bits: its elements have no neighbourhoods. False where
-  /// the ring would be too large.
+  /// Begins a group of `elements` elements. If `bits` is 0, they have no neighbourhoods. Returns
+  /// false if the ring would be too large.
   bool begin_group(std::uint32_t bits, std::uint64_t elements);
-  /// Of the rings that there are; 0: none yet.
+  /// Returns the size of the current rings, in bits; 0: none yet.
   std::uint32_t ring_bits() const { return ring_bits_; }
-  /// Above every slot that an item names; columns may not have met all that do.
+  /// Returns a number above every slot that an item can name. A column may not have elements in all
+  /// of these slots.
   std::uint32_t slots() const { return ring_bits_ == 0 ? 0 : 1u << ring_bits_; }
 
-  /// The next cells, which all have the same shift: adds the items of their new vertices, as they
-  /// are introduced, and of the cells themselves.
+  /// Adds the next cells, which all have the same shift: appends the neighbourhoods of their new
+  /// vertices, in order of introduction, and of the cells themselves.
   void add_cells(const CellMarks& marks, std::span<const std::uint64_t> numbers, std::size_t count,
                  std::vector<Neighbourhood>& vertices, std::vector<Neighbourhood>& cells);
-  /// A vertex that no cell uses.
+  /// Adds a vertex that no cell uses.
   void add_unused(std::uint64_t number, std::vector<Neighbourhood>& vertices);
 
  private:
-  /// What is remembered, by number modulo the places.
+  /// The remembered elements, by number modulo the number of places.
   struct Ring {
     std::vector<std::uint64_t> number;
-    std::vector<std::uint8_t> full;  // whether the lattice was known
+    std::vector<std::uint8_t> full;  // whether its own lattice was known
 
     void clear(std::size_t places);
     std::uint32_t place(std::uint64_t n) const {
       return static_cast<std::uint32_t>(n & (number.size() - 1));
     }
     bool has(std::uint64_t n) const { return number[place(n)] == n; }
-    void add(const Neighbourhood& it, std::uint64_t n) {
-      number[it.self] = n;
-      full[it.self] = it.has_rule() ? 1 : 0;
+    void add(const Neighbourhood& item, std::uint64_t n) {
+      number[item.self] = n;
+      full[item.self] = item.has_rule() ? 1 : 0;
     }
-    void look_for_thirds(Neighbourhood& it) const;
+    void look_for_thirds(Neighbourhood& item) const;
   };
-  /// Of the cells of a block: how many axes the corners of a cell span. 0: they are none that are
-  /// looked at.
+  /// Returns the number of axes of the cells of a block: 3 for hexahedra, 2 for quadrilaterals, 0
+  /// for other cells.
   std::uint32_t axes(std::uint32_t block) const { return axes_[block]; }
   void add_vertices(const CellMarks& marks, const std::uint64_t* numbers,
                     std::vector<Neighbourhood>& vertices);
-  void look_around(Neighbourhood& it, std::uint32_t position, std::uint64_t introduced,
+  void look_around(Neighbourhood& item, std::uint32_t position, std::uint64_t introduced,
                    const std::uint64_t* numbers, std::uint32_t axes) const;
   void add_cell(std::uint32_t axes, const std::uint64_t* numbers,
                 std::vector<Neighbourhood>& cells);

@@ -48,7 +48,7 @@ std::size_t ShiftTable::add(const Shift& shift) {
 ShiftEncoder::ShiftEncoder(const Schema& schema, bool may_import)
     : table_(schema), may_import_(may_import) {}
 
-/// Its place, or the size of the table.
+/// Returns the place of a shift, or the size of the table if it is not in the table.
 std::size_t ShiftEncoder::find(const Shift& shift, std::uint32_t nodes) const {
   const std::uint64_t key = key_of(shift, nodes);
   for (std::size_t place = 0; place < keys_.size(); ++place) {
@@ -63,7 +63,7 @@ std::size_t ShiftEncoder::find(const Shift& shift, std::uint32_t nodes) const {
 void ShiftEncoder::add_cell(const CellMarks& marks, std::span<const std::uint64_t> numbers) {
   const auto nodes = static_cast<std::uint32_t>(numbers.size());
   std::uint64_t* const last = table_.last(marks.block).data();
-  // As after this shift the last time, almost always.
+  // Almost always the shift that came after the last shift the last time.
   const std::size_t guess = table_.size() == 0 ? 0 : followed_[last_place_];
   const Shift& guessed = table_.size() == 0 ? shift_ : table_.at(guess);
   std::uint64_t differs = 0;
@@ -129,9 +129,9 @@ bool ShiftDecoder::begin_group(std::span<const std::byte> bytes, std::uint32_t c
   const std::uint64_t before = in.get_varint();  // bytes before the symbols
   if (!in.ok() || before > limit) return false;
   if (!zstd.decompress(in.get_bytes(in.left()), before + cells, unpacked_)) return false;
-  const auto behind = static_cast<std::size_t>(before);
-  bytes_ = ByteReader(std::span<const std::byte>(unpacked_).first(behind));
-  symbols_ = std::span<const std::byte>(unpacked_).subspan(behind);
+  const auto split = static_cast<std::size_t>(before);
+  bytes_ = ByteReader(std::span<const std::byte>(unpacked_).first(split));
+  symbols_ = std::span<const std::byte>(unpacked_).subspan(split);
   next_symbol_ = 0;
   return true;
 }

@@ -1,10 +1,10 @@
-// Shifts: cells as differences. A shift is the difference of a cell from the one before it of its
-// block: what is added to its vertex numbers, and which of its vertices are new, imported, and used
-// for the last time. Shifts repeat where numbers run in rows and layers; a cell is then one byte,
-// its place in a table of shifts, and bytes go to zstd.
+// Shifts: cells as differences. A shift is the difference between a cell and the previous cell of
+// its block: the amounts to add to the vertex numbers, and which vertices are new, imported and
+// used for the last time. Shifts repeat if numbers run in rows and layers. A cell is then one byte,
+// the place of its shift in a table, and zstd compresses these bytes.
 //
 // in:    cells, with numbers                     out: a bitstream for each group
-// keeps: the last cell of each block, a table of shifts; changed alike in both directions
+// keeps: the last cell of each block, a table of shifts; updated alike in both directions
 // spec: "Shifts"
 #pragma once
 
@@ -21,14 +21,14 @@
 
 namespace shm {
 
-/// Cells that are looked at together.
+/// Most cells that are decoded together.
 inline constexpr std::size_t kShiftedCellsAtOnce = 64;
 
-/// A cell, but for its vertex numbers. Positions are bits.
+/// A cell without its vertex numbers. Sets of node positions are bit masks.
 struct CellMarks {
   std::uint32_t block = 0;
-  std::uint64_t introduced = 0;  ///< vertices that no cell of the segment used before
-  std::uint64_t imports = 0;     ///< of these, those that an earlier segment owns
+  std::uint64_t introduced = 0;  ///< vertices that are new in the segment
+  std::uint64_t imports = 0;     ///< subset of `introduced`: vertices that an earlier segment owns
   std::uint64_t last_use = 0;    ///< vertices that no later cell uses
   bool operator==(const CellMarks&) const = default;
 };
@@ -36,43 +36,45 @@ struct CellMarks {
 /// Most nodes of a cell in shifts. Frozen: part of the format.
 inline constexpr std::uint32_t kMostShiftNodes = 64;
 
-/// Most components of a stepped array beside them: values over shifts are kept by number, and take
-/// room where there are few. Frozen: part of the format.
+/// Most components of a stepped array in a file with shifts. Step values over shifts are kept by
+/// number, which needs memory even if an array has few elements. Frozen: part of the format.
 inline constexpr std::uint32_t kMostShiftStepComponents = 32;
 
 struct Shift {
   CellMarks marks;
-  std::array<std::uint64_t, kMostShiftNodes> by{};  ///< what is added to the numbers, modulo 2^64
+  /// amounts to add to the vertex numbers, modulo 2^64
+  std::array<std::uint64_t, kMostShiftNodes> by{};
 };
 
-/// Whether cells of the schema can be in shifts: no delay, blocks of as many nodes each, no stepped
-/// array of many components.
+/// Returns true if cells of the schema can be coded as shifts: no delay, a fixed number of nodes
+/// per cell in each block, no stepped array with more than kMostShiftStepComponents components.
 bool takes_shifts(const Schema& schema);
 
-/// Where vertices are numbered as they are introduced, shifts run over stream numbers; vertices
-/// that earlier segments own, whose numbers an encoder does not know, count from here on.
+/// First number of imported vertices, unless order is keep. Shifts then run over stream numbers. An
+/// encoder does not know the stream numbers of vertices that earlier segments own, so these are
+/// numbered from here.
 inline constexpr std::uint64_t kFirstImport = std::uint64_t{1} << 63;
 
-/// What both directions keep. For schemas that shifts take.
+/// State of both directions. Must hold: takes_shifts(schema).
 class ShiftTable {
  public:
-  // A symbol below kPlaces is the place of a shift in the table; kNew: a new one comes.
+  // A symbol below kPlaces is the place of a shift in the table. kNew announces a new shift.
   static constexpr std::uint32_t kPlaces = 255;
   static constexpr std::uint8_t kNew = 255;
 
   explicit ShiftTable(const Schema& schema);
 
   std::uint32_t nodes(std::uint32_t block) const { return nodes_[block]; }
-  /// Of a cell of any block.
+  /// Largest number of nodes per cell of any block.
   std::size_t most_nodes() const { return most_nodes_; }
-  /// The numbers of the last cell of the block; zeros at first.
+  /// Returns the vertex numbers of the last cell of the block; initially zeros.
   std::vector<std::uint64_t>& last(std::uint32_t block) {
     if (last_[block].empty()) last_[block].resize(nodes_[block]);
     return last_[block];
   }
   const Shift& at(std::size_t place) const { return shifts_[place]; }
   std::size_t size() const { return shifts_.size(); }
-  /// Takes the place of the oldest, which it returns.
+  /// Adds a shift in place of the oldest one, and returns its place.
   std::size_t add(const Shift& shift);
   std::size_t blocks() const { return nodes_.size(); }
 
@@ -89,13 +91,13 @@ class ShiftEncoder {
   ShiftEncoder(const Schema& schema, bool may_import);
 
   void add_cell(const CellMarks& marks, std::span<const std::uint64_t> numbers);
-  /// A vertex that no cell uses; after the cells of the group.
+  /// Adds a vertex that no cell uses. Call it after the cells of the group.
   void add_unused(std::uint64_t number);
-  /// The group's bitstream so far.
+  /// Returns the bitstream of the group so far.
   std::vector<std::byte> packed(ZstdCompressor& zstd) const;
-  /// The group's bitstream; the next group begins.
+  /// Returns the bitstream of the group, and begins the next group.
   std::vector<std::byte> finish(ZstdCompressor& zstd);
-  /// The symbol of each cell of the group.
+  /// Returns the symbol of each cell of the group.
   std::span<const std::uint8_t> symbols() const { return symbols_; }
 
  private:
@@ -104,8 +106,8 @@ class ShiftEncoder {
 
   ShiftTable table_;
   bool may_import_;
-  std::vector<std::uint64_t> keys_;     // of each place
-  std::vector<std::uint8_t> followed_;  // by place: what came after it the last time
+  std::vector<std::uint64_t> keys_;     // hash of the shift, by place
+  std::vector<std::uint8_t> followed_;  // by place: the shift that came after it last time
   std::size_t last_place_ = 0;
   Shift shift_;
   ByteWriter bytes_;  // new shifts, then unused vertices
@@ -117,12 +119,13 @@ class ShiftDecoder {
  public:
   ShiftDecoder(const Schema& schema, bool may_import);
 
-  /// `bytes` of a group with so many cells; may unpack to `limit` bytes. False for damaged data.
+  /// Begins a group with `cells` cells, which may unpack to `limit` bytes. Returns false if the
+  /// data is damaged.
   bool begin_group(std::span<const std::byte> bytes, std::uint32_t cells, std::uint64_t limit,
                    ZstdDecompressor& zstd);
-  /// The next cells of the group that have one shift: at least one, at most `most`, which is
-  /// above 0; null for damaged data. Their numbers go to `numbers`, which has room for those of any
-  /// block.
+  /// Decodes the next cells of the group that have the same shift: at least one, at most `most`,
+  /// which must be above 0. Returns null marks if the data is damaged. Stores their vertex numbers
+  /// in `numbers`, which must have room for `most` cells of any block.
   struct Cells {
     const CellMarks* marks;
     std::size_t count;
@@ -130,9 +133,9 @@ class ShiftDecoder {
   Cells next_cells(std::uint64_t* numbers, std::size_t most);
   std::uint32_t nodes(std::uint32_t block) const { return table_.nodes(block); }
   std::size_t most_nodes() const { return table_.most_nodes(); }
-  /// A vertex that no cell uses; nothing for damaged data.
+  /// Returns the number of the next unused vertex; nothing if the data is damaged.
   std::optional<std::uint64_t> next_unused();
-  /// Whether the group was used up, no more and no less.
+  /// Returns true if all data of the group has been used, and no more.
   bool at_end() const {
     return bytes_.ok() && bytes_.left() == 0 && next_symbol_ == symbols_.size();
   }

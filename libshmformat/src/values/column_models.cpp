@@ -9,17 +9,18 @@ namespace {
 
 constexpr std::uint32_t kSizeClasses = 27;
 
-/// Of the mean size of the residuals near.
+/// Returns the class of a mean size of the near residuals.
 std::uint32_t size_class(std::uint32_t mean) {
   return mean <= 12 ? mean : std::min(12 + (mean - 9) / 4, kSizeClasses - 1);
 }
 
-/// Which model a residual has.
+/// Returns the number of the model for a residual in this context.
 std::uint32_t number_of(const ResidualContext& context, bool second) {
   return (size_class(context.mean) * 3 + context.before) * 2 + (second ? 1 : 0);
 }
 
-/// Its bit length, near a guess; then sign and the bits behind the leading one, as they are.
+/// Codes a residual: its bit length with a model centred on `guess`, then the sign and the bits
+/// below the leading one as plain bits.
 template <class Coder>
 std::int64_t code_near_length(Coder& coder, NearModel& model, std::uint32_t guess,
                               std::int64_t residual) {
@@ -28,7 +29,7 @@ std::int64_t code_near_length(Coder& coder, NearModel& model, std::uint32_t gues
   const auto bits = static_cast<std::uint64_t>(residual);
   const std::uint64_t low = (std::uint64_t{1} << (length - 1)) - 1;
   std::uint64_t size = residual < 0 ? 0 - bits : bits;
-  // length bits: the sign stands where the leading one would
+  // `length` plain bits: the sign takes the place of the leading one
   std::uint64_t plain = (size & low) | (residual < 0 ? low + 1 : 0);
   plain = coder.raw(plain, static_cast<int>(length));
   size = (plain & low) | (low + 1);
@@ -37,7 +38,7 @@ std::int64_t code_near_length(Coder& coder, NearModel& model, std::uint32_t gues
 
 }  // namespace
 
-// --- a group
+// --- once per group
 
 template <class Coder>
 std::optional<ValueDomain> ColumnModels<Coder>::code_domain(Coder& coder, const ArrayInfo& info,
@@ -61,14 +62,14 @@ std::optional<ValueDomain> ColumnModels<Coder>::code_domain(Coder& coder, const 
   return domain.fits(info) ? std::optional(domain) : std::nullopt;
 }
 
-// --- a tile
+// --- once per tile
 
 template <class Coder>
 void ColumnModels<Coder>::begin_tile(const TileClasses& classes) {
   ++tile_;
   tile_classes_ = classes;
   std::uint32_t most = 0;
-  for (std::uint32_t it : classes.of_item) most = std::max(most, it);
+  for (std::uint32_t number : classes.of_item) most = std::max(most, number);
   for (std::size_t c = classes_.size(); c <= most; ++c) {
     const std::uint16_t family = classes.families[c];
     if (family >= last_coded_.size()) last_coded_.resize(std::size_t{family} + 1);
@@ -81,31 +82,31 @@ void ColumnModels<Coder>::begin_tile(const TileClasses& classes) {
 template <class Coder>
 void ColumnModels<Coder>::copy_modes(std::vector<ClassModes>& modes) const {
   modes.clear();
-  for (const Class& it : classes_) modes.push_back(it.modes);
+  for (const Class& entry : classes_) modes.push_back(entry.modes);
 }
 
 template <class Coder>
 void ColumnModels<Coder>::code_modes(Coder& coder, std::uint32_t of_class, bool has_reference,
                                      std::span<const ClassModes> wanted_modes) {
   classes_[of_class].tile = tile_;
-  ClassModes& it = classes_[of_class].modes;
-  const ClassModes& wanted = Coder::kDecodes ? it : wanted_modes[of_class];
-  if (has_reference && !coder.bit(same_input_, wanted.input == it.input))
-    it.input = it.input == kStates ? kDifferences : kStates;
-  if (!coder.bit(same_mode_, wanted.mode == it.mode))
-    it.mode = std::min(code_tree(coder, mode_, wanted.mode), last_mode_);
-  if (!coder.bit(same_second_, wanted.second == it.second)) {
-    it.second = code_tree(coder, second_, wanted.second);
-    if (it.second > last_mode_) it.second = kNoMode;
+  ClassModes& modes = classes_[of_class].modes;
+  const ClassModes& wanted = Coder::kDecodes ? modes : wanted_modes[of_class];
+  if (has_reference && !coder.bit(same_input_, wanted.input == modes.input))
+    modes.input = modes.input == kStates ? kDifferences : kStates;
+  if (!coder.bit(same_mode_, wanted.mode == modes.mode))
+    modes.mode = std::min(code_tree(coder, mode_, wanted.mode), last_mode_);
+  if (!coder.bit(same_second_, wanted.second == modes.second)) {
+    modes.second = code_tree(coder, second_, wanted.second);
+    if (modes.second > last_mode_) modes.second = kNoMode;
   }
   std::uint16_t& last = last_coded_[tile_classes_.families[of_class]];
-  if (it.mode == kFittedMode || it.second == kFittedMode)
-    code_weights(coder, wanted.weights, last == 0 ? it.weights : classes_[last - 1u].modes.weights,
-                 it.weights);
+  if (modes.mode == kFittedMode || modes.second == kFittedMode)
+    code_weights(coder, wanted.weights,
+                 last == 0 ? modes.weights : classes_[last - 1u].modes.weights, modes.weights);
   last = static_cast<std::uint16_t>(of_class + 1);
 }
 
-/// `family`: those of the class of the family that was coded last.
+/// `family`: the weights of the class of the same family that was coded last.
 template <class Coder>
 void ColumnModels<Coder>::code_weights(Coder& coder, const Weights& wanted, const Weights& family,
                                        Weights& weights) {
@@ -122,7 +123,7 @@ void ColumnModels<Coder>::code_weights(Coder& coder, const Weights& wanted, cons
   }
 }
 
-// --- an element
+// --- once per element
 
 template <class Coder>
 std::int64_t ColumnModels<Coder>::code_residual(Coder& coder, const ResidualContext& context,

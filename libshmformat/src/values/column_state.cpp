@@ -6,7 +6,7 @@
 namespace shm {
 namespace {
 
-/// A size as it looks from a prediction of this scale.
+/// Returns a size relative to the scale of a prediction.
 std::uint32_t relative(ResidualSize size, std::int32_t scale) {
   return size == 0 ? 0u : static_cast<std::uint32_t>(std::clamp<std::int32_t>(size - scale, 1, 64));
 }
@@ -31,14 +31,14 @@ void ColumnState::change_domain(const ValueDomain& domain) {
       return is_finite(moved) ? moved : 0.0;
     };
     for (double& state : slots_.states) state = translate(state);
-    for (Reference& it : slots_.references) it = {translate(it.state), 0.0};
-    const auto translate_kept = [&](KeptElement& it) {
-      it.state = translate(it.state);
-      it.third = 0.0;
-      if (has_reference_) it.reference = {translate(it.reference.state), 0.0};
+    for (Reference& reference : slots_.references) reference = {translate(reference.state), 0.0};
+    const auto translate_kept = [&](KeptElement& kept) {
+      kept.state = translate(kept.state);
+      kept.third = 0.0;
+      if (has_reference_) kept.reference = {translate(kept.reference.state), 0.0};
     };
     translate_kept(common_);
-    for (auto& [slot, it] : apart_) translate_kept(it);
+    for (auto& [slot, kept] : apart_) translate_kept(kept);
     for (double* state : {&last_, &before_last_, &last_reference_, &before_last_reference_})
       *state = translate(*state);
     std::fill(slots_.thirds.begin(), slots_.thirds.end(), 0.0);
@@ -57,7 +57,7 @@ void ColumnSlots::make_room(std::uint32_t slot, bool has_reference) {
   if (has_reference) shm::make_room(references, last);
 }
 
-// --- where memory is tight
+// --- tight memory
 
 namespace {
 
@@ -78,8 +78,8 @@ std::uint64_t ColumnState::bytes_of_slots(std::size_t slots) const {
   return std::uint64_t{slots} * each;
 }
 
-/// Must hold: it does not borrow. A slot that has room was named by an element before: what has
-/// none holds nothing that anybody looks at.
+/// Must hold: the column does not borrow. A slot within the allocated range was used by an earlier
+/// element; slots beyond it hold nothing that is read.
 bool ColumnState::make_room_in_memory(std::uint32_t slot) {
   if (memory_->is_refused()) return false;
   if (is_folded_) {
@@ -96,7 +96,8 @@ bool ColumnState::make_room_in_memory(std::uint32_t slot) {
   return true;
 }
 
-/// Keeps what is not alike apart; nothing changes where that is much.
+/// Stores the slots as common contents and a short list of exceptions. Returns false, without any
+/// change, if there are too many exceptions.
 bool ColumnState::fold() {
   const std::size_t count = slots_.states.size();
   common_ = count == 0 ? KeptElement() : slots_.at(static_cast<std::uint32_t>(count - 1));
@@ -117,7 +118,7 @@ bool ColumnState::fold() {
   return true;
 }
 
-/// All slots again, unless memory is refused.
+/// Allocates all slots again, unless the memory is refused.
 void ColumnState::unfold() {
   if (!memory_->take(bytes_of_slots(folded_slots_))) return;
   is_folded_ = false;
@@ -130,7 +131,7 @@ void ColumnState::unfold() {
   apart_.clear();
 }
 
-/// For the elements of a tile and all that they look at.
+/// Borrows a set of slots, and fills in the slots of these items and of their neighbours.
 void ColumnState::borrow_slots(std::span<const Neighbourhood> items) {
   slots_ = std::move(memory_->for_tile_);
   borrows_ = true;
@@ -150,7 +151,7 @@ bool ColumnState::give_slots_back(std::span<const Neighbourhood> items) {
   borrows_ = false;
   ColumnSlots borrowed = std::move(slots_);
   slots_ = {};
-  // Of the first tile the last one is as good as any.
+  // After the first tile, the last element serves as the common contents.
   if (elements_ == items.size() && !items.empty()) common_ = borrowed.at(items.back().self);
   for (const Neighbourhood& item : items) {
     const KeptElement kept = borrowed.at(item.self);
@@ -164,23 +165,24 @@ bool ColumnState::give_slots_back(std::span<const Neighbourhood> items) {
   return true;
 }
 
-/// What a slot holds from now on. Must hold: it is folded.
+/// Sets the contents of a slot. Must hold: is_folded_.
 void ColumnState::keep_apart(std::uint32_t slot, const KeptElement& kept) {
-  const auto at = std::lower_bound(apart_.begin(), apart_.end(), slot,
-                                   [](const auto& it, std::uint32_t s) { return it.first < s; });
-  const bool is_there = at != apart_.end() && at->first == slot;
+  const auto position =
+      std::lower_bound(apart_.begin(), apart_.end(), slot,
+                       [](const auto& entry, std::uint32_t s) { return entry.first < s; });
+  const bool is_there = position != apart_.end() && position->first == slot;
   if (same(kept, common_)) {
-    if (is_there) apart_.erase(at);
+    if (is_there) apart_.erase(position);
     return;
   }
   if (is_there)
-    at->second = kept;
+    position->second = kept;
   else
-    apart_.insert(at, {slot, kept});
+    apart_.insert(position, {slot, kept});
   if (apart_.size() > kMostApart) unfold();
 }
 
-// --- what is kept
+// --- updates
 
 void ColumnState::stand_in(const Neighbourhood& item) {
   if (!make_room(item.self)) return;
@@ -261,12 +263,12 @@ void ColumnState::find_partner(TileElement& element, std::uint64_t reference) co
   const auto* found = references_so_far_.nearest(element.key.magnitude);
   if (found == nullptr) return;
   if (!may_be_partners(info_->type, element.key.magnitude, found->magnitude)) return;
-  const auto its = std::bit_cast<double>(found->magnitude);
+  const auto magnitude = std::bit_cast<double>(found->magnitude);
   const auto state = [&](double value) {
-    const double is = translator_.from_value(element.key.negative ? -value : value);
-    return is_finite(is) ? is : 0.0;
+    const double translated = translator_.from_value(element.key.negative ? -value : value);
+    return is_finite(translated) ? translated : 0.0;
   };
-  element.partner = {true, state(found->value), state(its)};
+  element.partner = {true, state(found->value), state(magnitude)};
 }
 
 double ColumnState::farther_feature(const TileElement& element, std::uint32_t feature) const {
@@ -310,16 +312,16 @@ ResidualContext ColumnState::residual_context(const TileElement& element,
 }
 
 SizesAround ColumnState::sizes_around(const TileElement& element, std::int32_t scale) const {
-  SizesAround it;
+  SizesAround sizes;
   for (std::uint32_t a = 0; a < 3; ++a)
     if ((element.item.known >> a & 1) != 0)
-      it.near[a] = relative(slots_.sizes[element.item.at[a]], scale) + 1;
-  it.last = relative(last_size_, scale);
+      sizes.near[a] = relative(slots_.sizes[element.item.at[a]], scale) + 1;
+  sizes.last = relative(last_size_, scale);
   const auto before = element.tile.before;
-  if (!before.empty()) it.before = relative(before.back()->sizes[element.i], scale) + 1;
+  if (!before.empty()) sizes.before = relative(before.back()->sizes[element.i], scale) + 1;
   if (before.size() >= 2)
-    it.two_before = relative(before[before.size() - 2]->sizes[element.i], scale) + 1;
-  return it;
+    sizes.two_before = relative(before[before.size() - 2]->sizes[element.i], scale) + 1;
+  return sizes;
 }
 
 void ColumnState::keep(const TileElement& element, double state, double lattice) {

@@ -1,9 +1,10 @@
-// ColumnState: what a component keeps of the elements that it has coded: what later ones are
-// predicted from, and how well that went. Both directions change it alike.
-//   state      a value as a number of the domain at hand
-//   third      what the lattice missed at an element
-//   reference  state and third of the value that an element refers to, where there are references
-//   partner    the earlier element whose reference is as large as that of the element at hand
+// ColumnState: what one component remembers of the elements coded so far: the numbers from which
+// later elements are predicted, and the sizes of the residuals. Encoder and decoder update it in
+// the same way.
+//   state      the double that predictions use: the value, or its index if the domain is linear
+//   third      the residual of the lattice prediction at an element
+//   reference  state and third of the reference value of an element, if the array has references
+//   partner    an earlier element whose reference has about the same magnitude as this element's
 // spec: "Value columns"
 #pragma once
 
@@ -22,67 +23,68 @@
 
 namespace shm {
 
-/// Steps of translating what is kept by slot into other domains, for each element of a column: a
-/// reader refuses more. Writers take half, since they may keep fewer slots. spec: "Limits"
+/// Limit on the work of translating states into other domains: slots translated, per element of the
+/// column. A reader refuses more. Writers stay below half, since they may keep fewer slots.
+/// spec: "Limits"
 inline constexpr std::uint64_t kMostMovesForEach = 4096;
 
-/// How large a residual is: its bit length, raised by the scale of the prediction; 0: there is
-/// none.
+/// Size of a residual: its bit length plus the scale of the prediction; 0 if the residual is 0.
 using ResidualSize = std::uint16_t;
 
-/// What a component held in the last tile, by element.
+/// The last tile of a component, by element.
 struct CodedTile {
   std::vector<double> values;
   std::vector<ResidualSize> sizes;
 };
 
-/// A tile of one component, but for its values.
+/// One component of a tile, without its values.
 struct ColumnTile {
-  std::span<const Neighbourhood> items;      ///< its elements, in order
+  std::span<const Neighbourhood> items;      ///< shared by all components
   TileClasses classes;                       ///< the same for all components
-  std::span<const CodedTile* const> before;  ///< of the components before this one
-  /// Bits that the values refer to; empty unless use_reference() was called.
+  std::span<const CodedTile* const> before;  ///< the same tile of the previous components
+  /// Reference values, as bits; empty unless use_reference() was called.
   std::span<const std::uint64_t> reference;
-  /// How many elements before each one its value stood already, which is not coded; 0: it is.
-  /// Empty: none did.
+  /// For each element the distance to the earlier element that it copies; 0: not a copy. Empty if
+  /// the tile has no copies.
   std::span<const std::uint32_t> back;
-  /// Decoding, where `back` has any: bits of the elements before the tile, the last one behind.
+  /// Decoding, if `back` is not empty: bits of the elements before the tile, the most recent last.
   std::span<const std::uint64_t> history;
 };
 
-/// The element of a tile that is coded.
+/// The element that is being coded.
 struct TileElement {
   const ColumnTile& tile;
   std::size_t i;
   const Neighbourhood& item = tile.items[i];
-  MatchTables::Places places{};  ///< of ColumnState::find_matches()
-  /// Of ColumnState::find_partner(): the value that the element refers to, if it can have partners.
+  MatchTables::Places places{};  ///< from ColumnState::find_matches()
+  /// From ColumnState::find_partner(): the reference of this element, if it can have a partner.
   struct Key {
     std::uint64_t magnitude = 0;
     bool is = false, negative = false;
   } key{};
   struct Partner {
     bool is = false;
-    double state = 0.0, then = 0.0;  ///< of the partner, and of what it refers to
+    double state = 0.0, then = 0.0;  ///< states of its value and of its reference
   } partner{};
 
   std::uint32_t of_class() const { return tile.classes.of_item[i]; }
   std::uint32_t back() const { return tile.back.empty() ? 0 : tile.back[i]; }
 };
 
-/// How large a residual is likely to be, by the sizes of others as they look from its prediction.
+/// How large a residual is likely to be, given the sizes of other residuals relative to the scale
+/// of this prediction.
 struct ResidualContext {
-  std::uint32_t mean = 0;    ///< of the near elements
-  std::uint32_t before = 0;  ///< of the component before: 0: there is none, 1: size 0, 2: more
+  std::uint32_t mean = 0;    ///< mean size at the near elements
+  std::uint32_t before = 0;  ///< previous component: 0: none, 1: its size is 0, 2: larger
 };
-/// The same in detail: sizes, plus one; 0 where there is none.
+/// The same in detail: each size plus one, or 0 if there is none.
 struct SizesAround {
-  std::array<std::uint32_t, 3> near{};       ///< at the near elements
-  std::uint32_t last = 0;                    ///< of the element coded last: the size itself
-  std::uint32_t before = 0, two_before = 0;  ///< of the components before
+  std::array<std::uint32_t, 3> near{};  ///< at the near elements
+  std::uint32_t last = 0;  ///< of the element coded last: the size itself, not plus one
+  std::uint32_t before = 0, two_before = 0;  ///< in the previous components
 };
 
-/// What a column keeps of an element.
+/// The values that a column keeps for one element.
 struct KeptElement {
   struct Reference {
     double state = 0, third = 0;
@@ -93,7 +95,7 @@ struct KeptElement {
   Reference reference;
 };
 
-/// What a column keeps by slot.
+/// The values that a column keeps, by slot.
 struct ColumnSlots {
   std::vector<double> states, thirds;
   std::vector<ResidualSize> sizes;
@@ -114,18 +116,20 @@ struct ColumnSlots {
   }
 };
 
-/// Decoding: the memory of all columns of a segment. Where it becomes tight, a column in which all
-/// slots but a few hold the same keeps these few alone, and borrows slots for the tile at hand;
-/// what of that is more than was allowed is refused. It changes no values.
+/// Decoding: the memory budget that all columns of a segment share. If memory becomes tight, a
+/// column whose slots are all equal except a few stores only these few, and borrows a full set of
+/// slots for the current tile. Requests beyond the limit are refused. The budget has no effect on
+/// the decoded values.
 class ColumnMemory {
  public:
-  /// What may be taken from here on, with what is taken already; it is tight beyond `plenty`.
+  /// Sets the limit in bytes, including the memory that is already in use. Memory is tight once
+  /// `plenty` bytes are in use.
   void allow(std::uint64_t bytes, std::uint64_t plenty) {
     most_ = bytes;
     plenty_ = plenty;
   }
   bool is_tight() const { return taken_ >= plenty_; }
-  /// False, now and ever after, where there is not so much.
+  /// Reserves memory. Returns false if the limit would be exceeded, and on every call after that.
   bool take(std::uint64_t bytes) {
     if (bytes > most_ - std::min(taken_, most_)) is_refused_ = true;
     if (!is_refused_) taken_ += bytes;
@@ -150,76 +154,82 @@ class ColumnState {
   const ValueDomain& domain() const { return domain_; }
   const ValueTranslator& translator() const { return translator_; }
 
-  /// Before the first element: all tiles will come with a reference.
+  /// Declares that every tile has references. Call it before the first element.
   void use_reference() { has_reference_ = true; }
   bool has_reference() const { return has_reference_; }
-  /// Whether predictions look at matches, and at other components.
+  /// Sets whether predictions use matches and the values of other components.
   void use_matches(bool uses) { uses_matches_ = uses; }
 
-  /// Whether it may change to that domain: translating what it keeps by slot must stay in
-  /// proportion to its elements, so that groups of few elements cannot demand it at will.
+  /// Returns true if the column may change to `domain`. The total number of translated slots must
+  /// stay proportional to the number of elements, so that a file of many tiny groups cannot demand
+  /// unbounded work.
   bool may_change_to(const ValueDomain& domain, std::uint64_t most_moves_for_each) const {
     return domain.has_states_of(domain_) || moved_ <= elements_ * most_moves_for_each;
   }
   void change_domain(const ValueDomain& domain);
 
-  /// Decoding, before the first element. It is borrowed.
+  /// Decoding: sets the memory budget, which must outlive the column. Call it before the first
+  /// element.
   void use_memory(ColumnMemory& memory) { memory_ = &memory; }
-  /// False where there is no memory for it.
+  /// Makes room for a slot. Returns false if the memory is refused.
   bool make_room(std::uint32_t slot) {
     if (slot < slots_.states.size()) return true;
     if (memory_ != nullptr) return make_room_in_memory(slot);
     slots_.make_room(slot, has_reference_);
     return true;
   }
-  // Where elements were left out that no covered one looks at: as if they had been skipped, and as
-  // if there were room for this slot.
+  // Account for elements that a sparse reader leaves out because no covered element depends on
+  // them: the counts become those of a reader that skips them.
   void count_left_out(std::uint64_t elements) { elements_ += elements; }
   void count_room(std::uint32_t slot) { room_ = size_with_room(room_, slot); }
 
-  /// An element that the array does not cover: takes the state of the last one.
+  /// Passes over an element that the array does not cover: its state becomes the state of the last
+  /// element.
   void skip(const Neighbourhood& item) {
     ++elements_;
     stand_in(item);
   }
-  /// The same before it is coded, to try something with its neighbours: it is not counted.
+  /// The same without counting the element. For trials that need the state of the neighbours.
   void stand_in(const Neighbourhood& item);
-  /// Values that another codec has coded.
+  /// Keeps values that were coded in another codec.
   void keep_values(std::span<const Neighbourhood> items, std::span<const std::uint64_t> bits);
 
-  /// False where there is no memory for it.
+  /// Returns false if the memory for the tile is refused.
   bool begin_tile(const ColumnTile& tile);
-  /// Decoding: behind the values of a tile. False where there is no memory for them.
+  /// Decoding: ends a tile, after its values. Returns false if the memory is refused.
   bool end_tile(std::span<const Neighbourhood> items) {
     return !borrows_ || give_slots_back(items);
   }
   const CodedTile& coded_tile() const { return coded_; }
 
-  // --- what predictions are made of
+  // --- inputs of the predictions
 
-  /// Before feature() and features().
+  /// Finds the entries of the match tables for an element. Call it before feature() and features().
   void find_matches(TileElement& element) const;
-  /// Whether elements that refer to values of these magnitudes may be partners: they differ by so
-  /// many units in the last place of a double at most.
+  /// Returns true if elements with references of these magnitudes may be partners: the bits of the
+  /// magnitudes, as integers, differ by no more than a fixed limit.
   static bool may_be_partners(ScalarType type, std::uint64_t one, std::uint64_t other);
-  /// Before feature() and features(). `reference`: bits that the element refers to.
+  /// Finds the partner of an element. Call it before feature() and features(). `reference`: the
+  /// reference of the element, as bits.
   void find_partner(TileElement& element, std::uint64_t reference) const;
-  /// The state of a feature, which must be known.
+  /// Returns the state of a feature, which must be known.
   double feature(const TileElement& element, std::uint32_t feature) const {
     return feature < kFThird ? slots_.states[element.item.at[feature]]
                              : farther_feature(element, feature);
   }
-  /// All features; of those of the neighbourhood the ones in `known`, the others are left as they
-  /// are.
+  /// Stores the features of an element in `states`. Of the features of the neighbourhood only those
+  /// in `known` are stored; the others keep their old values.
   void features(const TileElement& element, std::uint32_t known,
                 std::array<double, kFeatures>& states) const;
-  /// The state of what an element refers to: any number, the same everywhere.
+  /// Returns the state of a reference. The argument may be any bit pattern; the result is the same
+  /// on all machines.
   double reference_state(std::uint64_t bits) const {
     const double state = translator_.from_value(scalar_as_double(info_->type, bits));
     return is_finite(state) ? state : last_reference_;
   }
-  /// What is subtracted from a feature in a difference, but from that of the partner: `own`, the
-  /// element's reference_state(), from what has none.
+  /// Returns the number that is subtracted from a feature to form a difference. Not for the feature
+  /// of the partner. Features without a reference of their own use `own`, which is the element's
+  /// reference_state().
   double reference_feature(const Neighbourhood& item, std::uint32_t feature, double own) const {
     if (feature < kFThird) return slots_.references[item.at[feature]].state;
     if (feature < kFLast) return slots_.references[item.at[feature - kFThird]].third;
@@ -227,37 +237,37 @@ class ColumnState {
     return feature == kFLast ? last_reference_ : before_last_reference_;
   }
 
-  // --- how well that went
+  // --- sizes of residuals
 
-  // `scale`: of the prediction.
+  // `scale`: scale of the prediction, see the value spaces in value_domain.h.
   ResidualContext residual_context(const TileElement& element, std::int32_t scale) const;
   SizesAround sizes_around(const TileElement& element, std::int32_t scale) const;
-  /// How many near elements took the second prediction of their class.
+  /// Returns the number of near elements that took the second mode of their class.
   std::uint32_t seconds_near(const Neighbourhood& item) const {
     std::uint32_t count = 0;
     for (std::uint32_t a = 0; a < 3; ++a)
       if ((item.known >> a & 1) != 0) count += slots_.marks[item.at[a]] & kSecond;
     return count;
   }
-  /// How many of them were recalled.
+  /// Returns the number of near elements that were recalled.
   std::uint32_t recalled_near(const Neighbourhood& item) const {
     std::uint32_t count = 0;
     for (std::uint32_t a = 0; a < 3; ++a)
       if ((item.known >> a & 1) != 0 && (slots_.marks[item.at[a]] & kRecalled) != 0) ++count;
     return count;
   }
-  /// Values so far, where the domain recalls them.
+  /// The values coded so far, if the domain recalls values.
   RecalledValues& values_so_far() { return so_far_; }
   void add_to_values_so_far(double state) {
     so_far_.add(SortedValues::magnitude_of(translator_.as_value(state)));
   }
 
-  // --- what is kept of an element
+  // --- updates after an element
 
-  /// `lattice`: what the lattice predicted.
+  /// Keeps the state of a coded element. `lattice`: the lattice prediction for it.
   void keep(const TileElement& element, double state, double lattice);
   void keep_reference(const Neighbourhood& item, double state);
-  /// Of an element that is a copy: as large as the one that was coded last.
+  /// Updates the marks for a copied element. Its size is the size of the element coded last.
   void keep_copied(const TileElement& element) { keep_residual(element, last_size_, false, false); }
   void keep_residual(const TileElement& element, ResidualSize size, bool second, bool recalled) {
     slots_.marks[element.item.self] =
@@ -266,13 +276,13 @@ class ColumnState {
     coded_.sizes[element.i] = last_size_ = size;
   }
 
-  /// Lends what is kept by slot, which is much, and has what is kept of these items put back when
-  /// it is gone. The state that lends cannot be used meanwhile.
+  /// Lends the slots, which are large, to a copy of this state, and afterwards restores the slots
+  /// of the given items. The lender must not be used in the meantime.
   class Loan;
 
  private:
   using Reference = KeptElement::Reference;
-  // Marks: whether the second prediction was taken, and whether the value was recalled.
+  // Bits of the marks: the second mode predicted the value; the value was recalled.
   static constexpr std::uint32_t kSecond = 1, kRecalled = 2;
 
   bool make_room_in_memory(std::uint32_t slot);
@@ -287,7 +297,7 @@ class ColumnState {
   double match(std::uint32_t kind, const TileElement& element) const {
     return uses_matches_ ? translator_.from_value(matches_.find(kind, element.places[kind])) : 0.0;
   }
-  /// What the component before is at this element.
+  /// Returns the value of the previous component at this element, as a state of this domain.
   double other_value(const TileElement& element) const {
     const auto before = element.tile.before;
     return before.empty() || !uses_matches_
@@ -301,21 +311,24 @@ class ColumnState {
   ValueTranslator translator_;
   bool has_reference_ = false, uses_matches_ = true;
   std::uint64_t elements_ = 0;  // so far
-  std::size_t room_ = 0;        // slots of all elements, where some are left out
-  std::uint64_t moved_ = 0;     // slots that were translated into another domain, in all
+  std::size_t room_ = 0;        // slots of all elements, if some are left out
+  std::uint64_t moved_ = 0;     // slots translated into other domains, in total
 
   ColumnSlots slots_;
-  // Where memory is tight: that all slots hold the same, but for few; and how many slots there are.
+  // Tight memory: whether all slots but a few are equal, the common contents, and the number of
+  // slots.
   ColumnMemory* memory_ = nullptr;
   bool is_folded_ = false, borrows_ = false;
   KeptElement common_;
-  std::vector<std::pair<std::uint32_t, KeptElement>> apart_;  // by slot
+  std::vector<std::pair<std::uint32_t, KeptElement>>
+      apart_;  // slots that differ from common_, ascending
   std::size_t folded_slots_ = 0;
   CodedTile coded_;
   MatchTables matches_;
   RecalledValues so_far_;
-  SortedValues references_so_far_;  // with the values that referred to them, as if to positive ones
-  // of the elements coded last
+  SortedValues references_so_far_;  // key: magnitude of a reference; value: the value of its
+                                    // element, negated if the reference is negative
+  // state of the elements coded last
   double last_ = 0, before_last_ = 0;
   double last_reference_ = 0, before_last_reference_ = 0;
   ResidualSize last_size_ = 0;
@@ -324,14 +337,14 @@ class ColumnState {
 class ColumnState::Loan {
  public:
   Loan(ColumnState& lender, std::span<const Neighbourhood> items);
-  /// To a copy of the lender.
+  /// Moves the slots to a copy of the lender.
   void lend(ColumnState& borrower) { borrower.slots_ = std::move(slots_); }
   void give_back(ColumnState& borrower);
 
  private:
   ColumnState& lender_;
   std::span<const Neighbourhood> items_;
-  std::vector<KeptElement> kept_;  // by item
+  std::vector<KeptElement> kept_;  // by item: the slots before the trial
   ColumnSlots slots_;
 };
 

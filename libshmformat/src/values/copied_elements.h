@@ -1,6 +1,7 @@
-// CopiedElements: which elements of a tile are as an earlier one, in all components, and how far
-// back that stands. In meshes whose cells share no vertices most vertices are such: where one stood
-// already the corner of a cell before, and at the same corner of the next cell the next one.
+// CopiedElements: codes which elements of a tile equal an earlier element in all components, and
+// how many elements back their source is. In a mesh whose cells share no vertices, most vertices
+// are such copies: a corner of an earlier cell had the same coordinates, and the source of the next
+// copy at the same corner is usually the element after the last source.
 // spec: "Copied elements"
 #pragma once
 
@@ -17,11 +18,11 @@ namespace shm {
 template <class Coder>
 class CopiedElements {
  public:
-  /// Frozen, part of the format.
+  /// Largest distance between a copy and its source, in elements. Frozen: part of the format.
   static constexpr std::uint32_t kFarthest = std::uint32_t{1} << 16;
 
-  /// Of each element of a tile, of such classes, how far back its copy stands; 0: it is none.
-  /// False for damage.
+  /// Codes, for each element of a tile with the given classes, the distance to its source; 0 if it
+  /// is not a copy. Returns false if the data is damaged.
   bool code(Coder& coder, std::span<const std::uint16_t> classes, std::span<std::uint32_t> back) {
     for (std::size_t i = 0; i < classes.size(); ++i)
       if (!code_one(coder, classes[i], back[i])) return false;
@@ -29,10 +30,11 @@ class CopiedElements {
   }
 
  private:
-  /// No copy; as far back as the last one of the class, or the one before; farther or nearer.
+  /// Not a copy; as far back as the last copy of the class; as far back as the copy before that;
+  /// another distance.
   enum Outcome : std::uint8_t { kOwn, kAgain, kBefore, kOther };
   struct Class {
-    std::uint32_t last = 0, before_last = 0;  // how far back; of two different ones, 0: none
+    std::uint32_t last = 0, before_last = 0;  // the last two different distances; 0: none
     Outcome outcome = kOwn;
   };
   struct Models {
@@ -41,26 +43,26 @@ class CopiedElements {
 
   bool code_one(Coder& coder, std::uint16_t of_class, std::uint32_t& back) {
     if (of_class >= classes_.size()) classes_.resize(of_class + std::size_t{1});
-    Class& it = classes_[of_class];
-    Models& models = models_[it.outcome][outcome_];
+    Class& entry = classes_[of_class];
+    Models& models = models_[entry.outcome][outcome_];
     const std::uint32_t wanted = back;
     Outcome outcome = kOwn;
     back = 0;
-    if (it.last > 0 && coder.bit(models.again, wanted == it.last)) {
+    if (entry.last > 0 && coder.bit(models.again, wanted == entry.last)) {
       outcome = kAgain;
-      back = it.last;
+      back = entry.last;
     } else if (coder.bit(models.copied, wanted > 0)) {
-      if (it.before_last > 0 && coder.bit(models.before, wanted == it.before_last)) {
+      if (entry.before_last > 0 && coder.bit(models.before, wanted == entry.before_last)) {
         outcome = kBefore;
-        back = it.before_last;
+        back = entry.before_last;
       } else {
         outcome = kOther;
         back = code_other(coder, wanted);
       }
-      it.before_last = it.last;
-      it.last = back;
+      entry.before_last = entry.last;
+      entry.last = back;
     }
-    it.outcome = outcome_ = outcome;
+    entry.outcome = outcome_ = outcome;
     if (outcome != kOwn) {
       if (back == 0 || back > kFarthest || back > here_) return false;
       following_ = here_ - back + 1;
@@ -68,7 +70,8 @@ class CopiedElements {
     ++here_;
     return true;
   }
-  /// From the element that follows the last one that was copied. 0 for damage.
+  /// Codes a distance relative to the element after the last source. Returns 0 if the data is
+  /// damaged.
   std::uint32_t code_other(Coder& coder, std::uint32_t wanted) {
     const auto by =
         code_signed(coder, other_, static_cast<std::int64_t>(here_ - wanted - following_));
@@ -77,10 +80,12 @@ class CopiedElements {
   }
 
   std::vector<Class> classes_;
-  std::array<std::array<Models, 4>, 4> models_;  // by the outcome in the class, and at the last one
+  // by the last outcome in the class, and by the last outcome of all
+  std::array<std::array<Models, 4>, 4> models_;
   SignedModel<CompactNumberModel> other_;
   Outcome outcome_ = kOwn;
-  std::uint64_t here_ = 0, following_ = 0;  // elements so far; the one after the last source
+  // here_: number of elements so far; following_: the element after the last source
+  std::uint64_t here_ = 0, following_ = 0;
 };
 
 }  // namespace shm

@@ -12,17 +12,17 @@
 namespace shm {
 namespace {
 
-/// What is saved must be so large a part of all; so many of the values must be helped at all.
+/// Recalled values or partners are used if they save at least this share of all bits.
 constexpr double kWorthwhileShare = 0.02;
-constexpr std::uint64_t kFewestHelped = 32;  // one in so many
-/// Bits besides what is missed.
+constexpr std::uint64_t kFewestHelped = 32;  // and if at least one value in 32 may profit
+/// Cost of a partnered value in addition to its residual, in bits.
 constexpr double kPartnerBits = 1.5;
-/// Recalled values save less than they seem to, since their models have to be learnt.
+/// Correction of the estimate for recalled values: their models have to adapt first.
 constexpr double kRecallTrust = 0.85, kLearningBits = 400.0;
-/// What misses more is no help.
+/// A residual longer than this does not count as a hit.
 constexpr std::uint32_t kLongestMiss = 40;
 
-/// The index that a value stands next to in a domain.
+/// Returns the index in the domain that is nearest to a value.
 std::int64_t index_of(const ArrayInfo& info, const ValueDomain& domain,
                       const ValueTranslator& translator, double value) {
   const double state = translator.from_value(value);
@@ -36,7 +36,8 @@ std::int64_t index_of(const ArrayInfo& info, const ValueDomain& domain,
   }
 }
 
-/// How far, or around which place, the last values lay from their sources: those of a few classes.
+/// Distances from recent values to their sources, and centres of symmetry between them. Several are
+/// kept, since the classes of neighbourhoods alternate.
 class Ways {
  public:
   bool goes_on(std::uint64_t here, std::uint64_t there) {
@@ -76,8 +77,8 @@ EarlierValues::EarlierValues(const ArrayInfo& info, std::size_t component,
     };
     const std::uint64_t magnitude = magnitudes_[i] = SortedValues::magnitude_of(value);
     if (const auto* found = so_far.nearest(magnitude)) {
-      const auto its = std::bit_cast<double>(found->magnitude);
-      const std::uint32_t length = missed(value < 0 ? -its : its);
+      const auto earlier = std::bit_cast<double>(found->magnitude);
+      const std::uint32_t length = missed(value < 0 ? -earlier : earlier);
       const bool follows =
           length <= kLongestMiss && ways.goes_on(i, static_cast<std::uint64_t>(found->value));
       missed_[i].recalled = static_cast<std::uint8_t>(length);
@@ -105,13 +106,13 @@ bool EarlierValues::may_help() const {
 
 namespace {
 
-/// Of how many bits something is, by how often it came.
+/// Counts of numbers by their length in bits.
 struct Lengths {
   void add(std::uint32_t length) {
     ++count[length];
     ++all;
   }
-  /// Bits of that, and of the length.
+  /// Returns the cost of a number in bits: its own bits plus the entropy of its length.
   double bits(std::uint32_t length) const {
     return static_cast<double>(length) + bits_of_one(count[length], all);
   }
@@ -129,37 +130,37 @@ double EarlierValues::choose(std::span<const Value> values, bool has_table,
   const auto rank_of = [&](std::uint64_t magnitude) {
     return std::lower_bound(ascending.begin(), ascending.end(), magnitude) - ascending.begin();
   };
-  // As the coder decides it. By how many of the values so far a prediction is wrong, is not known
-  // but for those of all.
+  // Decides as the coder will. The true rank differences are not known here, since ranks refer to
+  // the values coded so far: ranks among all values of the group are scaled down instead.
   constexpr std::uint32_t kNotRecalled = 255;
   std::vector<std::uint32_t> ranks(values.size(), kNotRecalled);
   Lengths of_ranks, of_followed, of_misses;
   for (std::size_t v = 0; v < values.size(); ++v) {
     const Value& value = values[v];
-    const Missed& it = missed_[value.place];
-    if (it.recalled > kLongestMiss) continue;
+    const Missed& missed = missed_[value.place];
+    if (missed.recalled > kLongestMiss) continue;
     std::uint32_t rank = 0;
-    if (!it.follows) {
+    if (!missed.follows) {
       const std::int64_t by =
           rank_of(SortedValues::magnitude_of(value.predicted)) - rank_of(magnitudes_[value.place]);
       rank = bit_length(by * static_cast<std::int64_t>(value.place) /
                         static_cast<std::int64_t>(missed_.size()));
     }
-    if (rank + it.recalled + (it.follows ? 0 : 2) >= value.length) continue;
+    if (rank + missed.recalled + (missed.follows ? 0 : 2) >= value.length) continue;
     ranks[v] = rank;
-    (it.follows ? of_followed : of_ranks).add(rank);
-    of_misses.add(it.recalled);
+    (missed.follows ? of_followed : of_ranks).add(rank);
+    of_misses.add(missed.recalled);
   }
   double all = 0, by_partners = 0, by_recall = 0, by_recall_besides = 0;
   for (std::size_t v = 0; v < values.size(); ++v) {
     const Value& value = values[v];
-    const Missed& it = missed_[value.place];
+    const Missed& missed = missed_[value.place];
     double by_partner = 0, by_earlier = 0;
-    if (it.partnered <= kLongestMiss)
-      by_partner = std::max(0.0, value.bits - kPartnerBits - static_cast<double>(it.partnered));
+    if (missed.partnered <= kLongestMiss)
+      by_partner = std::max(0.0, value.bits - kPartnerBits - static_cast<double>(missed.partnered));
     if (ranks[v] != kNotRecalled)
-      by_earlier = value.bits - (it.follows ? of_followed : of_ranks).bits(ranks[v]) -
-                   of_misses.bits(it.recalled);
+      by_earlier = value.bits - (missed.follows ? of_followed : of_ranks).bits(ranks[v]) -
+                   of_misses.bits(missed.recalled);
     all += value.bits;
     by_partners += by_partner;
     by_recall += by_earlier;
@@ -169,7 +170,7 @@ double EarlierValues::choose(std::span<const Value> values, bool has_table,
   domain.partners = by_partners > least;
   const double saved = domain.partners ? by_partners : 0.0;
   if (has_table) return saved;
-  // What partners predict is not recalled.
+  // A value that a partner predicts well gains nothing from being recalled.
   const double by = domain.partners ? by_recall_besides : by_recall;
   const double recalls =
       (by - binary_entropy(of_misses.all, values.size())) * kRecallTrust -
@@ -182,7 +183,7 @@ double EarlierValues::choose(std::span<const Value> values, bool has_table,
 
 namespace {
 
-/// Elements before a group and in it.
+/// The elements of a group and of its history, numbered through.
 class Elements {
  public:
   Elements(std::span<const std::vector<std::uint64_t>> bits,
@@ -214,16 +215,17 @@ class Elements {
   std::size_t before_;
 };
 
-/// Of each element of a group the next one that stands alike: itself where there is none.
+/// Returns, for each element, the next element with the same kind and corner, or the element itself
+/// if there is none.
 std::vector<std::uint32_t> next_alike(std::span<const std::uint8_t> stands) {
   constexpr std::size_t kPlaces = 64;
   std::vector<std::uint32_t> next(stands.size());
   std::array<std::uint32_t, kPlaces> last;
   last.fill(kNone);
   for (auto i = static_cast<std::uint32_t>(stands.size()); i-- > 0;) {
-    std::uint32_t& it = last[stands[i] % kPlaces];
-    next[i] = it == kNone ? i : it;
-    it = i;
+    std::uint32_t& next_of_kind = last[stands[i] % kPlaces];
+    next[i] = next_of_kind == kNone ? i : next_of_kind;
+    next_of_kind = i;
   }
   return next;
 }
@@ -238,7 +240,7 @@ std::vector<std::uint32_t> find_copies(std::span<const std::uint8_t> stands,
   const Elements all(bits, history);
   std::vector<std::uint32_t> back(stands.size()), wanted(stands.size());
   const std::vector<std::uint32_t> next = next_alike(stands);
-  // Earlier elements with the same hash, the last one first.
+  // Hash chains of earlier elements, the most recent first.
   std::vector<std::uint32_t> heads(std::bit_ceil(all.size() + 1), kNone), chain(all.size());
   for (std::size_t i = 0; i < all.size(); ++i) {
     std::uint32_t& head = heads[static_cast<std::size_t>(all.hash(i)) & (heads.size() - 1)];
@@ -252,16 +254,16 @@ std::vector<std::uint32_t> find_copies(std::span<const std::uint8_t> stands,
       found = wanted[item];
     } else {
       std::uint32_t longest = 0, looks = 0;
-      for (std::uint32_t at = chain[i]; at != kNone && looks < kMostLooks;
-           at = chain[at], ++looks) {
-        const auto by = static_cast<std::uint32_t>(i - at);
+      for (std::uint32_t earlier = chain[i]; earlier != kNone && looks < kMostLooks;
+           earlier = chain[earlier], ++looks) {
+        const auto by = static_cast<std::uint32_t>(i - earlier);
         if (by > farthest) break;
         if (!is_copy(by)) continue;
         std::uint32_t run = 1;
         for (std::size_t like = item; run < kLongestRun && next[like] != like; ++run) {
           like = next[like];
-          const std::size_t its = like + all.before();
-          if (!all.are_equal(its, its - by)) break;
+          const std::size_t element = like + all.before();
+          if (!all.are_equal(element, element - by)) break;
         }
         if (run <= longest) continue;
         longest = run;

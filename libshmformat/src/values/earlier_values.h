@@ -1,6 +1,6 @@
-// Encoder only: what of a group has been there before.
-//   EarlierValues   whether recalled values or partners save enough
-//   find_copies     elements that are as an earlier one in all components
+// Encoder only: finds values of a group that repeat earlier values.
+//   EarlierValues   decides whether recalled values or partners save enough to be used
+//   find_copies     finds elements that equal an earlier element in all components
 #pragma once
 
 #include <cstdint>
@@ -14,46 +14,49 @@ namespace shm {
 
 class EarlierValues {
  public:
-  /// All values of one component in a group, as bits, and what they refer to, if anything; both are
-  /// borrowed. They are looked at in this order.
+  /// `bits`: all values of one component in a group, in coding order. `reference`: their
+  /// references, or empty. Both are borrowed for the call only.
   EarlierValues(const ArrayInfo& info, std::size_t component, const ValueDomain& domain,
                 std::span<const std::uint64_t> bits, std::span<const std::uint64_t> reference);
 
-  /// Whether choose() may choose anything.
+  /// Returns false if choose() would certainly choose nothing.
   bool may_help() const;
-  /// One of the values as it would be coded without.
+  /// A value of a sample, as it would be coded without recalled values and partners.
   struct Value {
-    std::uint32_t place = 0;   ///< which one of all it is
-    double predicted = 0;      ///< by the elements around it
-    double bits = 0;           ///< that it takes
-    std::uint32_t length = 0;  ///< of its residual
+    std::uint32_t place = 0;   ///< number of the value in the group
+    double predicted = 0;      ///< prediction from the neighbours
+    double bits = 0;           ///< estimated cost in bits
+    std::uint32_t length = 0;  ///< length of its residual, in bits
   };
-  /// Sets recalls and partners of the domain by some of the values. `has_table`: whether values are
-  /// ranks of one. Returns how many of their bits are saved, about.
+  /// Sets `recalls` and `partners` of the domain, judging by a sample of the values. `has_table`:
+  /// true if the values are coded as ranks of a table. Returns the estimated number of bits saved
+  /// in the sample.
   double choose(std::span<const Value> values, bool has_table, ValueDomain& domain) const;
 
  private:
-  /// What is missed at a value by an earlier one, in bits.
+  /// How far off the best earlier value is: lengths of the residuals, in bits.
   struct Missed {
     std::uint8_t recalled, partnered;
-    bool follows;  // the one that was recalled before
+    bool follows;  // whether it continues the sequence of the last recalled value
   };
-  static constexpr std::uint8_t kNothing = 255;  // there is no earlier one
+  static constexpr std::uint8_t kNothing = 255;  // no earlier value
 
-  std::vector<Missed> missed_;                   // by value
-  std::vector<std::uint64_t> magnitudes_;        // by value
-  std::uint64_t recallable_ = 0, partners_ = 0;  // values that may be helped
+  std::vector<Missed> missed_;             // by value
+  std::vector<std::uint64_t> magnitudes_;  // by value
+  // number of values that could be recalled, or have a partner
+  std::uint64_t recallable_ = 0, partners_ = 0;
 };
 
-/// How an element stands: at which corner, of what kind.
-inline std::uint8_t stand_of(const Neighbourhood& it) {
-  return static_cast<std::uint8_t>((it.corner | it.kind << 3) & 63);
+/// Returns the kind and corner of an element. Copies are searched among elements alike in these.
+inline std::uint8_t stand_of(const Neighbourhood& item) {
+  return static_cast<std::uint8_t>((item.corner | item.kind << 3) & 63);
 }
 
-/// Of each element how far back one with the same bits stands, in the group or before it: as far as
-/// at the last one that stands alike, where that is possible, or else where that goes on for
-/// longest. 0: at most `farthest` back there is none. `bits`, `history`: by component; `history`
-/// ends where the group begins.
+/// Finds, for each element, the distance to an earlier element with the same bits, in the group or
+/// in `history`; 0 if there is none within `farthest`. Prefers the distance of the last element
+/// with the same kind and corner (`stands`); otherwise takes the distance that stays valid for the
+/// longest run of such elements. `bits`, `history`: by component. The history ends at the first
+/// element of the group.
 std::vector<std::uint32_t> find_copies(std::span<const std::uint8_t> stands,
                                        std::span<const std::vector<std::uint64_t>> bits,
                                        std::span<const std::vector<std::uint64_t>> history,

@@ -10,7 +10,7 @@ namespace {
 using Vector = std::array<double, kWeights>;
 using Matrix = std::array<Vector, kWeights>;
 
-/// The terms that any sample has, each sample's in a row. Few of all are known at once.
+/// The equations reduced to the terms that occur in any sample: usually few of the 13.
 struct Equations {
   explicit Equations(std::span<const FitSample> samples) {
     std::array<bool, kWeights> any{};
@@ -25,7 +25,7 @@ struct Equations {
   const double* row(std::size_t sample) const { return rows.data() + sample * count; }
 
   std::uint32_t count = 0;
-  std::array<std::uint32_t, kWeights> terms{};  // which ones, ascending
+  std::array<std::uint32_t, kWeights> terms{};  // the terms that occur, ascending
   std::vector<double> rows;
 };
 
@@ -35,7 +35,8 @@ double dot(const double* row, const Vector& x, std::uint32_t count) {
   return sum;
 }
 
-/// Solves a x = b for a symmetric, positive matrix (Cholesky); directions without data stay 0.
+/// Solves a x = b for a symmetric positive definite matrix (Cholesky). Unknowns without data stay
+/// 0.
 Vector solve(Matrix a, const Vector& b, std::uint32_t count) {
   std::array<bool, kWeights> used{};
   for (std::uint32_t i = 0; i < count; ++i) {

@@ -1,4 +1,5 @@
-// Fitting: weights for the fitted predictor, by least squares that trusts no outlier. Encoder only.
+// Fitting: weights for the fitted predictor, by least squares that is robust against outliers.
+// Encoder only.
 #pragma once
 
 #include <span>
@@ -7,14 +8,14 @@
 
 namespace shm {
 
-/// One equation: sum of weights * terms should be target.
+/// One equation: the sum of weights * terms should equal `target`.
 struct FitSample {
   std::array<double, kWeights> terms{};
   double target = 0;
 };
 
-/// Weights in parts of kWeightParts; all zero where nothing better is found. The samples weigh by
-/// how near the fit comes to them.
+/// Returns weights in units of 1 / kWeightParts, all zero if nothing better is found. Samples close
+/// to the current fit count more (iteratively reweighted least squares).
 Weights fit_weights(std::span<const FitSample> samples);
 
 }  // namespace shm

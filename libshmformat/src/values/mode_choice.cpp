@@ -9,30 +9,31 @@
 namespace shm {
 namespace {
 
-// Elements of a class that are looked at before its modes are chosen, in each tile.
+// Elements of a class that are tried in each tile before its modes are chosen.
 constexpr std::size_t kLookAt = 256, kFitAt = 256, kFewestToFit = 40;
-// Before that: by all modes, and how many of these go on.
+// The first round tries all modes on kFirstLooks elements. It keeps the modes that are best by
+// themselves, and those that are best as second modes.
 constexpr std::size_t kFirstLooks = 32, kKeptAlone = 3, kKeptBeside = 2;
-// Tiles for which the modes of a large class are kept.
+// A large class keeps its modes for at most this number of tiles.
 constexpr std::uint32_t kMostTilesKept = 8;
-// About what it costs to code another mode, and weights, in bits.
+// Estimated cost in bits of coding another mode, and of coding weights.
 constexpr double kModeBits = 5.0, kWeightsBits = 250.0;
 
 constexpr std::uint32_t kCostParts = 10;
 
-/// About the bits of a residual, in parts of one.
+/// Returns the estimated cost of a residual, in units of 1 / kCostParts bit.
 std::uint32_t cost_of(std::int64_t residual) {
   const std::uint32_t length = bit_length(residual);
   return length == 0 ? 3 : 17 + length * kCostParts;
 }
 
-/// A feature of an element.
+/// Access to the features of an element.
 struct FeatureAt {
   const std::array<double, kFeatures>* of = nullptr;
   double operator()(std::uint32_t feature) const { return (*of)[feature]; }
 };
 
-/// Whether a mode may predict anything else than the lattice where these bits are known.
+/// Returns true if a mode may differ from the lattice prediction, given which neighbours are known.
 bool differs_from_lattice(std::uint32_t mode, std::uint32_t known) {
   const auto has = [&](std::uint32_t bits) { return (known & bits) == bits; };
   const auto any = [&](std::uint32_t bits) { return (known & bits) != 0; };
@@ -56,13 +57,13 @@ bool differs_from_lattice(std::uint32_t mode, std::uint32_t known) {
   }
 }
 
-/// Samples sorted into sets, one set behind the other.
+/// Samples sorted into sets, stored one set after the other.
 struct Members {
-  /// `set_of`: the set of a sample.
+  /// `set_of`: returns the set of a sample.
   template <class SetOf>
   Members(const ModeSamples& all, std::size_t sets, SetOf&& set_of) : begin(sets + 1) {
-    for (const ModeSample& it : all.samples)
-      if (!it.copied) ++begin[set_of(it) + 1];
+    for (const ModeSample& sample : all.samples)
+      if (!sample.copied) ++begin[set_of(sample) + 1];
     for (std::size_t s = 0; s < sets; ++s) begin[s + 1] += begin[s];
     order.resize(begin[sets]);
     auto next = begin;
@@ -77,8 +78,8 @@ struct Members {
   std::vector<std::uint32_t> order;
 };
 
-/// Visits so many members, spread over all: visit(sample, predictor, what is added to predictions)
-/// for those that have an index.
+/// Calls visit(sample, predictor, added) for `count` members, evenly spread, that have an index.
+/// `added`: the state to add to predictions.
 template <class Visit>
 void for_each_picked(const ModeSamples& all, std::span<const std::uint32_t> members,
                      std::size_t count, std::uint32_t input, Visit&& visit) {
@@ -93,7 +94,7 @@ void for_each_picked(const ModeSamples& all, std::span<const std::uint32_t> memb
   }
 }
 
-/// Weights for the fitted mode.
+/// Fits weights for the fitted mode.
 template <class Space>
 Weights fit_members(const Space& space, const ModeSamples& all,
                     std::span<const std::uint32_t> members, std::uint32_t input) {
@@ -107,8 +108,8 @@ Weights fit_members(const Space& space, const ModeSamples& all,
   return fit_weights(samples);
 }
 
-/// Weights that fit a family: for new classes that are too small to be fitted. They share the
-/// bits of the weights.
+/// Fits weights to whole families, for new classes that are too small to be fitted. These classes
+/// share the cost of the weights.
 template <class Space>
 class FamilyFits {
  public:
@@ -118,7 +119,7 @@ class FamilyFits {
         all_(&all),
         families_(families),
         count_(families.empty() ? 0u : *std::max_element(families.begin(), families.end()) + 1u),
-        members_(all, count_, [&](const ModeSample& it) { return families[it.of_class]; }),
+        members_(all, count_, [&](const ModeSample& sample) { return families[sample.of_class]; }),
         sharing_(count_),
         weights_{std::vector<std::optional<Weights>>(count_),
                  std::vector<std::optional<Weights>>(count_)} {
@@ -126,21 +127,22 @@ class FamilyFits {
       if (shares(classes.of(c).size(), modes[c])) sharing_[families[c]] += classes.of(c).size();
   }
 
-  /// Whether the class is one of those that share, and they are enough.
+  /// Returns true if the class shares weights, and the sharing classes have enough elements
+  /// together.
   bool has(std::uint32_t of_class, std::size_t size, const ClassModes& start) const {
     return shares(size, start) && sharing_[families_[of_class]] >= kFewestToFit;
   }
-  /// What coding them costs the class. Must hold: has().
+  /// Returns the share of the class in the cost of the weights, in bits. Must hold: has().
   double bits(std::uint32_t of_class, std::size_t size) const {
     return kWeightsBits * static_cast<double>(size) /
            static_cast<double>(sharing_[families_[of_class]]);
   }
-  /// Must hold: has().
+  /// Returns the weights of the family of a class. Must hold: has().
   const Weights& weights(std::uint32_t of_class, std::uint32_t input) {
     const std::uint16_t family = families_[of_class];
-    std::optional<Weights>& its = weights_[input][family];
-    if (!its) its = fit_members(*space_, *all_, members_.of(family), input);
-    return *its;
+    std::optional<Weights>& fit = weights_[input][family];
+    if (!fit) fit = fit_members(*space_, *all_, members_.of(family), input);
+    return *fit;
   }
 
  private:
@@ -157,12 +159,12 @@ class FamilyFits {
   std::array<std::vector<std::optional<Weights>>, 2> weights_;  // by input, by family
 };
 
-/// Searches the modes of one class, for one input: all of them at a few of its elements, and at
-/// more of these the ones that came out well, alone or beside the first.
+/// Searches the best modes of one class for one input: tries all modes on a few elements, then the
+/// most promising modes, as first or as second mode, on more elements.
 template <class Space>
 class Search {
  public:
-  /// `members`: of the class, not empty. `start`: how it is predicted now.
+  /// `members`: elements of the class, not empty. `start`: its current modes.
   Search(const Space& space, const ModeSamples& all, std::span<const std::uint32_t> members,
          std::uint32_t of_class, const ClassModes& start, std::uint32_t input, bool matches,
          FamilyFits<Space>& families)
@@ -196,29 +198,29 @@ class Search {
     choose_second();
   }
   const ClassModes& chosen() const { return chosen_; }
-  /// About the bits of the class when it is predicted so.
+  /// Returns the estimated cost of the class with the chosen modes, in bits.
   double bits() const { return bits_; }
 
  private:
-  /// An element that is looked at.
+  /// An element on which modes are tried.
   struct Pick {
     const ModeSample* sample = nullptr;
     FeatureAt at;
-    double lattice = 0.0, added = 0.0;  // added: to predictions
+    double lattice = 0.0, added = 0.0;  // added: state to add to predictions
   };
 
-  /// Those with an index of some that are spread over all; so are the first of them.
+  /// Picks members with an index, evenly spread; the first few of them are evenly spread as well.
   void pick() {
     const std::size_t most = std::min(members_.size(), kLookAt);
     const std::size_t apart = most > kFirstLooks ? kLookAt / kFirstLooks : 1;
     for (std::size_t begin = 0; begin < apart; ++begin)
       for (std::size_t i = begin; i < most; i += apart) {
-        const std::uint32_t its =
+        const std::uint32_t picked =
             members_[static_cast<std::size_t>(std::uint64_t{i} * members_.size() / most)];
-        const ModeSample& sample = all_->samples[its];
+        const ModeSample& sample = all_->samples[picked];
         if (!sample.index) continue;
         const bool differs = chosen_.input == kDifferences;
-        const FeatureAt at{differs ? &all_->differences[its] : &sample.state};
+        const FeatureAt at{differs ? &all_->differences[picked] : &sample.state};
         picks_[picked_++] = {&sample, at, Predictor(sample.known, at).lattice(),
                              differs ? sample.reference : 0.0};
       }
@@ -236,21 +238,21 @@ class Search {
     if (!matches_ && mode >= kMatchMode && mode != kFittedMode) return false;
     return differs_from_lattice(mode, all_->samples[members_[0]].known);
   }
-  /// Looks what a mode misses at the elements that are to be looked at and have not been by it.
+  /// Computes the residuals of a mode at the current picks, except those that are computed already.
   void look_on(std::uint32_t mode) {
-    Looks& its = looks_[mode];
-    for (; its.count < looked_; ++its.count) {
-      const Pick& pick = picks_[its.count];
+    Looks& looks = looks_[mode];
+    for (; looks.count < looked_; ++looks.count) {
+      const Pick& pick = picks_[looks.count];
       const bool can = mode != kPartnerMode || pick.sample->has_partner;
       const double prediction = Predictor(pick.sample->known, pick.at, pick.lattice)
                                     .predict(can ? mode : kLattice, chosen_.weights) +
                                 pick.added;
       const std::uint32_t cost = cost_of(minus(*pick.sample->index, space_->index(prediction)));
-      its.missed[its.count] = static_cast<std::uint16_t>(cost);
-      its.sum += cost;
+      looks.missed[looks.count] = static_cast<std::uint16_t>(cost);
+      looks.sum += cost;
     }
   }
-  /// Bits of the class in a mode, without what choosing it costs.
+  /// Returns the cost of the class in a mode, in bits, without the cost of coding the mode.
   double bits_in(std::uint32_t mode) const { return bits_of(looks_[mode].sum); }
   double bits_of(std::uint64_t looked) const {
     return looked_ == 0 ? 0.0
@@ -258,8 +260,9 @@ class Search {
                               static_cast<double>(members_.size()) / static_cast<double>(looked_);
   }
 
-  /// The fitted mode, with the weights as they are or with those of the class or its family; unless
-  /// what is found already is so good that weights cannot pay.
+  /// Tries the fitted mode: with the current weights, with weights fitted to the class, and with
+  /// weights of its family. New weights are skipped if the best other mode is already cheaper than
+  /// coding them.
   void fit() {
     double least = 1e300;
     Weights best = chosen_.weights;
@@ -277,8 +280,8 @@ class Search {
     if (!(start_->weights == Weights{})) rate(start_->weights, 0.0);
     const double bits = bits_in(chosen_.mode);
     if (has_family())
-      if (const double its = families_->bits(of_class_, members_.size()); its < bits)
-        rate(families_->weights(of_class_, chosen_.input), its);
+      if (const double shared = families_->bits(of_class_, members_.size()); shared < bits)
+        rate(families_->weights(of_class_, chosen_.input), shared);
     if (is_fittable() && bits > kWeightsBits)
       rate(fit_members(*space_, *all_, members_, chosen_.input), kWeightsBits);
     tried_[kFittedMode] = least < 1e300;
@@ -295,23 +298,23 @@ class Search {
       if (tried_[mode] && with_change(mode) < with_change(chosen_.mode)) chosen_.mode = mode;
   }
 
-  /// What is missed where another mode is taken instead of the first one when it is better.
+  /// Residuals if another mode predicts the elements at which it beats the first mode.
   struct Beside {
     std::uint64_t sum = 0;
     std::size_t taken = 0;
   };
   Beside beside_first(std::uint32_t mode) const {
-    const Looks &first = looks_[chosen_.mode], &its = looks_[mode];
+    const Looks &first = looks_[chosen_.mode], &second = looks_[mode];
     Beside beside;
     for (std::size_t i = 0; i < looked_; ++i) {
-      const bool better = its.missed[i] + kCostParts < first.missed[i];
+      const bool better = second.missed[i] + kCostParts < first.missed[i];
       beside.taken += better ? 1 : 0;
-      beside.sum += better ? its.missed[i] : first.missed[i];
+      beside.sum += better ? second.missed[i] : first.missed[i];
     }
     return beside;
   }
-  /// Goes on with the modes that miss least, those that miss least beside the first one, and how
-  /// the class is predicted now.
+  /// Keeps the modes with the smallest residuals, those that are best as second modes, and the
+  /// current modes of the class.
   void keep_the_best() {
     std::array<bool, kModes> kept{};
     std::array<std::uint64_t, kModes> sums{};
@@ -335,7 +338,7 @@ class Search {
     keep_least(kKeptBeside);
     tried_ = kept;
   }
-  /// A mode for where the first one is wrong, if it saves more than it costs to mark these places.
+  /// Chooses a second mode, if it saves more than marking the elements that use it costs.
   void choose_second() {
     chosen_.second = kNoMode;
     bits_ = bits_in(chosen_.mode) + (chosen_.mode == kFittedMode ? to_code_ : 0.0) +
@@ -345,23 +348,23 @@ class Search {
       const Beside beside = beside_first(mode);
       if (beside.taken == 0) continue;
       const bool codes_weights = mode == kFittedMode && !(chosen_.weights == start_->weights);
-      const double its = bits_of(beside.sum) +
-                         binary_entropy(beside.taken, looked_) *
-                             static_cast<double>(members_.size()) / static_cast<double>(looked_) +
-                         (start_->second == mode ? 0.0 : kModeBits) +
-                         (codes_weights ? kWeightsBits : 0.0);
-      if (its >= bits_) continue;
-      bits_ = its;
+      const double total = bits_of(beside.sum) +
+                           binary_entropy(beside.taken, looked_) *
+                               static_cast<double>(members_.size()) / static_cast<double>(looked_) +
+                           (start_->second == mode ? 0.0 : kModeBits) +
+                           (codes_weights ? kWeightsBits : 0.0);
+      if (total >= bits_) continue;
+      bits_ = total;
       chosen_.second = mode;
     }
     bits_ += start_->mode == chosen_.mode ? 0.0 : kModeBits;
   }
 
-  /// What a mode misses, in parts of a bit.
+  /// Residuals of one mode, in units of 1 / kCostParts bit.
   struct Looks {
     std::size_t count = 0;
     std::uint64_t sum = 0;
-    std::array<std::uint16_t, kLookAt> missed;  // those before `count`
+    std::array<std::uint16_t, kLookAt> missed;  // valid before `count`
   };
 
   const Space* space_;
@@ -374,7 +377,7 @@ class Search {
   std::array<Pick, kLookAt> picks_;
   std::size_t picked_ = 0, looked_ = 0;
   ClassModes chosen_;
-  double bits_ = 0.0, to_code_ = 0.0;  // to_code_: weights
+  double bits_ = 0.0, to_code_ = 0.0;  // to_code_: cost of coding weights
   std::array<bool, kModes> tried_{};   // by mode
   std::array<Looks, kModes> looks_;    // by mode
 };
@@ -385,17 +388,18 @@ template <class Space>
 void choose_modes(const Space& space, const ModeSamples& samples,
                   std::span<const std::uint16_t> families, bool matches,
                   std::vector<ClassModes>& modes) {
-  const Members members(samples, modes.size(), [](const ModeSample& it) { return it.of_class; });
+  const Members members(samples, modes.size(),
+                        [](const ModeSample& sample) { return sample.of_class; });
   FamilyFits fits(space, samples, families, members, modes);
   for (std::uint32_t c = 0; c < modes.size(); ++c) {
-    const auto its = members.of(c);
-    if (its.empty()) continue;
+    const auto own = members.of(c);
+    if (own.empty()) continue;
     const ClassModes start = modes[c];
-    Search alone(space, samples, its, c, start, kStates, matches, fits);
+    Search alone(space, samples, own, c, start, kStates, matches, fits);
     alone.run();
     modes[c] = alone.chosen();
     if (samples.differences.empty()) continue;
-    Search difference(space, samples, its, c, start, kDifferences, matches, fits);
+    Search difference(space, samples, own, c, start, kDifferences, matches, fits);
     difference.run();
     if (difference.bits() < alone.bits()) modes[c] = difference.chosen();
   }
@@ -414,37 +418,37 @@ SHM_CHOOSE_MODES(RankSpace<FloatSpace<float>>);
 SHM_CHOOSE_MODES(RankSpace<FloatSpace<double>>);
 #undef SHM_CHOOSE_MODES
 
-// --- when
+// --- when modes are chosen
 
 bool ModeWatch::begin_tile(std::span<const std::uint16_t> classes, bool hurries) {
   std::vector<std::uint32_t> count(records_.size());
-  for (std::uint16_t it : classes) {
-    if (it >= count.size()) count.resize(std::size_t{it} + 1);
-    ++count[it];
+  for (std::uint16_t number : classes) {
+    if (number >= count.size()) count.resize(std::size_t{number} + 1);
+    ++count[number];
   }
   records_.resize(count.size());
   const bool chooses = !hurries || does_worse(count, classes.size());
   for (std::size_t c = 0; c < count.size(); ++c) {
-    Record& it = records_[c];
-    it.count = it.bits = 0;
-    if (chooses && count[c] > 0) it.tiles_since = 0;
+    Record& record = records_[c];
+    record.count = record.bits = 0;
+    if (chooses && count[c] > 0) record.tiles_since = 0;
   }
   return chooses;
 }
 
-/// `count`: elements of the tile at hand, by class.
+/// `count`: number of elements of the current tile, by class.
 bool ModeWatch::does_worse(std::span<const std::uint32_t> count, std::size_t elements) {
   bool worse = false;
   for (std::size_t c = 0; c < count.size(); ++c) {
-    Record& it = records_[c];
-    if (it.count > 0) {
-      const double bits = it.bits / it.count;
-      if (it.bits_then < 0 || it.tiles_since == 0) it.bits_then = bits;
-      if (bits > it.bits_then * 1.06 + 0.1) worse = true;
+    Record& record = records_[c];
+    if (record.count > 0) {
+      const double bits = record.bits / record.count;
+      if (record.bits_then < 0 || record.tiles_since == 0) record.bits_then = bits;
+      if (bits > record.bits_then * 1.06 + 0.1) worse = true;
     }
     if (count[c] == 0) continue;
-    if (it.bits_then < 0 && count[c] * 32 > elements) worse = true;
-    if (++it.tiles_since >= kMostTilesKept && count[c] * 8 > elements) worse = true;
+    if (record.bits_then < 0 && count[c] * 32 > elements) worse = true;
+    if (++record.tiles_since >= kMostTilesKept && count[c] * 8 > elements) worse = true;
   }
   return worse;
 }
@@ -453,10 +457,10 @@ bool ModeWatch::does_worse(std::span<const std::uint32_t> count, std::size_t ele
 
 namespace {
 
-/// An escape: the bits of the value, and what tells that it is one.
+/// Cost of an escape in addition to the bits of the value.
 constexpr double kEscapeBits = 8.0;
 
-/// The elements of a sample with the states and indices of another domain.
+/// Translates the elements of a sample to the states and indices of another domain.
 template <class Space>
 ModeSamples in_domain(const ArrayInfo& info, std::size_t component, const DomainPlan& plan,
                       const Space& space, const DomainSample& sample) {
@@ -468,26 +472,26 @@ ModeSamples in_domain(const ArrayInfo& info, std::size_t component, const Domain
     const double moved = to.from_value(from.as_value(state));
     state = is_finite(moved) ? moved : 0.0;
   };
-  ModeSamples its = sample.elements;
-  for (std::size_t i = 0; i < its.samples.size(); ++i) {
-    ModeSample& it = its.samples[i];
+  ModeSamples translated = sample.elements;
+  for (std::size_t i = 0; i < translated.samples.size(); ++i) {
+    ModeSample& element = translated.samples[i];
     for (std::uint32_t f = 0; f < kFeatures; ++f) {
-      if (f < kFLast && (it.known >> f & 1) == 0) continue;
-      translate(it.state[f]);
-      if (!its.differences.empty()) translate(its.differences[i][f]);
+      if (f < kFLast && (element.known >> f & 1) == 0) continue;
+      translate(element.state[f]);
+      if (!translated.differences.empty()) translate(translated.differences[i][f]);
     }
-    translate(it.reference);
-    if (!it.copied) it.index = index_in(space, to, sample.bits[i]);
+    translate(element.reference);
+    if (!element.copied) element.index = index_in(space, to, sample.bits[i]);
   }
-  return its;
+  return translated;
 }
 
-/// What the modes miss at an element.
+/// The residual of an element.
 constexpr std::uint8_t kEscape = 254, kCopied = 255;
 struct ElementMiss {
-  std::uint8_t length = kCopied;  // in bits, or one of the above
-  bool second = false;            // whether it is of the second mode
-  bool may_be_second = false;     // whether that is told
+  std::uint8_t length = kCopied;  // length of the residual in bits, or kEscape or kCopied
+  bool second = false;            // whether the second mode predicts it
+  bool may_be_second = false;     // whether the choice of the mode is coded
 };
 
 template <class Space>
@@ -510,29 +514,30 @@ DomainEstimate estimate(const ArrayInfo& info, std::size_t component, const Doma
   std::array<std::uint64_t, 65> lengths{};
   std::uint64_t coded = 0, marked = 0, seconds = 0;
   for (std::size_t i = 0; i < missed.size(); ++i) {
-    const ModeSample& it = elements.samples[i];
-    if (it.copied) continue;
-    if (!it.index) {
+    const ModeSample& element = elements.samples[i];
+    if (element.copied) continue;
+    if (!element.index) {
       missed[i].length = kEscape;
       continue;
     }
-    const ClassModes& its = modes[it.of_class];
-    const bool differs = its.input == kDifferences;
-    const auto& features = differs ? elements.differences[i] : it.state;
+    const ClassModes& class_modes = modes[element.of_class];
+    const bool differs = class_modes.input == kDifferences;
+    const auto& features = differs ? elements.differences[i] : element.state;
     const auto at = [&](std::uint32_t feature) { return features[feature]; };
-    const Predictor predictor(it.known, at);
+    const Predictor predictor(element.known, at);
     const auto predict = [&](std::uint32_t mode) {
-      const bool can = mode != kPartnerMode || it.has_partner;
-      return predictor.predict(can ? mode : kLattice, its.weights) + (differs ? it.reference : 0.0);
+      const bool can = mode != kPartnerMode || element.has_partner;
+      return predictor.predict(can ? mode : kLattice, class_modes.weights) +
+             (differs ? element.reference : 0.0);
     };
-    found.predicted[i] = predict(its.mode);
+    found.predicted[i] = predict(class_modes.mode);
     const std::int64_t first = space.index(found.predicted[i]);
-    std::uint32_t length = bit_length(minus(*it.index, first));
-    if (its.second != kNoMode) {
-      const double second = predict(its.second);
+    std::uint32_t length = bit_length(minus(*element.index, first));
+    if (class_modes.second != kNoMode) {
+      const double second = predict(class_modes.second);
       const std::int64_t other = space.index(second);
       missed[i].may_be_second = other != first;
-      const std::uint32_t its_length = bit_length(minus(*it.index, other));
+      const std::uint32_t its_length = bit_length(minus(*element.index, other));
       missed[i].second = its_length + 1 < length;
       if (missed[i].second) {
         length = its_length;
@@ -548,15 +553,15 @@ DomainEstimate estimate(const ArrayInfo& info, std::size_t component, const Doma
   }
 
   for (std::size_t i = 0; i < missed.size(); ++i) {
-    const ElementMiss& it = missed[i];
+    const ElementMiss& miss = missed[i];
     double& bits = found.by_element[i];
-    if (it.length == kCopied) continue;
-    if (it.length == kEscape)
+    if (miss.length == kCopied) continue;
+    if (miss.length == kEscape)
       bits = static_cast<double>(8 * scalar_bytes(info.type)) + kEscapeBits;
     else
-      bits = bits_of_one(lengths[it.length], coded) + static_cast<double>(it.length);
-    if (it.length < kEscape) found.lengths[i] = it.length;
-    if (it.may_be_second) bits += bits_of_one(it.second ? seconds : marked - seconds, marked);
+      bits = bits_of_one(lengths[miss.length], coded) + static_cast<double>(miss.length);
+    if (miss.length < kEscape) found.lengths[i] = miss.length;
+    if (miss.may_be_second) bits += bits_of_one(miss.second ? seconds : marked - seconds, marked);
     found.bits += bits;
   }
   return found;

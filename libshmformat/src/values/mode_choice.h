@@ -1,9 +1,7 @@
-// Encoder only.
-//   choose_modes    with which predictors the classes of a tile are coded: it looks at elements of
-//   the
-//                   tile before any is coded
-//   ModeWatch       when they are chosen anew
-//   estimate_plan   what a group would take in a domain, by some of its elements
+// Encoder only: which predictors and which domain to use.
+//   choose_modes    chooses the modes of the classes of a tile, by trying them on some elements
+//   ModeWatch       decides when modes are chosen again
+//   estimate_plan   estimates the size of a group in a domain, from a sample of its elements
 #pragma once
 
 #include <array>
@@ -19,38 +17,37 @@
 
 namespace shm {
 
-/// An element as the encoder sees it.
+/// An element of a sample: everything that a prediction needs.
 struct ModeSample {
   std::array<double, kFeatures> state{};
   std::optional<std::int64_t> index;
   std::uint32_t known = 0, of_class = 0;
   bool has_partner = false;
-  bool copied = false;   ///< not predicted at all
-  double reference = 0;  ///< state of the reference
+  bool copied = false;   ///< copied from an earlier element: not predicted
+  double reference = 0;  ///< state of its reference
 };
-/// The elements of a tile.
+/// Samples of a tile or group.
 struct ModeSamples {
   std::vector<ModeSample> samples;
-  /// From the states of the reference; of all samples or of none.
+  /// The features minus those of the reference; for all samples, or empty.
   std::vector<std::array<double, kFeatures>> differences;
 };
 
-/// How each class of these elements is best predicted. `families`: by class. `modes`, by class: as
-/// it is predicted now, on input. `matches`: whether modes may look at matches and other
-/// components.
+/// Chooses modes for each class of these samples. `families`: by class. `modes`: by class; on input
+/// the current modes. `matches`: whether modes may use matches and other components.
 template <class Space>
 void choose_modes(const Space& space, const ModeSamples& samples,
                   std::span<const std::uint16_t> families, bool matches,
                   std::vector<ClassModes>& modes);
 
-/// Knows when to choose anew.
+/// Decides when modes are chosen again.
 class ModeWatch {
  public:
-  /// Before each tile, of elements of these classes: whether modes are to be chosen for it. If it
-  /// `hurries`, only where a class is new, has done worse than when its modes were chosen, or has
-  /// kept them for long.
+  /// Returns true if modes are to be chosen for the next tile, whose elements have these classes.
+  /// With `hurries` only if a class is new, costs more bits than right after its last choice, or
+  /// has kept its modes for several tiles.
   bool begin_tile(std::span<const std::uint16_t> classes, bool hurries);
-  /// An element of the tile took so many bits.
+  /// Records that an element of the tile took `bits` bits.
   void note(std::uint32_t of_class, std::uint32_t bits) {
     records_[of_class].count += 1;
     records_[of_class].bits += bits;
@@ -58,8 +55,9 @@ class ModeWatch {
 
  private:
   struct Record {
-    double count = 0, bits = 0;  // elements and bits in the tile at hand
-    double bits_then = -1;       // an element, when the modes were chosen; negative: never
+    double count = 0, bits = 0;  // elements and bits in the current tile
+    // bits per element after the last choice of modes; negative: never chosen
+    double bits_then = -1;
     std::uint32_t tiles_since = 0;
   };
   bool does_worse(std::span<const std::uint32_t> count, std::size_t elements);
@@ -69,21 +67,22 @@ class ModeWatch {
 
 // --- domains
 //
-// The rule: of the domains that come into question (domain_candidates()) a component takes the one
-// in which some thousand elements, spread over the group, would take the fewest bits, with the
-// table where there is one. None of them is coded: they are predicted in the modes that suit them,
-// and the lengths of what these miss, their entropy and the marks of second modes are counted.
-// Modes are chosen in the first domain alone; they suit the others.
+// Rule: domain_candidates() proposes domains. A component uses the candidate with the smallest
+// estimated size for about a thousand elements spread over the group, plus the size of its table.
+// Nothing is coded for the estimate: the elements are predicted with suitable modes, and the
+// estimate adds up the lengths of the residuals, the entropy of these lengths, and the cost of
+// marking second modes. Modes are chosen for the first candidate only; they suit the others as
+// well.
 
-/// Some elements of a group as one component sees them.
+/// A sample of the elements of a group, as one component sees them.
 struct DomainSample {
-  ValueDomain domain;  ///< whose numbers the states are
+  ValueDomain domain;  ///< the domain of the states
   ModeSamples elements;
   std::vector<std::uint64_t> bits;    ///< values, by element
-  std::vector<std::uint32_t> places;  ///< by element: which one of the group it is; they ascend
+  std::vector<std::uint32_t> places;  ///< by element: its number in the group, ascending
 
-  /// Whether one element of a group of so many is taken: some thousand of them, spread over all
-  /// without a period.
+  /// Returns true if element `place` of a group of `of` elements belongs to the sample: about a
+  /// thousand elements, spread without a period.
   static bool takes(std::size_t place, std::size_t of) {
     constexpr std::uint64_t kElements = 1024;
     const std::uint32_t turn = static_cast<std::uint32_t>(place) * 0x9e3779b1u;
@@ -91,24 +90,24 @@ struct DomainSample {
   }
 };
 
-/// About the bits of the elements of a sample, without the ones that are copied.
+/// Estimated size of a sample, without its copied elements.
 struct DomainEstimate {
-  double bits = 0;                     ///< in sum
-  std::vector<double> by_element;      ///< of copied ones 0
-  std::vector<std::uint32_t> lengths;  ///< of the residuals, by element; of copied ones 0
-  std::vector<double> predicted;  ///< value that its class predicts, by element; of copied ones 0
+  double bits = 0;                     ///< total
+  std::vector<double> by_element;      ///< 0 if copied
+  std::vector<std::uint32_t> lengths;  ///< length of the residual, by element; 0 if copied
+  std::vector<double> predicted;       ///< predicted value, by element; 0 if copied
 };
 
-/// Where the values are coded by such a plan. `families`: by class; `matches`: as in
-/// choose_modes(); `modes`: by class, or empty: then they are chosen.
+/// Estimates the size of a sample under a plan. `families`: by class. `matches`: see
+/// choose_modes(). `modes`: by class; if empty, they are chosen and stored.
 DomainEstimate estimate_plan(const ArrayInfo& info, std::size_t component, const DomainPlan& plan,
                              const DomainSample& sample, std::span<const std::uint16_t> families,
                              bool matches, std::vector<ClassModes>& modes);
 
-// Bits that yes/no decisions take, from integers only: what an encoder decides by them is the same
-// with every C library.
+// Costs of decisions in bits, computed from integers only, so that encoders decide alike with every
+// C library.
 
-/// log2(n) in steps of 2^-16, rounded down; 0 for 0.
+/// Returns log2(n) in steps of 2^-16, rounded down; 0 if n is 0.
 constexpr std::uint32_t log2_steps(std::uint32_t n) {
   if (n == 0) return 0;
   const auto whole = static_cast<std::uint32_t>(std::bit_width(n)) - 1;
@@ -123,7 +122,8 @@ constexpr std::uint32_t log2_steps(std::uint32_t n) {
   return steps;
 }
 
-/// Bits of a decision that came `count` times among `all`. Must hold: count <= all < 2^32.
+/// Returns the cost in bits of an outcome that occurred `count` times among `all`. Must hold: count
+/// <= all < 2^32.
 constexpr double bits_of_one(std::uint64_t count, std::uint64_t all) {
   if (count == 0) return 0.0;
   return static_cast<double>(log2_steps(static_cast<std::uint32_t>(all)) -
@@ -131,7 +131,8 @@ constexpr double bits_of_one(std::uint64_t count, std::uint64_t all) {
          65536.0;
 }
 
-/// Bits of `taken` yes among `count` decisions. Must hold: taken <= count < 2^32.
+/// Returns the entropy in bits of `count` decisions, `taken` of which were yes. Must hold: taken <=
+/// count < 2^32.
 constexpr double binary_entropy(std::uint64_t taken, std::uint64_t count) {
   const auto sum = [](std::uint64_t n) { return n * log2_steps(static_cast<std::uint32_t>(n)); };
   const std::uint64_t whole = sum(count), parts = sum(taken) + sum(count - taken);

@@ -7,16 +7,18 @@
 namespace shm {
 namespace {
 
-// The ring of remembered cells: never fewer than this wide once it is full, never more.
+// Size of the ring of remembered cells. It starts at kFirstCells, grows to at least kLeastCells
+// before it wraps around, and never exceeds kMostCells.
 constexpr std::uint64_t kFirstCells = 64, kLeastCells = std::uint64_t{1} << 14,
                         kMostCells = std::uint64_t{1} << 18;
 
-/// Of a polyhedron, at a vertex: keeps every search short, also in hostile files.
+/// Limit on the faces searched at a vertex of a polyhedron. It keeps searches short, in hostile
+/// files too.
 constexpr std::ptrdiff_t kMostFacesLooked = 32;
 
 /// Axes of diagonal[i].
 constexpr std::array<std::array<std::uint32_t, 2>, 3> kDiagonalAxes = {{{0, 1}, {0, 2}, {1, 2}}};
-/// Which diagonals lie along axis a, by the other axis in ascending order.
+/// Diagonals that lie along axis a, in order of their other axis.
 constexpr std::array<std::array<std::uint32_t, 2>, 3> kDiagonalsAlong = {{{0, 1}, {0, 2}, {1, 2}}};
 
 }  // namespace
@@ -55,67 +57,67 @@ void NeighbourFinder::begin_cell(const CellTopology& cell, bool as_stored, std::
 
 Neighbourhood NeighbourFinder::vertex(const CellTopology& cell, std::uint32_t position,
                                       Reach reach) {
-  Neighbourhood it;
-  it.self = cell.slots[position];
-  Vertex& self = vertex_at(it.self);
+  Neighbourhood item;
+  item.self = cell.slots[position];
+  Vertex& self = vertex_at(item.self);
   self = Vertex{};
   self.introduced = sequence_;
   if (cell.hexahedral && position < 8) {
     const std::uint32_t bits = corner_bits(cell, position);
-    it.kind = Neighbourhood::lattice;
-    it.corner = static_cast<std::uint8_t>(bits);
+    item.kind = Neighbourhood::lattice;
+    item.corner = static_cast<std::uint8_t>(bits);
     std::uint32_t known = 0;
     const auto take = [&](std::uint32_t flipped, std::uint32_t& slot, std::uint32_t bit) {
       if ((known_corners_ >> (bits ^ flipped) & 1) == 0) return;
       slot = corner_[bits ^ flipped];
       known |= bit;
     };
-    for (std::uint32_t a = 0; a < 3; ++a) take(1u << a, it.at[a], Neighbourhood::kNear << a);
+    for (std::uint32_t a = 0; a < 3; ++a) take(1u << a, item.at[a], Neighbourhood::kNear << a);
     for (std::uint32_t i = 0; i < 3; ++i)
-      take(1u << kDiagonalAxes[i][0] | 1u << kDiagonalAxes[i][1], it.at[kAtDiagonal + i],
+      take(1u << kDiagonalAxes[i][0] | 1u << kDiagonalAxes[i][1], item.at[kAtDiagonal + i],
            Neighbourhood::kDiagonal << i);
-    take(7, it.at[kAtOpposite], Neighbourhood::kOpposite);
+    take(7, item.at[kAtOpposite], Neighbourhood::kOpposite);
     for (std::uint32_t a = 0; a < 3; ++a)
-      if ((known >> a & 1) != 0 && vertices_[it.at[a]].full) known |= Neighbourhood::kThird << a;
-    it.known = static_cast<std::uint16_t>(known);
-    self.full = it.knows(Neighbourhood::kLattice);
-    if (reach != Reach::lattice) look_beyond(it, reach);
+      if ((known >> a & 1) != 0 && vertices_[item.at[a]].full) known |= Neighbourhood::kThird << a;
+    item.known = static_cast<std::uint16_t>(known);
+    self.full = item.knows(Neighbourhood::kLattice);
+    if (reach != Reach::lattice) look_beyond(item, reach);
     for (std::uint32_t b = 0; b < 8; ++b)
-      if (corner_[b] == it.self) known_corners_ |= 1u << b;
+      if (corner_[b] == item.self) known_corners_ |= 1u << b;
   } else if (position < cell.corners) {
-    look_around_corner(it, cell, position);
-    self.full = it.has_rule();
-  } else if (cell.by_faces && !faces_at(it.self).empty()) {
-    look_around_faces(it);
-    self.full = it.knows(Neighbourhood::kLattice);
-    coming_[it.self] = 0;
+    look_around_corner(item, cell, position);
+    self.full = item.has_rule();
+  } else if (cell.by_faces && !faces_at(item.self).empty()) {
+    look_around_faces(item);
+    self.full = item.knows(Neighbourhood::kLattice);
+    coming_[item.self] = 0;
   } else if (const MidNode* node = cell.layout == nullptr ? nullptr : cell.layout->at(position);
              node != nullptr && (node->kind == MidNode::edge || node->has_middle)) {
-    look_around_mid_node(it, cell, *node);
+    look_around_mid_node(item, cell, *node);
   } else if (position > 0 && position <= 64 && (known_ >> (position - 1) & 1) != 0) {
-    it.at[0] = cell.slots[position - 1];
-    it.known = Neighbourhood::kNear;
+    item.at[0] = cell.slots[position - 1];
+    item.known = Neighbourhood::kNear;
   }
   if (cell.slots.size() > 8 || !cell.hexahedral)
     for (std::size_t i = 0; i < std::min<std::size_t>(cell.slots.size(), 64); ++i)
-      if (cell.slots[i] == it.self) known_ |= std::uint64_t{1} << i;
-  return it;
+      if (cell.slots[i] == item.self) known_ |= std::uint64_t{1} << i;
+  return item;
 }
 
-/// What a node lies between was known before it: corners come first, then edges, faces, the body.
-void NeighbourFinder::look_around_mid_node(Neighbourhood& it, const CellTopology& cell,
+/// The nodes around a mid node are known: corners come first, then edges, faces and the body.
+void NeighbourFinder::look_around_mid_node(Neighbourhood& item, const CellTopology& cell,
                                            const MidNode& node) const {
   const bool is_edge = node.kind == MidNode::edge;
-  it.kind = is_edge ? Neighbourhood::midpoint : Neighbourhood::centre;
-  it.corner = node.kind == MidNode::body ? 1 : 0;
+  item.kind = is_edge ? Neighbourhood::midpoint : Neighbourhood::centre;
+  item.corner = node.kind == MidNode::body ? 1 : 0;
   std::uint32_t known = 0;
   for (std::uint32_t i = 0; i < node.parallels; ++i) {
     if ((known_ >> node.parallel[i] & 1) == 0) continue;
-    it.at[i] = cell.slots[node.parallel[i]];
+    item.at[i] = cell.slots[node.parallel[i]];
     known |= (Neighbourhood::kNear | Neighbourhood::kThird) << i;
   }
   const auto take = [&](std::size_t place, std::uint32_t position) {
-    it.at[place] = cell.slots[position];
+    item.at[place] = cell.slots[position];
     known |= 1u << place;
   };
   for (std::size_t i = 0; i < (is_edge ? 2u : 4u); ++i) {
@@ -124,7 +126,7 @@ void NeighbourFinder::look_around_mid_node(Neighbourhood& it, const CellTopology
     take(is_edge ? kAtDiagonal + i : kAtBeyond + i,
          corner < cell.layout->corners ? cell.framed[corner] : corner);
   }
-  it.known = static_cast<std::uint16_t>(known);
+  item.known = static_cast<std::uint16_t>(known);
 }
 
 void NeighbourFinder::begin_faces(const CellTopology& cell) {
@@ -145,7 +147,9 @@ void NeighbourFinder::begin_faces(const CellTopology& cell) {
 }
 
 std::span<const NeighbourFinder::FaceCorner> NeighbourFinder::faces_at(std::uint32_t slot) const {
-  const auto before = [](const FaceCorner& it, std::uint32_t wanted) { return it.slot < wanted; };
+  const auto before = [](const FaceCorner& corner, std::uint32_t wanted) {
+    return corner.slot < wanted;
+  };
   const auto begin = std::lower_bound(around_.begin(), around_.end(), slot, before);
   auto end = begin;
   while (end != around_.end() && end->slot == slot && end - begin < kMostFacesLooked) ++end;
@@ -153,83 +157,84 @@ std::span<const NeighbourFinder::FaceCorner> NeighbourFinder::faces_at(std::uint
 }
 
 bool NeighbourFinder::is_beside(std::uint32_t a, std::uint32_t b) const {
-  for (const FaceCorner& it : faces_at(a))
-    if (it.before == b || it.after == b) return true;
+  for (const FaceCorner& corner : faces_at(a))
+    if (corner.before == b || corner.after == b) return true;
   return false;
 }
 
-/// The first three known ones along edges of the polyhedron, and what faces of four have across.
-void NeighbourFinder::look_around_faces(Neighbourhood& it) const {
-  it.kind = Neighbourhood::lattice;
-  const auto faces = faces_at(it.self);
+/// Finds the first three known vertices along edges of the polyhedron, and the opposite vertices in
+/// faces of four.
+void NeighbourFinder::look_around_faces(Neighbourhood& item) const {
+  item.kind = Neighbourhood::lattice;
+  const auto faces = faces_at(item.self);
   std::uint32_t near = 0, known = 0;
   for (const FaceCorner& face : faces)
     for (const std::uint32_t slot : {face.before, face.after}) {
-      const auto end = it.at.begin() + near;
-      if (near == 3 || !is_known(slot) || std::find(it.at.begin(), end, slot) != end) continue;
+      const auto end = item.at.begin() + near;
+      if (near == 3 || !is_known(slot) || std::find(item.at.begin(), end, slot) != end) continue;
       known |= Neighbourhood::kNear << near;
       if (vertices_[slot].full) known |= Neighbourhood::kThird << near;
-      it.at[near++] = slot;
+      item.at[near++] = slot;
     }
   for (std::uint32_t i = 0; i < 3; ++i) {
     const auto [a, b] = kDiagonalAxes[i];
     if (b >= near) continue;
     for (const FaceCorner& face : faces) {
-      const bool between = (face.before == it.at[a] && face.after == it.at[b]) ||
-                           (face.before == it.at[b] && face.after == it.at[a]);
+      const bool between = (face.before == item.at[a] && face.after == item.at[b]) ||
+                           (face.before == item.at[b] && face.after == item.at[a]);
       if (!between || face.across == kNone || !is_known(face.across)) continue;
-      it.at[kAtDiagonal + i] = face.across;
+      item.at[kAtDiagonal + i] = face.across;
       known |= Neighbourhood::kDiagonal << i;
       break;
     }
   }
   if ((known >> kAtDiagonal & 3) == 3) {
-    const std::uint32_t opposite = beside_both(it);
+    const std::uint32_t opposite = beside_both(item);
     if (opposite != kNone) {
-      it.at[kAtOpposite] = opposite;
+      item.at[kAtOpposite] = opposite;
       known |= Neighbourhood::kOpposite;
     }
   }
-  it.known = static_cast<std::uint16_t>(known);
+  item.known = static_cast<std::uint16_t>(known);
 }
 
-/// The first four cells that are remembered behind its faces.
-void NeighbourFinder::look_beside_polyhedron(Neighbourhood& it, const CellTopology& cell) const {
-  it.kind = Neighbourhood::beside;
+/// Finds the first four remembered cells across its faces.
+void NeighbourFinder::look_beside_polyhedron(Neighbourhood& item, const CellTopology& cell) const {
+  item.kind = Neighbourhood::beside;
   std::uint32_t known = 0, count = 0;
   for (const std::uint64_t number : cell.behind) {
     const std::uint32_t place = place_of(number);
     if (place == kNone || count == 4) continue;
-    const std::uint32_t at = count++ < 3 ? count - 1 : kAtOpposite;
-    it.at[at] = place;
-    known |= 1u << at;
+    const std::uint32_t index = count++ < 3 ? count - 1 : kAtOpposite;
+    item.at[index] = place;
+    known |= 1u << index;
   }
-  it.known = static_cast<std::uint16_t>(known);
+  item.known = static_cast<std::uint16_t>(known);
 }
 
-/// What stands beside the first two diagonals and is not near, in the order of the first one's
-/// faces.
-std::uint32_t NeighbourFinder::beside_both(const Neighbourhood& it) const {
-  for (const FaceCorner& face : faces_at(it.at[kAtDiagonal]))
+/// Returns a vertex joined to both of the first two diagonals that is neither near nor the vertex
+/// itself, in the order of the first diagonal's faces.
+std::uint32_t NeighbourFinder::beside_both(const Neighbourhood& item) const {
+  for (const FaceCorner& face : faces_at(item.at[kAtDiagonal]))
     for (const std::uint32_t slot : {face.before, face.after}) {
-      if (slot == it.self || !is_known(slot)) continue;
-      if (std::find(it.at.begin(), it.at.begin() + 3, slot) != it.at.begin() + 3) continue;
-      if (is_beside(slot, it.at[kAtDiagonal + 1])) return slot;
+      if (slot == item.self || !is_known(slot)) continue;
+      if (std::find(item.at.begin(), item.at.begin() + 3, slot) != item.at.begin() + 3) continue;
+      if (is_beside(slot, item.at[kAtDiagonal + 1])) return slot;
     }
   return kNone;
 }
 
 Neighbourhood NeighbourFinder::unused_vertex(std::uint32_t slot) {
-  Neighbourhood it;
-  it.self = slot;
+  Neighbourhood item;
+  item.self = slot;
   Vertex& self = vertex_at(slot);
   self = Vertex{};
   self.introduced = sequence_;
-  return it;
+  return item;
 }
 
-/// A remembered hexahedron, not the one at `except`, in which `one` and `two` are neighbours of
-/// `slot` along two axes.
+/// Finds a remembered hexahedron, other than the cell at `except`, in which `one` and `two` are
+/// neighbours of `slot` along two axes.
 NeighbourFinder::Found NeighbourFinder::behind(std::uint32_t slot, std::uint32_t one,
                                                std::uint32_t two, std::uint32_t except) const {
   for (const Use& use : vertices_[slot].uses) {
@@ -240,7 +245,7 @@ NeighbourFinder::Found NeighbourFinder::behind(std::uint32_t slot, std::uint32_t
       const std::uint32_t a = cell.corner[use.corner ^ 1u << (axis == 0 ? 1 : 0)];
       const std::uint32_t b = cell.corner[use.corner ^ 1u << (axis == 2 ? 1 : 2)];
       if (!((a == one && b == two) || (a == two && b == one))) continue;
-      // The cell may have had other vertices in these slots.
+      // Other vertices may have had these slots when the cell was coded.
       if (vertices_[one].introduced > cell.sequence || vertices_[two].introduced > cell.sequence)
         continue;
       return {use.place, use.corner, axis};
@@ -249,7 +254,7 @@ NeighbourFinder::Found NeighbourFinder::behind(std::uint32_t slot, std::uint32_t
   return {};
 }
 
-/// The hexahedron behind the face slot-one-both-two: sought from each of its corners.
+/// Finds the hexahedron across the face slot-one-both-two, searching from each corner of the face.
 NeighbourFinder::Found NeighbourFinder::across(std::uint32_t slot, std::uint32_t one,
                                                std::uint32_t two, std::uint32_t both) const {
   if (const Found found = behind(slot, one, two, kNone)) return found;
@@ -267,21 +272,21 @@ NeighbourFinder::Found NeighbourFinder::across(std::uint32_t slot, std::uint32_t
   return {found.place, corner, found.axis};
 }
 
-void NeighbourFinder::look_beyond(Neighbourhood& it, Reach reach) const {
+void NeighbourFinder::look_beyond(Neighbourhood& item, Reach reach) const {
   for (std::uint32_t a = 0; a < 3; ++a) {
     const auto [d, e] = kDiagonalsAlong[a];
-    if (!it.knows(Neighbourhood::kNear << a | Neighbourhood::kDiagonal << d |
-                  Neighbourhood::kDiagonal << e | Neighbourhood::kOpposite))
+    if (!item.knows(Neighbourhood::kNear << a | Neighbourhood::kDiagonal << d |
+                    Neighbourhood::kDiagonal << e | Neighbourhood::kOpposite))
       continue;
-    const Found found =
-        across(it.at[a], it.at[kAtDiagonal + d], it.at[kAtDiagonal + e], it.at[kAtOpposite]);
+    const Found found = across(item.at[a], item.at[kAtDiagonal + d], item.at[kAtDiagonal + e],
+                               item.at[kAtOpposite]);
     if (!found) continue;
     const Cell& cell = ring_[found.place];
     const std::uint32_t corner = found.corner ^ 1u << found.axis;
     const std::uint32_t slot = cell.corner[corner];
-    if (vertices_[slot].introduced > cell.sequence) continue;  // another vertex has its slot by now
-    it.at[kAtBeyond + a] = slot;
-    it.known |= static_cast<std::uint16_t>(Neighbourhood::kBeyond << a);
+    if (vertices_[slot].introduced > cell.sequence) continue;  // another vertex has its slot now
+    item.at[kAtBeyond + a] = slot;
+    item.known |= static_cast<std::uint16_t>(Neighbourhood::kBeyond << a);
     if (reach == Reach::beyond) continue;
     const std::uint32_t one = cell.corner[corner ^ 1u << (found.axis == 0 ? 1 : 0)];
     const std::uint32_t two = cell.corner[corner ^ 1u << (found.axis == 2 ? 1 : 2)];
@@ -291,42 +296,42 @@ void NeighbourFinder::look_beyond(Neighbourhood& it, Reach reach) const {
     if (!next) continue;
     const Cell& second = ring_[next.place];
     const std::uint32_t farther = second.corner[next.corner ^ 1u << next.axis];
-    if (vertices_[farther].introduced > second.sequence || farther == it.at[a]) continue;
-    it.at[kAtFarther + a] = farther;
-    it.known |= static_cast<std::uint16_t>(Neighbourhood::kFarther << a);
+    if (vertices_[farther].introduced > second.sequence || farther == item.at[a]) continue;
+    item.at[kAtFarther + a] = farther;
+    item.known |= static_cast<std::uint16_t>(Neighbourhood::kFarther << a);
   }
 }
 
 // --- cells
 
 Neighbourhood NeighbourFinder::cell(const CellTopology& cell, Reach reach) {
-  Neighbourhood it;
-  it.self = place_;
+  Neighbourhood item;
+  item.self = place_;
   full_ = false;
   if (!cell.hexahedral) {
-    if (cell.corners > 0) look_beside_cell(it, cell);
-    if (cell.by_faces) look_beside_polyhedron(it, cell);
-    return it;
+    if (cell.corners > 0) look_beside_cell(item, cell);
+    if (cell.by_faces) look_beside_polyhedron(item, cell);
+    return item;
   }
-  it.kind = Neighbourhood::lattice;
+  item.kind = Neighbourhood::lattice;
   for (std::uint32_t axis = 0; axis < 3; ++axis) {
     const std::uint32_t u = 1u << (axis == 0 ? 1 : 0), v = 1u << (axis == 2 ? 1 : 2);
     for (std::uint32_t up = 0; up < 2; ++up) {
-      const std::uint32_t at = up << axis;
-      // far corner first: it is the one that was last new, as a rule
+      const std::uint32_t base = up << axis;
+      // Start with the far corner: it is usually the most recent vertex.
       found_[2 * axis + up] =
-          across(corner_[at | u | v], corner_[at | u], corner_[at | v], corner_[at]);
+          across(corner_[base | u | v], corner_[base | u], corner_[base | v], corner_[base]);
     }
   }
-  look_around_cell(it, reach);
-  full_ = it.knows(Neighbourhood::kLattice);
-  return it;
+  look_around_cell(item, reach);
+  full_ = item.knows(Neighbourhood::kLattice);
+  return item;
 }
 
 std::uint32_t NeighbourFinder::behind_of(std::uint32_t place, std::uint32_t side) const {
   const Cell& cell = ring_[place];
   const std::uint32_t other = links_[place].behind[side];
-  // A place that has been taken again belongs to a younger cell.
+  // If the place has been reused, it belongs to a younger cell.
   return other != kNone && ring_[other].sequence < cell.sequence ? other : kNone;
 }
 
@@ -336,7 +341,7 @@ bool NeighbourFinder::is_behind(std::uint32_t place, std::uint32_t other) const 
   return false;
 }
 
-/// A cell behind faces of both, kNone when there is none.
+/// Returns a cell across faces of both cells, or kNone if there is none.
 std::uint32_t NeighbourFinder::common(std::uint32_t a, std::uint32_t b) const {
   for (std::uint32_t side = 0; side < 6; ++side) {
     const std::uint32_t other = behind_of(a, side);
@@ -345,68 +350,68 @@ std::uint32_t NeighbourFinder::common(std::uint32_t a, std::uint32_t b) const {
   return kNone;
 }
 
-void NeighbourFinder::look_around_cell(Neighbourhood& it, Reach reach) const {
+void NeighbourFinder::look_around_cell(Neighbourhood& item, Reach reach) const {
   std::uint32_t known = 0;
   for (std::uint32_t a = 0; a < 3; ++a) {
     const std::uint32_t side = found_[2 * a] ? 2 * a : 2 * a + 1;
     const Found& found = found_[side];
     if (!found) continue;
-    it.at[a] = found.place;
+    item.at[a] = found.place;
     known |= Neighbourhood::kNear << a;
     if (links_[found.place].full) known |= Neighbourhood::kThird << a;
     if (reach == Reach::lattice) continue;
     const std::uint32_t onward = found.far_side();
     const std::uint32_t beyond = behind_of(found.place, onward);
     if (beyond == kNone) continue;
-    it.at[kAtBeyond + a] = beyond;
+    item.at[kAtBeyond + a] = beyond;
     known |= Neighbourhood::kBeyond << a;
     if (reach == Reach::beyond) continue;
     const std::uint32_t farther = behind_of(beyond, links_[found.place].onward[onward]);
     if (farther == kNone || farther == found.place) continue;
-    it.at[kAtFarther + a] = farther;
+    item.at[kAtFarther + a] = farther;
     known |= Neighbourhood::kFarther << a;
   }
   for (std::uint32_t i = 0; i < 3; ++i) {
     const auto [a, b] = kDiagonalAxes[i];
     if ((known >> a & known >> b & 1) == 0) continue;
-    const std::uint32_t diagonal = common(it.at[a], it.at[b]);
+    const std::uint32_t diagonal = common(item.at[a], item.at[b]);
     if (diagonal == kNone) continue;
-    it.at[kAtDiagonal + i] = diagonal;
+    item.at[kAtDiagonal + i] = diagonal;
     known |= Neighbourhood::kDiagonal << i;
   }
   if ((known >> 3 & 7) == 7) {
-    const std::uint32_t opposite = common(it.at[kAtDiagonal + 0], it.at[kAtDiagonal + 1]);
-    if (opposite != kNone && is_behind(it.at[kAtDiagonal + 2], opposite)) {
-      it.at[kAtOpposite] = opposite;
+    const std::uint32_t opposite = common(item.at[kAtDiagonal + 0], item.at[kAtDiagonal + 1]);
+    if (opposite != kNone && is_behind(item.at[kAtDiagonal + 2], opposite)) {
+      item.at[kAtOpposite] = opposite;
       known |= Neighbourhood::kOpposite;
     }
   }
-  it.known = static_cast<std::uint16_t>(known);
+  item.known = static_cast<std::uint16_t>(known);
 }
 
 void NeighbourFinder::end_cell(const CellTopology& cell) {
-  Cell& it = ring_[place_];
+  Cell& remembered = ring_[place_];
   if (cell.corners > 0) {
     sides_.resize(ring_.size());
     for (std::uint32_t k = 0; k < Sides::kMost; ++k)
       sides_[place_].behind[k] = place_of(cell.behind[k]);
   }
   if (!cell.hexahedral && cell.corners > 0) {
-    it.sequence = sequence_;
-    it.shape = flat_shape(cell.shape, cell.corners);
-    it.corners = static_cast<std::uint8_t>(std::min(cell.corners, 8u));
-    std::copy_n(cell.slots.begin(), it.corners, it.corner.begin());
+    remembered.sequence = sequence_;
+    remembered.shape = flat_shape(cell.shape, cell.corners);
+    remembered.corners = static_cast<std::uint8_t>(std::min(cell.corners, 8u));
+    std::copy_n(cell.slots.begin(), remembered.corners, remembered.corner.begin());
   }
   if (cell.by_faces) {
-    it.sequence = sequence_;
-    it.shape = CellShape::faces;
-    it.corners = 0;
+    remembered.sequence = sequence_;
+    remembered.shape = CellShape::faces;
+    remembered.corners = 0;
   }
   if (cell.hexahedral) {
-    it.sequence = sequence_;
-    it.corner = corner_;
-    it.shape = CellShape::hexahedron;
-    it.corners = 8;
+    remembered.sequence = sequence_;
+    remembered.corner = corner_;
+    remembered.shape = CellShape::hexahedron;
+    remembered.corners = 8;
     if (cells_) {
       Links& links = links_[place_];
       links.full = full_;

@@ -1,4 +1,4 @@
-// NeighbourFinder: cells that are no hexahedra, and their corners.
+// NeighbourFinder for cells that are not hexahedra, and for their corners.
 // spec: "Neighbourhoods", of a corner of another cell
 #include <algorithm>
 
@@ -8,7 +8,7 @@
 namespace shm {
 namespace {
 
-/// Slots around a side of the cell at hand.
+/// Slots around a side of the current cell.
 struct SideSlots {
   std::array<std::uint32_t, 4> slot{};
   std::size_t size = 0;
@@ -27,16 +27,16 @@ bool has(std::span<const std::uint32_t> slots, std::uint32_t slot) {
 
 }  // namespace
 
-/// Of a remembered cell by its number; kNone: it is none.
+/// Returns the place of a cell by its number; kNone if it is not remembered.
 std::uint32_t NeighbourFinder::place_of(std::uint64_t number) const {
   if (number >= sequence_ || sequence_ - number >= ring_.size()) return kNone;
   const auto age = static_cast<std::size_t>(sequence_ - number);
-  const std::size_t at = place_ >= age ? place_ - age : place_ + ring_.size() - age;
-  return ring_[at].sequence == number ? static_cast<std::uint32_t>(at) : kNone;
+  const std::size_t place = place_ >= age ? place_ - age : place_ + ring_.size() - age;
+  return ring_[place].sequence == number ? static_cast<std::uint32_t>(place) : kNone;
 }
 
-/// What an edge joins to a corner of a side in the cell at `place`, outside of the side; kNone:
-/// nothing, or another vertex has its slot by now.
+/// Returns the vertex that an edge joins to a corner of `side` in the cell at `place`, outside of
+/// the side. Returns kNone if there is none, or if another vertex has its slot now.
 std::uint32_t NeighbourFinder::far(std::uint32_t place, std::uint32_t slot, Cycle side) const {
   const Cell& cell = ring_[place];
   const auto end = cell.corner.begin() + cell.corners;
@@ -52,8 +52,8 @@ std::uint32_t NeighbourFinder::far(std::uint32_t place, std::uint32_t slot, Cycl
   return kNone;
 }
 
-/// The cell behind the side of the cell at `place` that lies across from `side`, if there is one:
-/// its place, and the slots around that side.
+/// Goes from `side` of the cell at `place` to the opposite side. Returns the place of the cell
+/// across that side, or kNone, and stores the slots around it in `far_side`.
 std::uint32_t NeighbourFinder::onward(std::uint32_t place, Cycle side,
                                       std::array<std::uint32_t, 4>& far_side) const {
   const Cell& cell = ring_[place];
@@ -66,9 +66,9 @@ std::uint32_t NeighbourFinder::onward(std::uint32_t place, Cycle side,
     if (sides[k].size != side.size()) continue;
     bool same = true;
     for (std::size_t i = 0; i < side.size() && same; ++i) {
-      const std::uint8_t at = sides[k].at[i];
+      const std::uint8_t position = sides[k].at[i];
       const std::uint32_t slot =
-          cell.corner[cell.shape == CellShape::hexahedron ? kCornerBits[at] : at];
+          cell.corner[cell.shape == CellShape::hexahedron ? kCornerBits[position] : position];
       same = has(Cycle(far_side).first(side.size()), slot);
     }
     if (!same) continue;
@@ -78,112 +78,114 @@ std::uint32_t NeighbourFinder::onward(std::uint32_t place, Cycle side,
   return kNone;
 }
 
-void NeighbourFinder::look_around_corner(Neighbourhood& it, const CellTopology& cell,
+void NeighbourFinder::look_around_corner(Neighbourhood& item, const CellTopology& cell,
                                          std::uint32_t position) const {
   const CornerFrame frame = corner_frame(cell.shape, cell.corners, position);
   switch (flat_shape(cell.shape, cell.corners)) {
-    case CellShape::wedge: it.kind = Neighbourhood::layered; break;
-    case CellShape::quad: it.kind = Neighbourhood::flat; break;
+    case CellShape::wedge: item.kind = Neighbourhood::layered; break;
+    case CellShape::quad: item.kind = Neighbourhood::flat; break;
     case CellShape::pyramid:
-      it.kind = position < 4 ? Neighbourhood::flat : Neighbourhood::simplex;
+      item.kind = position < 4 ? Neighbourhood::flat : Neighbourhood::simplex;
       break;
-    default: it.kind = Neighbourhood::simplex;
+    default: item.kind = Neighbourhood::simplex;
   }
-  it.corner = static_cast<std::uint8_t>(std::min(position, 7u));
+  item.corner = static_cast<std::uint8_t>(std::min(position, 7u));
   std::uint32_t known = 0, count = 0;
   for (std::uint32_t a = 0; a < 3; ++a) {
     const std::uint8_t p = frame.near[a];
     if (p == kNoPlace || (known_ >> p & 1) == 0) continue;
-    const std::uint32_t at = it.kind == Neighbourhood::simplex ? count++ : a;
-    it.at[at] = cell.slots[p];
-    known |= Neighbourhood::kNear << at;
-    if (vertices_[it.at[at]].full) known |= Neighbourhood::kThird << at;
+    const std::uint32_t index = item.kind == Neighbourhood::simplex ? count++ : a;
+    item.at[index] = cell.slots[p];
+    known |= Neighbourhood::kNear << index;
+    if (vertices_[item.at[index]].full) known |= Neighbourhood::kThird << index;
   }
   for (std::uint32_t i = 0; i < 3; ++i) {
     const std::uint8_t p = frame.diagonal[i];
     if (p == kNoPlace || (known_ >> p & 1) == 0) continue;
-    it.at[kAtDiagonal + i] = cell.slots[p];
+    item.at[kAtDiagonal + i] = cell.slots[p];
     known |= Neighbourhood::kDiagonal << i;
   }
-  it.known = static_cast<std::uint16_t>(known);
-  if (cell.shape == CellShape::line) look_along_line(it);
+  item.known = static_cast<std::uint16_t>(known);
+  if (cell.shape == CellShape::line) look_along_line(item);
   for (std::uint32_t a = 0; a < frame.across.size(); ++a) {
-    if (frame.across[a] == kNoPlace || !it.knows(Neighbourhood::kNear << a)) continue;
+    if (frame.across[a] == kNoPlace || !item.knows(Neighbourhood::kNear << a)) continue;
     const std::uint32_t place = place_of(cell.behind[frame.across[a]]);
-    if (place != kNone) look_along(it, a, place, SideSlots(cell, frame.across[a]));
+    if (place != kNone) look_along(item, a, place, SideSlots(cell, frame.across[a]));
   }
-  if (frame.around != kNoPlace) look_behind(it, cell, frame.around);
+  if (frame.around != kNoPlace) look_behind(item, cell, frame.around);
 }
 
-/// Beyond near[axis], which is in a side that the cell at `place` has too.
-void NeighbourFinder::look_along(Neighbourhood& it, std::uint32_t axis, std::uint32_t place,
+/// Looks beyond near[axis], which is on a side that the current cell shares with the cell at
+/// `place`.
+void NeighbourFinder::look_along(Neighbourhood& item, std::uint32_t axis, std::uint32_t place,
                                  Cycle side) const {
-  const std::uint32_t beyond = far(place, it.at[axis], side);
+  const std::uint32_t beyond = far(place, item.at[axis], side);
   if (beyond == kNone) return;
-  it.at[kAtBeyond + axis] = beyond;
-  it.known |= static_cast<std::uint16_t>(Neighbourhood::kBeyond << axis);
+  item.at[kAtBeyond + axis] = beyond;
+  item.known |= static_cast<std::uint16_t>(Neighbourhood::kBeyond << axis);
   std::array<std::uint32_t, 4> far_side{};
   const std::uint32_t next = onward(place, side, far_side);
   if (next == kNone) return;
   const std::uint32_t farther = far(next, beyond, Cycle(far_side).first(side.size()));
-  if (farther == kNone || farther == it.at[axis]) return;
-  it.at[kAtFarther + axis] = farther;
-  it.known |= static_cast<std::uint16_t>(Neighbourhood::kFarther << axis);
+  if (farther == kNone || farther == item.at[axis]) return;
+  item.at[kAtFarther + axis] = farther;
+  item.known |= static_cast<std::uint16_t>(Neighbourhood::kFarther << axis);
 }
 
-/// What the cell behind the side across from the corner has: one vertex there, or one for each
-/// near.
-void NeighbourFinder::look_behind(Neighbourhood& it, const CellTopology& cell,
+/// Looks into the cell across the side opposite to the corner. It contributes one vertex, or one
+/// for each near vertex if these lead to different vertices.
+void NeighbourFinder::look_behind(Neighbourhood& item, const CellTopology& cell,
                                   std::uint32_t side) const {
   const std::uint32_t place = place_of(cell.behind[side]);
   if (place == kNone) return;
   const SideSlots slots(cell, side);
   std::array<std::uint32_t, 3> beyond{};
   std::uint32_t first = kNone;
-  const std::uint32_t from = it.kind == Neighbourhood::layered ? 1 : 0;
+  const std::uint32_t from = item.kind == Neighbourhood::layered ? 1 : 0;
   for (std::uint32_t a = from; a < 3; ++a) {
-    if (!it.knows(Neighbourhood::kNear << a)) continue;
-    beyond[a] = far(place, it.at[a], slots);
+    if (!item.knows(Neighbourhood::kNear << a)) continue;
+    beyond[a] = far(place, item.at[a], slots);
     if (first == kNone) first = beyond[a];
   }
   if (first == kNone) return;
   bool one = true;
   for (std::uint32_t a = from; a < 3; ++a)
-    one = one && (!it.knows(Neighbourhood::kNear << a) || beyond[a] == first);
-  const auto take = [&](std::uint32_t at, std::uint32_t slot) {
+    one = one && (!item.knows(Neighbourhood::kNear << a) || beyond[a] == first);
+  const auto take = [&](std::uint32_t index, std::uint32_t slot) {
     if (slot == kNone) return;
-    it.at[at] = slot;
-    it.known |= static_cast<std::uint16_t>(1u << at);
+    item.at[index] = slot;
+    item.known |= static_cast<std::uint16_t>(1u << index);
   };
   if (!one) {
     for (std::uint32_t a = from; a < 3; ++a)
-      if (it.knows(Neighbourhood::kNear << a)) take(kAtBeyond + a, beyond[a]);
-  } else if (it.kind == Neighbourhood::layered) {
+      if (item.knows(Neighbourhood::kNear << a)) take(kAtBeyond + a, beyond[a]);
+  } else if (item.kind == Neighbourhood::layered) {
     take(kAtDiagonal + 2, first);
-    if (it.knows(Neighbourhood::kDiagonal))
-      take(kAtOpposite, far(place, it.at[kAtDiagonal], slots));
+    if (item.knows(Neighbourhood::kDiagonal))
+      take(kAtOpposite, far(place, item.at[kAtDiagonal], slots));
   } else {
     take(kAtOpposite, first);
-    if (!it.knows(3 * Neighbourhood::kDiagonal))
-      for (std::uint32_t i = 0; i < (it.knows(4 * Neighbourhood::kNear) ? 3u : 1u); ++i)
+    if (!item.knows(3 * Neighbourhood::kDiagonal))
+      for (std::uint32_t i = 0; i < (item.knows(4 * Neighbourhood::kNear) ? 3u : 1u); ++i)
         take(kAtDiagonal + i, first);
   }
 }
 
-/// The line before this one, if it leads here.
-void NeighbourFinder::look_along_line(Neighbourhood& it) const {
-  if (!it.knows(Neighbourhood::kNear) || sequence_ == 0) return;
+/// Looks along the previous line, if the current line continues it.
+void NeighbourFinder::look_along_line(Neighbourhood& item) const {
+  if (!item.knows(Neighbourhood::kNear) || sequence_ == 0) return;
   const std::uint32_t place = place_of(sequence_ - 1);
   if (place == kNone || ring_[place].shape != CellShape::line) return;
-  const std::uint32_t beyond = far(place, it.at[0], Cycle(it.at).first(1));
+  const std::uint32_t beyond = far(place, item.at[0], Cycle(item.at).first(1));
   if (beyond == kNone) return;
-  it.at[kAtBeyond] = beyond;
-  it.known |= Neighbourhood::kBeyond;
+  item.at[kAtBeyond] = beyond;
+  item.known |= Neighbourhood::kBeyond;
 }
 
-/// Cells behind the sides: of a wedge first behind a triangle, of flat cells last behind itself.
-void NeighbourFinder::look_beside_cell(Neighbourhood& it, const CellTopology& cell) const {
-  it.kind = Neighbourhood::beside;
+/// Finds the cells across the sides. The first side of a flat cell, which is the cell itself,
+/// comes last.
+void NeighbourFinder::look_beside_cell(Neighbourhood& item, const CellTopology& cell) const {
+  item.kind = Neighbourhood::beside;
   const auto sides = faces_of(cell.shape, cell.corners);
   const CellShape shape = flat_shape(cell.shape, cell.corners);
   const std::uint32_t count =
@@ -195,21 +197,21 @@ void NeighbourFinder::look_beside_cell(Neighbourhood& it, const CellTopology& ce
     const std::uint32_t place = place_of(cell.behind[k]);
     if (place == kNone) continue;
     if (axis == 3) {
-      it.at[kAtOpposite] = place;
+      item.at[kAtOpposite] = place;
       known |= Neighbourhood::kOpposite;
       break;
     }
-    it.at[axis] = place;
+    item.at[axis] = place;
     known |= Neighbourhood::kNear << axis;
     std::array<std::uint32_t, 4> far_side{};
     const std::uint32_t next = onward(place, SideSlots(cell, k), far_side);
     if (next != kNone) {
-      it.at[kAtBeyond + axis] = next;
+      item.at[kAtBeyond + axis] = next;
       known |= Neighbourhood::kBeyond << axis;
     }
     ++axis;
   }
-  it.known = static_cast<std::uint16_t>(known);
+  item.known = static_cast<std::uint16_t>(known);
 }
 
 }  // namespace shm

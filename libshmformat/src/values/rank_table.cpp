@@ -9,34 +9,34 @@
 namespace shm {
 namespace {
 
-constexpr std::uint64_t kMostSkipped = 63;  // encoder: farther entries are coded by their distance
+constexpr std::uint64_t kMostSkipped = 63;  // encoder: entries farther ahead are coded by distance
 
-/// The index of the negative value.
+/// Returns the index of the negated value.
 std::int64_t opposite(std::int64_t index, DomainKind kind) {
   return kind == DomainKind::floats || kind == DomainKind::narrow ? ~index : minus(0, index);
 }
 
-/// The last few steps between entries, the one used last first: rounding lets evenly spaced numbers
-/// take two or three in turn.
+/// The last few steps between entries, the most recently used first. Evenly spaced numbers need two
+/// or three alternating steps because of rounding.
 class Steps {
  public:
   template <class Coder>
   std::uint64_t code(Coder& coder, RankTableModels& models, std::uint64_t wanted) {
-    std::size_t at = 0;
-    while (at < count_ && !coder.bit(models.same_step[at], wanted == last_[at])) ++at;
-    if (at == count_) {
+    std::size_t index = 0;
+    while (index < count_ && !coder.bit(models.same_step[index], wanted == last_[index])) ++index;
+    if (index == count_) {
       const std::uint64_t step = code_number(coder, models.step, wanted);
       if (count_ < last_.size()) ++count_;
-      at = count_ - 1;
-      last_[at] = step;
+      index = count_ - 1;
+      last_[index] = step;
     }
-    std::rotate(last_.begin(), last_.begin() + static_cast<std::ptrdiff_t>(at),
-                last_.begin() + static_cast<std::ptrdiff_t>(at) + 1);
+    std::rotate(last_.begin(), last_.begin() + static_cast<std::ptrdiff_t>(index),
+                last_.begin() + static_cast<std::ptrdiff_t>(index) + 1);
     return last_[0];
   }
 
  private:
-  std::array<std::uint64_t, 4> last_{};  // at first: a step of 0, entries without gaps
+  std::array<std::uint64_t, 4> last_{};  // initially one step of 0: consecutive entries
   std::size_t count_ = 1;
 };
 
@@ -59,11 +59,11 @@ bool code_rank_table(Coder& coder, RankTableModels& models, DomainKind kind,
   if (count > most_entries) return false;
   std::sort(known.begin(), known.end());
   known.erase(std::unique(known.begin(), known.end()), known.end());
-  // Where no other table is known the negative entries of this one are, as positive ones.
+  // If no other table is known, the negative entries of this table predict the positive entries.
   bool mirrors = known.empty();
   table.clear();
   Steps steps;
-  std::size_t next = 0;  // in known
+  std::size_t next = 0;  // index into `known`
   std::uint32_t history = 0;
   for (std::size_t i = 0; i < count; ++i) {
     const std::int64_t last = i == 0 ? std::numeric_limits<std::int64_t>::min() : table.back();

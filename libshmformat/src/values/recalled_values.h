@@ -1,7 +1,9 @@
-// SortedValues: the magnitudes that a component has met so far, ascending, and what came with each:
-// the nearest to a given one, and the one of a given rank. For recalled values and for partners.
-// RecalledValues: the values of a component so far, by size and by number, and where the elements
-// of a class found theirs: whoever found one goes on there, forwards or backwards.
+// SortedValues: the magnitudes that a component has met so far, in ascending order, each with a
+// value. Finds the entry nearest to a magnitude, and the entry of a given rank. Used for recalled
+// values and for partners.
+// RecalledValues: the earlier values of a component, by magnitude and by number, and for each class
+// the source of its last recalled value. The next recalled value of the class likely follows that
+// source, forwards or backwards.
 // spec: "Recalled values", "Partners"
 #pragma once
 
@@ -15,12 +17,13 @@ namespace shm {
 
 class SortedValues {
  public:
-  /// Frozen, part of the format: one with more begins anew, empty.
+  /// Most entries; a full list is emptied before the next one is added. Frozen: part of the format.
   static constexpr std::size_t kMost = std::size_t{1} << 15;
 
   struct Entry {
-    std::uint64_t magnitude = 0;  ///< of a double: its bits without the sign; these ascend with it
-    double value = 0.0;           ///< what came with it the last time
+    /// bits of a double without the sign; they ascend with the magnitude
+    std::uint64_t magnitude = 0;
+    double value = 0.0;  ///< the value that was added last with this magnitude
   };
 
   static std::uint64_t magnitude_of(double value) {
@@ -28,13 +31,13 @@ class SortedValues {
   }
 
   std::size_t size() const { return old_.size() + recent_.size(); }
-  /// How many are below a magnitude.
+  /// Returns the number of entries below a magnitude.
   std::size_t rank_of(std::uint64_t magnitude) const {
     return static_cast<std::size_t>(place(old_, magnitude) + place(recent_, magnitude));
   }
-  /// Must hold: rank < size().
+  /// Returns the entry of a rank. Must hold: rank < size().
   const Entry& at(std::size_t rank) const {
-    // As many of the recent ones before it as there are places where both lists agree on the rank.
+    // Finds `low`, the number of recent entries before this rank, by binary search.
     std::size_t low = rank > old_.size() ? rank - old_.size() : 0;
     std::size_t high = std::min(rank, recent_.size());
     while (low < high) {
@@ -49,12 +52,12 @@ class SortedValues {
     if (low == recent_.size()) return old_[in_old];
     return recent_[low].magnitude < old_[in_old].magnitude ? recent_[low] : old_[in_old];
   }
-  /// Null where there is none; the smaller of two equally near.
+  /// Returns the nearest entry, the smaller of two equally near; null if the list is empty.
   const Entry* nearest(std::uint64_t magnitude) const {
     const Entry* found = nullptr;
     for (const auto* list : {&old_, &recent_}) {
-      const auto at = static_cast<std::size_t>(place(*list, magnitude));
-      for (std::size_t i = at == 0 ? 0 : at - 1; i < list->size() && i <= at; ++i)
+      const auto position = static_cast<std::size_t>(place(*list, magnitude));
+      for (std::size_t i = position == 0 ? 0 : position - 1; i < list->size() && i <= position; ++i)
         if (!found || is_nearer((*list)[i].magnitude, found->magnitude, magnitude))
           found = &(*list)[i];
     }
@@ -63,9 +66,9 @@ class SortedValues {
 
   void add(std::uint64_t magnitude, double value) {
     for (auto* list : {&old_, &recent_}) {
-      const auto at = static_cast<std::size_t>(place(*list, magnitude));
-      if (at == list->size() || (*list)[at].magnitude != magnitude) continue;
-      (*list)[at].value = value;
+      const auto position = static_cast<std::size_t>(place(*list, magnitude));
+      if (position == list->size() || (*list)[position].magnitude != magnitude) continue;
+      (*list)[position].value = value;
       return;
     }
     if (size() == kMost) clear();
@@ -78,11 +81,11 @@ class SortedValues {
   }
 
  private:
-  using List = std::vector<Entry>;  // ascending, no magnitude twice
+  using List = std::vector<Entry>;  // ascending, each magnitude once
   static constexpr std::size_t kRecent = 256;
 
   static std::ptrdiff_t place(const List& list, std::uint64_t magnitude) {
-    const auto below = [](const Entry& it, std::uint64_t m) { return it.magnitude < m; };
+    const auto below = [](const Entry& entry, std::uint64_t m) { return entry.magnitude < m; };
     return std::lower_bound(list.begin(), list.end(), magnitude, below) - list.begin();
   }
   static bool is_nearer(std::uint64_t one, std::uint64_t than, std::uint64_t to) {
@@ -100,7 +103,7 @@ class SortedValues {
     recent_.clear();
   }
 
-  List old_, recent_;  // no magnitude in both
+  List old_, recent_;  // no magnitude occurs in both
 };
 
 class RecalledValues {
@@ -108,10 +111,10 @@ class RecalledValues {
   bool empty() const { return list_.size() == 0; }
   const SortedValues& list() const { return list_; }
 
-  /// From where the rank of a value is coded.
+  /// The rank that the rank of a recalled value is coded relative to.
   struct Start {
     std::size_t rank = 0;
-    bool by_source = false;  ///< of the value that follows the last source of the class
+    bool by_source = false;  ///< whether it is the rank of the value that follows the last source
   };
   Start start(std::uint32_t of_class, std::uint64_t predicted) const {
     if (of_class < sources_.size() && sources_[of_class].trust >= kTrusted)
@@ -119,28 +122,29 @@ class RecalledValues {
         return {list_.rank_of(*next), true};
     return {list_.rank_of(predicted), false};
   }
-  /// The value at hand, which is not added yet, was about as large as the one of that rank.
+  /// Records that the current value, which is not added yet, was coded relative to the entry of
+  /// `rank`.
   void take(std::uint32_t of_class, std::size_t rank) {
     if (of_class >= sources_.size()) sources_.resize(of_class + std::size_t{1});
-    Source& it = sources_[of_class];
+    Source& source = sources_[of_class];
     const SortedValues::Entry& entry = list_.at(rank);
     const auto found = static_cast<std::int64_t>(entry.value);
     const auto here = static_cast<std::int64_t>(count_);
-    if (it.known) {
-      const std::uint64_t* next = next_of(it);
+    if (source.known) {
+      const std::uint64_t* next = next_of(source);
       if (next != nullptr && *next == entry.magnitude)
-        it.trust = static_cast<std::uint8_t>(std::min(it.trust + 1, kMostTrust));
+        source.trust = static_cast<std::uint8_t>(std::min(source.trust + 1, kMostTrust));
       else
-        it.trust = static_cast<std::uint8_t>(std::max(it.trust - 1, 0));
-      const std::int64_t gone = here - it.here;
-      if (found - it.there == gone) it.direction = 1;
-      if (found - it.there == -gone) it.direction = -1;
+        source.trust = static_cast<std::uint8_t>(std::max(source.trust - 1, 0));
+      const std::int64_t gone = here - source.here;
+      if (found - source.there == gone) source.direction = 1;
+      if (found - source.there == -gone) source.direction = -1;
     }
-    it.known = true;
-    it.here = here;
-    it.there = found;
+    source.known = true;
+    source.here = here;
+    source.there = found;
   }
-  /// The value at hand.
+  /// Adds the current value.
   void add(std::uint64_t magnitude) {
     if (by_number_.size() < SortedValues::kMost)
       by_number_.push_back(magnitude);
@@ -152,27 +156,27 @@ class RecalledValues {
 
  private:
   static constexpr int kTrusted = 2, kMostTrust = 3;
-  /// Of a class: where its last recalled value was, and the earlier one that it was about as large
-  /// as.
+  /// The number of the last recalled value of a class, and the number of the earlier value that was
+  /// its source.
   struct Source {
     std::int64_t here = 0, there = 0;
     std::int8_t direction = 1;
-    std::uint8_t trust = 0;  // how often what follows was right lately
+    std::uint8_t trust = 0;  // counter of correct continuations, 0 to kMostTrust
     bool known = false;
   };
 
-  /// The magnitude that the value at hand has if it goes on like the last one; null where there is
-  /// none any more.
-  const std::uint64_t* next_of(const Source& it) const {
+  /// Returns the magnitude of the current value if the class continues along its last source; null
+  /// if the earlier value is out of range.
+  const std::uint64_t* next_of(const Source& source) const {
     const auto here = static_cast<std::int64_t>(count_);
-    const std::int64_t next = it.there + it.direction * (here - it.here);
+    const std::int64_t next = source.there + source.direction * (here - source.here);
     if (next < 0 || next >= here) return nullptr;
     if (here - next > static_cast<std::int64_t>(SortedValues::kMost)) return nullptr;
     return &by_number_[static_cast<std::size_t>(next) % SortedValues::kMost];
   }
 
-  SortedValues list_;                     // with the numbers of the last elements that had them
-  std::vector<std::uint64_t> by_number_;  // the last magnitudes, by number modulo kMost
+  SortedValues list_;                     // value: number of the last element with that magnitude
+  std::vector<std::uint64_t> by_number_;  // recent magnitudes, by number modulo kMost
   std::vector<Source> sources_;           // by class
   std::uint64_t count_ = 0;
 };

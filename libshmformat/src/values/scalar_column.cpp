@@ -9,8 +9,8 @@
 namespace shm {
 namespace {
 
-/// The state of a value that has no index, or whose state is not finite: about what the lattice
-/// predicts.
+/// Returns the state of a value that has no index or no finite state: the lattice prediction,
+/// rounded to the domain.
 double substitute(const auto& space, double lattice) {
   const double state = space.state(space.index(lattice));
   return is_finite(state) ? state : 0.0;
@@ -21,23 +21,23 @@ double state_of(const auto& space, std::int64_t index, double lattice) {
   return is_finite(state) ? state : substitute(space, lattice);
 }
 
-/// The state of a value that is not coded here, and need be none of the domain.
+/// Returns the state of a value that is not coded in this domain, and may be outside of it.
 double state_of_copy(const auto& space, const ColumnState& column, std::uint64_t bits,
                      double lattice) {
   const double state = column.translator().from_value(scalar_as_double(column.info().type, bits));
   return is_finite(state) ? state : substitute(space, lattice);
 }
 
-/// Whether values are recalled: not where they are ranks of a table.
+/// True if values of this space may be recalled: not if they are ranks of a table.
 template <class Space>
 constexpr bool kMayRecall = !requires(const Space& space) {
   space.table;
 };
 
-/// Encoder: about the bits of a recalled value beside those of its two numbers.
+/// Encoder: estimated cost in bits of the flag of a recalled value.
 constexpr std::uint32_t kRecallBits = 2;
 
-/// How an element is predicted that has no partner.
+/// Returns the modes for an element without a partner.
 ClassModes modes_without_partner(const ClassModes& modes) {
   ClassModes own = modes;
   if (own.second == kPartnerMode) own.second = kNoMode;
@@ -99,14 +99,14 @@ bool ScalarColumn<Coder>::code_tile(Coder& coder, const ColumnTile& tile,
                                     std::span<std::uint64_t> bits) {
   if (!state_.begin_tile(tile)) return false;
   models_.begin_tile(tile.classes);
-  const bool good = with_space(info(), state_.domain(), table_, [&](const auto& space) {
+  const bool ok = with_space(info(), state_.domain(), table_, [&](const auto& space) {
     if constexpr (!Coder::kDecodes) choose_modes(space, tile, bits);
     return code_values(coder, space, tile, bits);
   });
-  return good && state_.end_tile(tile.items);
+  return ok && state_.end_tile(tile.items);
 }
 
-// --- values: predict from the neighbourhood, encode the residual, keep the decoded value
+// --- values
 
 template <class Coder>
 template <class Space>
@@ -156,14 +156,14 @@ bool ScalarColumn<Coder>::code_values(Coder& coder, const Space& space, const Co
     if (!value) return false;
 
     state_.keep_residual(element, value->size, value->second, value->recalled);
-    if (looked_ahead()) continue;  // the states are kept already
+    if (looked_ahead()) continue;  // the states are already updated
     if (state_.has_reference()) state_.keep_reference(item, reference);
     state_.keep(element, value->state, predict.lattice());
   }
   return true;
 }
 
-/// The residual, or all of the value where the domain has no index for it.
+/// Codes the residual of a value, or the whole value if it is an escape.
 template <class Coder>
 template <class Space, class Predict>
 auto ScalarColumn<Coder>::code_value(Coder& coder, const Space& space, const TileElement& element,
@@ -186,7 +186,8 @@ auto ScalarColumn<Coder>::code_value(Coder& coder, const Space& space, const Til
   return value;
 }
 
-/// By the first mode of the class, or by the second where that is better.
+/// Codes which mode predicts the value: the first mode of the class, or the second mode if that is
+/// better.
 template <class Coder>
 template <class Space, class Predict>
 auto ScalarColumn<Coder>::code_prediction(Coder& coder, const Space& space,
@@ -206,8 +207,8 @@ auto ScalarColumn<Coder>::code_prediction(Coder& coder, const Space& space,
   return takes ? Prediction{second, other, true} : Prediction{first, index, false};
 }
 
-/// The residual; with the prediction, or with an earlier value, it makes the index. Nothing for
-/// damage.
+/// Codes the index of a value as its residual against the prediction, or against a recalled value.
+/// Returns nothing if the data is damaged.
 template <class Coder>
 template <class Space, class Predict>
 std::optional<std::int64_t> ScalarColumn<Coder>::code_index(Coder& coder, const Space& space,
@@ -251,9 +252,10 @@ std::optional<std::int64_t> ScalarColumn<Coder>::code_index(Coder& coder, const 
   return keep(plus(expected.index, residual), length);
 }
 
-/// Whether the value is about as large as an earlier one, and if so by which: the rank of that
-/// among all so far, from where the prediction would stand, and what it misses. `index`: of the
-/// value; false for damage.
+/// Codes whether the value is recalled, that is, coded relative to an earlier value of about the
+/// same magnitude. If so, codes the rank of that earlier value among all values so far, relative to
+/// the expected rank, and the residual against it. `index`: the index of the value. Returns false
+/// if the data is damaged.
 template <class Coder>
 template <class Space>
 bool ScalarColumn<Coder>::code_recalled(Coder& coder, const Space& space,
@@ -268,8 +270,8 @@ bool ScalarColumn<Coder>::code_recalled(Coder& coder, const Space& space,
       values.start(element.of_class(), SortedValues::magnitude_of(predicted));
   const auto from = static_cast<std::int64_t>(start);
   const auto index_at = [&](std::size_t rank) {
-    const auto its = std::bit_cast<double>(so_far.at(rank).magnitude);
-    return space.index(state_.translator().from_value(negative ? -its : its));
+    const auto magnitude = std::bit_cast<double>(so_far.at(rank).magnitude);
+    return space.index(state_.translator().from_value(negative ? -magnitude : magnitude));
   };
   std::size_t rank = 0;
   if constexpr (!Coder::kDecodes) {
@@ -277,11 +279,12 @@ bool ScalarColumn<Coder>::code_recalled(Coder& coder, const Space& space,
     if (is_finite(actual) && (actual < 0) == negative) {
       const std::size_t above = so_far.rank_of(SortedValues::magnitude_of(actual));
       std::uint32_t least = 65;
-      for (std::size_t it = above == 0 ? 0 : above - 1; it < so_far.size() && it <= above; ++it) {
-        const std::uint32_t length = bit_length(minus(index, index_at(it)));
+      for (std::size_t candidate = above == 0 ? 0 : above - 1;
+           candidate < so_far.size() && candidate <= above; ++candidate) {
+        const std::uint32_t length = bit_length(minus(index, index_at(candidate)));
         if (length >= least) continue;
         least = length;
-        rank = it;
+        rank = candidate;
       }
       const std::int64_t by = minus(static_cast<std::int64_t>(rank), from);
       const std::uint32_t besides = by == 0 && by_source ? 0 : kRecallBits;
@@ -293,10 +296,10 @@ bool ScalarColumn<Coder>::code_recalled(Coder& coder, const Space& space,
   if (!value.recalled) return true;
   const std::int64_t by =
       models_.code_rank(coder, by_source, minus(static_cast<std::int64_t>(rank), from));
-  const std::int64_t at = plus(from, by);
-  if (at < 0 || at >= static_cast<std::int64_t>(so_far.size())) return false;
-  const std::int64_t base = index_at(static_cast<std::size_t>(at));
-  values.take(element.of_class(), static_cast<std::size_t>(at));
+  const std::int64_t chosen = plus(from, by);
+  if (chosen < 0 || chosen >= static_cast<std::int64_t>(so_far.size())) return false;
+  const std::int64_t base = index_at(static_cast<std::size_t>(chosen));
+  values.take(element.of_class(), static_cast<std::size_t>(chosen));
   const std::int64_t residual = models_.code_recalled(coder, minus(index, base));
   index = plus(base, residual);
   if constexpr (!Coder::kDecodes)
@@ -304,7 +307,7 @@ bool ScalarColumn<Coder>::code_recalled(Coder& coder, const Space& space,
   return true;
 }
 
-/// The bits of an index; false where there is none such.
+/// Codes the bits of the value that `index` stands for. Returns false if there is no such value.
 template <class Coder>
 template <class Space>
 bool ScalarColumn<Coder>::code_bits(Coder& coder, const Space& space, std::int64_t index,
@@ -321,7 +324,7 @@ bool ScalarColumn<Coder>::code_bits(Coder& coder, const Space& space, std::int64
   return true;
 }
 
-// --- encoder: how the classes of a tile are predicted
+// --- encoder: choice of modes
 
 template <class Coder>
 template <class Space>
@@ -335,8 +338,8 @@ void ScalarColumn<Coder>::choose_modes(const Space& space, const ColumnTile& til
                     scratch_->wanted);
 }
 
-/// States, indices and classes of all elements of the tile, and what surrounds each of them. The
-/// states move on to the end of the tile.
+/// Collects the state, index, class and features of all elements of the tile, and updates the
+/// states to the end of the tile.
 template <class Coder>
 template <class Space>
 void ScalarColumn<Coder>::look_ahead(const Space& space, const ColumnTile& tile,
@@ -349,34 +352,34 @@ void ScalarColumn<Coder>::look_ahead(const Space& space, const ColumnTile& tile,
             state_.has_reference() ? &differences[i] : nullptr);
 }
 
-/// One element of these.
+/// Does this for one element.
 template <class Coder>
 template <class Space>
 void ScalarColumn<Coder>::look_at(const Space& space, const ColumnTile& tile, std::size_t i,
-                                  std::uint64_t bits, ModeSample& it,
+                                  std::uint64_t bits, ModeSample& sample,
                                   std::array<double, kFeatures>* differences) {
   const Neighbourhood& item = tile.items[i];
   TileElement element{tile, i};
   state_.find_matches(element);
-  it.known = item.traits(style_.known());
-  it.of_class = element.of_class();
+  sample.known = item.traits(style_.known());
+  sample.of_class = element.of_class();
   if (state_.has_reference()) state_.find_partner(element, tile.reference[i]);
-  it.has_partner = element.partner.is;
-  state_.features(element, it.known, it.state);
-  const auto at = [&](std::uint32_t feature) { return it.state[feature]; };
-  const double lattice = Predictor(it.known, at).lattice();
-  it.copied = element.back() > 0;
-  it.index = it.copied ? std::nullopt : index_in(space, state_.translator(), bits);
-  const double state = it.copied  ? state_of_copy(space, state_, bits, lattice)
-                       : it.index ? state_of(space, *it.index, lattice)
-                                  : substitute(space, lattice);
+  sample.has_partner = element.partner.is;
+  state_.features(element, sample.known, sample.state);
+  const auto at = [&](std::uint32_t feature) { return sample.state[feature]; };
+  const double lattice = Predictor(sample.known, at).lattice();
+  sample.copied = element.back() > 0;
+  sample.index = sample.copied ? std::nullopt : index_in(space, state_.translator(), bits);
+  const double state = sample.copied  ? state_of_copy(space, state_, bits, lattice)
+                       : sample.index ? state_of(space, *sample.index, lattice)
+                                      : substitute(space, lattice);
   if (state_.has_reference()) {
-    it.reference = state_.reference_state(tile.reference[i]);
+    sample.reference = state_.reference_state(tile.reference[i]);
     for (std::uint32_t f = 0; f < kFeatures; ++f)
-      if (f >= kFLast || (it.known >> f & 1) != 0)
-        (*differences)[f] = it.state[f] - state_.reference_feature(item, f, it.reference);
+      if (f >= kFLast || (sample.known >> f & 1) != 0)
+        (*differences)[f] = sample.state[f] - state_.reference_feature(item, f, sample.reference);
     (*differences)[kFPartner] = element.partner.state - element.partner.then;
-    state_.keep_reference(item, it.reference);
+    state_.keep_reference(item, sample.reference);
   }
   state_.keep(element, state, lattice);
 }

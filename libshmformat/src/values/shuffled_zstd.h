@@ -1,5 +1,5 @@
-// Shuffled zstd: scalars with their bytes sorted by significance, under zstd: for values that
-// repeat in no order that the mesh has.
+// Shuffled zstd: the bytes of all scalars, sorted by significance and compressed with zstd. For
+// values that repeat in ways unrelated to the mesh.
 // spec: "Values in shuffled_zstd"
 #pragma once
 
@@ -11,13 +11,14 @@
 
 namespace shm {
 
-/// Byte 0, the least significant one, of all scalars of `width` bytes in order, then byte 1, ...
-/// `values`: in host order.
+/// Returns byte 0 (the least significant) of all scalars of `width` bytes in order, then byte 1,
+/// and so on. `values`: in host byte order.
 std::vector<std::byte> shuffled(std::span<const std::byte> values, std::size_t width);
 
-/// What is shuffled: its size, then a zstd frame.
+/// Returns the size of the shuffled bytes, followed by a zstd frame of them.
 std::vector<std::byte> pack_shuffled(std::span<const std::byte> planes, int level);
-/// The values in host order; nothing for damaged data, and for more than `limit` bytes.
+/// Returns the values in host byte order; nothing if the data is damaged or larger than `limit`
+/// bytes.
 std::optional<std::vector<std::byte>> unpack_shuffled(std::span<const std::byte> bytes,
                                                       std::size_t width, std::uint64_t limit);
 

@@ -14,11 +14,12 @@
 namespace shm {
 namespace {
 
-// Encoder. What looking far must save, one part in so many; groups for which a domain is kept.
+// Encoder. Looking far must save one byte in kWorthFarShare. A domain is chosen again after
+// kGroupsKept groups.
 constexpr std::size_t kWorthFarShare = 20;
 constexpr std::uint32_t kGroupsKept = 8;
 constexpr int kQuickZstd = 9;
-// Copies are tried where one element in so many can be one.
+// Copies are tried if at least one element in kFewestCopies can be a copy.
 constexpr std::size_t kFewestCopies = 8;
 
 std::uint64_t load(const std::byte* at, std::size_t width) {
@@ -42,10 +43,10 @@ void for_each_tile(const TiledItems& elements, Visit&& visit) {
   for (std::size_t t = 0; t < elements.tile_begin.size(); ++t) visit(elements.tile(t));
 }
 
-/// Some of what there is for each element, references for instance; nothing where there is none.
+/// Returns the part of a list that has one entry for each element, or has no entries at all.
 template <class T>
-std::span<const T> part_of(const std::vector<T>& all, std::size_t at, std::size_t count) {
-  return std::span<const T>(all).subspan(all.empty() ? 0 : at, all.empty() ? 0 : count);
+std::span<const T> part_of(const std::vector<T>& all, std::size_t begin, std::size_t count) {
+  return std::span<const T>(all).subspan(all.empty() ? 0 : begin, all.empty() ? 0 : count);
 }
 
 }  // namespace
@@ -114,7 +115,8 @@ EncodedColumn ValueColumn<Coder>::encode(const TiledItems& elements, const std::
   const Bits references = bits_of(reference, stride, reference == nullptr ? 0 : count);
   const Codec codec = level == Level::best && has_tables_ ? Codec::mixed_columns : Codec::columns;
 
-  // Runs and repeats are zstd's: tried where a quick look suggests that they are most of it.
+  // zstd handles runs and repeats better. It is tried if a quick pass suggests that the values
+  // consist mostly of these.
   const std::vector<std::byte> planes = level == Level::best || repeats_
                                             ? shuffled(packed(values, stride, count), width_)
                                             : std::vector<std::byte>();
@@ -142,8 +144,9 @@ EncodedColumn ValueColumn<Coder>::encode(const TiledItems& elements, const std::
 template <class Coder>
 std::size_t ValueColumn<Coder>::covered_count(const TiledItems& elements) const {
   if (elements.blocks.empty()) return elements.items.size();
-  return static_cast<std::size_t>(std::count_if(elements.blocks.begin(), elements.blocks.end(),
-                                                [&](std::uint32_t it) { return covers(it); }));
+  return static_cast<std::size_t>(
+      std::count_if(elements.blocks.begin(), elements.blocks.end(),
+                    [&](std::uint32_t block) { return covers(block); }));
 }
 
 template <class Coder>
@@ -158,7 +161,7 @@ auto ValueColumn<Coder>::bits_of(const std::byte* values, std::size_t stride,
   return bits;
 }
 
-/// Elements that stand `stride` bytes apart, one behind the other.
+/// Packs elements that are `stride` bytes apart.
 template <class Coder>
 std::vector<std::byte> ValueColumn<Coder>::packed(const std::byte* values, std::size_t stride,
                                                   std::size_t count) const {
@@ -193,7 +196,7 @@ std::optional<std::vector<std::byte>> ValueColumn<Coder>::encode_predicted(
     const TiledItems& elements, Bits& bits, const Bits& reference, Level level) {
   back_ = copies_among(elements, bits);
   if (back_.empty()) return encode_as_told(elements, bits, reference, level);
-  // Whether they are worth their flags only coding both ways tells.
+  // Encode with and without copies: only the sizes show whether copies are worth their flags.
   State before = state();
   const std::vector<DomainPlan> plans = plans_;
   auto with_copies = encode_as_told(elements, bits, reference, level);
@@ -257,10 +260,10 @@ void ValueColumn<Coder>::forget_history() {
 template <class Coder>
 void ValueColumn<Coder>::keep_history(std::size_t component, std::span<const std::uint64_t> bits) {
   if (!style_.copies) return;
-  auto& its = history_[component];
+  auto& kept = history_[component];
   constexpr std::size_t kFarthest = CopiedElements<Coder>::kFarthest;
-  its.insert(its.end(), bits.begin(), bits.end());
-  if (its.size() > 2 * kFarthest) its.erase(its.begin(), its.end() - kFarthest);
+  kept.insert(kept.end(), bits.begin(), bits.end());
+  if (kept.size() > 2 * kFarthest) kept.erase(kept.begin(), kept.end() - kFarthest);
 }
 
 template <class Coder>
@@ -268,7 +271,7 @@ std::optional<std::vector<std::byte>> ValueColumn<Coder>::encode_as_told(const T
                                                                          Bits& bits,
                                                                          const Bits& reference,
                                                                          Level level) {
-  // The first tile that has any.
+  // Find the first tile with covered elements.
   std::vector<Neighbourhood> first;
   for_each_tile(elements, [&](const TiledItems::Tile& tile) {
     if (!first.empty()) return;
@@ -290,18 +293,18 @@ std::optional<std::vector<std::byte>> ValueColumn<Coder>::encode_as_told(const T
   plans_ = std::move(plans);
   ++groups_;
 
-  std::size_t at = 0;
+  std::size_t offset = 0;
   for_each_tile(elements, [&](const TiledItems::Tile& tile) {
     const auto own = covered(tile);
     if (own.empty()) return;
     classify(own, style_);
-    const auto its = part_of(back_, at, own.size());
-    std::vector<std::uint32_t> back(its.begin(), its.end());
+    const auto own_back = part_of(back_, offset, own.size());
+    std::vector<std::uint32_t> back(own_back.begin(), own_back.end());
     if (style_.copies) copied_.code(coder_, classes_, back);
     for (std::size_t c = 0; c < info_->components; ++c)
-      code_component(c, own, std::span(bits[c]).subspan(at, own.size()),
-                     part_of(reference[c], at, own.size()), back);
-    at += own.size();
+      code_component(c, own, std::span(bits[c]).subspan(offset, own.size()),
+                     part_of(reference[c], offset, own.size()), back);
+    offset += own.size();
   });
   if constexpr (Coder::kDecodes)
     return std::vector<std::byte>();
@@ -309,8 +312,9 @@ std::optional<std::vector<std::byte>> ValueColumn<Coder>::encode_as_told(const T
     return coder_.finish();
 }
 
-/// Far neighbours and matches cost time; at the lower levels they must save a good deal. The first
-/// tile of a mesh is no sample: the first group has the full style.
+/// Far neighbours and matches cost time. Below level best they are used only if they save enough
+/// bytes on the first tile. The first group of a mesh has the full style, since its first tile is
+/// not representative.
 template <class Coder>
 ColumnStyle ValueColumn<Coder>::choose_style(std::span<const Neighbourhood> first_tile,
                                              const Bits& bits, const Bits& reference,
@@ -323,11 +327,11 @@ ColumnStyle ValueColumn<Coder>::choose_style(std::span<const Neighbourhood> firs
   if (level == Level::best || groups_ == 0 || first_tile.empty()) return full;
   const ColumnStyle lean{Reach::lattice, false, false, false, full.copies};
   const std::size_t least = size_with(full, first_tile, bits, reference, plans);
-  const std::size_t its = size_with(lean, first_tile, bits, reference, plans);
-  return its <= least || (its - least) * kWorthFarShare <= its ? lean : full;
+  const std::size_t lean_size = size_with(lean, first_tile, bits, reference, plans);
+  return lean_size <= least || (lean_size - least) * kWorthFarShare <= lean_size ? lean : full;
 }
 
-/// Bytes of the first tile in a style, without heads.
+/// Returns the size of the first tile in a style, without heads.
 template <class Coder>
 std::size_t ValueColumn<Coder>::size_with(const ColumnStyle& style,
                                           std::span<const Neighbourhood> first_tile,
@@ -358,12 +362,12 @@ std::size_t ValueColumn<Coder>::size_with(const ColumnStyle& style,
 
 template <class Coder>
 void ValueColumn<Coder>::keep_values(const TiledItems& elements, const Bits& bits) {
-  std::size_t at = 0;
+  std::size_t offset = 0;
   for_each_tile(elements, [&](const TiledItems::Tile& tile) {
     const auto own = covered(tile);
     for (std::size_t c = 0; c < info_->components; ++c)
-      columns_[c].state().keep_values(own, std::span(bits[c]).subspan(at, own.size()));
-    at += own.size();
+      columns_[c].state().keep_values(own, std::span(bits[c]).subspan(offset, own.size()));
+    offset += own.size();
   });
 }
 
@@ -388,14 +392,14 @@ bool ValueColumn<Coder>::code_component(std::size_t component, std::span<const N
   return true;
 }
 
-/// As mode_choice.h and earlier_values.h have it.
+/// Chooses as described in mode_choice.h and earlier_values.h.
 template <class Coder>
 DomainPlan ValueColumn<Coder>::choose_domain(std::size_t component, const TiledItems& elements,
                                              const std::vector<std::uint64_t>& bits,
                                              const std::vector<std::uint64_t>& reference,
                                              Level level) {
   const std::vector<std::uint64_t> coded = coded_ones(bits);
-  // What was right for the group before is right again, as a rule.
+  // The domain of the previous group usually fits again.
   if (level != Level::best && groups_ % kGroupsKept != 0 && plans_[component].table.empty() &&
       still_fits(*info_, component, plans_[component].domain, coded))
     return plans_[component];
@@ -404,7 +408,7 @@ DomainPlan ValueColumn<Coder>::choose_domain(std::size_t component, const TiledI
   return best_domain(component, elements, bits, reference, std::move(plans)).plan;
 }
 
-/// Of these, and whether it recalls values and has partners.
+/// Returns the best of these plans, and decides whether it recalls values and has partners.
 template <class Coder>
 DomainChoice ValueColumn<Coder>::best_domain(std::size_t component, const TiledItems& elements,
                                              const std::vector<std::uint64_t>& bits,
@@ -415,7 +419,8 @@ DomainChoice ValueColumn<Coder>::best_domain(std::size_t component, const TiledI
   std::vector<DomainEstimate> estimates;
   std::vector<ClassModes> modes;
   std::vector<DomainChoice> choices;
-  std::size_t best = 0, best_without = plans.size();  // without a table: it alone can recall values
+  // best plan without a table: only without one can values be recalled
+  std::size_t best = 0, best_without = plans.size();
   for (std::size_t p = 0; p < plans.size(); ++p) {
     estimates.push_back(estimate_plan(*info_, component, plans[p], sample,
                                       class_numbers_.families(), style_.matches, modes));
@@ -445,7 +450,7 @@ DomainChoice ValueColumn<Coder>::best_domain(std::size_t component, const TiledI
   return std::move(choices[best]);
 }
 
-/// As if there were no copies: elements are copies whatever their neighbours are.
+/// The estimate ignores copies: elements are copies whatever their neighbours are.
 template <class Coder>
 std::uint64_t ValueColumn<Coder>::about_bytes(const TiledItems& elements, const std::byte* values,
                                               std::size_t stride,
@@ -471,19 +476,19 @@ std::uint64_t ValueColumn<Coder>::about_bytes(const TiledItems& elements, const 
   return std::min<std::uint64_t>(bytes, zstd_compress(planes, 1).size());
 }
 
-/// To what it takes among these elements.
+/// Adapts the estimate to these elements.
 template <class Coder>
 void ValueColumn<Coder>::rescale(DomainChoice& choice, std::size_t component,
                                  const TiledItems& elements,
                                  const std::vector<std::uint64_t>& bits) {
   const DomainSample sample = survey(component, elements, bits, {});
   std::vector<ClassModes> modes;
-  const double its = estimate_plan(*info_, component, choice.plan, sample,
-                                   class_numbers_.families(), style_.matches, modes)
-                         .bits /
-                     static_cast<double>(sample.bits.size());
-  if (choice.sampled_bits > 0) choice.bits *= its / choice.sampled_bits;
-  if (its > 0) choice.sampled_bits = its;
+  const double bits_each = estimate_plan(*info_, component, choice.plan, sample,
+                                         class_numbers_.families(), style_.matches, modes)
+                               .bits /
+                           static_cast<double>(sample.bits.size());
+  if (choice.sampled_bits > 0) choice.bits *= bits_each / choice.sampled_bits;
+  if (bits_each > 0) choice.sampled_bits = bits_each;
 }
 
 template <class Coder>
@@ -500,22 +505,22 @@ std::uint64_t ValueColumn<Coder>::bytes_if_coded(const TiledItems& elements,
   return bytes;
 }
 
-/// Those of the sample that are coded, by their places among all that are.
+/// Returns the elements of the sample that are coded, numbered among all coded elements.
 template <class Coder>
 std::vector<EarlierValues::Value> ValueColumn<Coder>::coded_values(
     const DomainSample& sample, const DomainEstimate& estimate) const {
   std::vector<EarlierValues::Value> values;
-  std::size_t at = 0, copied = 0;
+  std::size_t place = 0, copied = 0;
   for (std::size_t s = 0; s < sample.places.size(); ++s) {
-    for (; at < sample.places[s]; ++at) copied += !back_.empty() && back_[at] > 0 ? 1 : 0;
-    if (!back_.empty() && back_[at] > 0) continue;
-    values.push_back({static_cast<std::uint32_t>(at - copied), estimate.predicted[s],
+    for (; place < sample.places[s]; ++place) copied += !back_.empty() && back_[place] > 0 ? 1 : 0;
+    if (!back_.empty() && back_[place] > 0) continue;
+    values.push_back({static_cast<std::uint32_t>(place - copied), estimate.predicted[s],
                       estimate.by_element[s], estimate.lengths[s]});
   }
   return values;
 }
 
-/// Elements of the group that are spread over it, as the component sees them.
+/// Returns a sample of the elements of the group, as the component sees them.
 template <class Coder>
 DomainSample ValueColumn<Coder>::survey(std::size_t component, const TiledItems& elements,
                                         const std::vector<std::uint64_t>& bits,
@@ -526,7 +531,7 @@ DomainSample ValueColumn<Coder>::survey(std::size_t component, const TiledItems&
                                                widest_domain(*info_));
     column->set_style(style_);
     column->state().change_domain(widest_domain(*info_));
-    std::size_t at = 0;
+    std::size_t offset = 0;
     for_each_tile(elements, [&](const TiledItems::Tile& tile) {
       const auto own = covered_to_try(tile, std::span(column.operator->(), 1));
       if (own.empty()) return;
@@ -534,10 +539,10 @@ DomainSample ValueColumn<Coder>::survey(std::size_t component, const TiledItems&
       column->survey({own,
                       tile_classes(),
                       {},
-                      part_of(reference, at, own.size()),
-                      part_of(back_, at, own.size())},
-                     part_of(bits, at, own.size()), at, bits.size(), sample);
-      at += own.size();
+                      part_of(reference, offset, own.size()),
+                      part_of(back_, offset, own.size())},
+                     part_of(bits, offset, own.size()), offset, bits.size(), sample);
+      offset += own.size();
     });
   }
   return sample;

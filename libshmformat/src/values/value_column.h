@@ -1,5 +1,5 @@
-// ValueColumn: an array in step with the mesh: its components one after the other, tile by tile,
-// into one bitstream a group.
+// ValueColumn: the coder of one array. It codes the components one after the other, tile by tile,
+// into one bitstream per group.
 // spec: "Value columns"
 #pragma once
 
@@ -20,13 +20,14 @@
 
 namespace shm {
 
-/// Elements of a group, tile by tile.
+/// The elements of one group, divided into tiles.
 struct TiledItems {
   std::vector<Neighbourhood> items;
-  std::vector<std::uint32_t> blocks;       ///< of cells: their element block; of vertices: empty
+  std::vector<std::uint32_t> blocks;       ///< element block of each cell; empty for vertices
   std::vector<std::size_t> tile_begin{0};  ///< first item of each tile
-  /// Of each tile: elements that are not covered, and were left out since no covered one looks at
-  /// them; modulo 2^64, since some may stand in a later tile. Empty: none were.
+  /// Number of elements per tile that are not covered and were left out because no covered element
+  /// depends on them. Modulo 2^64, since some of them may belong to a later tile. Empty if none
+  /// were left out.
   std::vector<std::uint64_t> left_out;
 
   struct Tile {
@@ -50,9 +51,9 @@ struct TiledItems {
   }
 };
 
-// Columns with tables alone have matches, mixed bits and lists of earlier values, which take up to
-// 3 MB of each component: arrays of so many components, and of all static arrays so many. Frozen:
-// part of the format.
+// Match tables, bit mixing and value history need up to 3 MB per component. They are enabled only
+// for arrays with at most 16 components, and for at most 64 components of all static arrays
+// together. Frozen: part of the format.
 inline constexpr std::uint32_t kMostTableComponents = 16, kMostTableComponentsInAll = 64;
 
 struct EncodedColumn {
@@ -60,74 +61,78 @@ struct EncodedColumn {
   std::vector<std::byte> bytes;
 };
 
-/// In which domain a component would be coded, and about what it would take.
+/// The domain of a component, and its estimated size.
 struct DomainChoice {
   DomainPlan plan;
   double bits = 0;          ///< of the group, with the table
-  double sampled_bits = 0;  ///< of an element of the sample, without earlier values
+  double sampled_bits = 0;  ///< per element of the sample, without recalled values and partners
 };
 
-/// How far the styles of a level look at most: what a finder must see before any style is chosen.
+/// How far the styles of a level look at most. The finder of neighbourhoods works before a style is
+/// chosen.
 inline constexpr Reach farthest_reach(Level level) {
   return level == Level::fast ? Reach::lattice : Reach::farther;
 }
 
 struct ColumnTraits {
-  bool repeats = true;  ///< values may repeat so that zstd is better, as coordinates do not
-  bool tables = true;   ///< it has some, unless it has too many components
-  /// Values may be recalled, and have partners, where it has tables.
+  /// values may repeat so often that zstd compresses them better; not true of coordinates
+  bool repeats = true;
+  bool tables = true;  ///< it has tables, unless it has too many components
+  /// If it has tables: values may be recalled, and elements may have partners.
   bool earlier_values = true;
-  /// Elements of several components may be copies of earlier ones, where values may be recalled and
-  /// are not quantized.
+  /// If values may be recalled and are not quantized: elements of several components may be copies
+  /// of earlier elements.
   bool copies = false;
 };
 
 template <class Coder>
 class ValueColumn {
  public:
-  /// `blocks`: those whose elements have a value, ascending; empty: all elements have.
+  /// `blocks`: element blocks that the array covers, ascending; empty: all.
   [[gnu::cold]] ValueColumn(const ArrayInfo& info, std::vector<std::uint32_t> blocks,
                             const ColumnTraits& traits = {});
 
-  /// Whether its groups may be in this codec.
+  /// Returns true if groups of this column may use `codec`.
   bool takes(Codec codec) const {
     return codec == Codec::columns || codec == Codec::shuffled_zstd ||
            (codec == Codec::mixed_columns && has_tables_);
   }
 
-  /// Before a group that names these slots, where groups before may have been left out. `all`:
-  /// slots of all elements, where some are left out.
+  /// Makes room for `slots` slots, before a group that uses them. Needed if earlier groups were
+  /// left out. `all`: number of slots of all elements, if some elements are left out.
   void make_room(std::uint32_t slots, std::uint32_t all = 0);
-  /// Before the first element: all groups will come with a reference.
+  /// Declares that every group has a reference. Call it before the first element.
   void use_reference();
-  /// Decoding, before the first element: what it keeps by slot takes of this memory, which is
-  /// borrowed. Where that is refused, decode_tile() fails.
+  /// Decoding: sets the memory budget for the slots, which must outlive the column. Call it before
+  /// the first element. If the budget refuses memory, decode_tile() fails.
   void use_memory(ColumnMemory& memory) {
     memory_ = &memory;
     for (auto& column : columns_) column.state().use_memory(memory);
   }
-  /// Encoding: nothing is kept of groups that are not in a codec of columns.
+  /// Encoding: groups in shuffled_zstd leave the state of the column unchanged.
   void see_own_groups_only() { sees_other_groups_ = false; }
 
-  // `reference`: what the values of the covered elements refer to, as these are; or null.
-  /// Encoding: all values of a group, of the covered elements in order, `stride` bytes apart.
+  // `reference`: reference values of the covered elements, laid out as their values; or null.
+  /// Encoding: encodes a group. `values`: the values of its covered elements in order, `stride`
+  /// bytes apart.
   EncodedColumn encode(const TiledItems& elements, const std::byte* values, std::size_t stride,
                        Level level, const std::byte* reference = nullptr);
-  /// Encoding: about the bytes that encode() would return; the column is as it was. `choices`, by
-  /// component: on input empty, or what was found for the same values among other neighbours, which
-  /// makes it cheap.
+  /// Encoding: estimates the number of bytes that encode() would return, without changing the
+  /// column. `choices`, by component: empty on input, or the choices for the same values among
+  /// other neighbours, which makes the estimate cheap.
   std::uint64_t about_bytes(const TiledItems& elements, const std::byte* values, std::size_t stride,
                             std::vector<DomainChoice>& choices);
-  /// Encoding: just the bytes that encode() would return; the column is as it was.
+  /// Encoding: returns the exact number of bytes that encode() would return, without changing the
+  /// column.
   std::uint64_t bytes_if_coded(const TiledItems& elements, const std::byte* values,
                                std::size_t stride, Level level);
 
-  /// Decoding. `bytes` are borrowed until the next call; they may unpack to `limit` bytes. False
-  /// for damaged data, and for a codec that it does not take.
+  /// Decoding: begins a group. `bytes` are borrowed until the next call, and may unpack to `limit`
+  /// bytes. Returns false if the data is damaged or the column does not take the codec.
   bool begin_group(Codec codec, std::span<const std::byte> bytes, std::uint64_t limit);
-  /// How far the neighbourhoods of the group must look. After begin_group().
+  /// Returns how far the neighbourhoods of the group must extend. Call it after begin_group().
   Reach reach() const { return codec_ == Codec::shuffled_zstd ? Reach::lattice : style_.reach; }
-  /// The values of the elements of the next tile, packed, appended to `out`.
+  /// Decodes the next tile and appends the values of its covered elements, packed, to `out`.
   bool decode_tile(const TiledItems::Tile& tile, std::vector<std::byte>& out,
                    const std::byte* reference = nullptr);
 
@@ -135,34 +140,36 @@ class ValueColumn {
   using Bits = std::vector<std::vector<std::uint64_t>>;  // by component
 
   std::size_t covered_count(const TiledItems& elements) const;
-  /// By component, of `count` elements that stand `stride` bytes apart.
+  /// Returns the bits of `count` elements that are `stride` bytes apart, by component.
   Bits bits_of(const std::byte* values, std::size_t stride, std::size_t count) const;
   std::vector<std::byte> packed(const std::byte* values, std::size_t stride,
                                 std::size_t count) const;
-  /// Nothing, and nothing is kept, where components would change their domains too often.
+  /// Returns nothing, and leaves the column unchanged, if components would change their domains too
+  /// often.
   std::optional<std::vector<std::byte>> encode_predicted(const TiledItems& elements, Bits& bits,
                                                          const Bits& reference, Level level);
-  /// The same, with copies where back_ has any.
+  /// The same, with the copies listed in back_.
   std::optional<std::vector<std::byte>> encode_as_told(const TiledItems& elements, Bits& bits,
                                                        const Bits& reference, Level level);
-  /// Encoding: for each covered element how far back one stands that it may copy; empty where few
-  /// can.
+  /// Encoding: returns, for each covered element, the distance to an element that it may copy;
+  /// empty if few elements can be copies.
   std::vector<std::uint32_t> copies_among(const TiledItems& elements, const Bits& bits);
-  /// Of a component the values that no copies take.
+  /// Returns the values of a component without those of copies.
   std::vector<std::uint64_t> coded_ones(std::span<const std::uint64_t> bits) const;
-  /// Nothing before the group that comes can be copied.
+  /// Makes all elements so far unavailable as sources of copies.
   void forget_history();
   void keep_history(std::size_t component, std::span<const std::uint64_t> bits);
-  /// Values that another codec has coded.
+  /// Keeps values that were coded in another codec.
   void keep_values(const TiledItems& elements, const Bits& bits);
-  /// What a group begins with: the style, then the domain of each component. `plans` when encoding.
+  /// Codes the head of a group: the style, then the domain of each component. `plans`: encoding
+  /// only.
   bool code_head(Coder& coder, ColumnStyle style, std::span<const DomainPlan> plans,
                  std::uint64_t most_entries);
   std::size_t size_with(const ColumnStyle& style, std::span<const Neighbourhood> first_tile,
                         const Bits& bits, const Bits& reference, std::span<const DomainPlan> plans);
   ColumnStyle choose_style(std::span<const Neighbourhood> first_tile, const Bits& bits,
                            const Bits& reference, std::span<const DomainPlan> plans, Level level);
-  /// Numbers of the classes of these elements in a style, in classes_.
+  /// Stores the class of each of these elements, in this style, in classes_.
   void classify(std::span<const Neighbourhood> items, const ColumnStyle& style);
   TileClasses tile_classes() const { return {classes_, class_numbers_.families()}; }
   bool code_component(std::size_t component, std::span<const Neighbourhood> items,
@@ -185,13 +192,13 @@ class ValueColumn {
   bool covers(std::uint32_t block) const {
     return blocks_.empty() || std::binary_search(blocks_.begin(), blocks_.end(), block);
   }
-  /// Those of the tile that are covered; the others take the last state.
+  /// Returns the covered elements of a tile. The others take the last state.
   std::span<const Neighbourhood> covered(const TiledItems::Tile& tile);
-  /// The same to try something with these columns: nothing is counted.
+  /// The same for trial columns: no element is counted.
   std::span<const Neighbourhood> covered_to_try(const TiledItems::Tile& tile,
                                                 std::span<ScalarColumn<Coder>> columns);
 
-  /// What coding a group changes.
+  /// The state that coding a group changes.
   struct State {
     std::vector<ScalarColumn<Coder>> columns;
     TreeModel<2> reach;
@@ -206,25 +213,26 @@ class ValueColumn {
   void restore(State&& state);
 
   std::shared_ptr<const ArrayInfo> info_;
-  std::vector<std::uint32_t> blocks_;  // that have values; empty: all
+  std::vector<std::uint32_t> blocks_;  // covered blocks; empty: all
   bool repeats_, has_tables_, has_earlier_values_, has_copies_, sees_other_groups_ = true;
   std::size_t width_;
   std::vector<ScalarColumn<Coder>> columns_;
-  const ColumnMemory* memory_ = nullptr;       // decoding, if it is bounded
-  std::vector<const CodedTile*> coded_tiles_;  // of the components before the one at hand
+  const ColumnMemory* memory_ = nullptr;       // decoding, if memory is bounded
+  std::vector<const CodedTile*> coded_tiles_;  // of the components before the current one
   std::vector<Neighbourhood> covered_;
   std::vector<std::uint64_t> bits_, reference_bits_;
   Coder coder_;
   ColumnStyle style_;
   ClassNumbers class_numbers_;
-  std::vector<std::uint16_t> classes_;  // of the tile at hand
-  std::vector<DomainPlan> plans_;       // encoding: of the group before
+  std::vector<std::uint16_t> classes_;  // of the current tile
+  std::vector<DomainPlan> plans_;       // encoding: of the previous group
   std::uint32_t groups_ = 0;            // encoded so far
   TreeModel<2> reach_;
   AdaptiveBit matches_, copies_;
   CopiedElements<Coder> copied_;
-  std::vector<std::uint32_t> back_;  // encoding: of the group; decoding: of the tile; or empty
-  Bits history_;                     // what may be copied, where there are copies
+  // encoding: of the group; decoding: of the tile; empty: no copies
+  std::vector<std::uint32_t> back_;
+  Bits history_;  // values that may be copied, if there are copies
   Codec codec_ = Codec::columns;
   std::vector<std::byte> unpacked_;  // decoding shuffled_zstd: values of the group, packed
   std::size_t unpacked_at_ = 0;

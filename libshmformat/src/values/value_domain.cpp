@@ -11,7 +11,8 @@ namespace {
 constexpr std::int32_t kMostBinary = 1074, kLeastBinary = -971;
 constexpr std::int32_t kMostDecimal = 22;
 
-/// 2^-exponent, for the exponents that a domain may have; denormal from 1023 on.
+/// Returns 2^-exponent for the exponents that a domain may have; denormal for exponents from 1023
+/// on.
 double binary_step(std::int32_t exponent) {
   return std::bit_cast<double>(exponent <= 1022 ? static_cast<std::uint64_t>(1023 - exponent) << 52
                                                 : std::uint64_t{1} << (1074 - exponent));
@@ -168,21 +169,21 @@ double ValueTranslator::from_value(double value) const {
 
 namespace {
 
-/// A domain may miss one value in so many.
+/// A domain may miss one value in 200, plus two.
 constexpr std::size_t kMostEscapeShare = 200;
 constexpr std::size_t kSampled = 256;
-/// Indices longer than this are hardly better than float64 numbers, or float32.
+/// Indices longer than this are hardly better than float64 or float32 numbers.
 constexpr int kLongIndex = 40, kLongNarrowIndex = 24;
 
-/// The i-th of `parts` that are spread over all: a product that sizes of 32 bits may not hold.
+/// Returns the i-th of `parts` values that are spread evenly. The product needs 64 bits.
 std::uint64_t at_part(std::span<const std::uint64_t> bits, std::size_t i, std::size_t parts) {
   return bits[static_cast<std::size_t>(std::uint64_t{i} * bits.size() / parts)];
 }
 
-/// Shortest decimal that reads back as the same number.
+/// The shortest decimal that reads back as the same number.
 struct Decimal {
-  std::int32_t digits = 0;    ///< significant ones
-  std::int32_t decimals = 0;  ///< behind the point; negative: zeros before it
+  std::int32_t digits = 0;    ///< significant digits
+  std::int32_t decimals = 0;  ///< digits after the point; negative: zeros before it
 };
 Decimal shortest(ScalarType type, std::uint64_t bits) {
   char text[64];
@@ -194,20 +195,21 @@ Decimal shortest(ScalarType type, std::uint64_t bits) {
                        : std::to_chars(text, text + sizeof text, std::bit_cast<double>(bits),
                                        std::chars_format::scientific)
                              .ptr;
-  Decimal it;
-  const char* at = text;
-  for (; at < end && *at != 'e'; ++at) it.digits += *at >= '0' && *at <= '9' ? 1 : 0;
+  Decimal decimal;
+  const char* position = text;
+  for (; position < end && *position != 'e'; ++position)
+    decimal.digits += *position >= '0' && *position <= '9' ? 1 : 0;
   int exponent = 0;
-  if (at < end) {
-    ++at;
-    if (at < end && *at == '+') ++at;
-    std::from_chars(at, end, exponent);
+  if (position < end) {
+    ++position;
+    if (position < end && *position == '+') ++position;
+    std::from_chars(position, end, exponent);
   }
-  it.decimals = it.digits - 1 - exponent;
-  return it;
+  decimal.decimals = decimal.digits - 1 - exponent;
+  return decimal;
 }
 
-/// How well a domain fits.
+/// Result of testing a domain.
 struct DomainFit {
   bool good = false;
   int length = 0;  // of the longest index, in bits
@@ -219,12 +221,12 @@ DomainFit try_domain(const ArrayInfo& info, std::size_t component,
   const std::uint64_t zero = negative_zero(info.type);
   std::size_t escapes = 0, negative = 0;
   std::uint64_t longest = 0;
-  for (std::uint64_t it : bits) {
-    if (is_float(info.type) && it == zero) {
+  for (std::uint64_t value : bits) {
+    if (is_float(info.type) && value == zero) {
       ++negative;
       continue;
     }
-    const auto index = translator.index(it);
+    const auto index = translator.index(value);
     if (!index) {
       if (++escapes > bits.size() / kMostEscapeShare + 2) return {};
       continue;
@@ -239,11 +241,11 @@ DomainFit try_domain(const ArrayInfo& info, std::size_t component,
   return {true, static_cast<int>(std::bit_width(longest))};
 }
 
-/// The multiple of a power of two that all finite values are.
+/// Returns the exponent of the largest power of two of which all finite values are multiples.
 std::int32_t binary_exponent(ScalarType type, std::span<const std::uint64_t> bits) {
   std::int32_t finest = -971;
-  for (std::uint64_t it : bits) {
-    const double value = scalar_as_double(type, it);
+  for (std::uint64_t value_bits : bits) {
+    const double value = scalar_as_double(type, value_bits);
     if (value == 0.0 || !is_finite(value)) continue;
     const auto raw = std::bit_cast<std::uint64_t>(value);
     const std::uint64_t mantissa = raw & ((std::uint64_t{1} << 52) - 1);
@@ -254,10 +256,10 @@ std::int32_t binary_exponent(ScalarType type, std::span<const std::uint64_t> bit
   return finest;
 }
 
-/// What some of the values look like as decimals.
+/// How a sample of the values looks in decimal.
 struct Shapes {
-  std::int32_t decimals = -22, digits = 1;  // most, of those that are short
-  bool are_short = true;                    // nearly all
+  std::int32_t decimals = -22, digits = 1;  // maxima over the short decimals
+  bool are_short = true;                    // whether nearly all are short
 };
 Shapes shapes_of(const ArrayInfo& info, std::span<const std::uint64_t> bits) {
   Shapes shapes;
@@ -265,11 +267,11 @@ Shapes shapes_of(const ArrayInfo& info, std::span<const std::uint64_t> bits) {
   std::size_t all = 0, long_ones = 0;
   const std::size_t looked = std::min(bits.size(), kSampled);
   for (std::size_t i = 0; i < looked; ++i) {
-    const std::uint64_t it = at_part(bits, i, looked);
-    const double value = scalar_as_double(info.type, it);
+    const std::uint64_t value_bits = at_part(bits, i, looked);
+    const double value = scalar_as_double(info.type, value_bits);
     if (value == 0.0 || !is_finite(value)) continue;
     ++all;
-    const Decimal shape = shortest(info.type, it);
+    const Decimal shape = shortest(info.type, value_bits);
     if (shape.digits > most_digits) {
       ++long_ones;
       continue;
@@ -281,7 +283,7 @@ Shapes shapes_of(const ArrayInfo& info, std::span<const std::uint64_t> bits) {
   return shapes;
 }
 
-/// As multiples of a power of ten, or of two; length 64 where they are none.
+/// The best domain of multiples of a power of ten or two; length 64 if there is none.
 struct LinearFit {
   ValueDomain domain;
   int length = 64;
@@ -301,7 +303,7 @@ LinearFit linear_domain(const ArrayInfo& info, std::size_t component,
   return best;
 }
 
-/// Whether so many values occur twice that a table may pay: by a sample.
+/// Returns true if, judging by a sample, enough values repeat that a table may pay.
 bool repeats_often(std::span<const std::uint64_t> bits) {
   constexpr std::size_t kSample = 1024;
   if (bits.size() < 4 * kSample) return true;
@@ -312,15 +314,15 @@ bool repeats_often(std::span<const std::uint64_t> bits) {
   return static_cast<std::size_t>(distinct) < kSample - kSample / 64;
 }
 
-/// Indices that occur, ascending; empty where they are too many to be worth a table.
+/// Returns the indices that occur, ascending; empty if there are too many for a table to pay.
 std::vector<std::int64_t> table_of(const ArrayInfo& info, std::size_t component,
                                    std::span<const std::uint64_t> bits, const ValueDomain& domain) {
   std::vector<std::int64_t> table;
   if (!repeats_often(bits)) return table;
   const ValueTranslator translator(info, component, domain);
   table.reserve(bits.size());
-  for (std::uint64_t it : bits)
-    if (const auto index = translator.index(it)) table.push_back(*index);
+  for (std::uint64_t value : bits)
+    if (const auto index = translator.index(value)) table.push_back(*index);
   std::sort(table.begin(), table.end());
   table.erase(std::unique(table.begin(), table.end()), table.end());
   if (table.size() > bits.size() / 2 || table.size() > (std::size_t{1} << 19)) table.clear();
@@ -342,15 +344,15 @@ ValueDomain evenly_spaced_domain(const ArrayInfo& info, std::size_t component,
     return still_fits(info, component, domain, bits);
   };
   if (!is_float(info.type)) return {DomainKind::integers};
-  if (info.quantization.bits > 0) {  // the sign of a zero is not promised
+  if (info.quantization.bits > 0) {  // the sign of a zero need not be kept
     const ValueTranslator translator(info, component, {DomainKind::quantized});
-    const bool all = std::all_of(bits.begin(), bits.end(), [&](std::uint64_t it) {
-      return translator.index(it).has_value();
+    const bool all = std::all_of(bits.begin(), bits.end(), [&](std::uint64_t value) {
+      return translator.index(value).has_value();
     });
     return all ? ValueDomain{DomainKind::quantized} : ValueDomain();
   }
   const int longest = info.type == ScalarType::float32 ? kLongNarrowIndex : kLongIndex;
-  // A sample rules most arrays out.
+  // A sample rules out most arrays.
   std::vector<std::uint64_t> sample;
   for (std::size_t i = 0; i < kSampled; ++i) sample.push_back(at_part(bits, i, kSampled));
   const Shapes shapes = shapes_of(info, bits);

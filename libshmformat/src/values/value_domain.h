@@ -1,12 +1,12 @@
-// ValueDomain: which numbers a component of an array is made of, in one group: what its indices
-// mean. Found by the encoder, written to the stream. And value spaces: what a residual is, the
-// difference of a value from its prediction. In each space values are whole numbers ("indices") in
-// the order of the values, and a *state* is what predictions are made of.
-//   LinearSpace   state = index: multiples of a step, decimal or binary, quantized, integers
+// ValueDomain: the set of numbers that a component of an array uses in one group. The encoder finds
+// the domain and writes it to the stream. In a domain, values are whole numbers ("indices") in the
+// order of the values; a residual is a difference of indices. Predictions are computed from
+// *states*. A value space translates between indices and states:
+//   LinearSpace   state = index: multiples of a step, decimal or binary, quantized values, integers
 //   FloatSpace    state = the value; index = its place among all floating-point numbers
-//   DecimalSpace  state = the value; index = its place among numbers of some significant digits
-//   RankSpace     one of the above; index = place in a sorted table of what occurs
-// Only + - * / in a fixed order: the same bits on every machine. spec: "Value domains"
+//   DecimalSpace  state = the value; index = its place among numbers of N significant digits
+//   RankSpace     one of the above; index = place in a sorted table of the values that occur
+// Uses only + - * / in a fixed order, for the same bits on every machine. spec: "Value domains"
 #pragma once
 
 #include <algorithm>
@@ -24,13 +24,14 @@
 
 namespace shm {
 
-// Predictions are part of the format: each operation rounds once, to the type of its operands. On
-// x86 of 32 bits that takes -msse2 -mfpmath=sse.
+// Predictions are part of the format: each operation rounds once, to the type of its operands.
+// 32-bit x86 needs -msse2 -mfpmath=sse for this.
 static_assert(FLT_EVAL_METHOD == 0 && std::numeric_limits<double>::is_iec559 &&
                   std::numeric_limits<float>::is_iec559,
               "needs IEEE arithmetic without excess precision");
 
-// Indices, and what lies between them, are computed modulo 2^64: damaged data may lead anywhere.
+// Indices and their differences are computed modulo 2^64, since damaged data may contain any
+// number.
 constexpr std::int64_t plus(std::int64_t a, std::int64_t b) {
   return static_cast<std::int64_t>(static_cast<std::uint64_t>(a) + static_cast<std::uint64_t>(b));
 }
@@ -38,13 +39,13 @@ constexpr std::int64_t minus(std::int64_t a, std::int64_t b) {
   return static_cast<std::int64_t>(static_cast<std::uint64_t>(a) - static_cast<std::uint64_t>(b));
 }
 
-/// Of the magnitude.
+/// Returns the bit length of the magnitude.
 constexpr std::uint32_t bit_length(std::int64_t number) {
   const auto bits = static_cast<std::uint64_t>(number);
   return static_cast<std::uint32_t>(std::bit_width(number < 0 ? 0 - bits : bits));
 }
 
-/// Indices of LinearSpace stay within this.
+/// Bound of the indices of LinearSpace.
 inline constexpr std::int64_t kLargestIndex = std::int64_t{1} << 53;
 
 /// 10^n for n = 0..22, exact.
@@ -57,27 +58,27 @@ inline bool is_finite(double v) {
   return v >= -kMost && v <= kMost;
 }
 
-/// Nearest integer, halves up, within +-2^53; 0 for NaN.
+/// Returns the nearest integer, halves rounded up, within +-2^53; 0 for NaN.
 inline std::int64_t nearest_integer(double v) {
   constexpr auto kMost = static_cast<double>(kLargestIndex);
   if (!(v > -kMost)) return v == v ? -kLargestIndex : 0;
   if (v >= kMost) return kLargestIndex;
-  // v + 0.5 is not exact: not for the number below 0.5, not from 2^52 on.
+  // v + 0.5 would be inexact for the number just below 0.5, and from 2^52 on.
   auto down = static_cast<std::int64_t>(v);
   if (static_cast<double>(down) > v) --down;
   return v - static_cast<double>(down) >= 0.5 ? down + 1 : down;
 }
 
-/// Bits of a float or double as a signed integer in the order of the values; -1 for -0.0. What must
-/// come back bit by bit goes by bits alone: on x86 of 32 bits a function that returns a value sets
-/// the quiet bit of a NaN.
+/// Returns the bits of a float or double as a signed integer in the order of the values; -1 for
+/// -0.0. Takes bits, not a float, because values must be restored bit by bit: on 32-bit x86,
+/// returning a float from a function sets the quiet bit of a NaN.
 template <class Bits>
 std::int64_t ordered_index_of(Bits of) {
   using Signed = std::make_signed_t<Bits>;
   constexpr int kTop = 8 * sizeof(Bits) - 1;
   constexpr auto kMagnitude = static_cast<Signed>(~(Bits{1} << kTop));
   const auto bits = static_cast<Signed>(of);
-  // Without a branch: signs of fields change from value to value.
+  // Branch-free, because signs of field values alternate.
   return static_cast<Signed>(bits ^ (bits >> kTop & kMagnitude));
 }
 template <class Unsigned>
@@ -88,7 +89,7 @@ Unsigned ordered_bits(std::int64_t index) {
   const auto narrow = static_cast<Signed>(static_cast<Unsigned>(index));
   return static_cast<Unsigned>(narrow ^ (narrow >> kTop & kMagnitude));
 }
-/// The same of values whose payload does not matter where they are NaN.
+/// The same for values; the payload of a NaN may be lost.
 template <class T>
 std::int64_t ordered_index(T value) {
   using Bits = std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint64_t>;
@@ -103,7 +104,8 @@ T ordered_value(std::int64_t index) {
 struct LinearSpace {
   static std::int64_t index(double prediction) { return nearest_integer(prediction); }
   static double state(std::int64_t index) { return static_cast<double>(index); }
-  /// What makes residuals of small and large values comparable: nothing here.
+  /// Subtracted from sizes of residuals to make small and large values comparable; nothing to do
+  /// here.
   static std::int32_t scale(double) { return 0; }
 };
 
@@ -113,7 +115,7 @@ struct FloatSpace {
     return ordered_index(static_cast<T>(prediction == prediction ? prediction : 0.0));
   }
   static double state(std::int64_t index) { return static_cast<double>(ordered_value<T>(index)); }
-  /// The binary exponent.
+  /// Returns the biased binary exponent.
   static std::int32_t scale(double prediction) {
     return static_cast<std::int32_t>(std::bit_cast<std::uint64_t>(prediction) >> 52 & 0x7ff);
   }
@@ -129,7 +131,7 @@ struct DecimalSpace {
     const double size = prediction < 0 ? -prediction : prediction;
     const double low = kPowersOfTen[static_cast<std::size_t>(digits) - 1], high = low * 10.0;
     std::int32_t k = -kMostPower;
-    // The smallest k for which the mantissa has no digit too many, by halving.
+    // Find the smallest k for which the mantissa has at most `digits` digits, by binary search.
     std::int32_t above = kMostPower;
     while (k < above) {
       const std::int32_t middle = k + (above - k) / 2;
@@ -139,7 +141,7 @@ struct DecimalSpace {
         k = middle + 1;
     }
     double m = mantissa(size, k);
-    if (m < low - 0.5) return 0;  // only below the smallest one
+    if (m < low - 0.5) return 0;  // only below the smallest number
     if (!(m < high - 0.5)) m = high - 1.0;
     const std::int64_t whole = std::clamp(nearest_integer(m), static_cast<std::int64_t>(low),
                                           static_cast<std::int64_t>(high) - 1);
@@ -171,7 +173,7 @@ struct DecimalSpace {
   }
 };
 
-/// Must hold: `table` ascends and is not empty.
+/// Ranks in a table. Must hold: `table` ascends and is not empty.
 template <class Base>
 struct RankSpace {
   Base base;
@@ -181,9 +183,9 @@ struct RankSpace {
     const std::int64_t wanted = base.index(prediction);
     const auto next = std::lower_bound(table.begin(), table.end(), wanted);
     if (next == table.begin()) return 0;
-    auto at = next - table.begin();
-    if (next == table.end() || distance(wanted, next[-1]) <= distance(*next, wanted)) --at;
-    return at;
+    auto rank = next - table.begin();
+    if (next == table.end() || distance(wanted, next[-1]) <= distance(*next, wanted)) --rank;
+    return rank;
   }
   double state(std::int64_t index) const {
     const auto last = static_cast<std::int64_t>(table.size()) - 1;
@@ -199,7 +201,7 @@ struct RankSpace {
 
 enum class DomainKind : std::uint8_t {
   floats = 0,     ///< every bit pattern of the stored type
-  narrow = 1,     ///< doubles that are float32
+  narrow = 1,     ///< doubles that are exact as float32
   binary = 2,     ///< d * 2^-exponent
   decimal = 3,    ///< d / 10^exponent, or d * 10^-exponent
   digits = 4,     ///< `exponent` significant decimal digits
@@ -212,9 +214,9 @@ struct ValueDomain {
   DomainKind kind = DomainKind::floats;
   std::int32_t exponent = 0;
   bool negative_zero = false;  ///< whether a zero may be -0.0 (binary, decimal, digits)
-  bool escapes = false;        ///< whether some values are none of the domain, and stored in full
-  // How earlier values of the component help.
-  bool recalls = false;   ///< whether some values are about as large as an earlier one
+  bool escapes = false;  ///< whether values outside of the domain occur; they are stored in full
+  // Use of earlier values of the component.
+  bool recalls = false;   ///< whether some values are coded relative to earlier values
   bool partners = false;  ///< with a reference: whether elements may have partners
   bool operator==(const ValueDomain&) const = default;
 
@@ -222,11 +224,11 @@ struct ValueDomain {
     return kind == DomainKind::binary || kind == DomainKind::decimal ||
            kind == DomainKind::integers || kind == DomainKind::quantized;
   }
-  /// Whether a value has the same state in both.
+  /// Returns true if values have the same states in both domains.
   bool has_states_of(const ValueDomain& other) const {
     return kind == other.kind && exponent == other.exponent;
   }
-  /// Whether kind and exponent can be of values of this type.
+  /// Returns true if kind and exponent are allowed for arrays of this type.
   bool fits(const ArrayInfo& info) const;
 };
 
@@ -235,13 +237,14 @@ class ValueTranslator {
  public:
   ValueTranslator(const ArrayInfo& info, std::size_t component, const ValueDomain& domain);
 
-  /// The index of a value (bits in the low bytes); nothing where the domain has none for it. The
-  /// sign of a zero is lost where negative_zero is set.
+  /// Returns the index of a value, whose bits are in the low bytes; nothing if the domain does not
+  /// contain the value. The sign of a zero is lost if negative_zero is set.
   std::optional<std::int64_t> index(std::uint64_t bits) const;
-  /// Bits of the value.
+  /// Returns the bits of the value with this index.
   std::uint64_t bits(std::int64_t index) const;
 
-  /// The state that an index of another domain stands for here; any number, the same everywhere.
+  /// Translate states between domains, by way of the value. They accept any number, and give the
+  /// same result on all machines.
   double as_value(double state) const;    ///< state of this domain -> value
   double from_value(double value) const;  ///< value -> state of this domain
 
@@ -253,15 +256,15 @@ class ValueTranslator {
   double minimum_ = 0, step_ = 1, max_error_ = 0;
 };
 
-/// A value as a double: what as_value would give.
+/// Returns a value as a double, as as_value() would.
 double scalar_as_double(ScalarType type, std::uint64_t bits);
 
-/// Bits of -0.0.
+/// Returns the bits of -0.0.
 constexpr std::uint64_t negative_zero(ScalarType type) {
   return type == ScalarType::float32 ? 0x80000000u : std::uint64_t{1} << 63;
 }
 
-/// The index of a value in a space, nothing where it has none.
+/// Returns the index of a value in a space; nothing if the space does not contain the value.
 std::optional<std::int64_t> index_in(const auto& space, const ValueTranslator& translator,
                                      std::uint64_t bits) {
   const auto index = translator.index(bits);
@@ -275,8 +278,8 @@ std::optional<std::int64_t> index_in(const auto& space, const ValueTranslator& t
   }
 }
 
-/// Calls visit(space): that of a domain, or of ranks in it where there is a table, which is
-/// borrowed.
+/// Calls visit(space) with the space of a domain, or with the space of ranks if `table` is not
+/// empty. The table is borrowed.
 template <class Visit>
 auto with_space(const ArrayInfo& info, const ValueDomain& domain,
                 std::span<const std::int64_t> table, Visit&& visit) {
@@ -294,30 +297,32 @@ auto with_space(const ArrayInfo& info, const ValueDomain& domain,
   }
 }
 
-// --- encoder: what the numbers of a component may be made of
+// --- encoder: possible domains
 
-/// How a group's values of one component are to be coded. Made by the encoder.
+/// How the encoder will code a group's values of one component.
 struct DomainPlan {
   ValueDomain domain;
-  std::vector<std::int64_t> table;  ///< what occurs, ascending; empty: no ranks
+  /// the indices that occur, ascending; empty: indices are coded, not ranks
+  std::vector<std::int64_t> table;
 };
 
-/// How these values (bits of scalars) may be coded, the most likely plan first; never empty.
+/// Returns ways to code these values (bits of scalars), the most likely first; never empty.
 std::vector<DomainPlan> domain_candidates(const ArrayInfo& info, std::size_t component,
                                           std::span<const std::uint64_t> bits);
 
-/// A domain of all these values, no escapes and no zero negative: an evenly spaced one where that
-/// is much smaller than floating-point numbers. Must hold: there are some.
+/// Returns a domain of all these values, without escapes and without -0.0: an evenly spaced domain
+/// if its indices are much shorter than floating-point numbers. Must hold: `bits` is not empty.
 ValueDomain evenly_spaced_domain(const ArrayInfo& info, std::size_t component,
                                  std::span<const std::uint64_t> bits);
 
-/// The one that has all values of such arrays, as far as it can be.
+/// Returns the domain that covers all values of such arrays, as far as possible.
 inline ValueDomain widest_domain(const ArrayInfo& info) {
   if (!is_float(info.type)) return {DomainKind::integers};
   return {info.quantization.bits > 0 ? DomainKind::quantized : DomainKind::floats};
 }
 
-/// Whether these values are of a domain, without escapes unless `domain` has them.
+/// Returns true if the domain covers these values. Escapes and -0.0 are accepted only if `domain`
+/// has them.
 bool still_fits(const ArrayInfo& info, std::size_t component, const ValueDomain& domain,
                 std::span<const std::uint64_t> bits);
 

@@ -1,8 +1,8 @@
-// Value predictor: what the next value of a column is predicted from, and how.
-//   ClassNumbers  which neighbourhoods are alike: they are predicted alike
-//   Predictor     candidates, from the states of a neighbourhood. A *mode* names one; the encoder
-//                 chooses one for each class, and a decoder computes only that one
-//   MatchTables   what a component was when it stood among the same values
+// Value predictor: computes predictions for the next value of a column.
+//   ClassNumbers  groups similar neighbourhoods into classes, which share one predictor
+//   Predictor     all predictors, computed from the states of a neighbourhood. A *mode* is one of
+//                 them; the encoder chooses a mode for each class, and the decoder uses that mode
+//   MatchTables   finds earlier values that occurred among the same neighbouring values
 // Double arithmetic, + - * / in the order written. spec: "Predictors", "Classes", "Matches"
 #pragma once
 
@@ -20,27 +20,27 @@ namespace shm {
 
 // --- classes
 
-/// Of the elements of a tile the numbers of their classes, and of each class that of its family.
+/// Class numbers of the elements of a tile, and the family number of each class.
 struct TileClasses {
   std::span<const std::uint16_t> of_item, families;
 };
 
-/// Neighbourhoods of which the same is known and that stand alike are a class; its number is how
-/// many other classes came before it. Classes of one family know the same of their own hexahedron,
-/// and differ in what is beyond it; families are numbered likewise.
+/// Numbers the classes in order of first occurrence. Neighbourhoods with the same known neighbours,
+/// corner and kind form a class. Classes with the same known neighbours within their own hexahedron
+/// form a family; families are numbered in the same way.
 class ClassNumbers {
  public:
   static constexpr std::uint32_t kMost = 65535;
 
-  /// `counts`: bits of Neighbourhood::known that count.
+  /// Returns the class of an element. `counts`: bits of Neighbourhood::known that count.
   std::uint16_t of(const Neighbourhood& item, std::uint32_t counts) {
     const std::uint32_t key = key_of(item, counts);
-    std::size_t at = place(key);
-    while (entries_[at].key != key) {
-      if (entries_[at].key == kFree) return add(key, at);
-      at = (at + 1) & (entries_.size() - 1);
+    std::size_t index = place(key);
+    while (entries_[index].key != key) {
+      if (entries_[index].key == kFree) return add(key, index);
+      index = (index + 1) & (entries_.size() - 1);
     }
-    return entries_[at].number;
+    return entries_[index].number;
   }
   /// By class: the number of its family.
   std::span<const std::uint16_t> families() const { return families_; }
@@ -52,22 +52,22 @@ class ClassNumbers {
     std::uint16_t number = 0;
   };
 
-  /// What is known but for what is farther; the corner; the kind.
+  /// Combines the known neighbours except the farther ones, the corner and the kind.
   static std::uint32_t key_of(const Neighbourhood& item, std::uint32_t counts) {
     const std::uint32_t known = item.traits(counts);
     return (known & 0x3ffu) | (known >> 13 & 7u) << 10 | std::uint32_t{item.corner} << 13 |
            std::uint32_t{item.kind} << 16;
   }
-  /// What is known within the hexahedron; the corner; the kind: 13 bits.
+  /// Combines the known neighbours within the hexahedron, the corner and the kind: 13 bits.
   static std::uint16_t family_key(std::uint32_t key) {
     return static_cast<std::uint16_t>((key & Neighbourhood::kLattice) | (key >> 13 & 63u) << 7);
   }
   std::size_t place(std::uint32_t key) const {
     return (key * 0x9e3779b1u >> 8) & (entries_.size() - 1);
   }
-  std::uint16_t add(std::uint32_t key, std::size_t at) {
+  std::uint16_t add(std::uint32_t key, std::size_t index) {
     const auto number = static_cast<std::uint16_t>(count_ < kMost ? count_++ : count_ - 1);
-    entries_[at] = {key, number};
+    entries_[index] = {key, number};
     if (number == families_.size()) {
       const auto found = std::find(family_keys_.begin(), family_keys_.end(), family_key(key));
       families_.push_back(static_cast<std::uint16_t>(found - family_keys_.begin()));
@@ -81,24 +81,24 @@ class ClassNumbers {
     old.swap(entries_);
     for (const Entry& entry : old) {
       if (entry.key == kFree) continue;
-      std::size_t at = place(entry.key);
-      while (entries_[at].key != kFree) at = (at + 1) & (entries_.size() - 1);
-      entries_[at] = entry;
+      std::size_t index = place(entry.key);
+      while (entries_[index].key != kFree) index = (index + 1) & (entries_.size() - 1);
+      entries_[index] = entry;
     }
   }
 
   std::vector<Entry> entries_ = std::vector<Entry>(64);
   std::vector<std::uint16_t> families_;     // by class
-  std::vector<std::uint16_t> family_keys_;  // in order of number: at most 8192
+  std::vector<std::uint16_t> family_keys_;  // by family: at most 8192
   std::uint32_t count_ = 0;
   std::size_t used_ = 0;
 };
 
 // --- predictors
 
-/// States around an element, in this order: near 0-2, diagonal 3-5, opposite 6, beyond 7-9,
-/// farther 10-12, thirds 13-15 (what the lattice missed at near 0-2), and the two elements coded
-/// last in the column.
+/// States around an element, in this order: near 0-2, diagonal 3-5, opposite 6, beyond 7-9, farther
+/// 10-12, thirds 13-15 (residuals of the lattice prediction at near 0-2), the two elements coded
+/// last in the column, matches, the previous component, the partner.
 enum Feature : std::uint32_t {
   kFNear = 0,
   kFDiagonal = 3,
@@ -108,9 +108,9 @@ enum Feature : std::uint32_t {
   kFThird = 13,
   kFLast = 16,
   kFBeforeLast = 17,
-  kFMatch = 18,    // 18-20: what came when the same stood near, before, or in the other components
-  kFOther = 21,    // what the component before is here
-  kFPartner = 22,  // what the component is at the partner
+  kFMatch = 18,    // 18-20: matches by near values, by the last values, by other components
+  kFOther = 21,    // the previous component at this element
+  kFPartner = 22,  // the component at the partner
   kFeatures = 23
 };
 
@@ -120,33 +120,33 @@ enum Mode : std::uint32_t {
   kLineMode = 4,        // 4..6: a straight line along one axis
   kCurveMode = 7,       // 7..9: a parabola along one axis
   kFaceMode = 10,       // 10..12: a parallelogram
-  kThirdMode = 13,      // 13..15: the lattice, corrected by what it missed at one neighbour
-  kMeanThirdMode = 16,  // by the mean of these
+  kThirdMode = 13,      // 13..15: the lattice, corrected by its residual at one neighbour
+  kMeanThirdMode = 16,  // the lattice, corrected by the mean of these residuals
   kMeanNearMode = 17,
   kMeanLineMode = 18,
   kMeanFaceMode = 19,
   kLastMode = 20,
   kLastLineMode = 21,
-  kMatchMode = 22,   // 22-24: what came when the same stood near, before, in other components
-  kOtherMode = 25,   // 25, 26: what the component before is here, or its negative
-  kFittedMode = 27,  // weights that the encoder has fitted
-  kStayMode = 28,    // nothing: of differences only
+  kMatchMode = 22,   // 22..24: matches by near values, by the last values, by other components
+  kOtherMode = 25,   // 25, 26: the previous component at this element, or its negative
+  kFittedMode = 27,  // linear combination with weights fitted by the encoder
+  kStayMode = 28,    // 0: the reference itself, for differences only
   kPartnerMode = 29,
   kModes = 30
 };
 
-/// What modes are applied to: where there is a reference, one of two.
+/// Input of a mode. Only arrays with a reference have a choice.
 enum PredictorInput : std::uint32_t {
   kStates = 0,
-  kDifferences = 1,  // of the states from those of the reference
+  kDifferences = 1,  // the states minus those of the reference
 };
 
-/// As a second predictor: there is none.
+/// No second mode.
 inline constexpr std::uint32_t kNoMode = 31;
 
 inline constexpr std::uint32_t kWeights = 13;
-/// Weights are multiples of one part in so many: halves, thirds, quarters and ninths, of which
-/// vertices in the middle of others are made, are exact.
+/// Unit of the weights: 1 / 36864. Halves, thirds, quarters and ninths are exact; vertices in the
+/// middle of edges, faces and cells are such fractions of their neighbours.
 inline constexpr double kWeightParts = 36864.0;
 inline constexpr std::int32_t kMostWeight = 16 * 36864 - 1;
 using Weights = std::array<std::int32_t, kWeights>;
@@ -157,21 +157,21 @@ inline constexpr std::array<std::uint32_t, kWeights> kTermFeatures = {
 /// How a class of neighbourhoods is predicted.
 struct ClassModes {
   std::uint32_t mode = kLattice;
-  std::uint32_t second = kNoMode;  ///< a mode that may be right where the first is wrong
+  std::uint32_t second = kNoMode;  ///< used at elements where the first mode is wrong
   std::uint32_t input = kStates;
   Weights weights{};
 };
 
-/// The axes of each parallelogram, as near[..] indices; its diagonal has the number of the face.
+/// Axes of each parallelogram, as indices of near; face i has diagonal i.
 inline constexpr std::array<std::array<std::uint32_t, 2>, 3> kFaceAxes = {{{0, 1}, {0, 2}, {1, 2}}};
 
-/// `known`: Neighbourhood::traits(). `at(feature)` is the state of a feature; called for known
-/// ones only.
+/// `known`: Neighbourhood::traits(). `at(feature)` returns the state of a feature; it is called for
+/// known features only.
 template <class At>
 class Predictor {
  public:
   Predictor(std::uint32_t known, const At& at) : known_(known), at_(at), lattice_(find_lattice()) {}
-  /// Where lattice() is known.
+  /// For a known result of lattice().
   Predictor(std::uint32_t known, const At& at, double lattice)
       : known_(known), at_(at), lattice_(lattice) {}
 
@@ -214,7 +214,7 @@ class Predictor {
   }
 
   double lattice() const { return lattice_; }
-  /// What the weights multiply, beside `base`: 0.0 where it is not known.
+  /// Returns the factors of the weights, relative to `base`; 0.0 for unknown features.
   std::array<double, kWeights> terms(double base) const {
     std::array<double, kWeights> x{};
     for (std::uint32_t i = 0; i < kWeights; ++i) x[i] = term(i, base);
@@ -233,7 +233,7 @@ class Predictor {
       if (has(a)) return at_(a);
     return at_(kFLast);
   }
-  /// lattice also where the rule is that of corners of hexahedra.
+  /// Returns the kind; lattice also for kinds that use the same rule.
   std::uint32_t kind() const { return known_ >> Neighbourhood::kKindShift; }
   bool is_mid_node() const {
     return kind() == Neighbourhood::midpoint || kind() == Neighbourhood::centre;
@@ -242,7 +242,8 @@ class Predictor {
     return mean([&](std::uint32_t a) { return has(a); }, [&](std::uint32_t a) { return at_(a); },
                 none);
   }
-  /// Half as far before the middle of a face as what is known behind it.
+  /// Extrapolates across a face: from its middle, half the distance to the vertices on its other
+  /// side.
   double behind_face() const {
     const double middle = mean_near(at_(kFLast));
     if (has(kFOpposite)) return middle + (middle - at_(kFOpposite)) * 0.5;
@@ -251,7 +252,8 @@ class Predictor {
                                [&](std::uint32_t a) { return at_(kFBeyond + a); }, 0.0);
     return middle + (middle - behind) * 0.5;
   }
-  /// Between the ends of an edge; in a face from its edges: a transfinite interpolation.
+  /// The middle of an edge from its ends; the middle of a face from its edges (transfinite
+  /// interpolation).
   double middle() const {
     if (kind() == Neighbourhood::midpoint) return (at_(kFDiagonal) + at_(kFDiagonal + 1)) * 0.5;
     const std::uint32_t edge = kFDiagonal, corner = kFBeyond;
@@ -286,7 +288,7 @@ class Predictor {
     const std::uint32_t feature = kTermFeatures[i];
     if (!has(feature)) return 0.0;
     if (feature >= kFThird) return at_(feature);
-    // Where all of the lattice is known, the others determine the opposite one.
+    // If the whole lattice is known, the other terms determine the opposite vertex.
     if (feature == kFOpposite && knows_lattice()) return 0.0;
     return at_(feature) - base;
   }
@@ -314,8 +316,8 @@ class Predictor {
   double lattice_;
 };
 
-/// What modes predict for an element of a class. `at` and `difference_at`: both inputs;
-/// `reference`: the state of the reference, if there is one.
+/// Computes the predictions of a class for one element. `at`, `difference_at`: features for both
+/// inputs. `reference`: state of the reference, if there is one.
 template <class At, class DifferenceAt>
 class ClassPredictor {
  public:
@@ -344,21 +346,22 @@ class ClassPredictor {
 
 // --- matches
 
-/// Keys to look up by: what is near, the two elements before, the other components.
+/// Keys of the lookup: the near values, the last two values, the other components.
 inline constexpr std::uint32_t kMatchKinds = 3;
 
-/// In a part of the mesh that is a copy, mirrored or not, the same values come again. Magnitudes
-/// are compared, but for their last bits; the sign follows.
+/// Finds values that were coded among the same values, as in parts of a mesh that repeat or mirror
+/// each other. Keys compare magnitudes without their last bits; the sign of the result follows the
+/// sign of the key.
 class MatchTables {
  public:
-  /// Where a table has the value of a key, and the key's sign.
+  /// Entry of a key in a table, and the sign of the key.
   struct Place {
     std::uint32_t at = 0;
     bool negative = false;
   };
   using Places = std::array<Place, kMatchKinds>;
 
-  /// Magnitudes, in any number; their order does not matter.
+  /// A set of any number of magnitudes, in any order.
   class Key {
    public:
     void add(double value) {
@@ -379,7 +382,7 @@ class MatchTables {
     bool any_ = false, negative_ = false;
   };
 
-  /// Makes room for so many more values. Where the tables grow they forget.
+  /// Prepares for `values` more values. Growing clears the tables.
   void expect(std::size_t values) {
     values_ += values;
     const int wanted = std::clamp<int>(static_cast<int>(std::bit_width(8 * values_)), 8, kMostBits);
@@ -387,7 +390,7 @@ class MatchTables {
     bits_ = wanted;
     for (auto& table : tables_) table.assign(std::size_t{1} << bits_, 0.0);
   }
-  // Must hold: expect() came before.
+  // Must hold: expect() has been called.
   double find(std::uint32_t kind, const Place& place) const {
     const double value = tables_[kind][place.at >> (kMostBits - bits_)];
     return place.negative ? -value : value;
@@ -402,7 +405,7 @@ class MatchTables {
   static constexpr int kMostBits = 15;
   std::size_t values_ = 0;
   int bits_ = 0;
-  std::array<std::vector<double>, kMatchKinds> tables_;  // values as after a positive key
+  std::array<std::vector<double>, kMatchKinds> tables_;  // values, negated if the key was negative
 };
 
 }  // namespace shm
