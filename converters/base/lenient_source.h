@@ -1,5 +1,5 @@
-// LenientSource: another source, in which what cannot be read is zeros: lost sectors are damage
-// like any other.
+// LenientSource: another source in which unreadable sectors read as zeros, so that lost sectors are
+// handled like any other damage.
 #pragma once
 
 #include <algorithm>
