@@ -18,8 +18,8 @@ ExternalSorter::ExternalSorter(std::string directory, std::size_t record_bytes, 
     : directory_(std::move(directory)), record_bytes_(record_bytes), memory_(memory) {}
 
 void ExternalSorter::add(std::uint64_t key, const std::byte* record) {
-  constexpr std::size_t kReserved =
-      std::size_t{1} << 28;  // allocated address space; memory is used only as it is filled
+  // Address space to reserve; the pages use memory only when they are written.
+  constexpr std::size_t kReserved = std::size_t{1} << 28;
   const std::size_t held = entries_.size(), bytes = sizeof(Entry) + record_bytes_;
   const std::size_t most = std::clamp<std::size_t>(memory_ / bytes, 1, kMostHeld);
   if (held >= most) write_run();

@@ -90,8 +90,8 @@ class PageFrames {
   static constexpr std::uint32_t kAbsent = ~std::uint32_t{0};
   struct Entry {
     std::uint32_t place = kAbsent;  // index of its frame
-    std::uint32_t left_at =
-        0;  // number of the eviction that removed it, counted from 1; 0: never evicted
+    // Number of the eviction that removed the page, counted from 1; 0: never evicted.
+    std::uint32_t left_at = 0;
   };
 
   std::size_t page_bytes_, most_, most_ever_;  // number of frames allowed now, and at most

@@ -13,8 +13,7 @@ namespace shm::converters {
 namespace {
 
 constexpr std::size_t kBufferBytes = std::size_t{1} << 18;
-constexpr std::size_t kLongestLine = std::size_t{1}
-                                     << 26;  // a file with a longer line is not a text file
+constexpr std::size_t kLongestLine = std::size_t{1} << 26;  // no text file has longer lines
 
 bool is_space(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
 
