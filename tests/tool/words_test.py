@@ -42,7 +42,7 @@ WRONG_CALLS = [
 UNREAD_FILES = [
     ("beam.cgns", b"@(#)ADF Database Version B02012>", "is a CGNS file, which is not read; Exodus, "),
     ("beam.h5", b"\x89HDF\r\n\x1a\n" + bytes(700) + b"HDF5 MotherNode" + bytes(99), "is a CGNS file"),
-    ("words.txt", b"some words\n", "is no mesh of a format that is read: Exodus, VTK legacy, "),
+    ("words.txt", b"some words\n", "is not a mesh in a supported format: Exodus, VTK legacy, "),
 ]
 
 
