@@ -30,9 +30,9 @@ extern const Capabilities kShmCapabilities;
 const Format* format_named(std::string_view name);
 const Format* format_of_name(std::string_view path);
 
-// Returns the format of an existing file, by its content, or by its name if the content
-// does not decide; null if neither
-// decides. "-" (standard input) counts as .shm. Throws Failure (io) if the file cannot be read.
+// Returns the format of an existing file, by its content, or by its name if the content does not
+// decide; null if neither decides. "-" (standard input) counts as .shm. Throws Failure (io) if the
+// file cannot be read.
 const Format* format_of_file(const std::string& path);
 
 // Opens a mesh of any format. Throws Failure: io if the file does not exist, unsupported if its
