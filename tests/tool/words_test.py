@@ -75,7 +75,7 @@ class WordsTest(FolderTest):
                 file.flush()
                 self.expect_line(["info", name], 3, line)
         self.expect_line(["verify", "mesh.vtk"], 3, "is not a .shm file; shm compress makes one")
-        self.expect_line(["split", "mesh.shm"], 3, "is no archive of several files, as shm join makes")
+        self.expect_line(["split", "mesh.shm"], 3, "is not an archive of several files made by shm join")
 
     def test_netcdf_that_is_not_exodus(self):
         self.need("ncgen")
