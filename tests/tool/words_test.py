@@ -83,7 +83,7 @@ class WordsTest(FolderTest):
         for kind, name in (("classic", "a netCDF"), ("nc4", "an HDF5")):
             subprocess.run(["ncgen", "-k", kind, "-o", self.path("a.nc"), text], check=True)
             self.expect_line(["info", "a.nc"], 3,
-                             f"a.nc: is {name} file without what Exodus files have: there is no dimension")
+                             f"a.nc: is {name} file, but not an Exodus file: it lacks dimension")
 
     def test_no_more_is_read_than_there_is(self):
         """What is read twice counts once."""
