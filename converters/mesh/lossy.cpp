@@ -53,10 +53,10 @@ class Statistics {
   template <class Real>
   void add(const std::vector<std::byte>& values) {
     const std::size_t components = minimum_.size();
-    for (std::size_t at = 0; at < values.size();)
-      for (std::size_t c = 0; c < components; ++c, at += sizeof(Real)) {
+    for (std::size_t offset = 0; offset < values.size();)
+      for (std::size_t c = 0; c < components; ++c, offset += sizeof(Real)) {
         Real value;
-        std::memcpy(&value, values.data() + at, sizeof value);
+        std::memcpy(&value, values.data() + offset, sizeof value);
         add(static_cast<double>(value), c);
       }
   }

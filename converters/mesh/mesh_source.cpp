@@ -69,8 +69,9 @@ std::string text_of_extra(const Extra& extra) {
 std::vector<std::int64_t> integers_of_extra(const Extra& extra) {
   std::vector<std::int64_t> values;
   const auto read = [&](auto value) {
-    for (std::size_t at = 0; at + sizeof value <= extra.data.size(); at += sizeof value) {
-      std::memcpy(&value, extra.data.data() + at, sizeof value);
+    for (std::size_t offset = 0; offset + sizeof value <= extra.data.size();
+         offset += sizeof value) {
+      std::memcpy(&value, extra.data.data() + offset, sizeof value);
       values.push_back(value);
     }
   };

@@ -84,8 +84,8 @@ class MeshSource {
   virtual void seek_cells(std::uint64_t first) {
     rewind_cells();
     CellBatch batch;
-    for (std::uint64_t at = 0; at < first; at += batch.size())
-      if (!next_cells(batch, std::min<std::uint64_t>(first - at, kCellsAtOnce))) return;
+    for (std::uint64_t cell = 0; cell < first; cell += batch.size())
+      if (!next_cells(batch, std::min<std::uint64_t>(first - cell, kCellsAtOnce))) return;
   }
   // Reads `count` elements of an array, starting at element `first`, in file order. The elements of
   // a cell array are counted over the cells of the blocks that it covers. `step` is 0 for a static
