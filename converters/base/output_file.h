@@ -90,7 +90,7 @@ class OutputFile {
 };
 
 // From this call on, a signal that ends the process first removes the temporary files of open
-// OutputFiles, and all other files in RemovedOnSignals.
+// OutputFiles, and all other files registered by RemovedOnSignals.
 void remove_outputs_on_signals();
 
 // NumberOutput: a file that is written front to back: text, and numbers as text or as big-endian

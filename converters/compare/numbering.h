@@ -1,7 +1,6 @@
 // NumberingSearch: finds out how the vertices and cells of a restored mesh are numbered compared
-// with those of its source. It makes guesses, which are then checked: the same
-// numbers, or the numbers that result from encoding the source again, in each order of cells that
-// fits.
+// with those of its source. It makes guesses, which are then checked: the same numbers, or the
+// numbers that result from encoding the source again, in each order of cells that fits.
 #pragma once
 
 #include <cstddef>
@@ -100,7 +99,7 @@ class NumberingSearch {
   bool wanted_, has_more_ = false;
   Numbering numbering_;
   std::optional<NumberTable> source_vertex_;  // by restored vertex
-  // By source vertex; being invertible proves a bijection.
+  // Position by source vertex; its existence proves that the numbering is a bijection.
   std::optional<NumberTable> position_of_vertex_;
   std::optional<NumberTable> position_of_cell_;
   std::unique_ptr<CoveredOrder> covered_;

@@ -169,8 +169,8 @@ class ForeignWriter {
     if (status < 0) place_.fail(ErrorCode::output, section, "the Exodus library fails to write it");
   }
 
-  // The library rewrites the header for each block and set, which takes some minutes for this
-  // number.
+  // The library rewrites the header for each block and set, which takes some minutes for kMost of
+  // them.
   void check_counts() const {
     constexpr std::size_t kMost = 1 << 14;
     const std::size_t count = grouping_.groups().size() + sets_.size();

@@ -168,7 +168,8 @@ void JoinedMesh::hold_cells(const CellRange& range) {
   });
 }
 
-// Appends cells of the range to `out`. Reads cells that arrived consecutively at once.
+// Appends cells of the range to `out`. Reads a run of cells that arrived consecutively with one
+// call.
 void JoinedMesh::read_held(std::uint64_t first, std::uint64_t count, CellBatch& out) {
   for (std::uint64_t cell = first, end = first + count; cell < end;) {
     const std::uint64_t place = arrival_->get(cell - range_.first);
