@@ -14,9 +14,8 @@
 namespace shm::converters {
 namespace {
 
-// First bytes of every .shm file, before the bytes that detect damage by text mode (spec
-// "Signature"). A file with such damage is still recognized here, so that the library can report
-// the damage.
+// First bytes of every .shm file (spec "Signature"), before the bytes that detect damage by text
+// mode. A file with such damage is still recognized here, so that the library can report it.
 constexpr unsigned char kSignature[] = {0x89, 'S', 'H', 'M'};
 
 std::uint64_t file_bytes(const std::string& path) {
