@@ -61,12 +61,12 @@ class Appending {
     const bool stepped = std::any_of(arrays.begin(), arrays.end(),
                                      [](const ArrayInfo& array) { return array.per_step; });
     if (!stepped && old().step_times.empty())
-      refuse(ErrorCode::unsupported, "has neither time steps nor arrays that change with them");
+      refuse(ErrorCode::unsupported, "has neither time steps nor arrays that change with time");
     if (appender_.steps() > old().step_times.size())
       refuse(ErrorCode::unsupported, "has time steps without times");
   }
 
-  // The same mesh in the same arrays; else there are differences.
+  // Compares the two meshes and their arrays; sets `differences` if they are not the same.
   void compare() {
     MeshSource& source = *steps_;
     if (source.info().schema.source_format == old().schema.source_format) {
@@ -104,7 +104,7 @@ class Appending {
     for (const std::uint64_t step : outcome_.steps) outcome_.times.push_back(times[step]);
   }
 
-  // Numbers of the source's vertices and cells in coding order; null: their own order.
+  // Numbers of the source's vertices and cells in coding order; null: the source's own order.
   NumberList* vertex_order() {
     return keeps_numbers() ? &mesh_->vertex_order() : numbering_.vertices.get();
   }
@@ -156,9 +156,9 @@ class Appending {
   Spool& spool_;
   std::unique_ptr<FileRandomSource> file_;
   Appender appender_;
-  std::unique_ptr<StagedMesh> mesh_;  // of the old file, without its steps
+  std::unique_ptr<StagedMesh> mesh_;  // the old file without its steps
   std::unique_ptr<ForeignSteps> foreign_;
-  MeshSource* steps_;  // where the new ones come from
+  MeshSource* steps_;  // source of the new steps
   Numbering numbering_;
   AppendOutcome outcome_;
 };

@@ -1,5 +1,5 @@
-// Appending: time steps of a mesh, in whatever file, behind those of a .shm file that holds the
-// same mesh. The new file goes to a sink; the old one is only read.
+// Appending: adds time steps of a mesh, read from any file, to those of a .shm file with the same
+// mesh. The new file goes to a sink; the old file is only read.
 #pragma once
 
 #include <cstdint>
@@ -17,26 +17,27 @@
 namespace shm::converters {
 
 struct AppendHow {
-  bool all = false;                  // all steps of the source; else those later than the last one
-  std::vector<std::uint64_t> steps;  // not empty: these, from 0, in this order
-  std::optional<double> time;        // of a source without steps and without a time of its own
-  bool strict = false;               // nothing is written where something would be left out
+  // Append all steps of the source; false: only those later than the last step of the file.
+  bool all = false;
+  std::vector<std::uint64_t> steps;  // if not empty: append these steps, from 0, in this order
+  std::optional<double> time;        // time of a source that has neither steps nor a time
+  bool strict = false;               // write nothing if something would be left out
   AppendOptions options;
-  unsigned threads = 1;                      // that decode the mesh; 0: one for each core
+  unsigned threads = 1;                      // threads that decode the mesh; 0: one per core
   const CellSequence* cell_order = nullptr;  // as in compare_meshes
   Progress progress;
 };
 
 struct AppendOutcome {
-  std::vector<std::string> differences;  // what keeps them from being the same mesh, some of it
-  LossList losses;                       // what the new file does not hold of the source
-  std::vector<std::uint64_t> steps;      // of the source, that are new
-  std::vector<double> times;             // of all steps
-  std::optional<SizeReport> sizes;       // nothing: nothing was written
+  std::vector<std::string> differences;  // some of the reasons why the meshes differ
+  LossList losses;                       // data of the source that the new file does not contain
+  std::vector<std::uint64_t> steps;      // steps of the source that were appended
+  std::vector<double> times;             // times of all steps of the new file
+  std::optional<SizeReport> sizes;       // empty if nothing was written
 };
 
-// `path`: the old file. Throws Failure where it or the source is bad, or does not fit in a way that
-// no difference of values is.
+// `path` is the old file. Throws Failure if the old file or the source is damaged, or if they do
+// not match for a reason other than differing values.
 AppendOutcome append_steps(const std::string& path, MeshSource& source, ByteSink& sink,
                            const AppendHow& how, Spool& spool);
 

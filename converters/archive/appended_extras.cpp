@@ -16,7 +16,7 @@ bool same_times(std::span<const double> a, std::span<const double> b) {
          (a.empty() || std::memcmp(a.data(), b.data(), a.size_bytes()) == 0);
 }
 
-// Whether `more` has the old steps and then these, and no others.
+// Returns true if `more` has exactly the old steps followed by `steps`.
 bool goes_on_from_the_start(const MeshInfo& old, const MeshInfo& more,
                             std::span<const std::uint64_t> steps) {
   std::vector<double> times = old.step_times;
@@ -24,7 +24,7 @@ bool goes_on_from_the_start(const MeshInfo& old, const MeshInfo& more,
   return same_times(times, more.step_times);
 }
 
-// The old ones, where the others are the same.
+// Keeps the old extras, provided that those of the other file are the same.
 AppendedExtras same_extras(const MeshInfo& old, const std::vector<Extra>& extras) {
   std::map<std::string, const Extra*> by_key;
   for (const Extra& extra : old.extras) by_key.emplace(extra.key, &extra);
@@ -32,8 +32,8 @@ AppendedExtras same_extras(const MeshInfo& old, const std::vector<Extra>& extras
     const auto found = by_key.find(extra.key);
     if (found == by_key.end() || *found->second != extra)
       does_not_fit(extra.key,
-                   "is another one than in FILE; append a file with the steps that are there and "
-                   "the new ones, which has all of it");
+                   "differs from the one in FILE; append a file that has both the existing steps "
+                   "and the new ones");
   }
   return {};
 }

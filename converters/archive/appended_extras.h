@@ -1,4 +1,4 @@
-// The extras of a mesh that gets more time steps from another file.
+// The extras of a mesh after time steps of another file have been appended.
 #pragma once
 
 #include <cstdint>
@@ -10,16 +10,18 @@
 
 namespace shm::converters {
 
-// `old`: the mesh as it was; `more`: the other file, of the same format; `extras`: its extras, in
-// the numbers of `old`. `steps`: those of the other file that come behind.
-// A file that has the old steps too, one that was written on, has everything anew. Where a format
-// has extras with a value for each step, those of files that go on from where others ended go
-// behind. Throws Failure (unsupported) where that cannot be.
+// Returns the extras of the result. `old` is the mesh before the steps were appended, `more` the
+// other file, of the same format, `extras` the extras of `more` in the numbering of `old`, and
+// `steps` the steps of `more` that are appended. If `more` contains the old steps too, because its
+// writer continued an existing file, its extras replace the old ones. If extras of the format have
+// a value for each step, and `more` continues after the end of the old file, the new values are
+// appended to the old ones. Throws Failure (unsupported) if the extras cannot be combined.
 AppendedExtras appended_extras(const MeshInfo& old, const MeshInfo& more,
                                const std::vector<Extra>& extras,
                                std::span<const std::uint64_t> steps);
 
-// The same where the other file is of another format and has nothing of them: `steps` more.
+// Returns the extras if the other file has another format, and so no values for the `steps`
+// additional steps.
 AppendedExtras appended_extras_without_values(const MeshInfo& old, std::uint64_t steps);
 
 }  // namespace shm::converters

@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::size_t kCopyBytes = std::size_t{1} << 20;
 
-// Counts what it passes on.
+// Counts the bytes that it passes on.
 class CountingSink final : public ByteSink {
  public:
   explicit CountingSink(ByteSink& sink) : sink_(&sink) {}
@@ -36,24 +36,24 @@ void copy_all(ByteSource& from, const std::string& name, ByteSink& to) {
     unwrap(to.write(std::span(piece).first(n)));
 }
 
-// By the names that members will have; throws Failure (misuse) where two are alike.
+// Returns the names that the members will have; throws Failure (misuse) if two are equal.
 std::map<std::string, std::string> member_names(const std::vector<std::string>& inputs) {
   std::map<std::string, std::string> names;  // input -> name
   std::map<std::string, std::string> taken;  // name -> input
   for (const std::string& input : inputs) {
     const std::string name = std::filesystem::path(input).filename().string();
-    const auto [at, is_new] = taken.emplace(name, input);
+    const auto [entry, is_new] = taken.emplace(name, input);
     if (!is_new)
       throw Failure(Error{ErrorCode::misuse,
-                          "two files would be called '" + name + "' in the archive: " + at->second +
-                              " and " + input,
+                          "two files would be called '" + name +
+                              "' in the archive: " + entry->second + " and " + input,
                           {},
                           kNoOffset,
                           {}});
     if (!is_member_name(name) || is_archive(input))
       throw Failure(Error{ErrorCode::misuse,
                           "'" + input + "' cannot be in an archive: it is an archive itself, or " +
-                              "its name is no file's name everywhere",
+                              "its name is not a valid file name on all systems",
                           {},
                           kNoOffset,
                           {}});
@@ -103,7 +103,7 @@ namespace {
 
 Result<ArchiveReader> no_archive() {
   return Error{ErrorCode::unsupported,
-               "is no archive of several files, as shm join makes them",
+               "is not an archive of several files made by shm join",
                {},
                kNoOffset,
                {}};

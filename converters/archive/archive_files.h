@@ -1,6 +1,6 @@
-// Archives as files: several meshes joined into one .shm file, and taken apart again.
-// Members have the names of the files they came from. One that was a .shm file when it was joined
-// keeps its name and its bytes; any other is compressed, and comes back in its own format.
+// Archives: several meshes joined into one .shm file, and extracted again. Members are named after
+// the files they came from. A .shm file keeps its name and its bytes in the archive; any other file
+// is compressed, and is restored in its own format.
 #pragma once
 
 #include <cstdint>
@@ -21,17 +21,17 @@ namespace shm::converters {
 struct MemberReport {
   std::string name;
   std::uint64_t input_bytes = 0, bytes = 0;
-  bool is_decoded = true;  // else it went in as it is, sound or not
+  bool is_decoded = true;  // false: stored unchanged, without checking
 };
 
-// Writes `inputs`, compressed by `how` where they are no .shm files yet, as an archive into
-// `sink`. Spools go to `spool_directory`, with so much memory. Throws Failure; misuse when two
-// inputs have the same name.
+// Writes `inputs` as an archive to `sink`. Files that are not .shm files are compressed as `how`
+// states. Spools use `spool_memory` bytes of memory, and `spool_directory`. Throws Failure; misuse
+// if two inputs have the same name.
 std::vector<MemberReport> join_files(const std::vector<std::string>& inputs, ByteSink& sink,
                                      const CompressOptions& how, const std::string& spool_directory,
                                      std::size_t spool_memory, const MeshLimits& limits = {});
 
-// By its first bytes; what is no file is none.
+// Returns true if the file begins like an archive; false if `path` is not a regular file.
 bool is_archive(const std::string& path);
 
 class ArchiveFile {
@@ -44,13 +44,14 @@ class ArchiveFile {
   std::unique_ptr<StagedMesh> open(const ArchiveMember& member, Spool& spool,
                                    const Progress& progress, unsigned threads);
   FileSummary summarize(const ArchiveMember& member);
-  // Its bytes as they stand, into a file that appears whole or not at all.
+  // Writes the unchanged bytes of a member to a file, which appears complete or not at all.
   void copy(const ArchiveMember& member, const std::string& path);
-  // In the format that the mesh came from, or else the one of its name.
+  // Restores a member in the format that the mesh came from; if that is unknown, in the format of
+  // its name.
   void restore(const ArchiveMember& member, const std::string& path, Spool& spool,
                const Progress& progress, unsigned threads);
   std::string place(const ArchiveMember& member) const;  // "FILE: NAME", for messages
-  // A view of it as it stands, as long as this lives.
+  // Returns a view of the member's bytes; valid as long as this object.
   SectionSource bytes(const ArchiveMember& member);
 
  private:
@@ -59,7 +60,7 @@ class ArchiveFile {
   ArchiveReader list_;
 };
 
-// True for members that were .shm files when they were joined.
+// Returns true for members that were .shm files before they were joined.
 bool was_packed(const ArchiveMember& member);
 
 }  // namespace shm::converters

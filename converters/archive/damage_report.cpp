@@ -19,7 +19,7 @@ const char* kind_word(DamageKind kind) {
   return "";
 }
 
-// Damages that one line names, which are of one kind and in one kind of chunks.
+// Damages of the same kind, in chunks of the same kind, that share a line.
 struct DamageRun {
   DamageKind kind = DamageKind::damaged;
   std::string section;
@@ -30,7 +30,7 @@ struct DamageRun {
   std::vector<std::uint32_t> arrays{};
   std::set<std::uint64_t> steps{};
   std::uint64_t begin = 0, end = 0;  // bytes
-  bool has_gaps = false;             // what is whole stands between them
+  bool has_gaps = false;             // undamaged parts lie between them
 
   explicit DamageRun(const Damage& damage)
       : kind(damage.kind),
@@ -47,7 +47,8 @@ struct DamageRun {
   }
   void take_bytes(const DamageRun& next) {
     chunks += next.chunks;
-    const bool same_place = next.begin == begin && next.end == end;  // another part of a chunk
+    // Another part of the same chunk.
+    const bool same_place = next.begin == begin && next.end == end;
     has_gaps |= next.has_gaps || (!same_place && next.begin != end);
     begin = std::min(begin, next.begin);
     end = std::max(end, next.end);
@@ -56,19 +57,19 @@ struct DamageRun {
 
 bool is_step_values(const Damage& damage) { return damage.step && damage.arrays.size() == 1; }
 
-// Step values: those of one array in one segment are one run; arrays that lack the same steps are
-// one, too, and so are segments in which the same is lost.
+// Combines damaged step values. Those of one array in one segment form a run. Arrays that lack the
+// same steps are joined, and then consecutive segments with the same losses.
 class StepRuns {
  public:
   void add(const Damage& damage) {
     const auto key = std::make_tuple(damage.kind, damage.segment, damage.arrays[0]);
-    const auto [at, fresh] = place_.try_emplace(key, runs_.size());
+    const auto [entry, fresh] = place_.try_emplace(key, runs_.size());
     if (fresh) {
       runs_.emplace_back(damage);
       return;
     }
-    runs_[at->second].take_bytes(DamageRun(damage));
-    runs_[at->second].steps.insert(*damage.step);
+    runs_[entry->second].take_bytes(DamageRun(damage));
+    runs_[entry->second].steps.insert(*damage.step);
   }
 
   std::vector<DamageRun> joined() && { return join_segments(join_arrays(std::move(runs_))); }
@@ -80,14 +81,14 @@ class StepRuns {
              std::size_t>
         places;
     for (DamageRun& run : runs) {
-      const auto [at, fresh] =
+      const auto [entry, fresh] =
           places.try_emplace({run.kind, run.first_segment, run.steps}, joined.size());
       if (fresh) {
         joined.push_back(std::move(run));
         continue;
       }
-      joined[at->second].take_bytes(run);
-      joined[at->second].arrays.push_back(run.arrays[0]);
+      joined[entry->second].take_bytes(run);
+      joined[entry->second].arrays.push_back(run.arrays[0]);
     }
     return joined;
   }
@@ -96,17 +97,18 @@ class StepRuns {
     std::vector<DamageRun> joined;
     std::map<std::tuple<DamageKind, std::vector<std::uint32_t>, std::set<std::uint64_t>>,
              std::size_t>
-        places;  // of the last one
+        places;  // index of the last run
     for (DamageRun& run : runs) {
-      const auto [at, fresh] = places.try_emplace({run.kind, run.arrays, run.steps}, joined.size());
-      DamageRun* last = fresh ? nullptr : &joined[at->second];
+      const auto [entry, fresh] =
+          places.try_emplace({run.kind, run.arrays, run.steps}, joined.size());
+      DamageRun* last = fresh ? nullptr : &joined[entry->second];
       if (last != nullptr && last->last_segment && run.first_segment &&
           *last->last_segment + 1 == *run.first_segment) {
         last->take_bytes(run);
         last->last_segment = run.last_segment;
         continue;
       }
-      at->second = joined.size();
+      entry->second = joined.size();
       joined.push_back(std::move(run));
     }
     return joined;
@@ -116,7 +118,7 @@ class StepRuns {
   std::vector<DamageRun> runs_;
 };
 
-// Whether `next`, a group, goes on where `run` ends.
+// Returns true if the group `next` directly follows `run`.
 bool continues(const DamageRun& run, const DamageRun& next) {
   return next.section == "group" && run.section == "group" && run.kind == next.kind &&
          run.arrays == next.arrays && run.steps.empty() && run.first_cell && next.first_cell &&
@@ -161,7 +163,7 @@ std::string line_of(const DamageRun& run, const std::optional<Schema>& schema) {
   std::string line = run.chunks == 1 || of_steps ? run.section
                      : run.section == "group"    ? std::to_string(run.chunks) + " groups"
                                                  : std::to_string(run.chunks) + " chunks";
-  if (run.kind == DamageKind::stray) line = "what belongs to nothing";
+  if (run.kind == DamageKind::stray) line = "data that belongs to no chunk";
   if (run.first_segment) line += " of " + segments_text(run);
   if (of_steps) line += " of " + array_labels(schema, run.arrays) + " at " + steps_text(run.steps);
   line += ", " + place_text(run) + ": ";
@@ -232,24 +234,24 @@ std::vector<std::string> damage_lines(const DamageReport& report, std::size_t mo
 nlohmann::json damage_json(const DamageReport& report) {
   nlohmann::json list = nlohmann::json::array();
   for (const Damage& damage : report.damages) {
-    nlohmann::json it;
-    it["what"] = kind_word(damage.kind);
-    it["section"] = damage.section;
-    it["offset"] = damage.offset;
-    it["bytes"] = damage.bytes;
-    it["chunks"] = damage.chunks;
-    if (damage.segment) it["segment"] = *damage.segment;
+    nlohmann::json entry;
+    entry["what"] = kind_word(damage.kind);
+    entry["section"] = damage.section;
+    entry["offset"] = damage.offset;
+    entry["bytes"] = damage.bytes;
+    entry["chunks"] = damage.chunks;
+    if (damage.segment) entry["segment"] = *damage.segment;
     if (damage.first_cell) {
-      it["first_cell"] = *damage.first_cell;
-      it["cells"] = damage.cells;
+      entry["first_cell"] = *damage.first_cell;
+      entry["cells"] = damage.cells;
     }
-    if (damage.step) it["step"] = *damage.step;
+    if (damage.step) entry["step"] = *damage.step;
     if (!damage.arrays.empty()) {
-      it["arrays"] = nlohmann::json::array();
+      entry["arrays"] = nlohmann::json::array();
       for (const std::uint32_t array : damage.arrays)
-        it["arrays"].push_back(array_label(report.schema, array));
+        entry["arrays"].push_back(array_label(report.schema, array));
     }
-    list.push_back(std::move(it));
+    list.push_back(std::move(entry));
   }
   return list;
 }

@@ -1,4 +1,4 @@
-// What verify and repair report of damage, in words and JSON.
+// The text and JSON with which verify and repair report damage.
 #pragma once
 
 #include <cstdint>
@@ -13,21 +13,22 @@
 
 namespace shm::converters {
 
-// "1 block", "2 blocks"
+// Returns text such as "1 block" or "2 blocks".
 std::string counted(std::uint64_t count, const std::string& one);
 
-// "point/u"; where the schema is lost its number alone.
+// Returns text such as "point/u"; only the array's number if the schema is lost.
 std::string array_label(const std::optional<Schema>& schema, std::uint32_t array);
 
-// "point/u, point/v"; the first few of them.
+// Returns text such as "point/u, point/v" for the first few arrays.
 std::string array_labels(const std::optional<Schema>& schema,
                          std::span<const std::uint32_t> arrays);
 
-// "step 3", "steps 0 to 7, 9"; the first few ranges.
+// Returns text such as "step 3" or "steps 0 to 7, 9" for the first few ranges.
 std::string steps_text(const std::set<std::uint64_t>& steps);
 
-// One line for each damage, without an end; step values of a segment, groups that follow each other
-// and the like go together. At most `most` lines, and one with the number of the others.
+// Returns one line per damage, without a line end. Related damages, such as step values of a
+// segment or consecutive groups, share a line. There are at most `most` lines, and one more with
+// the number of remaining damages.
 std::vector<std::string> damage_lines(const DamageReport& report, std::size_t most);
 nlohmann::json damage_json(const DamageReport& report);
 

@@ -13,7 +13,7 @@
 namespace shm::converters {
 namespace {
 
-// A mesh with some of its arrays, at no step.
+// A mesh without its time steps and without some of its arrays.
 class SomeArrays final : public ForwardingMesh {
  public:
   SomeArrays(MeshSource& source, const std::set<std::size_t>& left_out) : ForwardingMesh(source) {
@@ -121,7 +121,7 @@ void ForeignSteps::read_array(std::size_t array, std::uint64_t step, std::uint64
                             "array '" + info.name + "'",
                             kNoOffset,
                             {}});
-      std::uint64_t run = 1;  // elements that stand together there too
+      std::uint64_t run = 1;  // elements that are consecutive there too
       while (i + run < count && entities[i + run] == entities[i] + run &&
              from.element_of(entities[i + run]) == *element + run)
         ++run;
@@ -147,7 +147,8 @@ std::vector<std::string> ForeignSteps::differences(const Progress& progress) {
     if (theirs.arrays[a].per_step) their_values.insert(a);
   DiffOptions options;
   options.with_extras = false;
-  // Roles are words of one format, some of which count on the places of arrays: all stay there.
+  // Roles belong to one format, and some depend on the positions of other arrays, so no array is
+  // removed.
   options.with_roles = info_.schema.source_format == theirs.source_format;
   if (options.with_roles) {
     constexpr std::size_t kPrefix = std::string_view("array:").size();

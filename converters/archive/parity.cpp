@@ -26,9 +26,9 @@ namespace {
 constexpr std::size_t kHeaderBytes = 40, kPacketBytes = kHeaderBytes + kParityBlockBytes;
 constexpr std::size_t kTrailerBytes = 16;
 constexpr std::size_t kChecksumsEach = kParityBlockBytes / 4;
-constexpr std::uint32_t kMostBlocks = 255;  // of a stripe
+constexpr std::uint32_t kMostBlocks = 255;  // per stripe
 constexpr std::string_view kMark = "SHMP";
-// What is read at once.
+// Number of bytes read at once.
 constexpr std::uint64_t kWindowBytes = std::uint64_t{1} << 20;
 
 enum PacketKind : std::uint8_t { kChecksums = 1, kParity = 2 };
@@ -37,43 +37,44 @@ std::uint32_t checksum(std::span<const std::byte> bytes) {
   return static_cast<std::uint32_t>(XXH64(bytes.data(), bytes.size(), 0));
 }
 
-void put(std::byte* at, std::uint64_t value, std::size_t bytes) {
-  for (std::size_t i = 0; i < bytes; ++i) at[i] = static_cast<std::byte>(value >> 8 * i);
+void put(std::byte* out, std::uint64_t value, std::size_t bytes) {
+  for (std::size_t i = 0; i < bytes; ++i) out[i] = static_cast<std::byte>(value >> 8 * i);
 }
-std::uint64_t get(const std::byte* at, std::size_t bytes) {
+std::uint64_t get(const std::byte* in, std::size_t bytes) {
   std::uint64_t value = 0;
-  for (std::size_t i = 0; i < bytes; ++i) value |= std::to_integer<std::uint64_t>(at[i]) << 8 * i;
+  for (std::size_t i = 0; i < bytes; ++i) value |= std::to_integer<std::uint64_t>(in[i]) << 8 * i;
   return value;
 }
 
 #ifndef SHM_HAS_ISAL
 [[noreturn]] void fail_without_codes() {
   throw Failure(Error{ErrorCode::misuse,
-                      "this shm was built without ISA-L, which makes parity and heals by it",
+                      "this shm was built without ISA-L, which is needed to write and use parity",
                       "parity",
                       kNoOffset,
                       {}});
 }
 #endif
 
-// Some bytes of the file; zeros behind its end.
-void read_padded(RandomSource& file, std::uint64_t end, std::uint64_t at,
+// Reads bytes of the file; bytes from `end` on are zeros.
+void read_padded(RandomSource& file, std::uint64_t end, std::uint64_t offset,
                  std::span<std::byte> into) {
   const auto there =
-      at < end ? static_cast<std::size_t>(std::min<std::uint64_t>(end - at, into.size())) : 0;
-  if (there > 0) unwrap(file.read_at(at, into.first(there)), {});
+      offset < end ? static_cast<std::size_t>(std::min<std::uint64_t>(end - offset, into.size()))
+                   : 0;
+  if (there > 0) unwrap(file.read_at(offset, into.first(there)), {});
   std::fill(into.begin() + static_cast<std::ptrdiff_t>(there), into.end(), std::byte{0});
 }
 
-// Of all blocks.
+// Returns the checksums of all blocks.
 std::vector<std::uint32_t> block_checksums(RandomSource& file, const ParityShape& shape,
                                            const Progress& progress, std::string_view phase) {
   std::vector<std::uint32_t> checksums;
   checksums.reserve(shape.blocks());
   std::vector<std::byte> window(kWindowBytes);
-  for (std::uint64_t at = 0; at < shape.protected_bytes; at += window.size()) {
-    if (progress) progress(phase, at, shape.protected_bytes);
-    read_padded(file, shape.protected_bytes, at, window);
+  for (std::uint64_t offset = 0; offset < shape.protected_bytes; offset += window.size()) {
+    if (progress) progress(phase, offset, shape.protected_bytes);
+    read_padded(file, shape.protected_bytes, offset, window);
     for (std::size_t b = 0; b < window.size() && checksums.size() < shape.blocks();
          b += kParityBlockBytes)
       checksums.push_back(checksum(std::span(window).subspan(b, kParityBlockBytes)));
@@ -82,17 +83,18 @@ std::vector<std::uint32_t> block_checksums(RandomSource& file, const ParityShape
 }
 
 #ifdef SHM_HAS_ISAL
-// Stripes that are coded at once.
+// Number of stripes coded at once.
 constexpr std::uint64_t kStripesAtOnce = 16;
 
 using Bytes = std::vector<unsigned char>;
 
-// What parity row `row` takes of data block `position`: a Cauchy matrix.
+// Returns the factor of data block `position` in parity row `row`: an element of a Cauchy matrix.
 unsigned char coefficient(const ParityShape& shape, std::uint32_t row, std::uint32_t position) {
   return ::gf_inv(static_cast<unsigned char>((shape.data + row) ^ position));
 }
 
-// Multiplies: `coded` = `matrix` (rows by `sources`) times `sources`, of `bytes` bytes each.
+// Computes `coded` = `matrix` times `sources`. The matrix has a row for each coded block and a
+// column for each source; all blocks have `bytes` bytes.
 void multiply(Bytes& matrix, std::size_t bytes, std::vector<unsigned char*>& sources,
               std::vector<unsigned char*>& coded) {
   const int columns = static_cast<int>(sources.size()), rows = static_cast<int>(coded.size());
@@ -110,7 +112,7 @@ struct ParityPacket {
   std::uint32_t set = 0;
   PacketKind kind = kChecksums;
   std::uint64_t number = 0;
-  bool again = false;  // of checksums, which stand twice; not in the header
+  bool again = false;  // second copy of a checksum packet; not part of the header
 
   std::array<std::byte, kHeaderBytes> header(std::uint32_t payload_checksum) const {
     std::array<std::byte, kHeaderBytes> out{};
@@ -126,14 +128,14 @@ struct ParityPacket {
     put(&out[36], checksum(std::span(out).first(36)), 4);
     return out;
   }
-  // Where it stands in the file.
+  // Returns the packet's offset in the file.
   std::uint64_t place() const {
     std::uint64_t before = number;
     if (kind == kParity || again) before += shape.checksum_packets();
     if (again) before += shape.parity_packets();
     return shape.protected_bytes + before * kPacketBytes;
   }
-  // Nothing where these bytes are no header.
+  // Returns nothing if these bytes are not a valid header.
   static std::optional<ParityPacket> parse(std::span<const std::byte, kHeaderBytes> in) {
     if (std::memcmp(in.data(), kMark.data(), kMark.size()) != 0 ||
         get(&in[36], 4) != checksum(in.first<36>()) || in[5] != std::byte{0})
@@ -165,7 +167,7 @@ bool has_parity_codes() {
 #endif
 }
 
-// As many blocks in a stripe as go together, evenly dealt out.
+// Uses the largest possible stripes, and distributes the blocks evenly.
 ParityShape parity_shape(std::uint64_t bytes, double share) {
   ParityShape shape;
   shape.protected_bytes = bytes;
@@ -209,7 +211,7 @@ std::uint64_t write_parity(RandomSource& file, const ParityShape& shape, ByteSin
   std::vector<std::byte> data, coded;
   for (std::uint64_t first = 0; first < stripes; first += kStripesAtOnce) {
     if (progress) progress("writing parity", first, stripes);
-    // Blocks of neighbouring stripes are neighbours in the file.
+    // Consecutive blocks of the file belong to consecutive stripes.
     const std::uint64_t count = std::min(kStripesAtOnce, stripes - first);
     const auto bytes = static_cast<std::size_t>(count * kParityBlockBytes);
     data.resize(shape.data * bytes);
@@ -247,7 +249,7 @@ std::uint64_t protect(OutputFile& file, double share, const Progress& progress) 
   return write_parity(*written, parity_shape(written->size(), share), file.sink(), progress);
 }
 
-// --- what is there
+// --- checking
 
 class ProtectedFile::Healed final : public RandomSource {
  public:
@@ -258,7 +260,7 @@ class ProtectedFile::Healed final : public RandomSource {
 
   std::uint64_t size() const override { return shape_.protected_bytes; }
   Result<void> read_at(std::uint64_t offset, std::span<std::byte> into) override {
-    if (auto good = file_->read_at(offset, into); !good) return good;
+    if (auto status = file_->read_at(offset, into); !status) return status;
     if (into.empty()) return {};
     const std::uint64_t end = offset + into.size();
     for (auto it = place_.lower_bound(offset / kParityBlockBytes);
@@ -266,11 +268,11 @@ class ProtectedFile::Healed final : public RandomSource {
       const std::uint64_t block = it->first * kParityBlockBytes;
       const std::uint64_t from = std::max(block, offset);
       const std::uint64_t to = std::min(block + kParityBlockBytes, end);
-      if (auto good = scratch_->read_at(it->second + (from - block),
-                                        into.subspan(static_cast<std::size_t>(from - offset),
-                                                     static_cast<std::size_t>(to - from)));
-          !good)
-        return good;
+      if (auto status = scratch_->read_at(it->second + (from - block),
+                                          into.subspan(static_cast<std::size_t>(from - offset),
+                                                       static_cast<std::size_t>(to - from)));
+          !status)
+        return status;
     }
     return {};
   }
@@ -278,7 +280,7 @@ class ProtectedFile::Healed final : public RandomSource {
  private:
   RandomSource* file_;
   ParityShape shape_;
-  std::map<std::uint64_t, std::uint64_t> place_;  // in the scratch file, of healed blocks
+  std::map<std::uint64_t, std::uint64_t> place_;  // healed block -> offset in the scratch file
   std::unique_ptr<FileRandomSource> scratch_;
 };
 
@@ -286,13 +288,14 @@ ProtectedFile::ProtectedFile(RandomSource& file) : file_(std::make_unique<Lenien
 ProtectedFile::~ProtectedFile() = default;
 
 std::unique_ptr<ProtectedFile> ProtectedFile::open(RandomSource& file) {
-  std::unique_ptr<ProtectedFile> it(new ProtectedFile(file));
-  return it->find() ? std::move(it) : nullptr;
+  std::unique_ptr<ProtectedFile> opened(new ProtectedFile(file));
+  return opened->find() ? std::move(opened) : nullptr;
 }
 
 namespace {
 
-/// Of the chunk that begins so, with its header, which is short or long; 0 where none does.
+/// Returns the size of the chunk, including its header, that begins with these bytes. The header is
+/// short or long. Returns 0 if no chunk begins here.
 std::uint64_t bytes_of_chunk(std::span<const std::byte, 32> beginning) {
   const bool is_long = std::memcmp(beginning.data(), "SHMC", 4) == 0;
   if (!is_long && std::memcmp(beginning.data(), "SHMc", 4) != 0) return 0;
@@ -327,7 +330,7 @@ double ProtectedFile::share() const {
              : static_cast<double>(shape_.parity) / shape_.data;
 }
 
-// The trailer at the very end is a copy of the one that is protected.
+// The trailer at the very end is a copy of the protected one.
 bool ProtectedFile::is_of_something_else() {
   if (file_->size() < kTrailerBytes) return false;
   std::array<std::byte, kTrailerBytes> trailer;
@@ -337,7 +340,7 @@ bool ProtectedFile::is_of_something_else() {
          get(trailer.data(), 8) >= shape_.protected_bytes;
 }
 
-// Any packet holds the shape; the last one whose own place is where it stands is taken.
+// Every packet contains the shape. Takes the last packet whose stated place is its actual place.
 bool ProtectedFile::find() {
   const std::uint64_t size = file_->size();
   std::vector<std::byte> window;
@@ -346,35 +349,35 @@ bool ProtectedFile::find() {
     window.resize(static_cast<std::size_t>(end - begin));
     unwrap(file_->read_at(begin, window), {});
     const std::string_view text(reinterpret_cast<const char*>(window.data()), window.size());
-    for (auto at = text.rfind(kMark); at != text.npos;
-         at = at == 0 ? text.npos : text.rfind(kMark, at - 1)) {
-      if (window.size() - at < kHeaderBytes) continue;
-      auto packet =
-          ParityPacket::parse(std::span<const std::byte, kHeaderBytes>(&window[at], kHeaderBytes));
-      // What would protect more bytes than there are stands nowhere.
+    for (auto mark = text.rfind(kMark); mark != text.npos;
+         mark = mark == 0 ? text.npos : text.rfind(kMark, mark - 1)) {
+      if (window.size() - mark < kHeaderBytes) continue;
+      auto packet = ParityPacket::parse(
+          std::span<const std::byte, kHeaderBytes>(&window[mark], kHeaderBytes));
+      // A packet that protects more bytes than the file has is not valid.
       if (!packet || packet->shape.protected_bytes > size) continue;
-      bool stands = packet->place() == begin + at;
-      if (!stands && packet->kind == kChecksums) {
+      bool in_place = packet->place() == begin + mark;
+      if (!in_place && packet->kind == kChecksums) {
         packet->again = true;
-        stands = packet->place() == begin + at;
+        in_place = packet->place() == begin + mark;
       }
-      if (!stands) continue;
+      if (!in_place) continue;
       shape_ = packet->shape;
       set_ = packet->set;
       return true;
     }
     if (begin == 0) break;
-    end = begin + kHeaderBytes - 1;  // headers may lie across
+    end = begin + kHeaderBytes - 1;  // a header may lie across the boundary
   }
   return false;
 }
 
-// False where it is not what it was.
+// Returns false if the packet is damaged.
 bool ProtectedFile::read_packet(const ParityPacket& wanted, std::vector<std::byte>& payload) {
-  const std::uint64_t at = wanted.place();
-  if (at > file_->size() || file_->size() - at < kPacketBytes) return false;
+  const std::uint64_t offset = wanted.place();
+  if (offset > file_->size() || file_->size() - offset < kPacketBytes) return false;
   payload.resize(kPacketBytes);
-  unwrap(file_->read_at(at, payload), {});
+  unwrap(file_->read_at(offset, payload), {});
   const auto block = std::span(payload).subspan(kHeaderBytes);
   const auto header = wanted.header(checksum(block));
   if (!std::equal(header.begin(), header.end(), payload.begin())) return false;
@@ -410,14 +413,15 @@ void ProtectedFile::check(const Progress& progress) {
     if (known_[b] == 0 || found[b] != checksums_[b]) damaged_.push_back(b);
 }
 
-// The copy at the end; false also where the first one is not what it was.
+// Returns true if the copy of the trailer at the end is there and equals the protected trailer.
 bool ProtectedFile::trailer_is_there() {
-  const std::uint64_t at = shape_.protected_bytes +
-                           (2 * shape_.checksum_packets() + shape_.parity_packets()) * kPacketBytes;
-  if (at > file_->size() || file_->size() - at < kTrailerBytes) return false;
+  const std::uint64_t offset =
+      shape_.protected_bytes +
+      (2 * shape_.checksum_packets() + shape_.parity_packets()) * kPacketBytes;
+  if (offset > file_->size() || file_->size() - offset < kTrailerBytes) return false;
   std::array<std::byte, kTrailerBytes> first, again;
   unwrap(file_->read_at(shape_.protected_bytes - kTrailerBytes, first), {});
-  unwrap(file_->read_at(at, again), {});
+  unwrap(file_->read_at(offset, again), {});
   return first == again;
 }
 
@@ -451,13 +455,13 @@ std::vector<std::uint64_t> ProtectedFile::heal(FileSink& scratch, const Progress
   return lost;
 }
 
-// Appends the healed ones to the scratch file, in order; returns the others.
+// Appends the healed blocks to the scratch file, in order; returns those that could not be healed.
 std::vector<std::uint64_t> ProtectedFile::heal_stripe(std::uint64_t stripe,
                                                       std::span<const std::uint64_t> damaged,
                                                       FileSink& scratch) {
 #ifdef SHM_HAS_ISAL
   std::vector<std::uint64_t> wanted(damaged.begin(), damaged.end());
-  // Rows of parity that are there.
+  // Undamaged parity rows.
   std::vector<std::uint32_t> rows;
   std::vector<std::vector<std::byte>> parity;
   std::vector<std::byte> payload;
@@ -466,14 +470,14 @@ std::vector<std::uint64_t> ProtectedFile::heal_stripe(std::uint64_t stripe,
       rows.push_back(row);
       parity.push_back(payload);
     }
-  // Blocks without a known checksum may well be good.
+  // Blocks with an unknown checksum may well be undamaged.
   if (rows.size() < wanted.size())
     std::erase_if(wanted, [&](std::uint64_t block) { return known_[block] == 0; });
   if (rows.size() < wanted.size()) return {damaged.begin(), damaged.end()};
   rows.resize(wanted.size());
 
-  // What the rows hold of the damaged blocks alone, then these, by the inverse of their part of the
-  // matrix.
+  // First computes the share of the damaged blocks in the parity rows; then computes these blocks
+  // by multiplying with the inverse of their part of the matrix.
   const std::uint64_t stripes = shape_.stripes();
   std::vector<std::vector<std::byte>> blocks;
   Bytes of_all, of_damaged;
@@ -489,7 +493,7 @@ std::vector<std::uint64_t> ProtectedFile::heal_stripe(std::uint64_t stripe,
   }
   const auto pointers = [](std::vector<std::vector<std::byte>>& of) {
     std::vector<unsigned char*> out;
-    for (auto& it : of) out.push_back(reinterpret_cast<unsigned char*>(it.data()));
+    for (auto& bytes : of) out.push_back(reinterpret_cast<unsigned char*>(bytes.data()));
     return out;
   };
   const std::size_t count = wanted.size();
@@ -498,7 +502,7 @@ std::vector<std::uint64_t> ProtectedFile::heal_stripe(std::uint64_t stripe,
   auto sources = pointers(blocks), targets = pointers(sums);
   multiply(of_all, kParityBlockBytes, sources, targets);
   for (std::size_t i = 0; i < count; ++i)
-    for (std::size_t at = 0; at < kParityBlockBytes; ++at) sums[i][at] ^= parity[i][at];
+    for (std::size_t k = 0; k < kParityBlockBytes; ++k) sums[i][k] ^= parity[i][k];
   Bytes inverse(count * count);
   if (::gf_invert_matrix(of_damaged.data(), inverse.data(), static_cast<int>(count)) != 0)
     return {damaged.begin(), damaged.end()};

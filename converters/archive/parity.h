@@ -1,5 +1,5 @@
-// Parity: what heals a file of which sectors were lost. Reed-Solomon codes over the whole file, in
-// packets behind its trailer, where readers do not look. spec: "Parity"
+// Parity: data that repairs a file after sectors were lost. It consists of Reed-Solomon codes of
+// the whole file, in packets after its trailer, which other readers ignore. spec: "Parity"
 #pragma once
 
 #include <cstddef>
@@ -17,13 +17,13 @@ namespace shm::converters {
 
 inline constexpr std::size_t kParityBlockBytes = 4096;
 
-// A file is cut into blocks, and these are dealt out to stripes: block b to stripe b % stripes().
-// So what is lost in one place is lost by many stripes, each of which stands the loss of as many
-// blocks as it has parity blocks.
+// Layout of the parity. The file is cut into blocks, and the blocks are distributed to stripes:
+// block b belongs to stripe b % stripes(). So a loss in one place is spread over many stripes, and
+// each stripe can recover as many lost blocks as it has parity blocks.
 struct ParityShape {
   std::uint64_t protected_bytes = 0;
-  std::uint32_t data = 0, parity = 0;  // blocks of a stripe; 255 at most together, parity <= data
-  std::uint32_t millionths = 0;        // the share that was asked for; 0: not known
+  std::uint32_t data = 0, parity = 0;  // blocks per stripe; together at most 255; parity <= data
+  std::uint32_t millionths = 0;        // requested share; 0: unknown
 
   std::uint64_t blocks() const { return (protected_bytes - 1) / kParityBlockBytes + 1; }
   std::uint64_t stripes() const { return (blocks() - 1) / data + 1; }
@@ -31,22 +31,23 @@ struct ParityShape {
   std::uint64_t parity_packets() const { return stripes() * parity; }
   bool operator==(const ParityShape&) const = default;
 };
-// `share`: bytes of parity for each byte of the file, above 0, 1 at most. `bytes` above 0.
+// Returns the layout for a file of `bytes` bytes (above 0). `share` is the number of parity bytes
+// per byte of the file, above 0 and at most 1.
 ParityShape parity_shape(std::uint64_t bytes, double share);
 
-// Writes what protects `file`, which ends with its trailer, and is to stand behind it. Takes 16 MB.
-// Throws Failure, and where this was built without ISA-L as misuse. Returns how many bytes these
-// are.
+// Writes the parity of `file`, which ends with its trailer, to `out`; the parity must follow that
+// trailer. Needs 16 MB of memory. Throws Failure; misuse if this was built without ISA-L. Returns
+// the number of bytes written.
 std::uint64_t write_parity(RandomSource& file, const ParityShape& shape, ByteSink& out,
                            const Progress& progress = {});
 
-// The same behind what has been written to `file`.
+// Writes parity to `file`, after everything that has been written to it so far.
 std::uint64_t protect(OutputFile& file, double share, const Progress& progress = {});
 
-// Whether this was built with what makes and uses parity (ISA-L).
+// Returns true if this was built with ISA-L, which creates and uses parity.
 bool has_parity_codes();
 
-// How parity that stands behind a file is: what verify reports of it.
+// State of the parity of a file, as reported by verify.
 struct ParityState {
   bool there = false;
   std::uint64_t blocks = 0, damaged_blocks = 0, damaged_packets = 0;
@@ -57,35 +58,37 @@ struct ParityState {
 class LenientSource;
 struct ParityPacket;
 
-// Whether it begins as a .shm file does and ends with a trailer that stands behind its chunk: so
-// nothing stands behind that.
+// Returns true if the file begins like a .shm file and ends with a trailer directly after the index
+// chunk, so that nothing follows the trailer.
 bool is_whole_file(RandomSource& file);
 
-// A file with parity behind it.
+// A file followed by parity.
 class ProtectedFile {
  public:
-  // Null where there is no parity. `file` is borrowed. What of it cannot be read is taken for
-  // damaged.
+  // Returns null if the file has no parity. `file` is borrowed. Parts of the file that cannot be
+  // read count as damaged.
   static std::unique_ptr<ProtectedFile> open(RandomSource& file);
   ~ProtectedFile();
 
   const ParityShape& shape() const { return shape_; }
-  // Whether the file ends beyond what is protected: the packets were there before.
+  // Returns true if the trailer at the end of the file points beyond the protected bytes: the
+  // packets were already part of a longer file.
   bool is_of_something_else();
-  // Bytes of parity for each byte, as they were asked for.
+  // Returns the requested number of parity bytes per byte of the file.
   double share() const;
-  // Reads all blocks and packets.
+  // Reads and checks all blocks and packets.
   void check(const Progress& progress = {});
 
-  // After check(): blocks that are not what they were, or of which that is not known, ascending.
+  // After check(): returns the damaged blocks, and those whose checksum is unknown, ascending.
   const std::vector<std::uint64_t>& damaged_blocks() const { return damaged_; }
-  // After check(): packets that are not what they were; the trailer behind them counts as one.
+  // After check(): returns the number of damaged packets; the copy of the trailer after them counts
+  // as one.
   std::uint64_t damaged_packets() const { return damaged_packets_; }
 
-  // After check(): makes damaged blocks anew, as far as parity goes; `scratch` takes them. Returns
-  // those that could not be healed. Throws Failure.
+  // After check(): reconstructs damaged blocks as far as the parity suffices, and stores them in
+  // `scratch`. Returns the blocks that could not be healed. Throws Failure.
   std::vector<std::uint64_t> heal(FileSink& scratch, const Progress& progress = {});
-  // After heal(): what is protected, healed blocks in place of damaged ones.
+  // After heal(): returns the protected bytes with healed blocks in place of the damaged ones.
   RandomSource& healed();
 
  private:
@@ -103,7 +106,7 @@ class ProtectedFile {
   ParityShape shape_;
   std::uint32_t set_ = 0;
   std::vector<std::uint32_t> checksums_;
-  std::vector<std::uint8_t> known_;  // of each block, whether its checksum is
+  std::vector<std::uint8_t> known_;  // by block: 1 if its checksum is known
   std::vector<std::uint64_t> damaged_;
   std::uint64_t damaged_packets_ = 0;
   std::unique_ptr<Healed> healed_;

@@ -21,7 +21,8 @@
 namespace shm::converters {
 namespace {
 
-// Where times are lost, numbers stand for them, of so many steps for each that has values.
+// If step times are lost, step numbers replace them, for at most this number of steps per step with
+// values.
 constexpr std::uint64_t kMostStepsForEach = 1000;
 
 class Salvage {
@@ -58,7 +59,8 @@ void Salvage::report_missing(std::string sentence, nlohmann::json json) {
   report_.missing_json.push_back(std::move(json));
 }
 
-// What is known of the file as it was. Without an index the sets show how large it is at least.
+// Collects the known properties of the original file. If the index is lost, the sets give a lower
+// bound of its size.
 void Salvage::read_whole() {
   whole_.schema = file_.schema();
   whole_.vertices = file_.vertices();
@@ -78,7 +80,7 @@ void Salvage::read_whole() {
   whole_.block_cells[0] = cells;
 }
 
-// Where they are lost, but there are steps, their numbers.
+// Returns the step times. If they are lost although there are steps, returns the step numbers.
 std::vector<double> Salvage::step_times() {
   std::vector<double> times = unwrap(file_.step_times(), name_);
   std::uint64_t steps = 0, with_values = 0;
@@ -88,7 +90,8 @@ std::vector<double> Salvage::step_times() {
         steps = std::max(steps, of_array.back() + 1);
         with_values += of_array.size();
       }
-  // What the index lists, as far as steps with values make it likely: steps cost room and time.
+  // Uses the number of steps from the index as far as the steps with values make it plausible,
+  // because steps cost memory and time.
   const std::uint64_t most = kMostStepsForEach * (with_values + 1);
   steps = std::max(steps, std::min(damage_.steps.value_or(0), most));
   if (times.size() >= steps) return times;
@@ -97,11 +100,11 @@ std::vector<double> Salvage::step_times() {
                         counted(steps, "step") + ", of which " + std::to_string(with_values) +
                             " have values, and no times",
                         "step times", kNoOffset, name_});
-  const bool lost = std::any_of(damage_.damages.begin(), damage_.damages.end(), [](auto& it) {
-    return it.section == "step times" || it.section == "chunk";
+  const bool lost = std::any_of(damage_.damages.begin(), damage_.damages.end(), [](auto& damage) {
+    return damage.section == "step times" || damage.section == "chunk";
   });
   if (lost || !damage_.cells)
-    report_missing("the times of " + counted(steps, "step") + "; their numbers stand for them",
+    report_missing("the times of " + counted(steps, "step") + "; step numbers are used instead",
                    {{"what", "step times"}, {"steps", steps}});
   for (std::uint64_t step = times.size(); step < steps; ++step)
     times.push_back(static_cast<double>(step));
@@ -119,21 +122,21 @@ void Salvage::tell_cells(const PieceMesh& piece) {
   std::uint64_t end = 0;
   const auto tell_run = [&](std::uint64_t next) {
     if (next > end)
-      report_missing("cells " + std::to_string(end) + "-" + std::to_string(next - 1) +
-                         " of the order in which they were coded",
-                     {{"what", "cells"}, {"first_cell", end}, {"cells", next - end}});
+      report_missing(
+          "cells " + std::to_string(end) + "-" + std::to_string(next - 1) + " in coding order",
+          {{"what", "cells"}, {"first_cell", end}, {"cells", next - end}});
   };
-  for (const auto& [first, behind] : there) {
+  for (const auto& [first, past_end] : there) {
     tell_run(first);
-    end = std::max(end, behind);
+    end = std::max(end, past_end);
   }
   tell_run(file_.cells());
   if (damage_.vertices && *damage_.vertices > report_.vertices)
     report_missing(std::to_string(*damage_.vertices - report_.vertices) + " vertices" +
-                       " that only these cells used, or no cell",
+                       " used only by these cells, or by no cell",
                    {{"what", "vertices"}, {"count", *damage_.vertices - report_.vertices}});
   if (!damage_.cells && !damage_.complete)
-    report_missing("what stood behind the last cell that is known: there is no index that lists it",
+    report_missing("any data after the last known cell: the file has no index that lists it",
                    {{"what", "unknown"}});
 }
 
@@ -177,7 +180,7 @@ void Salvage::tell_steps(const PieceMesh& piece) {
         values.least == values.most ? "" : std::to_string(values.least) + " to ";
     report_.missing.push_back("values of " + label(array) + " at " + steps_text(values.steps) +
                               " of " + least + std::to_string(values.most) +
-                              (of_points ? " vertices" : " cells") + " that are there");
+                              (of_points ? " vertices" : " cells") + " in the result");
   }
 }
 
@@ -185,19 +188,20 @@ void Salvage::tell_others() {
   for (const Damage& damage : damage_.damages)
     if (damage.section == "extra" && damage.kind != DamageKind::repeated &&
         damage.kind != DamageKind::out_of_order)
-      report_missing("a set, a name or what else stood beside the mesh at byte " +
-                         std::to_string(damage.offset),
-                     {{"what", "extra"}, {"offset", damage.offset}, {"bytes", damage.bytes}});
+      report_missing(
+          "a set, a name or other data of the mesh at byte " + std::to_string(damage.offset),
+          {{"what", "extra"}, {"offset", damage.offset}, {"bytes", damage.bytes}});
 }
 
-// What only the format of the source knows is about the whole mesh, and does not go on.
+// Reports data that only the source format knows: it describes the whole mesh and is not kept.
 void Salvage::tell_words(const Translation& translation) {
   for (const std::string& loss : translation.losses())
     report_missing(loss, {{"what", "other"}, {"name", loss}});
   const std::vector<ArrayInfo>& kept = translation.info().schema.arrays;
   for (const ArrayInfo& array : whole_.schema.arrays) {
-    const auto is_kept = [&](const ArrayInfo& it) {
-      return it.location == array.location && it.name == array.name && it.role == array.role;
+    const auto is_kept = [&](const ArrayInfo& other) {
+      return other.location == array.location && other.name == array.name &&
+             other.role == array.role;
     };
     if (!array.role.empty() && std::none_of(kept.begin(), kept.end(), is_kept))
       report_missing("role " + array.role + " of array '" + array.name + "'",

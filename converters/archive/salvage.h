@@ -1,5 +1,5 @@
-// Salvage: what is whole in a damaged .shm file as a .shm file of its own, and what is missing
-// there. spec/decisions/0054-salvage.md
+// Salvage: writes the undamaged parts of a damaged .shm file as a new .shm file, and reports the
+// missing parts. spec/decisions/0054-salvage.md
 #pragma once
 
 #include <cstdint>
@@ -15,13 +15,13 @@
 namespace shm::converters {
 
 struct SalvageReport {
-  std::uint64_t vertices = 0, cells = 0;  // that are left
-  std::vector<std::string> missing;       // one sentence each
-  std::string laid_out;                   // format of the source whose own layout is not kept
+  std::uint64_t vertices = 0, cells = 0;  // numbers of vertices and cells that remain
+  std::vector<std::string> missing;       // one sentence per missing part
+  std::string laid_out;                   // source format whose file layout is not kept
   nlohmann::json missing_json = nlohmann::json::array();
 };
 
-// Writes what is left of `file`, which has `damage`; `name` is for messages. Throws Failure.
+// Writes the remains of `file`, which has `damage`. `name` is used in messages. Throws Failure.
 SalvageReport salvage(RandomSource& file, const DamageReport& damage, const std::string& name,
                       ByteSink& sink, Spool& spool, const Progress& progress = {});
 

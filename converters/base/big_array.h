@@ -1,4 +1,4 @@
-// BigArray: an array of numbers that is in memory, or in a spool where there is too much of it.
+// BigArray: an array of numbers that is held in memory, or in a Spool if it may be large.
 #pragma once
 
 #include <cstddef>
@@ -14,7 +14,7 @@ namespace shm::converters {
 template <class T>
 class BigArray {
  public:
-  // `size` elements, all zero. `spool` is borrowed; null: in memory.
+  // Creates `size` elements, all zero. `spool` is borrowed; if it is null, the array is in memory.
   explicit BigArray(Spool* spool = nullptr, std::uint64_t size = 0) : size_(size) {
     if (spool != nullptr)
       paged_ = std::make_unique<PagedArray>(*spool, sizeof(T));
@@ -41,7 +41,8 @@ class BigArray {
       held_.push_back(value);
     ++size_;
   }
-  // Must hold: there is one. What it was stays in the spool.
+  // Removes the last element and returns it. The array must not be empty. The pages of a spool are
+  // not freed.
   T pop_back() {
     const T value = get(--size_);
     if (!paged_) held_.pop_back();
@@ -50,7 +51,7 @@ class BigArray {
   void reserve(std::uint64_t size) {
     if (!paged_) held_.reserve(size);
   }
-  // All of them, in memory.
+  // Moves the array into a vector in memory.
   operator std::vector<T>() && {
     if (!paged_) return std::move(held_);
     std::vector<T> all(size_);
@@ -60,7 +61,7 @@ class BigArray {
 
  private:
   std::vector<T> held_;
-  std::unique_ptr<PagedArray> paged_;  // else held_
+  std::unique_ptr<PagedArray> paged_;  // null if the elements are in held_
   std::uint64_t size_;
 };
 

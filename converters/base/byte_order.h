@@ -1,4 +1,4 @@
-// Numbers of files whose byte order may not be this machine's.
+// Conversion of numbers in files whose byte order may differ from the machine's.
 #pragma once
 
 #include <bit>
@@ -18,7 +18,7 @@ void swap_words(std::byte* values, std::size_t count, Word (*swap)(Word)) {
   }
 }
 
-// From the byte order of a file to that of the machine, or back.
+// Converts values from the byte order of a file to that of the machine, or back.
 inline void swap_from_file(std::byte* values, std::size_t count, std::size_t value_bytes,
                            bool big_endian) {
   if (big_endian == (std::endian::native == std::endian::big)) return;

@@ -1,5 +1,5 @@
-// CountedSource: passes reads on and counts their bytes: all of them, and those of the file, each
-// once.
+// CountedSource: forwards reads to another source and counts bytes: all bytes read, and the
+// distinct bytes of the file that were read.
 #pragma once
 
 #include <algorithm>
@@ -39,7 +39,7 @@ class CountedSource final : public RandomSource {
   }
 
   RandomSource* source_;
-  std::map<std::uint64_t, std::uint64_t> ranges_;  // that were read: begin, end; apart
+  std::map<std::uint64_t, std::uint64_t> ranges_;  // byte ranges read so far: begin -> end
   std::uint64_t distinct_ = 0;
 };
 

@@ -7,7 +7,8 @@
 namespace shm::converters {
 namespace {
 
-// Of the file, on its way: it is written and read front to back.
+// Bytes of the temporary file that are in memory: it is written and read front to back, so a few
+// pages suffice.
 constexpr std::size_t kFileBytes = 8 * Spool::kPageBytes;
 constexpr std::size_t kMostHeld = std::numeric_limits<std::uint32_t>::max();
 
@@ -17,7 +18,8 @@ ExternalSorter::ExternalSorter(std::string directory, std::size_t record_bytes, 
     : directory_(std::move(directory)), record_bytes_(record_bytes), memory_(memory) {}
 
 void ExternalSorter::add(std::uint64_t key, const std::byte* record) {
-  constexpr std::size_t kReserved = std::size_t{1} << 28;  // taken only as it is filled
+  // Address space to reserve; the pages use memory only when they are written.
+  constexpr std::size_t kReserved = std::size_t{1} << 28;
   const std::size_t held = entries_.size(), bytes = sizeof(Entry) + record_bytes_;
   const std::size_t most = std::clamp<std::size_t>(memory_ / bytes, 1, kMostHeld);
   if (held >= most) write_run();
@@ -65,11 +67,11 @@ std::size_t ExternalSorter::most_runs() const {
   return std::max<std::size_t>(memory_ / std::max(Spool::kPageBytes, stored_bytes()), 2);
 }
 
-// Until what is left can be merged at once. Runs next to each other, the first ones first: so equal
-// keys stay in their order.
+// Merges runs until the remaining ones can be merged at once. Only adjacent runs are merged, in
+// order, so records with equal keys keep their order.
 void ExternalSorter::begin_merge() {
   if (!entries_.empty()) write_run();
-  entries_ = decltype(entries_)();  // frees, which {} does not
+  entries_ = decltype(entries_)();  // frees the memory, which {} does not
   records_ = decltype(records_)();
   std::vector<std::byte> piece;
   while (extent_.size() > most_runs()) {
@@ -110,7 +112,7 @@ void ExternalSorter::open_runs(std::size_t first, std::size_t last) {
   }
 }
 
-// False at its end.
+// Buffers the next records of a run. Returns false at the end of the run.
 bool ExternalSorter::fill(Run& run) {
   const std::uint64_t bytes = std::min<std::uint64_t>(run_bytes_, run.end - run.next);
   run.at = 0;

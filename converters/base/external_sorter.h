@@ -1,6 +1,6 @@
-// ExternalSorter: records by their keys, however many there are, in bounded memory.
-// Runs that fit the memory are sorted and go to a temporary file, one behind the other; they come
-// back merged, front to back, so the disk is never read in any order.
+// ExternalSorter: sorts any number of records by key in bounded memory. Records collect in memory;
+// when it is full, they are sorted and appended to a temporary file as a run. At the end the runs
+// are merged. Each run is read front to back, so the disk sees no random access.
 #pragma once
 
 #include <cstddef>
@@ -18,39 +18,41 @@ namespace shm::converters {
 
 class ExternalSorter {
  public:
-  // `record_bytes`: of a record without its key; may be 0. `memory`: bytes, for at least one record
-  // and a page of each of two runs. `directory`: of the temporary file, made when it is needed.
+  // `record_bytes` is the size of a record without its key; it may be 0. `memory` is a budget in
+  // bytes. The sorter always uses enough for one record, and for a page of each of two runs.
+  // `directory` holds the temporary file, which is created when it is first needed.
   ExternalSorter(std::string directory, std::size_t record_bytes, std::size_t memory);
 
   std::uint64_t size() const { return size_; }
-  // Must not come after next(). Throws Failure when the disk fails, as next() does.
+  // Adds a record. Must not be called after next(). Throws Failure on a disk error, as next() does.
   void add(std::uint64_t key, const std::byte* record);
-  // The records in ascending order of keys, equal ones in the order in which they were added.
-  // False at the end. `record` is valid until the next call.
+  // Returns the records in ascending order of their keys; records with equal keys keep the order in
+  // which they were added. Returns false at the end. `record` is valid until the next call.
   bool next(std::uint64_t& key, const std::byte*& record);
 
  private:
   struct Entry {
     std::uint64_t key;
-    std::uint32_t place;  // in records_
+    std::uint32_t place;  // index of the record in records_
     bool operator<(const Entry& other) const {
       return key != other.key ? key < other.key : place < other.place;
     }
   };
-  // Sorted records in the file, of which some are in memory.
+  // Sorted records in the file; the next few are buffered in memory.
   struct Run {
-    std::uint64_t next = 0, end = 0;  // of what is still in the file
+    std::uint64_t next = 0, end = 0;  // byte range in the file that has not been read yet
     std::vector<std::byte> held;
-    std::size_t at = 0;  // in held
+    std::size_t at = 0;  // position in held
   };
-  using Head = std::pair<std::uint64_t, std::size_t>;  // key, run: the earlier of equal ones first
+  // Key and run: of equal keys, the earlier run comes first.
+  using Head = std::pair<std::uint64_t, std::size_t>;
 
   std::size_t stored_bytes() const { return sizeof(std::uint64_t) + record_bytes_; }
   std::size_t most_runs() const;
   void sort_held();
   void write_run();
   void begin_merge();
-  // Merges runs [first, last) from the file.
+  // Opens runs [first, last) of the file for merging.
   void open_runs(std::size_t first, std::size_t last);
   bool next_merged(std::uint64_t& key, const std::byte*& record);
   bool fill(Run& run);
@@ -60,17 +62,17 @@ class ExternalSorter {
   std::uint64_t size_ = 0;
   std::vector<Entry> entries_;
   std::vector<std::byte> records_;
-  std::size_t at_ = 0;  // in entries_, where all is in memory
+  std::size_t at_ = 0;  // position in entries_ if everything fits in memory
   bool ended_ = false;
 
   std::unique_ptr<Spool> spool_;
-  std::unique_ptr<PagedArray> file_;                             // runs, in bytes
-  std::vector<std::pair<std::uint64_t, std::uint64_t>> extent_;  // of each run in the file
-  std::vector<Run> runs_;                                        // those that are being merged
-  std::size_t run_bytes_ = 0;                                    // of each in memory
+  std::unique_ptr<PagedArray> file_;                             // all runs, as bytes
+  std::vector<std::pair<std::uint64_t, std::uint64_t>> extent_;  // byte range of each run
+  std::vector<Run> runs_;                                        // runs that are being merged
+  std::size_t run_bytes_ = 0;                                    // buffer size of each run
   std::priority_queue<Head, std::vector<Head>, std::greater<>> heads_;
-  std::size_t last_ = 0;  // the run whose record was handed out
-  bool any_ = false;      // there is one
+  std::size_t last_ = 0;  // run of the record that next_merged() returned last
+  bool any_ = false;      // next_merged() has returned a record
 };
 
 }  // namespace shm::converters

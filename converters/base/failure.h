@@ -1,5 +1,6 @@
-// Failure: something went wrong in the converters; thrown, caught once by the tool.
-// The library itself never throws; converters parse deep and bail out from anywhere.
+// Failure: the exception that reports every error in the converters. The tool catches it in one
+// place. The library itself never throws, but converters parse deeply nested input and need to bail
+// out from anywhere.
 #pragma once
 
 #include <exception>
@@ -21,12 +22,13 @@ class Failure : public std::exception {
   std::string text_;
 };
 
-// Throws what the user asked for wrongly.
+// Throws Failure (misuse): the user asked for something that is not possible.
 [[noreturn]] inline void wrong_use(const std::string& sentence) {
   throw Failure(Error{ErrorCode::misuse, sentence, {}, kNoOffset, {}});
 }
 
-// Unwraps a library result; throws what went wrong, naming `file`.
+// Returns the value of a library result, or throws its error as Failure. `file` is used if the
+// error names no file.
 template <class T>
 T unwrap(Result<T> result, const std::string& file = {}) {
   if (!result) {

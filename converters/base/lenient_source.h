@@ -1,5 +1,5 @@
-// LenientSource: another source, in which what cannot be read is zeros: lost sectors are damage
-// like any other.
+// LenientSource: another source in which unreadable sectors read as zeros, so that lost sectors are
+// handled like any other damage.
 #pragma once
 
 #include <algorithm>
@@ -19,12 +19,13 @@ class LenientSource final : public RandomSource {
   Result<void> read_at(std::uint64_t offset, std::span<std::byte> into) override {
     constexpr std::size_t kSectorBytes = 4096;
     if (source_->read_at(offset, into)) return {};
-    for (std::size_t at = 0; at < into.size();) {
+    for (std::size_t position = 0; position < into.size();) {
       const auto piece = into.subspan(
-          at, std::min<std::size_t>(into.size() - at, kSectorBytes - (offset + at) % kSectorBytes));
-      if (!source_->read_at(offset + at, piece))
+          position, std::min<std::size_t>(into.size() - position,
+                                          kSectorBytes - (offset + position) % kSectorBytes));
+      if (!source_->read_at(offset + position, piece))
         std::fill(piece.begin(), piece.end(), std::byte{0});
-      at += piece.size();
+      position += piece.size();
     }
     return {};
   }

@@ -9,7 +9,7 @@
 namespace shm::converters {
 namespace {
 
-// What the loader complained of last: "libx.so.1: cannot open shared object file: ...".
+// Throws Failure with the loader's last message: "libx.so.1: cannot open shared object file: ...".
 [[noreturn]] void not_loaded(const std::string& name) {
   const char* const words = ::dlerror();
   std::string_view why = words != nullptr ? words : "unknown";
@@ -23,8 +23,8 @@ namespace {
 
 }  // namespace
 
-// Its names are there for all that is loaded later, as if it were linked: filters of HDF5 count on
-// that.
+// RTLD_GLOBAL makes the library's symbols visible to everything that is loaded later, as if the
+// program were linked to it: HDF5 filters rely on that.
 LoadedLibrary::LoadedLibrary(const char* name)
     : name_(name), library_(::dlopen(name, RTLD_LAZY | RTLD_GLOBAL)) {
   if (library_ == nullptr) not_loaded(name_);

@@ -1,22 +1,27 @@
-// A library that is opened when it is first needed, as if the program had been linked to it.
-// Linked, those of some formats and all that they stand on would be most of what each start of the
-// tool takes.
-//   What is opened so is a struct with a pointer for each function, filled in its constructor; a
-// build without SHM_..._LIBRARY (cmake/ShmLoaded.cmake) is linked, and takes the addresses.
+// A shared library that is opened when it is first needed, but otherwise behaves as if the program
+// were linked to it. Linking the libraries of all formats, with their own dependencies, would make
+// up most of the tool's start-up time.
+//
+// A library is used through a struct with one function pointer per function, filled in by its
+// constructor. A build without SHM_..._LIBRARY (cmake/ShmLoaded.cmake) is linked to the library and
+// takes the addresses of its functions.
 #pragma once
 
 #include <string>
 
 namespace shm::converters {
 
-// Stays open until the program ends. Functions that it has given may be called by several threads.
+// The library stays open until the program ends. Several threads may call the functions found in
+// it.
 class LoadedLibrary {
  public:
-  // `name`: as the system's loader looks for it, "libnetcdf.so.19". Throws Failure (unsupported),
-  // which names no other file: it, or one that it needs, is not there or is another one.
+  // `name` is the name that the system's loader looks for, e.g. "libnetcdf.so.19". Throws Failure
+  // (unsupported, without a file name) if the library or one of its dependencies is missing or does
+  // not match.
   explicit LoadedLibrary(const char* name);
 
-  // Throws Failure (unsupported) where it has no such function.
+  // Returns a function of the library. Throws Failure (unsupported) if the library does not have
+  // it.
   template <class Function>
   Function* find(const char* name) const {
     return reinterpret_cast<Function*>(address(name));

@@ -22,7 +22,8 @@
 namespace shm::converters {
 namespace {
 
-// What a signal handler may look at: names of files, owned by others.
+// Names of the files that the signal handler removes. The strings belong to the registering
+// objects.
 std::array<std::atomic<const char*>, 4> names_to_remove{};
 static_assert(std::atomic<const char*>::is_always_lock_free);
 
@@ -85,7 +86,7 @@ void OutputFile::commit() {
 }
 
 std::string OutputFile::folder_of(const std::string& path) {
-  // The link of an open file without a name leads to it.
+  // An open file without a name has a link in /proc; the link's target is in the file's folder.
   std::error_code none;
   const std::filesystem::path link = std::filesystem::read_symlink(path, none);
   return (path.starts_with("/proc/") && !none ? link : std::filesystem::path(path))
@@ -94,7 +95,7 @@ std::string OutputFile::folder_of(const std::string& path) {
 }
 
 void remove_outputs_on_signals() {
-  // Who ignores a signal, as nohup does, goes on doing so.
+  // Signals that are ignored, e.g. because of nohup, stay ignored.
   for (const int number : kEndingSignals)
     if (std::signal(number, remove_and_die) == SIG_IGN) std::signal(number, SIG_IGN);
 }

@@ -1,6 +1,7 @@
-// OutputFile: a file that appears whole under its name or not at all: a FileSink (shm/io.h) that is
-// also written by name, and whose temporary file, where it has a name, is removed by SIGINT,
-// SIGTERM and SIGHUP after remove_outputs_on_signals(). Devices and pipes get all of it at the end.
+// OutputFile: a file that appears under its name complete or not at all. It is a FileSink
+// (shm/io.h) that can also be written by name. If its temporary file has a name, SIGINT, SIGTERM
+// and SIGHUP remove that file once remove_outputs_on_signals() has been called. Devices and pipes
+// receive all bytes at the end.
 #pragma once
 
 #include <csignal>
@@ -18,17 +19,17 @@
 
 namespace shm::converters {
 
-// A file that remove_outputs_on_signals() removes while this lives. A few at a time in a process;
-// of more, those that come first.
+// Registers a file that the signal handlers of remove_outputs_on_signals() remove while this object
+// lives. A process has four such places; files beyond that are not registered.
 class RemovedOnSignals {
  public:
-  // `name` is borrowed, and must not move.
+  // `name` is borrowed and must stay at the same address.
   explicit RemovedOnSignals(const char* name);
   ~RemovedOnSignals();
   RemovedOnSignals(const RemovedOnSignals&) = delete;
   RemovedOnSignals& operator=(const RemovedOnSignals&) = delete;
 
-  // Holds the signals back while a file is there and its name is not yet registered.
+  // Blocks the signals between the creation of a file and its registration.
   class Pause;
 
  private:
@@ -47,9 +48,9 @@ class RemovedOnSignals::Pause {
 
 class OutputFile {
  public:
-  // Creates the temporary file, empty. Throws Failure (output).
-  // "-", standard output, a device and a pipe get all at commit, from a temporary file in `folder`.
-  // `how`: named for libraries that take no name in /proc.
+  // Creates an empty temporary file. Throws Failure (output). Standard output ("-"), devices and
+  // pipes receive all bytes at commit, from a temporary file in `folder`. `how`: use a named
+  // temporary file for libraries that cannot open a path in /proc.
   explicit OutputFile(std::string path, const std::string& folder = {},
                       FileSink::Temporary how = FileSink::Temporary::unnamed);
   ~OutputFile();
@@ -59,13 +60,13 @@ class OutputFile {
   const std::string& path() const { return path_; }
   const std::string& temporary() const { return sink_->temporary(); }  // write here, by name
   void write(std::span<const std::byte> bytes);                        // or here, front to back
-  // Or here, likewise. Its commit(), which who writes a .shm file calls, is left to commit() below:
-  // parity may follow, or an error.
+  // Or write here, front to back. The sink ignores commit() from the writer of a .shm file, because
+  // parity or an error may still follow; only commit() below counts.
   ByteSink& sink() { return uncommitted_; }
-  // Flushes to the disk and gives the file its name. Throws Failure (output).
+  // Flushes the file to disk and gives it its name. Throws Failure (output).
   void commit();
 
-  // The folder of a file, even of one that is in /proc only.
+  // Returns the folder of a file, even if `path` is a link in /proc to an open file without a name.
   static std::string folder_of(const std::string& path);
 
  private:
@@ -82,17 +83,18 @@ class OutputFile {
   };
 
   std::string path_;
-  bool is_stream_ = false;  // nothing to rename over
+  bool is_stream_ = false;  // a device, a pipe or standard output: nothing is replaced
   std::unique_ptr<FileSink> sink_;
   Uncommitted uncommitted_{sink_};
-  std::optional<RemovedOnSignals> on_signals_;  // where the temporary file has a name
+  std::optional<RemovedOnSignals> on_signals_;  // set if the temporary file has a name
 };
 
-// From here on a signal that ends the process first removes open OutputFiles and their like.
+// From this call on, a signal that ends the process first removes the temporary files of open
+// OutputFiles, and all other files registered by RemovedOnSignals.
 void remove_outputs_on_signals();
 
-// NumberOutput: a file being written front to back: text, or numbers as text or big-endian bytes.
-// Buffered; every refusal of the operating system is thrown as Failure (output).
+// NumberOutput: a file that is written front to back: text, and numbers as text or as big-endian
+// bytes. Buffered; every error of the operating system is thrown as Failure (output).
 class NumberOutput {
  public:
   NumberOutput(const std::string& path, bool binary);
@@ -106,17 +108,19 @@ class NumberOutput {
     text(words);
     text("\n");
   }
-  // `count` values in host order. As text: separated by blanks, `per_line` to a line.
+  // Writes `count` values, given in host byte order. Text values are separated by blanks,
+  // `per_line` to a line.
   void numbers(ScalarType type, const std::byte* values, std::size_t count, std::size_t per_line);
-  // Ends the last line of a column of numbers.
+  // Ends the last line after a run of numbers.
   void end_column() {
     if (binary_ || in_line_ > 0) text("\n");
     in_line_ = 0;
   }
-  // Bytes so far, and others over what stands at `offset`, all of them before position().
+  // Number of bytes written so far. patch() overwrites bytes from `offset` on, all before
+  // position().
   std::uint64_t position() const { return flushed_ + buffer_.size(); }
   void patch(std::uint64_t offset, std::string_view text);
-  // Hands everything to the operating system. The file is good only if this returns.
+  // Hands everything to the operating system. The file is complete only if this call returns.
   void finish();
 
  private:

@@ -55,7 +55,8 @@ Spool::Frame* Spool::load(std::uint64_t number) {
   Frame& frame = frames_.bring(number, [this](const Frame& leaving) {
     if (leaving.dirty) write_out(leaving);
   });
-  // Past the end of the file, or in a hole, a page is zeros; as is one that was never here.
+  // A page past the end of the file or in a hole of it is all zeros, and so is a page that was
+  // never in memory.
   std::size_t done = 0;
   while (written && done < kPageBytes) {
     const ssize_t n = ::pread(descriptor_, frame.bytes.get() + done, kPageBytes - done,
@@ -71,7 +72,8 @@ Spool::Frame* Spool::load(std::uint64_t number) {
 
 void Spool::write_out(const Frame& frame) {
   if (descriptor_ < 0) {
-    // A file that never has a name, or, where there is none such, one that loses it at once.
+    // Creates a file without a name. If the file system does not support that, creates a named file
+    // and unlinks it immediately.
     descriptor_ = ::open(directory_.c_str(), O_RDWR | O_TMPFILE | O_EXCL | O_CLOEXEC, 0600);
     std::string name = directory_ + "/.shm-spool-XXXXXX";
     if (descriptor_ < 0) {
@@ -121,7 +123,7 @@ void PagedArray::write(std::uint64_t first, std::uint64_t count, const std::byte
   size_ = std::max(size_, first + count);
 }
 
-// False when the array is, or has to become, one of pages.
+// Returns false if the array is in pages, or has to move there.
 bool PagedArray::write_small(std::uint64_t byte, std::uint64_t bytes, const std::byte* in) {
   if (!is_small()) return false;
   if (bytes == 0) return true;
@@ -154,13 +156,13 @@ NumberTable invert(NumberList& order, std::uint64_t size, const char* what, Spoo
   if (order.size() != size)
     fail("holds " + std::to_string(order.size()) + " numbers for " + std::to_string(size));
   NumberTable position(spool, size, size);
-  order.for_each([&](std::uint64_t at, std::uint64_t number) {
+  order.for_each([&](std::uint64_t index, std::uint64_t number) {
     if (number >= size)
       fail("number " + std::to_string(number) + " is beyond the last, " + std::to_string(size - 1));
     if (position.get(number) != 0) fail("number " + std::to_string(number) + " occurs twice");
-    position.set(number, at + 1);
+    position.set(number, index + 1);
   });
-  // Kept one too high while 0 meant "not seen".
+  // So far each entry is position + 1, so that 0 means "not seen".
   for (std::uint64_t n = 0; n < size; ++n) position.set(n, position.get(n) - 1);
   return position;
 }

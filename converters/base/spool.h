@@ -1,9 +1,12 @@
-// Spool: large arrays on their way between formats, in bounded memory.
-// A PagedArray is an array of fixed-size elements that may be read and written anywhere; what
-// does not fit the memory goes to an unlinked temporary file, so nothing is left behind on any
-// exit. PageFrames decide how much memory that is. Arrays that fit in a small part of a page stay
-// out of pages while they fit the budget once more: a file may have very many. A NumberTable is one
-// of numbers of vertices or cells. A PageCache holds pages of what can be read anywhere again.
+// Spool: large arrays in bounded memory, used while a mesh is converted.
+// - PagedArray: an array of fixed-size elements with random access. Pages that do not fit in memory
+// go to an unlinked temporary file, so no file is left behind however the program exits.
+// - PageFrames: decides which pages are in memory, and how many.
+// - NumberTable: a PagedArray of numbers, one per vertex or cell.
+// - PageCache: caches pages of data that can be fetched again at any time.
+//
+// Arrays of at most kSmallBytes are held outside the pages as long as their total stays within
+// another memory budget: a file may have very many small arrays.
 #pragma once
 
 #include <algorithm>
@@ -21,45 +24,47 @@
 
 namespace shm::converters {
 
-// Which pages of something larger are in memory. Those used of late stay (second chance). The room
-// begins small, and grows, up to a budget, by each page that is wanted again soon after it had to
-// leave: what is read front to back stays in little memory, what is read without order takes what
-// it is given.
+// The set of pages that are in memory. Recently used pages stay (second-chance replacement). The
+// number of frames starts small and grows by one, up to a budget, whenever a page is needed again
+// soon after its eviction. So sequential access needs little memory, and random access gets the
+// whole budget.
 class PageFrames {
  public:
   struct Frame {
     std::unique_ptr<std::byte[]> bytes;
     std::uint64_t page = 0;
     bool dirty = false;  // for the caller; false at first
-    bool used = false;   // since the hand came by
+    bool used = false;   // used since the clock hand last passed
   };
 
-  // Room for `start_bytes` at first, `budget_bytes` at most, and four pages at least.
+  // Starts with frames for `start_bytes` and grows to `budget_bytes`; there are at least four
+  // frames.
   PageFrames(std::size_t page_bytes, std::size_t start_bytes, std::size_t budget_bytes)
       : page_bytes_(page_bytes),
         most_(std::max<std::size_t>(std::min(start_bytes, budget_bytes) / page_bytes, 4)),
         most_ever_(std::max(budget_bytes / page_bytes, most_)) {}
 
   std::uint64_t pages() const { return entries_.size(); }
-  // There are `count` more pages, none of them here. 8 bytes each.
+  // Adds `count` pages, none of them in memory. Each page costs 8 bytes of bookkeeping.
   void add_pages(std::uint64_t count) { entries_.resize(entries_.size() + count); }
   std::size_t resident_bytes() const { return frames_.size() * page_bytes_; }
 
-  // Null when the page is not here. Valid until bring().
+  // Returns the frame of a page, or null if the page is not in memory. Valid until the next
+  // bring().
   Frame* find(std::uint64_t page) {
     const std::uint32_t place = entries_[page].place;
     if (place == kAbsent) return nullptr;
     frames_[place].used = true;
     return &frames_[place];
   }
-  // Whether a page that is not here was.
+  // Returns true if a page that is not in memory was in memory before.
   bool was_here(std::uint64_t page) const { return entries_[page].left_at != 0; }
-  // A frame for a page that is not here; its bytes are for the caller to fill. leave(frame) comes
-  // before another page gives its frame up. When it throws, nothing has changed.
+  // Returns a frame for a page that is not in memory; the caller fills in its bytes. If another
+  // page is evicted for it, leave(frame) is called first. If leave throws, nothing has changed.
   template <class Leave>
   Frame& bring(std::uint64_t page, Leave&& leave) {
     Entry& entry = entries_[page];
-    // It would still be here if there were somewhat more room.
+    // With somewhat more frames the page would still be in memory, so allow one more.
     if (was_here(page) && evictions_ - entry.left_at < 2 * most_ && most_ < most_ever_) ++most_;
     if (frames_.size() < most_) {
       entry.place = static_cast<std::uint32_t>(frames_.size());
@@ -84,34 +89,36 @@ class PageFrames {
  private:
   static constexpr std::uint32_t kAbsent = ~std::uint32_t{0};
   struct Entry {
-    std::uint32_t place = kAbsent;  // of its frame
-    std::uint32_t left_at = 0;      // which eviction it was, from 1; 0: it never left
+    std::uint32_t place = kAbsent;  // index of its frame
+    // Number of the eviction that removed the page, counted from 1; 0: never evicted.
+    std::uint32_t left_at = 0;
   };
 
-  std::size_t page_bytes_, most_, most_ever_;  // frames: now, and at the end of growth
+  std::size_t page_bytes_, most_, most_ever_;  // number of frames allowed now, and at most
   std::vector<Frame> frames_;
-  std::vector<Entry> entries_;  // by page
+  std::vector<Entry> entries_;  // indexed by page
   std::size_t hand_ = 0;
   std::uint32_t evictions_ = 0;
 };
 
-// Where pages of many arrays live. Shares one memory budget and one temporary file. For one thread.
-// What a mesh may come to that goes through a spool; more is over_limit.
+// Limits for a mesh that is read through a spool. Exceeding one is an over_limit error.
 struct MeshLimits {
-  std::uint64_t most = ~std::uint64_t{0};   // of cells, and of vertices
-  std::uint64_t bytes = ~std::uint64_t{0};  // of its numbers
+  std::uint64_t most = ~std::uint64_t{0};   // cells, and likewise vertices
+  std::uint64_t bytes = ~std::uint64_t{0};  // bytes of coordinates, corners and arrays
 };
 
+// Storage for the pages of many arrays, with one memory budget and one temporary file. Not
+// thread-safe.
 class Spool {
  public:
   static constexpr std::size_t kPageBytes = 64 * 1024;
-  static constexpr std::size_t kSmallBytes = 4 * 1024;  // arrays up to here need no page
+  static constexpr std::size_t kSmallBytes = 4 * 1024;  // arrays up to this size need no page
   static constexpr std::size_t kStartBytes = std::size_t{8} << 20;
   static constexpr std::size_t kUsualBudget = std::size_t{256} << 20;
 
-  // `directory`: where the temporary file is made when it is first needed. `memory_budget`: bytes
-  // that pages here take at most, with what others hold beside them: half of it is for pages, a
-  // quarter for caches, a quarter for what the library keeps.
+  // `directory` holds the temporary file, which is created when it is first needed. `memory_budget`
+  // is the number of bytes for the spool and its users together: half for pages, a quarter for
+  // caches, and a quarter for the topology that the library keeps.
   explicit Spool(std::string directory, std::size_t memory_budget = kUsualBudget,
                  const MeshLimits& limits = {});
   ~Spool();
@@ -121,7 +128,7 @@ class Spool {
 
   std::size_t memory_budget() const { return memory_budget_; }
   const MeshLimits& limits() const { return limits_; }
-  // Bytes of the pages that were ever written.
+  // Bytes of all pages that were ever written.
   std::uint64_t paged_bytes() const { return pages_written_ * kPageBytes; }
   std::size_t resident_bytes() const { return frames_.resident_bytes(); }
 
@@ -129,7 +136,7 @@ class Spool {
   friend class PagedArray;
   using Frame = PageFrames::Frame;
 
-  // Valid until the next call.
+  // Returns the bytes of a page. Valid until the next call.
   std::byte* page(std::uint64_t number, bool for_writing) {
     Frame* frame = frames_.find(number);
     if (frame == nullptr) frame = load(number);
@@ -139,7 +146,7 @@ class Spool {
   std::uint64_t reserve_pages(std::uint64_t count);
   Frame* load(std::uint64_t number);
   void begin_writing(Frame& frame);
-  bool take_small(std::size_t bytes);  // false: there is no room for more
+  bool take_small(std::size_t bytes);  // false: small arrays have used up their budget
   void write_out(const Frame& frame);
 
   std::string directory_;
@@ -147,29 +154,30 @@ class Spool {
   MeshLimits limits_;
   PageFrames frames_;
   int descriptor_ = -1;
-  std::size_t small_room_;          // bytes that small arrays may still take
-  std::vector<bool> ever_written_;  // of each page
+  std::size_t small_room_;          // bytes that small arrays may still use
+  std::vector<bool> ever_written_;  // indexed by page
   std::uint64_t pages_written_ = 0;
 };
 
-// What the library may keep of the topology beside such a spool.
+// Bytes of topology that the library may keep in memory in addition to such a spool.
 inline std::size_t kept_topology_bytes(const Spool& spool) {
   return std::min(spool.memory_budget() / 4, std::size_t{64} << 20);
 }
 
-// Elements of `element_bytes` each, zero until written, growing as they are written.
-// Borrowed from its Spool, which must outlive it. Throws Failure when the disk fails.
+// An array of elements of `element_bytes` each. Elements are zero until written; writing past the
+// end makes the array longer. The array uses its Spool, which must outlive it. Throws Failure on a
+// disk error.
 class PagedArray {
  public:
   PagedArray(Spool& spool, std::size_t element_bytes);
   PagedArray(PagedArray&&) = default;
   PagedArray& operator=(PagedArray&&) = default;
 
-  std::uint64_t size() const { return size_; }  // elements, one past the highest written
+  std::uint64_t size() const { return size_; }  // number of elements: one past the highest written
   void read(std::uint64_t first, std::uint64_t count, std::byte* out);
   void write(std::uint64_t first, std::uint64_t count, const std::byte* in);
   void append(std::uint64_t count, const std::byte* in) { write(size_, count, in); }
-  // One element, which is a T.
+  // Reads one element of type T.
   template <class T>
   T get(std::uint64_t index) {
     static_assert(std::is_trivially_copyable_v<T>);
@@ -190,7 +198,7 @@ class PagedArray {
   }
 
  private:
-  // Whether an element lies in one page.
+  // True if no element crosses the end of a page.
   template <class T>
   static constexpr bool kNeverSplit = Spool::kPageBytes % sizeof(T) == 0;
   static constexpr std::uint64_t kExtentPages = 16;  // pages reserved together: 1 MiB of file
@@ -209,17 +217,17 @@ class PagedArray {
   Spool* spool_;
   std::size_t element_bytes_;
   std::uint64_t size_ = 0;
-  std::vector<std::byte> small_;        // all there is, while there are no extents
+  std::vector<std::byte> small_;        // all elements, until there are extents
   std::vector<std::uint64_t> extents_;  // first page number of each extent
 };
 
-// A number for each vertex or cell, zero at first, read and written anywhere, in the spool. Numbers
-// take 4 bytes each where none can be larger than that.
+// A number for each vertex or cell, initially zero, with random access, in the spool. Each number
+// uses 4 bytes if the largest one fits, and 8 bytes otherwise.
 class NumberTable {
  public:
   static constexpr std::uint64_t kAnyNumber = std::numeric_limits<std::uint64_t>::max();
 
-  // `most`: the largest number that will be written.
+  // `most` is the largest number that will be written.
   NumberTable(Spool& spool, std::uint64_t size, std::uint64_t most = kAnyNumber)
       : size_(size),
         narrow_(most <= std::numeric_limits<std::uint32_t>::max()),
@@ -241,11 +249,12 @@ class NumberTable {
   PagedArray paged_;
 };
 
-// Elements of an array that is read in runs, asked for one by one in any order. Neighbouring
-// elements come with one fetch, so coherent orders cost one fetch a page. Memory as of PageFrames.
+// Random access to single elements of an array that is read in runs. A fetch brings a whole page of
+// neighbouring elements, so a coherent access order costs one fetch per page. PageFrames bounds the
+// memory.
 class PageCache {
  public:
-  // Fills `out` with `count` elements from element `first`.
+  // Fills `out` with `count` elements, starting at element `first`.
   using Fetch = std::function<void(std::uint64_t first, std::uint64_t count, std::byte* out)>;
 
   PageCache(std::uint64_t elements, std::size_t element_bytes, std::size_t budget_bytes,
@@ -261,7 +270,7 @@ class PageCache {
     frames_.add_pages((elements >> page_bits_) + 1);
   }
 
-  // Must hold: index < elements. Valid until the next call.
+  // Returns an element. Requires index < elements. Valid until the next call.
   const std::byte* operator[](std::uint64_t index) {
     const std::uint64_t page = index >> page_bits_;
     PageFrames::Frame* frame = frames_.find(page);
@@ -289,8 +298,8 @@ class PageCache {
   Fetch fetch_;
 };
 
-// A long list of numbers, written front to back and read in pieces. While the numbers count up from
-// 0 they take no room, and 4 bytes each while they fit.
+// A long list of numbers, written front to back and read in runs. The initial part that counts up
+// from 0 (0, 1, 2, ...) needs no storage; other numbers use 4 bytes as long as all of them fit.
 class NumberList {
  public:
   explicit NumberList(Spool& spool)
@@ -305,7 +314,7 @@ class NumberList {
     if (tail_.size() == kTail) flush();
   }
   std::uint64_t size() const { return size_; }
-  // `count` numbers from number `first`. Must hold: there are so many.
+  // Reads `count` numbers, starting at position `first`. Requires first + count <= size().
   void read(std::uint64_t first, std::uint64_t count, std::vector<std::uint64_t>& out) {
     flush();
     out.resize(count);
@@ -323,7 +332,7 @@ class NumberList {
       wide_.read(first + done - wide_from, count - done,
                  reinterpret_cast<std::byte*>(out.data() + done));
   }
-  // Calls visit(position, number) for all of them.
+  // Calls visit(position, number) for each number in the list.
   template <class Visit>
   void for_each(Visit&& visit) {
     std::vector<std::uint64_t> piece;
@@ -348,16 +357,19 @@ class NumberList {
     tail_.clear();
   }
 
-  // One behind the other: what counts up, narrow numbers, and all from the first wide one on.
+  // The list consists of three parts: numbers that count up from 0, then narrow numbers, then
+  // everything from the first wide number on.
   std::uint64_t counted_ = 0;
   PagedArray narrow_, wide_;
   std::uint64_t size_ = 0;
-  std::vector<std::uint64_t> tail_;   // of these, what has not been sorted in
-  std::vector<std::uint32_t> piece_;  // on its way
+  std::vector<std::uint64_t>
+      tail_;  // last numbers of the list, not yet appended to narrow_ or wide_
+  std::vector<std::uint32_t> piece_;  // buffer
 };
 
-// position[number] for a list of numbers below `size`. Throws corrupt unless the list holds each
-// number below `size` exactly once; `what` names them in the complaint.
+// Returns the inverse of a permutation: position[number] for a list of all numbers below `size`.
+// Throws corrupt unless the list holds each number below `size` exactly once; `what` names the
+// numbers in the error message.
 NumberTable invert(NumberList& order, std::uint64_t size, const char* what, Spool& spool);
 
 }  // namespace shm::converters

@@ -1,4 +1,4 @@
-// One number as it is stored, of any scalar type: its text, and how far it is from another one.
+// Scalar values as stored, of any type: their text, and the distance between two values.
 #pragma once
 
 #include <charconv>
@@ -19,14 +19,14 @@ T load(const std::byte* from) {
   return value;
 }
 
-// Shortest decimal that comes back as the same number.
+// Returns the shortest decimal that reads back as the same number.
 template <class T>
 std::string number_text(T value) {
   char text[64];
   return {text, std::to_chars(text, text + sizeof text, value).ptr};
 }
 
-// The same; of NaN also the bits, as in "nan (0x7fc00000)".
+// As number_text; for NaN the text includes the bits, e.g. "nan (0x7fc00000)".
 std::string value_text(const std::byte* value, ScalarType type);
 
 // Calls `body(T{})` with the C++ type of `type`.
@@ -49,16 +49,16 @@ decltype(auto) with_scalar(ScalarType type, Body&& body) {
 
 double as_double(const std::byte* value, ScalarType type);
 
-// When two numbers count as equal. Exact: the same bits; of two types, the same number. Tolerant:
-// the same number (NaN is NaN, -0.0 is 0.0), or one of them is floating-point and they are at most
-// `bound` apart.
+// How two numbers are compared. Exact: the bits must be equal; numbers of two different types must
+// have the same value. Tolerant: the values must be equal (NaN equals NaN, -0.0 equals 0.0), or one
+// of the two is floating-point and they differ by at most `bound`.
 struct Likeness {
   bool tolerant = false;
   double bound = 0;
 };
 
-// Nothing where the two count as equal, else how far they are apart: 0 for the same number in other
-// bits, infinity where one of them is no finite number.
+// Returns nothing if the two numbers count as equal. Otherwise returns their distance: 0 for the
+// same value in different bits, infinity if one of them is not finite.
 std::optional<double> distance_of_unlike(const std::byte* a, ScalarType type_a, const std::byte* b,
                                          ScalarType type_b, const Likeness& likeness);
 

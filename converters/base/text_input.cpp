@@ -13,7 +13,7 @@ namespace shm::converters {
 namespace {
 
 constexpr std::size_t kBufferBytes = std::size_t{1} << 18;
-constexpr std::size_t kLongestLine = std::size_t{1} << 26;  // a longer line is no text file
+constexpr std::size_t kLongestLine = std::size_t{1} << 26;  // no text file has longer lines
 
 bool is_space(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
 
@@ -104,7 +104,7 @@ std::string_view TextInput::word_or_end() {
 
 std::string_view TextInput::word() {
   const std::string_view text = word_or_end();
-  if (text.empty()) fail(ErrorCode::truncated, "the file ends where a value should stand");
+  if (text.empty()) fail(ErrorCode::truncated, "the file ends where a value is expected");
   return text;
 }
 
@@ -156,7 +156,7 @@ void TextInput::fail(ErrorCode code, const std::string& detail) const {
 
 void TextInput::fail_number(std::string_view text) const {
   fail(ErrorCode::corrupt,
-       "'" + std::string(text.substr(0, 40)) + "' is not the number that should stand here");
+       "'" + std::string(text.substr(0, 40)) + "' is not the number that is expected here");
 }
 
 void TextInput::expect_room(std::uint64_t count, std::uint64_t bytes_each, const char* what) const {
@@ -173,7 +173,7 @@ bool TextInput::parse_slow(std::string_view text, double& value) {
   if (copy.empty() || end != copy.data() + copy.size()) return false;
   if (error == std::errc()) return true;
   if (error != std::errc::result_out_of_range) return false;
-  // Too large becomes infinity, too small becomes zero, as strtod does.
+  // Too large a number becomes infinity, too small a number becomes zero, as with strtod.
   const bool negative = copy.front() == '-';
   const std::size_t e = copy.find_first_of("eE");
   const bool tiny = e != std::string::npos && e + 1 < copy.size() && copy[e + 1] == '-';

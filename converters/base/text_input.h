@@ -1,5 +1,6 @@
-// TextInput: reads files that mix text and raw binary (VTK legacy, Gmsh MSH) front to back,
-// knowing line and byte for every complaint. Buffered; memory does not grow with the file.
+// TextInput: reads files that mix text and raw binary data (VTK legacy, Gmsh MSH) front to back.
+// Error messages give the section and the byte offset. Buffered; memory does not grow with the
+// file.
 #pragma once
 
 #include <charconv>
@@ -16,27 +17,30 @@ namespace shm::converters {
 
 class TextInput {
  public:
-  explicit TextInput(const std::string& path);  // throws Failure (io) when it cannot be opened
+  explicit TextInput(const std::string& path);  // throws Failure (io) if the file cannot be opened
   ~TextInput();
   TextInput(const TextInput&) = delete;
   TextInput& operator=(const TextInput&) = delete;
 
-  // The section named in complaints from here on, e.g. "CELLS" or "$Nodes".
+  // Sets the section that error messages name from here on, e.g. "CELLS" or "$Nodes".
   void enter(std::string section) { section_ = std::move(section); }
 
   bool at_end();  // skips nothing
-  // Next line without its end (LF or CRLF); throws truncated at the end of the file.
+  // Returns the next line without its line end (LF or CRLF). Throws truncated at the end of the
+  // file.
   std::string line();
-  // Next word between white space; throws truncated at the end. Valid until the next call.
+  // Returns the next word, delimited by white space. Throws truncated at the end of the file. Valid
+  // until the next call.
   std::string_view word();
-  // As word(), but an empty view at the end of the file.
+  // As word(), but returns an empty view at the end of the file.
   std::string_view word_or_end();
-  // Looks at the next word without consuming it; empty at the end.
+  // Returns the next word without consuming it; empty at the end of the file.
   std::string_view peek_word();
-  // Drops the rest of the current line, its end included.
+  // Skips the rest of the current line, including its line end.
   void skip_line();
 
-  // Next word as a number of type T. Floats take "nan", "inf", Fortran's 1.0D+00 and leading '+'.
+  // Reads the next word as a number of type T. Floating-point numbers may be "nan", "inf",
+  // Fortran's 1.0D+00, or start with '+'.
   template <class T>
   T number() {
     const std::string_view text = word();
@@ -52,9 +56,9 @@ class TextInput {
     return parse_slow(text, value);
   }
 
-  // Exactly `count` raw bytes; throws truncated when the file ends before.
+  // Reads exactly `count` raw bytes. Throws truncated if the file ends before that.
   void bytes(std::byte* out, std::size_t count);
-  // Moves to an absolute byte; line numbers are unknown from there on.
+  // Moves to an absolute byte offset.
   void seek(std::uint64_t offset);
   void skip_bytes(std::uint64_t count);
 
@@ -64,12 +68,12 @@ class TextInput {
   const std::string& path() const { return path_; }
 
   [[noreturn]] void fail(ErrorCode code, const std::string& detail) const;
-  // Throws corrupt unless `count` items of at least `bytes_each` can still be in the file.
-  // Call before anything is allocated for a count that the file states.
+  // Throws corrupt unless `count` items of at least `bytes_each` bytes fit into the rest of the
+  // file. Call it before allocating memory for a count that the file states.
   void expect_room(std::uint64_t count, std::uint64_t bytes_each, const char* what) const;
 
  private:
-  bool fill();  // more bytes behind what is buffered; false at the end
+  bool fill();  // reads more bytes after those buffered; returns false at the end
   void skip_space();
   [[noreturn]] void fail_number(std::string_view text) const;
   static bool parse_slow(std::string_view text, double& value);

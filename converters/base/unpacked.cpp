@@ -13,7 +13,7 @@
 namespace shm::converters {
 namespace {
 
-// What is called of libarchive. Throws Failure where it does not load.
+// The functions of libarchive that are used here. Throws Failure if the library cannot be loaded.
 struct ArchiveFunctions {
 #ifdef SHM_ARCHIVE_LIBRARY
   LoadedLibrary library{SHM_ARCHIVE_LIBRARY};
@@ -34,7 +34,7 @@ struct ArchiveFunctions {
 #undef SHM_FUNCTION
 };
 
-// Opened by the first call.
+// The first call opens the library.
 const ArchiveFunctions& libarchive() {
   static const ArchiveFunctions functions;
   return functions;
@@ -71,21 +71,21 @@ UnpackedSource::UnpackedSource(std::unique_ptr<ByteSource> packed, std::string n
 UnpackedSource::~UnpackedSource() = default;
 
 std::ptrdiff_t UnpackedSource::give(archive*, void* self, const void** bytes) {
-  UnpackedSource& it = *static_cast<UnpackedSource*>(self);
-  const Result<std::size_t> count = it.packed_->read(it.piece_);
+  UnpackedSource& source = *static_cast<UnpackedSource*>(self);
+  const Result<std::size_t> count = source.packed_->read(source.piece_);
   if (!count) {
-    it.refusal_ = count.error();
+    source.refusal_ = count.error();
     return -1;
   }
-  it.at_end_ = *count == 0;
-  *bytes = it.piece_.data();
+  source.at_end_ = *count == 0;
+  *bytes = source.piece_.data();
   return static_cast<std::ptrdiff_t>(*count);
 }
 
 Error UnpackedSource::error() const {
   if (!refusal_) return refusal_.error();
   if (at_end_)
-    return {ErrorCode::truncated, "ends before what is packed in it does", {}, kNoOffset, name_};
+    return {ErrorCode::truncated, "the compressed data ends early", {}, kNoOffset, name_};
   const char* const words = libarchive().archive_error_string(reader_.get());
   return {ErrorCode::corrupt,
           std::string("does not unpack: ") + (words != nullptr ? words : "unknown"),
@@ -100,7 +100,7 @@ Result<std::size_t> UnpackedSource::read(std::span<std::byte> into) {
     archive_entry* entry = nullptr;
     int state = libarchive().archive_read_open(reader_.get(), this, nullptr, give, nullptr);
     if (state == ARCHIVE_OK) state = libarchive().archive_read_next_header(reader_.get(), &entry);
-    if (state == ARCHIVE_EOF) return std::size_t{0};  // nothing was packed
+    if (state == ARCHIVE_EOF) return std::size_t{0};  // the compressed file is empty
     if (state != ARCHIVE_OK) return error();
   }
   const la_ssize_t count = libarchive().archive_read_data(reader_.get(), into.data(), into.size());

@@ -1,4 +1,4 @@
-// What is in files that gzip, xz or zstd made, read from their beginning to their end by
+// Reads the contents of a file compressed by gzip, xz or zstd from beginning to end, using
 // libarchive.
 #pragma once
 
@@ -14,18 +14,19 @@ struct archive;
 
 namespace shm::converters {
 
-// The name that the file had before: "run.e" of "run.e.gz"; any other name as it is.
+// Returns the name without the compression's extension: "run.e" for "run.e.gz". Other names are
+// returned unchanged.
 std::string unpacked_name(const std::string& path);
 
 class UnpackedSource final : public ByteSource {
  public:
-  // `name` is for messages. Throws Failure where libarchive does not load.
+  // `name` is used in messages. Throws Failure if libarchive cannot be loaded.
   UnpackedSource(std::unique_ptr<ByteSource> packed, std::string name);
   ~UnpackedSource() override;
   UnpackedSource(const UnpackedSource&) = delete;
   UnpackedSource& operator=(const UnpackedSource&) = delete;
 
-  // Errors: those of the packed source, and corrupt where it does not unpack.
+  // Reports errors of the packed source, and corrupt if the data cannot be decompressed.
   Result<std::size_t> read(std::span<std::byte> into) override;
 
  private:
@@ -38,9 +39,9 @@ class UnpackedSource final : public ByteSource {
   std::unique_ptr<ByteSource> packed_;
   std::string name_;
   std::vector<std::byte> piece_;
-  Result<void> refusal_;  // of the packed source
+  Result<void> refusal_;  // the packed source's error, if any
   std::unique_ptr<archive, Closed> reader_;
-  bool begun_ = false, at_end_ = false;  // of the packed source
+  bool begun_ = false, at_end_ = false;  // state of the packed source
 };
 
 }  // namespace shm::converters

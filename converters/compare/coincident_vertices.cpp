@@ -13,7 +13,7 @@ namespace shm::converters {
 namespace {
 
 constexpr std::uint32_t kNoSite = ~std::uint32_t{0};
-// Stand for what is not finite, so that all points can be ordered.
+// These stand for NaN and infinity, so that all points can be ordered.
 constexpr double kNan = 1.7e308, kInfinite = 1.6e308;
 
 double orderly(double x) {
@@ -42,7 +42,7 @@ std::vector<PlainPoint> points_of(MeshSource& mesh) {
   return points;
 }
 
-// The vertices of one mesh by their places: those at the same place stand together.
+// The vertices of one mesh, sorted by position: vertices at the same place are adjacent.
 class Places {
  public:
   explicit Places(MeshSource& mesh) : points_(points_of(mesh)), order_(points_.size()) {
@@ -52,12 +52,12 @@ class Places {
     });
   }
   std::size_t size() const { return points_.size(); }
-  const PlainPoint& point(std::size_t at) const { return points_[order_[at]]; }
-  std::uint32_t vertex(std::size_t at) const { return order_[at]; }
-  // Where the vertices at the place of `at` end.
-  std::size_t run_end(std::size_t at) const {
-    std::size_t end = at + 1;
-    while (end < size() && point(end) == point(at)) ++end;
+  const PlainPoint& point(std::size_t index) const { return points_[order_[index]]; }
+  std::uint32_t vertex(std::size_t index) const { return order_[index]; }
+  // Returns the end of the run of vertices at the same place as the one at `index`.
+  std::size_t run_end(std::size_t index) const {
+    std::size_t end = index + 1;
+    while (end < size() && point(end) == point(index)) ++end;
     return end;
   }
 
@@ -66,7 +66,8 @@ class Places {
   std::vector<std::uint32_t> order_;
 };
 
-// Vertices of one mesh at one place that the other has no equal number of.
+// Runs of vertices of one mesh at the same place, if the other mesh does not have the same number
+// of vertices there.
 struct Runs {
   std::vector<PlainPoint> points;
   std::vector<std::uint32_t> begin, end, site;
@@ -78,7 +79,7 @@ struct Runs {
   }
 };
 
-class Groups {  // union and find
+class Groups {  // disjoint sets (union-find)
  public:
   explicit Groups(std::size_t size) : parent_(size) {
     std::iota(parent_.begin(), parent_.end(), 0);
@@ -126,8 +127,8 @@ class SiteFinder {
         if (end_a > i) left_a_.add(a_, i, end_a);
         if (end_b > k) left_b_.add(b_, k, end_b);
       } else {
-        for (std::size_t at = i; at < end_a; ++at) sites_.of_a[a_.vertex(at)] = sites_.count;
-        for (std::size_t at = k; at < end_b; ++at) sites_.of_b[b_.vertex(at)] = sites_.count;
+        for (std::size_t v = i; v < end_a; ++v) sites_.of_a[a_.vertex(v)] = sites_.count;
+        for (std::size_t v = k; v < end_b; ++v) sites_.of_b[b_.vertex(v)] = sites_.count;
         ++sites_.count;
       }
       i = end_a;
@@ -140,7 +141,8 @@ class SiteFinder {
     const auto runs_a = static_cast<std::uint32_t>(left_a_.points.size());
     const std::size_t runs = runs_a + left_b_.points.size();
     Groups groups(runs);
-    std::vector<bool> crowded(runs, false);  // is near too many to look at all
+    // True if a run has too many neighbours to examine them all.
+    std::vector<bool> crowded(runs, false);
     for (std::uint32_t i = 0; i < runs; ++i) {
       std::size_t found = 0;
       const auto unite = [&](std::uint32_t other) {
@@ -153,7 +155,7 @@ class SiteFinder {
       crowded[i] = found >= kCrowd;
     }
     const std::vector<bool> close = close_groups(groups, crowded);
-    std::vector<std::uint32_t> site(runs, kNoSite);  // of a group
+    std::vector<std::uint32_t> site(runs, kNoSite);  // by group
     for (std::uint32_t i = 0; i < runs; ++i) {
       const std::uint32_t group = groups.of(i);
       if (!close[group]) continue;
@@ -172,12 +174,12 @@ class SiteFinder {
     return i < runs_a ? left_a_.site[i] : left_b_.site[i - runs_a];
   }
 
-  // Groups whose members are all within the tolerance of each other.
+  // Returns, for each group, true if all its members are within the tolerance of each other.
   std::vector<bool> close_groups(Groups& groups, const std::vector<bool>& crowded) const {
     std::vector<PlainPoint> low(crowded.size()), high(crowded.size());
     std::vector<bool> close(crowded.size(), true);
     for (std::uint32_t i = 0; i < crowded.size(); ++i) {
-      const std::uint32_t group = groups.of(i);  // its own lowest member
+      const std::uint32_t group = groups.of(i);  // the group's number is its lowest member
       const PlainPoint& point = run_point(i);
       if (crowded[i]) close[group] = false;
       if (i == group) low[group] = high[group] = point;
@@ -190,8 +192,8 @@ class SiteFinder {
     return close;
   }
 
-  // Each with the one that is nearest to it and to which it is nearest; then who is left over, to
-  // the nearest.
+  // First joins pairs that are each other's nearest run; then joins each remaining run to its
+  // nearest one.
   void take_nearest(const PointTree& tree_a, const PointTree& tree_b) {
     std::vector<std::uint32_t> nearest_a(left_b_.points.size(), kNoSite);
     for (std::size_t k = 0; k < nearest_a.size(); ++k)
@@ -215,8 +217,8 @@ class SiteFinder {
   static void give_sites(const Runs& runs, const Places& places,
                          std::vector<std::uint32_t>& of_vertex) {
     for (std::size_t r = 0; r < runs.points.size(); ++r)
-      for (std::uint32_t at = runs.begin[r]; at < runs.end[r]; ++at)
-        of_vertex[places.vertex(at)] = runs.site[r];
+      for (std::uint32_t v = runs.begin[r]; v < runs.end[r]; ++v)
+        of_vertex[places.vertex(v)] = runs.site[r];
   }
 
   static constexpr std::size_t kCrowd = 32;

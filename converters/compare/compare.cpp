@@ -21,7 +21,7 @@
 namespace shm::converters {
 namespace {
 
-// A run of values on both sides.
+// A sequence of values that both meshes have.
 struct Column {
   std::string name;     // "coordinates" or "array 'T'"
   std::string what;     // the same, for one step: "array 'T', step 3"
@@ -35,7 +35,7 @@ struct Column {
 
 class Comparison {
  public:
-  // `spooled`: where the source with other numbers is; made where it is needed.
+  // `spooled` holds the renumbered source; it is created if it is needed.
   Comparison(MeshSource& source, MeshSource& restored, Spool& spool, const Progress& progress,
              const CellSequence* given_order, bool with_steps,
              std::unique_ptr<SpooledSource>& spooled)
@@ -45,7 +45,7 @@ class Comparison {
         with_steps_(with_steps),
         numbers_(source, restored, spool, progress, given_order, spooled) {}
 
-  // With guess number `guess` about the numbering.
+  // Compares the meshes, using guess number `guess` for the numbering.
   CompareReport run(std::size_t guess) {
     compare_structure();
     if (!same_counts_) return std::move(report_);
@@ -60,7 +60,7 @@ class Comparison {
     if (with_steps_) compare_extras();
     return std::move(report_);
   }
-  // After run(): the guess.
+  // After run(): returns the search with its current guess.
   const NumberingSearch& numbers() const { return numbers_; }
 
  private:
@@ -98,7 +98,7 @@ class Comparison {
   MeshSource* source_;
   MeshSource* restored_;
   const Progress& progress_;
-  bool with_steps_;  // else only what does not change with time
+  bool with_steps_;  // false: compare only data that does not change with time
   NumberingSearch numbers_;
   CompareReport report_;
   bool same_counts_ = true, same_arrays_ = true;
@@ -201,11 +201,11 @@ void Comparison::compare_cells() {
   CellStore store(numbers_.spool());
   for (CellCursor source(*source_); source.next();) store.append(source.block(), source.corners());
   CellBatch one;
-  numbers_.cells()->for_each([&](std::uint64_t at, std::uint64_t number) {
+  numbers_.cells()->for_each([&](std::uint64_t position, std::uint64_t number) {
     if (!restored.next()) return;
     one.clear();
     store.read(number, one);
-    compare_cell(at, one.blocks[0], one.cell(0), restored.block(), restored.corners());
+    compare_cell(position, one.blocks[0], one.cell(0), restored.block(), restored.corners());
   });
 }
 
@@ -242,7 +242,7 @@ void Comparison::compare_array(std::size_t array, const std::string& name) {
   }
 }
 
-// "array 'T'", or "array 'point/T'" where there are several T.
+// Returns "array 'T'", or "array 'point/T'" if there are several T.
 std::vector<std::string> Comparison::array_names(const Schema& schema) {
   constexpr std::string_view kPrefix = "array:";
   std::map<std::string_view, std::size_t> same;
@@ -263,7 +263,7 @@ MeasuredError* Comparison::measured_error(const Column& column) {
   return &report_.measured.back();
 }
 
-// `order`: for each restored element the source's; null: the same.
+// `order` lists the source's element for each restored element; null: the same.
 void Comparison::compare_column(const Column& column, NumberList* order) {
   const std::size_t stride = column.components * scalar_bytes(column.type);
   MeasuredError* measured = measured_error(column);
@@ -340,11 +340,11 @@ void Comparison::compare_extra(const Extra& source, const Extra& restored) {
       source.refers != restored.refers || source.data.size() != restored.data.size())
     return differ(name, kind_text(source), kind_text(restored));
   const std::size_t bytes = scalar_bytes(source.type);
-  for (std::size_t at = 0; at + bytes <= source.data.size(); at += bytes)
-    if (std::memcmp(source.data.data() + at, restored.data.data() + at, bytes) != 0)
-      return differ(name + ", value " + std::to_string(at / bytes),
-                    value_text(source.data.data() + at, source.type),
-                    value_text(restored.data.data() + at, source.type));
+  for (std::size_t offset = 0; offset + bytes <= source.data.size(); offset += bytes)
+    if (std::memcmp(source.data.data() + offset, restored.data.data() + offset, bytes) != 0)
+      return differ(name + ", value " + std::to_string(offset / bytes),
+                    value_text(source.data.data() + offset, source.type),
+                    value_text(restored.data.data() + offset, source.type));
 }
 
 CompareReport best_guess(MeshSource& source, MeshSource& restored, Spool& spool,

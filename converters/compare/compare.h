@@ -1,10 +1,11 @@
 // Comparison of two meshes, piece by piece, in bounded memory.
-// A restored mesh must equal its source bit for bit (NaN payloads and the sign of zero included),
-// except where its values were quantized: there the error is measured and must stay within
-// the promise, and values that are not finite must still be equal.
-// A mesh in Order::stream is equal to its source when a renumbering of vertices and cells (and,
-// unless it promises corner order, a rotation of each hexahedron) makes it so; the comparison
-// finds that renumbering by encoding the source again, and then checks it without trusting it.
+//
+// A restored mesh must equal its source bit for bit, including NaN payloads and the sign of zero.
+// The exception is quantized values: their error is measured and must not exceed the promised
+// bound, and values that are not finite must still be equal. A mesh in Order::stream equals its
+// source if a renumbering of vertices and cells makes them equal (and, unless the mesh promises
+// corner order, a rotation of each hexahedron). The comparison finds this renumbering by encoding
+// the source again, and then checks it instead of trusting it.
 #pragma once
 
 #include <cstdint>
@@ -20,28 +21,28 @@
 namespace shm::converters {
 
 struct MeasuredError {
-  std::string what;     // "coordinates", "array 'T'", or "array 'point/T'" where T is not alone
+  std::string what;     // "coordinates", "array 'T'", or "array 'point/T'" if there are several T
   double largest = 0;   // |restored - source|
-  double promised = 0;  // the bound that the file gives
+  double promised = 0;  // bound stated in the file
 };
 
 struct CompareReport {
   std::uint64_t differences = 0;
-  std::vector<std::string> first;       // the first of them in words
-  std::vector<MeasuredError> measured;  // of what is quantized
+  std::vector<std::string> first;       // descriptions of the first differences
+  std::vector<MeasuredError> measured;  // errors of quantized values
   bool equal() const { return differences == 0; }
 };
 
 inline constexpr std::size_t kDifferencesInWords = 10;
 
-// `cell_order`, may be null: the order that the cells of `source` were put in for Order::free,
-// where it is none of those that are tried.
+// `cell_order` is the order in which the cells of `source` were encoded in Order::free if it is
+// none of the orders that are tried; may be null.
 CompareReport compare_meshes(MeshSource& source, MeshSource& restored, Spool& spool,
                              const Progress& progress = {},
                              const CellSequence* cell_order = nullptr);
 
-// The same of what does not change with time: all but time steps, values at these, and extras.
-// `numbering`: how the restored mesh is numbered, where it is equal.
+// Compares only data that does not change with time: everything except time steps, their values,
+// and extras. If the meshes are equal, `numbering` is set to the numbering of the restored mesh.
 CompareReport compare_without_steps(MeshSource& source, MeshSource& restored, Spool& spool,
                                     const Progress& progress, const CellSequence* cell_order,
                                     Numbering& numbering);

@@ -20,7 +20,8 @@ std::string_view characters(const Extra& extra) {
   return {reinterpret_cast<const char*>(extra.data.data()), extra.data.size()};
 }
 
-// Characters of any encoding, lines, and zeros that end or fill them up.
+// Returns true if the bytes are text: characters of any encoding, line ends, and zeros that
+// terminate or pad.
 bool is_text(const Extra& extra) {
   if (extra.type != ScalarType::uint8 || extra.refers != Reference::nothing) return false;
   return std::all_of(extra.data.begin(), extra.data.end(), [](std::byte byte) {
@@ -29,7 +30,7 @@ bool is_text(const Extra& extra) {
   });
 }
 
-// Lines, or words of fixed width with zeros behind them.
+// Splits text into lines, or into words of fixed width that are padded with zeros.
 std::vector<std::string_view> lines_of(std::string_view text) {
   std::vector<std::string_view> lines;
   while (!text.empty()) {
@@ -101,7 +102,7 @@ class ExtrasDiff {
     found_.push_back(std::move(finding));
   }
 
-  // Lists of vertices or cells: how many of each are missing from the other.
+  // Compares lists of vertices or cells: counts the members of each list that the other one lacks.
   static void compare_members(const Extra& a, const Extra& b, Finding& finding) {
     const auto members = [](const Extra& extra) {
       std::vector<std::int64_t> list(extra.data.size() / scalar_bytes(extra.type));
@@ -127,15 +128,15 @@ class ExtrasDiff {
 
   void compare_text(const Extra& a, const Extra& b, Finding& finding) {
     const auto lines_a = lines_of(characters(a)), lines_b = lines_of(characters(b));
-    std::size_t at = 0;
-    while (at < lines_a.size() && at < lines_b.size() && lines_a[at] == lines_b[at]) ++at;
-    if (at == lines_a.size() && at == lines_b.size()) {  // only zeros or ends of lines
+    std::size_t line = 0;
+    while (line < lines_a.size() && line < lines_b.size() && lines_a[line] == lines_b[line]) ++line;
+    if (line == lines_a.size() && line == lines_b.size()) {  // only zeros or line ends differ
       finding.a = kind_text(a);
       finding.b = kind_text(b);
       return;
     }
-    finding.a = at < lines_a.size() ? shown(lines_a[at]) : "no line " + std::to_string(at);
-    finding.b = at < lines_b.size() ? shown(lines_b[at]) : "no line " + std::to_string(at);
+    finding.a = line < lines_a.size() ? shown(lines_a[line]) : "no line " + std::to_string(line);
+    finding.b = line < lines_b.size() ? shown(lines_b[line]) : "no line " + std::to_string(line);
   }
 
   void compare_values(const Extra& a, const Extra& b, Finding& finding) const {
@@ -155,7 +156,8 @@ class ExtrasDiff {
     if (range.overall() > 0) finding.relative = finding.largest / range.overall();
   }
 
-  // The members of each set in ascending order; lists of the same length beside them follow.
+  // Sorts the members of each set in ascending order; other lists of the set with the same length
+  // are reordered with them.
   static void sort_members(std::vector<Extra>& extras) {
     std::map<std::string, std::vector<Extra*>> by_parent;
     for (Extra& extra : extras)

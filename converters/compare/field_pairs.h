@@ -1,6 +1,6 @@
-// Which array of one mesh belongs to which array of another, and how both are read as the same
-// thing although their formats hold it differently: a vector in one is v_x, v_y and v_z in another,
-// or has zeros behind it; the numbers of blocks may be an array.
+// Pairs the arrays of two meshes, and reads both arrays of a pair in the same form even if their
+// formats store them differently: a vector of one mesh may be v_x, v_y and v_z in the other, or be
+// padded with zeros; block numbers may be an array.
 #pragma once
 
 #include <cstddef>
@@ -17,7 +17,7 @@
 
 namespace shm::converters {
 
-// What one mesh holds of a field.
+// The array or arrays of one mesh that hold a field.
 struct FieldSide {
   static constexpr std::size_t kZeros = ~std::size_t{0};
   struct Part {
@@ -31,16 +31,16 @@ struct FieldSide {
 };
 
 struct FieldPair {
-  std::string path;  // "point/T" or "cell/T", with "#2", ... where it stands again
+  std::string path;  // "point/T" or "cell/T", with "#2", ... if the name occurs again
   Location location = Location::point;
   std::uint32_t components = 1;
   FieldSide a, b;
 };
 
-// A property that two arrays of one name do not share.
+// A property in which two arrays of the same name differ.
 struct FieldDifference {
   std::string path, a, b;
-  bool is_type = false;  // scalar type only: their numbers can be compared
+  bool is_type = false;  // only the scalar type differs: the numbers can be compared
 };
 
 struct FieldPairs {
@@ -49,31 +49,33 @@ struct FieldPairs {
   std::vector<FieldDifference> differences;
 };
 
-// `one_format`: arrays with a role are compared too (unless `with_roles` is false), and must be
-// alike in everything. Between formats, only fields are (of VTK's two, strings too), and what one
-// format cannot hold is passed over.
+// With `one_format`, arrays with a role are also compared (unless `with_roles` is false), and
+// paired arrays must agree in everything. Between formats, only fields are compared (strings too
+// between the two VTK formats), and properties that one of the formats cannot represent are
+// ignored.
 FieldPairs pair_fields(const MeshInfo& a, const MeshInfo& b, bool one_format, bool with_roles);
 
-// The values of one side, and which vertices or cells they belong to.
+// Reads the values of one side of a field, and finds the vertices or cells to which they belong.
 class FieldReader {
  public:
-  // Borrows `mesh` and `spool`. Reads the cells through where the field needs to know their blocks.
+  // Borrows `mesh` and `spool`. Reads all cells if it needs to know their blocks.
   FieldReader(MeshSource& mesh, const FieldPair& field, const FieldSide& side, Spool& spool);
 
   std::uint64_t elements() const { return elements_; }
   std::size_t stride() const { return stride_; }
   ScalarType type() const { return side_->type; }
-  // Elements are all vertices or cells, in their order.
+  // Returns true if the elements are all vertices or all cells, in their order.
   bool covers_all() const { return covers_all_; }
   void read(std::uint64_t step, std::uint64_t first, std::uint64_t count, std::byte* out);
-  // Borrows: what is read are places of A's or B's array of strings, from now on the common ones.
+  // The values are indices into a list of strings. From now on, converts those of A or B to indices
+  // into the common list, which is borrowed.
   void translate_by(const CommonStrings& strings, bool is_a) {
     strings_ = &strings;
     is_a_ = is_a;
   }
-  // The cell (vertex) of each of `count` elements.
+  // Returns the cell (or vertex) of each of `count` elements.
   void entities(std::uint64_t first, std::uint64_t count, std::vector<std::uint64_t>& out);
-  // The element of a cell; nothing when the field does not cover it.
+  // Returns the element of a cell; nothing if the field does not cover this cell.
   std::optional<std::uint64_t> element_of(std::uint64_t entity);
 
  private:
@@ -87,10 +89,10 @@ class FieldReader {
   const CommonStrings* strings_ = nullptr;
   bool is_a_ = true;
   std::vector<std::byte> piece_;
-  // Where it covers some cells only: 16 bytes a cell in the spool.
+  // Used if the field covers only some cells; needs 16 bytes per cell in the spool.
   std::optional<NumberList> covered_;
-  std::optional<NumberTable> rank_;     // of each cell, from 1; 0: not covered
-  std::optional<PagedArray> block_id_;  // int64, of each cell
+  std::optional<NumberTable> rank_;     // by cell, from 1; 0: not covered
+  std::optional<PagedArray> block_id_;  // int64, by cell
 };
 
 }  // namespace shm::converters

@@ -94,11 +94,12 @@ class Diff {
     differ({"not_compared", what, why});
   }
 
-  // The vertices or cells of B that are those of A; nothing where there is none.
+  // Returns true if vertices or cells of A and B correspond, by a match or by equal counts.
   bool is_paired(Location location) const {
     return match_ ||
            (location == Location::point ? a_.vertices == b_.vertices : a_.cells() == b_.cells());
   }
+  // Map a vertex or cell of A to its counterpart in B, and back; nothing if it has none.
   std::optional<std::uint64_t> to_b(Location location, std::uint64_t number) const {
     return match_ ? through(location == Location::point ? match_->vertex : match_->cell, number)
                   : number;
@@ -150,7 +151,8 @@ void Diff::compare_blocks() {
   }
 }
 
-// Formats store numbers as they can; of one format, the exact comparison looks at types too.
+// Formats differ in the scalar types that they support, so only an exact comparison of the same
+// format reports types as differences.
 void Diff::compare_types(const std::string& what, const std::string& a, const std::string& b,
                          bool tolerant) {
   Finding finding{"type", what, a, b};
@@ -206,7 +208,7 @@ void Diff::add_unmatched(const char* element, const std::vector<std::uint32_t>& 
   if (finding.different > 0) differ(std::move(finding));
 }
 
-// Adds a finding about values when something differs. `range`: of A's values.
+// Adds a finding about values if any differ. `range` returns the range of A's values.
 void Diff::add_values(Finding finding, const std::function<double()>& range) {
   result_.values_compared += finding.compared;
   result_.values_different += finding.different;
@@ -241,9 +243,9 @@ void Diff::compare_coordinates(const Likeness& likeness) {
     for (std::uint64_t i = 0; i < count && match_; ++i) {
       const auto other = to_b(Location::point, first + i);
       if (!other) continue;
-      const std::size_t at = numbers.size();
-      std::memmove(values_a.data() + at * stride_a, values_a.data() + i * stride_a, stride_a);
-      std::memcpy(values_b.data() + at * stride_b, cache[*other], stride_b);
+      const std::size_t kept = numbers.size();
+      std::memmove(values_a.data() + kept * stride_a, values_a.data() + i * stride_a, stride_a);
+      std::memcpy(values_b.data() + kept * stride_b, cache[*other], stride_b);
       numbers.emplace_back(first + i, *other);
     }
     if (!match_) mesh_b_.read_points(first, count, values_b.data());
@@ -353,7 +355,7 @@ ValueRange Diff::range_of(FieldReader& reader, const FieldPair& field) {
   return range;
 }
 
-// Of arrays whose values are places in lists of strings.
+// Returns the common strings of two arrays whose values are indices into lists of strings.
 std::optional<CommonStrings> Diff::common_strings(const FieldPair& field) const {
   if (field.a.parts.empty() || field.b.parts.empty()) return std::nullopt;
   const std::size_t a = field.a.parts.front().array, b = field.b.parts.front().array;
@@ -388,7 +390,7 @@ void Diff::compare_field(const FieldPair& field) {
   add_values(std::move(finding), [&] { return range_of(a, field).overall(); });
 }
 
-// Elements of A that have values, with those of B that belong to them.
+// Compares the elements of A that have values with the corresponding elements of B.
 void Diff::compare_step(const StepPair& step, const FieldPair& field, FieldReader& a,
                         FieldReader& b, ValueScan& scan) {
   const bool as_they_are = !match_ && a.covers_all() && b.covers_all();
@@ -437,7 +439,7 @@ void Diff::compare_step(const StepPair& step, const FieldPair& field, FieldReade
   if (!one_format_ && !a.covers_all()) compare_uncovered(step, field, a, b, scan);
 }
 
-// Between formats: elements of B that A has no values for.
+// Compares, between formats, elements of B for which A has no values.
 void Diff::compare_uncovered(const StepPair& step, const FieldPair& field, FieldReader& a,
                              FieldReader& b, ValueScan& scan) {
   std::vector<std::byte> values;
@@ -460,7 +462,7 @@ void Diff::compare_uncovered(const StepPair& step, const FieldPair& field, Field
 void Diff::compare_extras() {
   ExtrasComparison how;
   how.is_ignored = [&](const std::string& key) {
-    // Strings are compared with their arrays.
+    // Lists of strings are compared with their arrays.
     return source_format(a_).is_list_of_strings(key) || names_.is_ignored_extra(key);
   };
   how.accuracy = options_.tolerance.fields;

@@ -1,13 +1,15 @@
-// The difference of any two meshes, of whatever formats: what differs, by how much, and where.
-// Numbers of vertices, cells, steps and components count from 0, as in the files.
+// Differences between any two meshes of any formats: the differing items, the size of each
+// difference, and its place. Numbers of vertices, cells, steps and components start at 0, as in the
+// files.
 //
-// Of one format, all is compared. Between formats, what both can hold: coordinates, cells, fields
-// (a vector also against its components apart), strings of legacy VTK and VTU, times, ids of blocks
-// where VTK has them as an array; what only one of them knows (number maps, sets, titles, field
-// data) is not, and other scalar types are a note, no difference. A format without steps is taken
-// to hold the last one.
+// Meshes of the same format are compared completely. Meshes of different formats are compared in
+// the data that both formats can hold: coordinates, cells, fields (a vector also with its
+// components in separate arrays), strings of legacy VTK and VTU, times, and block ids if VTK has
+// them as an array. Data that only one format knows (number maps, sets, titles, field data) is not
+// compared. Different scalar types are reported as a note, not as a difference. A mesh of a format
+// without steps is taken to hold the last step.
 //
-// Memory: bounded; with `match`, see mesh_match.h.
+// Memory is bounded; for `match` see mesh_match.h.
 #pragma once
 
 #include "base/progress.h"
@@ -17,7 +19,7 @@
 
 namespace shm::converters {
 
-// Throws misuse for names that fit nothing in either mesh.
+// Throws misuse for names that occur in neither mesh.
 MeshDiff diff_meshes(MeshSource& a, MeshSource& b, const DiffOptions& options, Spool& spool,
                      const Progress& progress = {});
 

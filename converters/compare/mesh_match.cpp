@@ -47,14 +47,14 @@ struct Side {
   const MeshInfo& info;
   const CellTable cells;
   const std::vector<std::uint32_t>& class_of_block;
-  std::vector<std::uint32_t> site;           // of each vertex
-  std::vector<std::uint32_t> left_at;        // of each site: vertices without a counterpart
-  std::vector<std::uint32_t>* to = nullptr;  // of each vertex: the other's, or kNone
+  std::vector<std::uint32_t> site;           // by vertex
+  std::vector<std::uint32_t> left_at;        // by site: number of vertices without a counterpart
+  std::vector<std::uint32_t>* to = nullptr;  // by vertex: its counterpart, or kNone
   std::vector<std::uint32_t>* cell_to = nullptr;
-  // Of cells that are left: which there are, and where they are by key and by vertex.
+  // Unmatched cells: the cells at each vertex, the vertices at each site, and the keys of cells.
   std::vector<std::pair<std::uint32_t, std::uint32_t>> users;    // vertex, cell; ascending
   std::vector<std::pair<std::uint32_t, std::uint32_t>> waiting;  // site, vertex; ascending
-  std::unordered_map<std::uint32_t, std::uint64_t> key_of;       // of a cell
+  std::unordered_map<std::uint32_t, std::uint64_t> key_of;       // by cell
 };
 
 class Matcher {
@@ -91,8 +91,8 @@ class Matcher {
   }
 
  private:
-  // What a vertex is called in a key: by its counterpart, by its site, or like all that are found
-  // nowhere in the other mesh.
+  // Returns the name of a vertex in a key: its counterpart if known, otherwise its site. All
+  // vertices without any counterpart in the other mesh share the name kNowhere.
   static constexpr std::uint64_t kNowhere = ~std::uint64_t{0};
   std::uint64_t name_of(const Side& side, std::uint32_t vertex) const {
     const std::uint32_t other = (*side.to)[vertex];
@@ -126,7 +126,7 @@ class Matcher {
     ++result_.matched_vertices;
   }
   void match_lone_vertices() {
-    std::vector<std::uint32_t> lone(a_.left_at.size(), kNone);  // of A, by site
+    std::vector<std::uint32_t> lone(a_.left_at.size(), kNone);  // vertices of A, by site
     for (std::uint32_t v = 0; v < a_.site.size(); ++v)
       if (a_.left_at[a_.site[v]] == 1 && b_.left_at[a_.site[v]] == 1) lone[a_.site[v]] = v;
     for (std::uint32_t v = 0; v < b_.site.size(); ++v)
@@ -142,13 +142,13 @@ class Matcher {
     return keys;
   }
 
-  // Calls visit(cells of A, cells of B) for all groups of the same key on both sides.
+  // Calls visit(cells of A, cells of B) for each key that occurs on both sides.
   template <class KeyOf, class Visit>
   void join(KeyOf&& key, Visit&& visit) {
     const std::vector<Keyed> a = keys_of_unmatched(a_, key), b = keys_of_unmatched(b_, key);
-    const auto end_of = [](const std::vector<Keyed>& list, std::size_t at) {
-      std::size_t end = at;
-      while (end < list.size() && list[end].key == list[at].key) ++end;
+    const auto end_of = [](const std::vector<Keyed>& list, std::size_t begin) {
+      std::size_t end = begin;
+      while (end < list.size() && list[end].key == list[begin].key) ++end;
       return end;
     };
     for (std::size_t i = 0, k = 0; i < a.size() && k < b.size();) {
@@ -179,21 +179,21 @@ class Matcher {
                        [&](std::uint32_t v) { return (*side.to)[v] != kNone; });
   }
 
-  // At least half of the nodes must be known for that.
+  // Returns true if at least half of the nodes are known; this is required for a match.
   bool is_known(std::span<const std::uint64_t> names) const {
     const auto nowhere = std::count(names.begin(), names.end(), kNowhere);
     return 2 * static_cast<std::size_t>(nowhere) <= names.size();
   }
 
-  // Matches two cells of the same key, and their vertices. False when their names do not fit, or
-  // fit in several ways and `any` of them will not do.
+  // Matches two cells with the same key, and their vertices. Returns false if the names of their
+  // nodes do not fit, or if they fit in several ways and `any` is false.
   bool match_cells(std::uint32_t a, std::uint32_t b, bool any) {
     std::vector<std::uint64_t> names_a, names_b;
     name_nodes(a_, a, names_a);
     name_nodes(b_, b, names_b);
     if (names_a.size() != names_b.size() || !is_known(names_a)) return false;
-    std::vector<std::uint32_t> chosen, nodes;  // vertices of A as those of B stand
-    const auto consider = [&](auto&& node) {   // false: another way fits too
+    std::vector<std::uint32_t> chosen, nodes;  // vertices of A in the order of B's corners
+    const auto consider = [&](auto&& node) {   // returns false if another rotation fits too
       nodes.clear();
       const auto corners = a_.cells.cell(a);
       for (std::size_t i = 0; i < names_b.size(); ++i) {
@@ -237,9 +237,9 @@ class Matcher {
     ++result_.matched_cells;
   }
 
-  // What is left, cell by cell: where only one cell of each mesh fits, it matches more vertices,
-  // and these match more cells. Where several fit, the first ones are taken: they are copies, or
-  // the meshes differ.
+  // Matches remaining vertices and cells one by one. If only one cell of each mesh fits, matching
+  // them also matches more vertices, and these match more cells. If several cells fit, the first
+  // ones are taken: they are copies, or the meshes differ.
   void match_rest_by_cells() {
     for (std::uint32_t site = 0; site < one_sided_.size(); ++site)
       one_sided_[site] = is_one_sided(site);
@@ -303,7 +303,7 @@ class Matcher {
     drop(b_, b);
   }
 
-  // Follows all that is certain to its end.
+  // Makes all matches that are certain, until there are no more.
   void settle() {
     while (!due_.empty() || !fresh_.empty()) {
       while (!fresh_.empty()) {
@@ -311,7 +311,8 @@ class Matcher {
         fresh_.pop_back();
         rename(a_, a);
         rename(b_, b);
-        // Who is left alone at a site is nowhere from now on: noted once.
+        // From now on the vertices left at a one-sided site count as being nowhere. This is
+        // recorded once per site.
         for (const std::uint32_t site : {a_.site[a], b_.site[b]}) {
           if (one_sided_[site] || !is_one_sided(site)) continue;
           one_sided_[site] = true;
@@ -328,7 +329,7 @@ class Matcher {
       if (match_cells(a, b, false)) forget(a, b);
     }
   }
-  // The cells around `vertex` get new keys.
+  // Computes new keys for the cells around `vertex`.
   void rename(Side& side, std::uint32_t vertex) {
     auto user = std::lower_bound(side.users.begin(), side.users.end(),
                                  std::pair<std::uint32_t, std::uint32_t>(vertex, 0));
@@ -345,14 +346,14 @@ class Matcher {
       if ((*side.to)[each->second] == kNone) rename(side, each->second);
   }
 
-  // Vertices that have the same cells.
+  // Matches vertices that have the same cells, in their order.
   void match_rest_in_order() {
     std::vector<std::pair<std::uint32_t, std::uint32_t>> left;  // site, vertex of A
     for (std::uint32_t v = 0; v < a_.site.size(); ++v)
       if (result_.vertex[v] == kNone && b_.left_at[a_.site[v]] > 0)
         left.emplace_back(a_.site[v], v);
     std::sort(left.begin(), left.end(), std::greater<>());
-    std::unordered_map<std::uint32_t, std::vector<std::uint32_t>> at_site;  // the lowest last
+    std::unordered_map<std::uint32_t, std::vector<std::uint32_t>> at_site;  // lowest vertex last
     for (const auto& [site, vertex] : left) at_site[site].push_back(vertex);
     for (std::uint32_t v = 0; v < b_.site.size(); ++v) {
       if (result_.vertex_of_b[v] != kNone) continue;
@@ -363,13 +364,14 @@ class Matcher {
     }
   }
 
-  // Cells of the same vertices in another order, or in other blocks, are the same ones changed.
+  // Cells with the same vertices in another order, or in other blocks, are matched as changed
+  // cells.
   void match_cells_of_same_vertices() {
     join(
         [this](const Side& side, std::uint32_t cell) {
           name_nodes(side, cell, names_);
           std::sort(names_.begin(), names_.end());
-          // One that is not all known is like no other.
+          // A cell with unknown vertices gets a unique key.
           const bool known = std::find(names_.begin(), names_.end(), kNowhere) == names_.end();
           return hash_of(known ? 0 : 1 + 2 * std::uint64_t{cell} + (&side == &a_ ? 0 : 1), names_);
         },
@@ -382,10 +384,10 @@ class Matcher {
   const Progress& progress_;
   MeshMatch result_;
   Side a_, b_;
-  std::vector<bool> one_sided_;  // sites without vertices left of A, or of B, as keys know it
+  std::vector<bool> one_sided_;  // sites without unmatched vertices of A or B, as used in keys
   std::unordered_map<std::uint64_t, Bucket> buckets_;
   std::vector<std::uint64_t> due_;                              // keys with one cell of each mesh
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> fresh_;  // vertices matched of late
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> fresh_;  // recently matched vertices
   std::vector<std::uint64_t> names_;
 };
 

@@ -1,11 +1,11 @@
-// Which vertex and which cell of one mesh is which of another, however both are ordered.
+// Matches the vertices and cells of two meshes, regardless of their order.
 //
-// Vertices are the same where they are at the same place. Where several are at one place (seams,
-// cracks, copies), their cells decide: cells are the same when their corners are, turned or not.
-// A vertex that was moved is found by the cells around it, where they leave only one.
+// Vertices match if they are at the same place. If several vertices share a place (seams, cracks,
+// copies), their cells decide: cells match if their corners match, possibly after a rotation. A
+// vertex that was moved is found through the cells around it if they leave only one candidate.
 //
-// Memory: of each mesh 33 to 60 bytes a vertex (more where many share a place), and 52 bytes a
-// hexahedron (4 for each node, and 20; 4 more with several blocks).
+// Memory for each mesh: 33 to 60 bytes per vertex (more if many vertices share a place), and 52
+// bytes per hexahedron (20 per cell and 4 per node; 4 more with several blocks).
 #pragma once
 
 #include <cstdint>
@@ -18,18 +18,18 @@ namespace shm::converters {
 
 struct MeshMatch {
   static constexpr std::uint32_t kNone = ~std::uint32_t{0};
-  std::vector<std::uint32_t> vertex, cell;            // of each one of A, that of B
-  std::vector<std::uint32_t> vertex_of_b, cell_of_b;  // and back
+  std::vector<std::uint32_t> vertex, cell;            // number in B of each vertex and cell of A
+  std::vector<std::uint32_t> vertex_of_b, cell_of_b;  // and the reverse
   std::uint64_t matched_vertices = 0, matched_cells = 0;
 };
 
 struct MatchRules {
-  // Cells are the same only when their blocks are of one class.
+  // By block: cells can match only if their blocks have the same class.
   std::vector<std::uint32_t> class_a, class_b;
-  double tolerance = 0;  // of coordinates
+  double tolerance = 0;  // for coordinates
 };
 
-// Throws over_limit for meshes beyond 32-bit numbers.
+// Throws over_limit for meshes that exceed 32-bit numbers.
 MeshMatch match_meshes(MeshSource& a, MeshSource& b, const MatchRules& rules,
                        const Progress& progress = {});
 

@@ -10,14 +10,14 @@ namespace {
 
 constexpr std::string_view kCoordinates = "coordinates";
 
-// "T" fits "point/T" and "cell/T".
+// Returns true if `name` is the path or its last part: "T" fits "point/T" and "cell/T".
 bool fits(const std::string& name, const std::string& path) {
   if (name == path) return true;
   const std::size_t slash = path.find('/');
   return slash != path.npos && path.compare(slash + 1, path.npos, name) == 0;
 }
 
-// A key, or a path above it.
+// Returns true if `name` is the key or a path above it.
 bool fits_extra(const std::string& name, const std::string& key) {
   return key.compare(0, name.size(), name) == 0 &&
          (key.size() == name.size() || key[name.size()] == '/');
@@ -37,7 +37,7 @@ bool is_extra(const std::string& name, const MeshInfo& info) {
 
 void check_accuracy(const Accuracy& accuracy, const std::string& option) {
   if (accuracy.kind == Accuracy::Kind::bits)
-    wrong_use(option + ": bits are no tolerance; one of abs=E, rel=E and lossless is");
+    wrong_use(option + ": bits is not a tolerance; use abs=E, rel=E or lossless");
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Which arrays and extras a diff is to look at, and how closely, by the names that the user gave.
+// Selects the arrays and extras to compare, and their tolerances, by the names that the user gave.
 #pragma once
 
 #include <string>
@@ -10,11 +10,11 @@ namespace shm::converters {
 
 class DiffNames {
  public:
-  // Throws misuse when a name fits nothing in either mesh, or a tolerance is none.
+  // Throws misuse if a name occurs in neither mesh, or if a tolerance is not valid.
   DiffNames(const DiffOptions& options, const MeshInfo& a, const MeshInfo& b);
 
   bool is_ignored(const std::string& path) const;  // "coordinates", "point/T"
-  bool is_wanted(const std::string& path) const;   // and not ignored
+  bool is_wanted(const std::string& path) const;   // wanted and not ignored
   bool is_ignored_extra(const std::string& key) const;
   Accuracy accuracy_of(const std::string& path) const;
   Accuracy accuracy_of_coordinates() const;

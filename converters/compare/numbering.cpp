@@ -26,9 +26,9 @@ NumberingSearch::NumberingSearch(MeshSource& source, MeshSource& restored, Spool
       wanted_(restored.info().schema.order != Order::keep &&
               source.info().schema.order == Order::keep) {}
 
-// Cells that look the same turned, or lie on each other, may fit a guess that their vertices and
-// values do not fit. Then the next guess is due: the numbers as they are, then as encoding the
-// source gives them, in each order of cells that fits.
+// Cells that look the same after a rotation, or that lie on each other, may fit a guess although
+// their vertices and values do not. Then the next guess is used: first the numbers as they are,
+// then the numbers that result from encoding the source, in each order of cells that fits.
 void NumberingSearch::take(std::size_t guess) {
   const bool as_they_are = same_as_they_are() || same_within_blocks();
   if (as_they_are) has_more_ = true;
@@ -36,8 +36,8 @@ void NumberingSearch::take(std::size_t guess) {
   replay(guess - (as_they_are ? 1 : 0));
 }
 
-// Whether the cells are the same without any renumbering, as in a file that was made of the
-// restored mesh. Stops at the first difference.
+// Returns true if the cells are the same without any renumbering, as in a file that was made from
+// the restored mesh. Stops at the first difference.
 bool NumberingSearch::same_as_they_are() {
   CellCursor source(*source_), restored(*restored_);
   while (source.next() && restored.next())
@@ -47,14 +47,14 @@ bool NumberingSearch::same_as_they_are() {
   return true;
 }
 
-// Whether the cells are the same when those of each block are taken by themselves: a format that
-// stores one block after the other moves cells, but no vertices.
+// Returns true if the cells are the same within each block: a format that stores the blocks one
+// after the other reorders cells, but not vertices.
 bool NumberingSearch::same_within_blocks() {
   const MeshInfo& info = source_->info();
   const Schema& schema = restored_->info().schema;
   const bool cells_move = schema.delay > 0 || schema.order == Order::free;
   if (!cells_move || info.block_cells.size() < 2) return false;
-  std::vector<std::uint64_t> next;  // place of the next cell of each block in source_cell
+  std::vector<std::uint64_t> next;  // position of each block's next cell in source_cell
   for (std::uint64_t sum = 0; const std::uint64_t count : info.block_cells) {
     next.push_back(sum);
     sum += count;
@@ -92,7 +92,7 @@ void NumberingSearch::replay(std::size_t guess) {
          schema.delay > 0 ? std::shared_ptr<NumberList>(log, &log->cells()) : nullptr);
 }
 
-// The same where cells were put in another order first.
+// As replay(), for cells that were put in another order first.
 bool NumberingSearch::replay_free_order(std::size_t guess) {
   std::optional<CellTable> table;
   if (given_order_ == nullptr && must_be_spooled(source_->info(), spool_->memory_budget()))
@@ -114,12 +114,12 @@ bool NumberingSearch::replay_free_order(std::size_t guess) {
   replay_coding_order(ordered, restored_->info(), *log, *spool_);
   log->check();
   auto moved_cells = std::make_shared<NumberList>(*spool_);
-  for (std::uint64_t at = 0; at < order->size(); ++at) moved_cells->push_back((*order)[at]);
+  for (std::uint64_t i = 0; i < order->size(); ++i) moved_cells->push_back((*order)[i]);
   follow({log, &log->vertices()}, std::move(moved_cells));
   return true;
 }
 
-// From now on the source is the same mesh with other numbers, in a spool.
+// Replaces the source by a renumbered copy in a spool.
 void NumberingSearch::take_up_spooled() {
   if (spooled_ == nullptr) spooled_ = std::make_unique<SpooledSource>(*source_, *spool_, progress_);
   in_spool_ = &spooled_->mesh;
@@ -134,8 +134,9 @@ void NumberingSearch::follow(std::shared_ptr<NumberList> vertices,
   if (vertices != nullptr) {
     position_of_vertex_ = invert(*vertices, info.vertices, "vertex", *spool_);
     source_vertex_.emplace(*spool_, info.vertices);
-    vertices->for_each(
-        [&](std::uint64_t at, std::uint64_t number) { source_vertex_->set(at, number); });
+    vertices->for_each([&](std::uint64_t position, std::uint64_t number) {
+      source_vertex_->set(position, number);
+    });
   }
   if (cells != nullptr) {
     position_of_cell_ = invert(*cells, info.cells(), "cell", *spool_);
@@ -181,7 +182,7 @@ std::string NumberingSearch::corners_text(std::span<const std::uint64_t> corners
 }
 
 std::size_t NumberingSearch::cache_bytes() const {
-  // A mesh in a spool has the pages that are wanted there.
+  // The spool of a spooled mesh already caches the pages that are needed.
   return in_spool_ == nullptr ? kCacheBytes : spooled_->memory.cache_bytes / 4;
 }
 

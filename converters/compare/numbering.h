@@ -1,6 +1,6 @@
-// NumberingSearch: how the vertices and cells of a restored mesh are numbered, by those of its
-// source. Guesses, which are then checked like anything else: numbers as they are, or as encoding
-// the source again gives them, in each order of cells that fits.
+// NumberingSearch: finds out how the vertices and cells of a restored mesh are numbered compared
+// with those of its source. It makes guesses, which are then checked: the same numbers, or the
+// numbers that result from encoding the source again, in each order of cells that fits.
 #pragma once
 
 #include <cstddef>
@@ -20,13 +20,13 @@
 
 namespace shm::converters {
 
-// The source's number of each restored vertex and cell; null: the same.
+// The source's number of each restored vertex and cell; null: the same numbers.
 struct Numbering {
   std::shared_ptr<NumberList> vertices, cells;
 };
 
-// The source with other numbers and what is found about it, where it does not fit the memory. Made
-// once for all guesses.
+// A renumbered copy of the source in a spool, with tables about it, used if the source does not fit
+// in memory. Created once for all guesses.
 struct SpooledSource {
   SpooledSource(MeshSource& source, const Spool& spool, const Progress& progress)
       : memory(spool.memory_budget()),
@@ -41,39 +41,44 @@ struct SpooledSource {
 
 class NumberingSearch {
  public:
-  // Borrows all but `given_order`, which may be null: the order of cells where it is none of those
-  // that are tried. `spooled`: where the source with other numbers is; made where it is needed.
+  // Borrows everything. `given_order` may be null; it is an order of cells in addition to those
+  // that are tried. `spooled` holds the renumbered source, which is created if it is needed.
   NumberingSearch(MeshSource& source, MeshSource& restored, Spool& spool, const Progress& progress,
                   const CellSequence* given_order, std::unique_ptr<SpooledSource>& spooled);
 
-  // Whether numbers may differ at all: only the restored mesh is in another order than keep.
+  // Returns true if numbers may differ: only the restored mesh has another order than keep.
   bool is_wanted() const { return wanted_; }
-  // Takes up guess number `guess`. Throws Failure where it is no bijection.
+  // Adopts guess number `guess`. Throws Failure if it is not a bijection.
   void take(std::size_t guess);
-  // After take(): there is another guess.
+  // After take(): returns true if there is another guess.
   bool has_more() const { return has_more_; }
 
-  // The source; after take() perhaps the same mesh with other numbers, which the others mean.
+  // Returns the source. After take() it may be the renumbered copy, to which all source numbers
+  // below then refer.
   MeshSource& source() { return *source_; }
-  // For what is compared: that of the search, which leaves room for a source with other numbers.
+  // Spool for the comparison: the same as for the search, which leaves memory for a renumbered
+  // source.
   Spool& spool() { return *spool_; }
-  // The source's number of each restored vertex, cell, element of an array; null: the same.
+  // Return the source's number of each restored vertex, cell, or element of an array; null: the
+  // same numbers.
   NumberList* vertices() { return numbering_.vertices.get(); }
   NumberList* cells() { return numbering_.cells.get(); }
   NumberList* elements(std::size_t array);
-  // From the source's numbers to restored ones.
+  // Converts the source's numbers to restored numbers.
   Renumbering to_restored();
-  // Whether a restored cell of `block` has the source's corners, turned where that is allowed.
+  // Returns true if a restored cell of `block` has the corners of the source's cell, possibly
+  // rotated if that is allowed.
   bool same_corners(std::span<const std::uint64_t> source, std::span<const std::uint64_t> restored,
                     std::uint32_t block);
-  // The corners of the restored cell that same_corners was asked about, in the source's numbers.
+  // Returns the corners of the restored cell passed last to same_corners(), in the source's
+  // numbers.
   const std::vector<std::uint64_t>& mapped_corners() const { return mapped_; }
-  // In words, with the numbers that the source came with.
+  // Returns text with the original numbers of the source.
   std::string corners_text(std::span<const std::uint64_t> corners) const;
-  // For pages of the source's values.
+  // Size of a cache for the source's values.
   std::size_t cache_bytes() const;
 
-  // The guess, in the numbers that the source came with. It lives in `spool`.
+  // Returns the guess, in the original numbers of the source. It is stored in `spool`.
   Numbering numbering(Spool& spool) const;
 
  private:
@@ -90,11 +95,12 @@ class NumberingSearch {
   const Progress& progress_;
   const CellSequence* given_order_;
   std::unique_ptr<SpooledSource>& spooled_;
-  const SpooledMesh* in_spool_ = nullptr;  // source_ is this one, with numbers of its own
+  const SpooledMesh* in_spool_ = nullptr;  // set if source_ is this renumbered mesh
   bool wanted_, has_more_ = false;
   Numbering numbering_;
-  std::optional<NumberTable> source_vertex_;       // of a restored vertex
-  std::optional<NumberTable> position_of_vertex_;  // of a source vertex; exists: a bijection
+  std::optional<NumberTable> source_vertex_;  // by restored vertex
+  // Position by source vertex; its existence proves that the numbering is a bijection.
+  std::optional<NumberTable> position_of_vertex_;
   std::optional<NumberTable> position_of_cell_;
   std::unique_ptr<CoveredOrder> covered_;
   std::vector<std::uint64_t> mapped_;

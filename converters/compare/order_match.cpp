@@ -12,8 +12,9 @@
 namespace shm::converters {
 namespace {
 
-// What is the same however vertices are numbered and corners turned: the block of a cell, and when
-// its vertices were first used. Two cells that differ in that rarely have the same fingerprint.
+// Computes fingerprints of cells that do not depend on vertex numbers and rotations: they are made
+// from the block of a cell and the times at which its vertices were first used. Cells that differ
+// in these rarely have the same fingerprint.
 class Fingerprints {
  public:
   Fingerprints(std::uint64_t vertices, Spool* spool) : birth_(spool, vertices) {}
@@ -36,7 +37,7 @@ class Fingerprints {
     x = (x ^ x >> 33) * 0xc4ceb9fe1a85ec53u;
     return x ^ x >> 33;
   }
-  BigArray<std::uint32_t> birth_;  // 1 + the first cell that uses it
+  BigArray<std::uint32_t> birth_;  // 1 + the first cell that uses the vertex
   std::uint32_t cells_ = 0;
 };
 
@@ -50,7 +51,7 @@ BigArray<std::uint64_t> fingerprints_of(MeshSource& mesh, Spool* spool) {
   return list;
 }
 
-// Where a cell lies: the sum of its corners, and of their magnitudes.
+// Position of a cell: the sum of its corners, and the sum of their magnitudes.
 struct Centre {
   std::array<double, 3> sum{}, magnitude{};
 };
@@ -75,7 +76,7 @@ Centre centre_of(MeshSource& mesh, const Corners& corners) {
   return centre;
 }
 
-// Some cells of a mesh with their places.
+// Positions of some cells of a mesh.
 class Landmarks {
  public:
   explicit Landmarks(MeshSource& mesh)
@@ -89,8 +90,8 @@ class Landmarks {
         if (number % every == 0) centres_.emplace_back(number, centre_of(mesh, batch.cell(i)));
   }
 
-  // Whether the cells of `source` in `order` lie there. Sums over corners may differ by their
-  // order; what is not finite is passed over.
+  // Returns true if the cells of `source`, in this order, are at these positions. Sums over corners
+  // may differ because of rounding; values that are not finite are ignored.
   bool found_in(MeshSource& source, const Cells& cells, const CellList& order) const {
     constexpr double kRounding = 1e-12;
     return std::all_of(centres_.begin(), centres_.end(), [&](const auto& landmark) {
@@ -115,9 +116,9 @@ class Landmarks {
 bool fits(const Cells& cells, const CellList& order, const BigArray<std::uint64_t>& wanted,
           Spool* spool) {
   Fingerprints fingerprints(cells.vertices(), spool);
-  for (std::uint64_t at = 0; at < order.size(); ++at) {
-    const std::uint32_t cell = order[at];
-    if (fingerprints.next(cells.block(cell), cells.cell(cell)) != wanted[at]) return false;
+  for (std::uint64_t i = 0; i < order.size(); ++i) {
+    const std::uint32_t cell = order[i];
+    if (fingerprints.next(cells.block(cell), cells.cell(cell)) != wanted[i]) return false;
   }
   return true;
 }

@@ -1,7 +1,6 @@
-// Which order a file in Order::free has its cells in, found by making every known order of its
-// source again, and comparing when each cell's vertices come for the first time, and where some of
-// the cells lie.
-// Memory: as for making orders (free_order.h), and 8 bytes a cell.
+// Finds the order of the cells in a file in Order::free: creates every known order from the source
+// again, and compares when the vertices of each cell occur for the first time, and the positions of
+// some of the cells. Memory: as for creating orders (free_order.h), and 8 bytes per cell.
 #pragma once
 
 #include <cstddef>
@@ -15,9 +14,9 @@
 
 namespace shm::converters {
 
-// A guess: cells of `source` in the order of `restored`; after the first `skipped` known orders
-// that fit. Nothing where no further one does. `cells`: those of `source`, which has the vertices
-// that they know.
+// Returns a guess: the cells of `source` in the order of `restored`. Skips the first `skipped`
+// known orders that fit; returns nothing if no further order fits. `cells` are the cells of
+// `source`, with the same vertex numbers.
 std::optional<CellList> matching_order(const Cells& cells, MeshSource& source, MeshSource& restored,
                                        std::size_t skipped = 0, const Progress& progress = {},
                                        const SearchRoom& room = {});

@@ -1,4 +1,4 @@
-// Which block and which time step of one mesh belongs to which of another.
+// Pairs the blocks and the time steps of two meshes.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@
 namespace shm::converters {
 
 struct BlockPairs {
-  // Of each block: blocks of both meshes that may hold the same cells are of one class.
+  // By block: blocks of both meshes that may hold the same cells have the same class.
   std::vector<std::uint32_t> class_a, class_b;
   struct Difference {
     std::string what, a, b;
@@ -21,25 +21,26 @@ struct BlockPairs {
   std::vector<Difference> differences;
 };
 
-// Of one format: by id and name, then by id, then by name; or all in their order where they are
-// alike. Between formats, blocks are compared as far as both have them (VTK has none), and their
-// cells by shape.
+// Pairs blocks of the same format by id and name, then by id, then by name. Between formats, blocks
+// are compared as far as both formats have them (VTK has none), and their cells are compared by
+// shape.
 BlockPairs pair_blocks(const MeshInfo& a, const MeshInfo& b, bool one_format);
 
-// "block 3 'steel' of hexahedra with 8 nodes"
+// Returns text such as "block 3 'steel' of hexahedron cells with 8 nodes".
 std::string block_text(const BlockInfo& block);
 
 struct StepPair {
   std::uint64_t a, b;
 };
 
-// As many steps of both: in their order. Else those of equal times, where times ascend. What
-// differs goes to `result`: times, and steps of one mesh only.
+// If both meshes have the same number of steps, pairs them in order; otherwise pairs steps with
+// equal times, provided that times ascend. Adds differences to `result`: times, and steps that only
+// one mesh has.
 std::vector<StepPair> pair_steps(const MeshInfo& a, const MeshInfo& b, bool one_format,
                                  const Likeness& likeness, std::uint64_t limit, MeshDiff& result);
 
-// The steps at which both sides of a field are compared. A static side stands for all steps of the
-// other where that has values at every step, and for the last one where a mesh has no steps.
+// Returns the steps at which both sides of a field are compared. A static side is compared with all
+// steps of the other side; if its mesh has no steps at all, only with the last one.
 std::vector<StepPair> steps_of(const FieldPair& field, const std::vector<StepPair>& common,
                                std::uint64_t steps_a, std::uint64_t steps_b);
 

@@ -1,5 +1,5 @@
-// What both comparisons share: how much of two meshes is compared at once, and how cells are
-// written.
+// Constants and functions that both comparisons use: the number of elements compared at once, and
+// the text for cells.
 #pragma once
 
 #include <cstddef>
@@ -12,7 +12,7 @@ namespace shm::converters {
 inline constexpr std::uint64_t kPieceElements = 16384;
 inline constexpr std::size_t kCacheBytes = std::size_t{32} << 20;
 
-/// "(3 4 8 7)", of at most 32 corners.
+/// Returns text such as "(3 4 8 7)", with at most 32 corners.
 inline std::string corners_text(std::span<const std::uint64_t> corners) {
   constexpr std::size_t kMost = 32;
   std::string text;

@@ -1,5 +1,5 @@
-// PointTree: points in space, to ask which are near a place. Distances are the largest difference
-// of a coordinate. Memory: 5 bytes a point.
+// PointTree: a spatial index to find points near a place. Distances are in the maximum norm (the
+// largest difference of a coordinate). Memory: 5 bytes per point.
 #pragma once
 
 #include <algorithm>
@@ -22,20 +22,21 @@ inline double distance_between(const PlainPoint& a, const PlainPoint& b) {
 
 class PointTree {
  public:
-  // Borrows `points`, fewer than 2^32, all finite.
+  // Borrows `points`: fewer than 2^32, all finite.
   explicit PointTree(const std::vector<PlainPoint>& points)
       : points_(&points), order_(points.size()), axis_(points.size()) {
     std::iota(order_.begin(), order_.end(), 0);
     build(0, order_.size());
   }
 
-  // Calls visit(number) for the points that are at most `radius` away, until it returns false.
+  // Calls visit(number) for each point at most `radius` away, until it returns false.
   template <class Visit>
   void visit_near(const PlainPoint& place, double radius, Visit&& visit) const {
     visit_range(0, order_.size(), place, radius, visit);
   }
 
-  // The nearest point that is at most `radius` away; of several the one of the lowest number.
+  // Returns the nearest point at most `radius` away; among equally near ones, the point with the
+  // lowest number.
   std::optional<std::uint32_t> nearest(const PlainPoint& place, double radius) const {
     Nearest best{radius, std::nullopt};
     search(0, order_.size(), place, best);
@@ -49,7 +50,7 @@ class PointTree {
   };
   const PlainPoint& at(std::size_t place) const { return (*points_)[order_[place]]; }
 
-  // The middle of each range splits it, along the longest side of its box.
+  // Splits each range at its middle, along the longest side of its bounding box.
   void build(std::size_t begin, std::size_t end) {
     if (end - begin < 2) return;
     PlainPoint low = at(begin), high = low;

@@ -14,16 +14,16 @@ CommonStrings::CommonStrings(const MeshInfo& a, std::size_t array_a, const MeshI
   const auto add = [&](std::vector<std::string> list, std::vector<std::uint32_t>& from) {
     for (std::string& each : list) {
       const auto next = static_cast<std::uint32_t>(strings_.size());
-      const auto [at, fresh] = places.try_emplace(each, next);
+      const auto [entry, fresh] = places.try_emplace(each, next);
       if (fresh) strings_.push_back(std::move(each));
-      from.push_back(at->second);
+      from.push_back(entry->second);
     }
   };
   add(source_format(a).strings(a, array_a), from_a_);
   add(source_format(b).strings(b, array_b), from_b_);
 }
 
-// Places that the list lacks stay apart from those that it has.
+// An index beyond the end of a list becomes one that no string has.
 void CommonStrings::translate(bool of_a, std::byte* places, std::uint64_t count) const {
   const auto& from = of_a ? from_a_ : from_b_;
   const auto known = static_cast<std::uint32_t>(strings_.size());

@@ -1,4 +1,5 @@
-// Two arrays of strings, whose values are places in two lists, as places in one.
+// Maps two arrays of strings, whose values are indices into two lists, to indices into one common
+// list.
 #pragma once
 
 #include <cstddef>
@@ -13,10 +14,10 @@ namespace shm::converters {
 class CommonStrings {
  public:
   CommonStrings(const MeshInfo& a, std::size_t array_a, const MeshInfo& b, std::size_t array_b);
-  // Makes `count` places (uint32) in the list of A or B those in the common one, where the same
-  // string has the same place.
+  // Converts `count` indices (uint32) into the list of A or B to indices into the common list, in
+  // which equal strings have the same index.
   void translate(bool of_a, std::byte* places, std::uint64_t count) const;
-  // "'steel'", of a place in the common list.
+  // Returns text such as "'steel'" for an index into the common list.
   std::string text(std::uint32_t place) const;
 
  private:

@@ -1,4 +1,4 @@
-// What differs between two runs of numbers: how many, by how much, and where.
+// Finds the differences between two sequences of values: their number, size and places.
 #pragma once
 
 #include <cstddef>
@@ -15,13 +15,13 @@
 
 namespace shm::converters {
 
-// Reads `count` elements from `first`.
+// Reads `count` elements, starting at `first`.
 using FetchValues = std::function<void(std::uint64_t first, std::uint64_t count, std::byte* out)>;
 
-// Collects the differences of one thing into a Finding.
+// Collects the differences of one quantity in a Finding.
 class ValueScan {
  public:
-  // Elements have `components` numbers of these types.
+  // Each element has `components` values of these types.
   ValueScan(Finding& finding, std::uint32_t components, ScalarType type_a, ScalarType type_b,
             const Likeness& likeness, std::uint64_t limit)
       : finding_(&finding),
@@ -31,17 +31,18 @@ class ValueScan {
         likeness_(likeness),
         limit_(limit) {}
 
-  // The numbers are places in a list, which is borrowed: its strings are shown instead.
+  // Declares that the values are indices into a list of strings, which is borrowed. The strings are
+  // shown instead.
   void show_strings(const CommonStrings& strings) { strings_ = &strings; }
 
-  // Compares `count` elements. `place(i)` is where element i is; asked only where they differ.
+  // Compares `count` elements. `place(i)` returns the place of element i; it is called only for
+  // differences.
   using PlaceOf = std::function<DiffPlace(std::uint64_t i)>;
   void compare(const std::byte* a, const std::byte* b, std::uint64_t count, const PlaceOf& place);
-  // Elements of which one side has no values: those of the other must be what stands for none, NaN
-  // or zero.
+  // Compares elements that have no value on the other side: their values must be NaN or zero.
   void compare_with_none(const std::byte* values, bool of_a, std::uint64_t count,
                          const PlaceOf& place);
-  // Puts the largest difference in front.
+  // Moves the largest difference to the front.
   void finish();
 
  private:
@@ -55,16 +56,16 @@ class ValueScan {
   std::uint64_t limit_;
   const CommonStrings* strings_ = nullptr;
   std::optional<DiffPlace> largest_;
-  std::uint64_t largest_rank_ = 0;  // which of the different ones it is
+  std::uint64_t largest_rank_ = 0;  // position of the largest difference among all differences
 };
 
-// Smallest and largest finite value of each component.
+// Range of the finite values of each component.
 class ValueRange {
  public:
   explicit ValueRange(std::uint32_t components);
   void add(const std::byte* values, std::uint64_t count, ScalarType type);
-  double overall() const;       // over all components; 0 where there are no values
-  double largest_side() const;  // of any component
+  double overall() const;       // over all components; 0 without any values
+  double largest_side() const;  // largest range of a component
 
  private:
   std::vector<double> minimum_, maximum_;

@@ -24,17 +24,18 @@
 namespace shm::converters {
 namespace {
 
-// Of vertex records, or one step's values, where the whole mesh is in memory anyway.
+// Cache size for vertex records, or the values of one step, if the whole mesh is in memory anyway.
 constexpr std::size_t kUnlimited = std::numeric_limits<std::size_t>::max();
 
-// What the Writer refuses of its options is the user's: a codec that is not for this mesh.
+// If the user chose a codec, the Writer's error about its options is the user's misuse: that codec
+// cannot encode this mesh. Otherwise the mesh is the cause.
 Writer writer_to(ByteSink& sink, Schema schema, const WriteOptions& options) {
   return options.connectivity == ConnectivityCodec::automatic
              ? checked(Writer::create(sink, std::move(schema), options))
              : unwrap(Writer::create(sink, std::move(schema), options));
 }
 
-// Passes the order on to two.
+// Passes the coding order on to two receivers; each may be null.
 class BothOrders final : public CodingOrder {
  public:
   BothOrders(CodingOrder* first, CodingOrder* second) : first_(first), second_(second) {}
@@ -52,7 +53,8 @@ class BothOrders final : public CodingOrder {
   CodingOrder* second_;
 };
 
-// All steps of one array. `order`: element numbers in coding order; null: the order of the file.
+// Writes all steps of one array. `order` lists the element numbers in coding order; null means the
+// order of the file.
 void write_steps(MeshSource& mesh, Writer& writer, std::size_t array, NumberList* order,
                  std::size_t cache_bytes, const Progress& progress) {
   const std::uint64_t steps = mesh.info().step_times.size();
@@ -64,8 +66,8 @@ void write_steps(MeshSource& mesh, Writer& writer, std::size_t array, NumberList
   }
 }
 
-// What of the coding order is needed after the cells: for step values, and for extras that name
-// vertices or cells by numbers which change.
+// Returns true if the coding order is needed after the cells: for step values, or for extras that
+// refer to vertices or cells whose numbers change.
 bool needs_coding_order(const MeshInfo& info, const Schema& schema) {
   const bool cells_move = schema.delay > 0;
   const auto has_ordered_steps = [&](const ArrayInfo& array) {
@@ -93,7 +95,7 @@ void write_all_steps(MeshSource& mesh, Writer& writer, const Schema& schema, Cod
   }
 }
 
-// `log`: null where no extra names vertices or cells by numbers that change.
+// `log` is null if no extra refers to vertices or cells whose numbers change.
 void write_extras(const MeshInfo& info, Writer& writer, const Schema& schema, CodingOrderLog* log,
                   Spool& spool) {
   if (schema.order == Order::keep || log == nullptr) {
@@ -113,8 +115,8 @@ void write_extras(const MeshInfo& info, Writer& writer, const Schema& schema, Co
   for (const Extra& extra : info.extras) checked(writer.add_extra(renumbered(extra, to)));
 }
 
-// Encodes a mesh in the order its cells come in. `cache_bytes`: of records of vertices, and of one
-// step's values, in memory.
+// Encodes a mesh in the order in which its cells come. `cache_bytes` limits the memory for vertex
+// records, and for the values of one step.
 SizeReport code_mesh(MeshSource& mesh, const Schema& schema, ByteSink& sink,
                      const WriteOptions& options, const Progress& progress, Spool& spool,
                      std::size_t cache_bytes) {
@@ -144,10 +146,11 @@ bool rounds_something(const Lossy& lossy) {
          !lossy.named.empty();
 }
 
-// Passes on numbers of reordered cells, and of renumbered vertices, as the mesh had them before.
+// Converts the coding order of a reordered mesh, and of renumbered vertices, back to the numbers of
+// the original mesh, and passes it on.
 class FormerNumbers final : public CodingOrder {
  public:
-  // Borrows all. `in_spool`: how the mesh was renumbered; null: not at all.
+  // All arguments are borrowed. `in_spool` knows how the mesh was renumbered; null if it was not.
   FormerNumbers(const CellList& order, CodingOrder* out, const SpooledMesh* in_spool = nullptr)
       : order_(&order), out_(out), in_spool_(in_spool) {}
   void vertex(std::uint64_t number) override {
@@ -176,7 +179,8 @@ TrialCoder trial_coder(const Schema& schema, ConnectivityCodec codec, Spool& spo
   return [&, codec](MeshSource& part) {
     NullSink nowhere;
     WriteOptions options;
-    // One codec is enough to compare orders; mixed makes the decisions of rows.
+    // One codec suffices to compare orders; the mixed codec makes the same decisions as the rows
+    // codec.
     const bool as_rows = codec == ConnectivityCodec::automatic || codec == ConnectivityCodec::mixed;
     options.connectivity = as_rows ? ConnectivityCodec::rows : codec;
     options.restart_budget = 0;
@@ -184,8 +188,8 @@ TrialCoder trial_coder(const Schema& schema, ConnectivityCodec codec, Spool& spo
   };
 }
 
-// Whether cells come so regularly that a delay buffer could hardly save a bit: judged by the first
-// ones, with what the level chooses.
+// Returns true if the cells come in such a regular order that a delay buffer could hardly save a
+// bit. This is judged by the first cells, encoded with the codec that the level chooses.
 bool connectivity_is_free(MeshSource& mesh, const Schema& schema, const CompressOptions& options,
                           Spool& spool) {
   constexpr std::uint64_t kCells = 32768;
@@ -202,7 +206,7 @@ bool connectivity_is_free(MeshSource& mesh, const Schema& schema, const Compress
   return 8 * bytes <= kBitsPerCell * static_cast<double>(sizes.cells);
 }
 
-// What find_delay finds for a mesh.
+// Returns the delay that find_delay finds for a mesh.
 std::uint32_t tried_delay(MeshSource& mesh, const Schema& schema, const CompressOptions& options,
                           Spool& spool) {
   if (options.progress) options.progress("trying delays", 0, 1);
@@ -215,7 +219,8 @@ std::uint32_t tried_delay(MeshSource& mesh, const Schema& schema, const Compress
   });
 }
 
-// A single step is referred to by none: neither side need hold it.
+// With a single step no step refers to another one, so neither encoder nor decoder needs to keep
+// its values.
 std::uint32_t key_steps_of(const MeshSource& mesh, const CompressOptions& options) {
   return options.key_steps.value_or(mesh.info().step_times.size() == 1 ? 1
                                                                        : WriteOptions().key_steps);
@@ -226,7 +231,7 @@ WriteOptions heard_by(CodingOrder* coding_order, WriteOptions options) {
   return options;
 }
 
-// Order::free with the mesh in the spool: the same bytes as in memory.
+// Compresses in Order::free with the mesh in the spool. The bytes are the same as in memory.
 SizeReport compress_free_in_spool(MeshSource& mesh, ByteSink& sink, const Schema& schema,
                                   const CompressOptions& options, Spool& spool) {
   const SpooledSearch search(spool.memory_budget());
@@ -279,7 +284,7 @@ bool needs_corner_order(const MeshInfo& info) {
     if (extra.key.find("side") != std::string::npos) return true;
   for (const BlockInfo& block : info.schema.blocks)
     if (block.shape == CellShape::hexahedron && block.nodes_per_cell != 8) return true;
-  // Values for each corner, edge or face of a cell stand in the order of its corners.
+  // Values per corner, edge or face of a cell depend on the order of its corners.
   for (const ArrayInfo& array : info.schema.arrays)
     for (const std::string_view word : {"node", "corner", "edg", "fac"})
       if (array.location == Location::cell && array.role.find(word) != std::string::npos)
@@ -290,7 +295,8 @@ bool needs_corner_order(const MeshInfo& info) {
 Schema schema_for(MeshSource& mesh, const CompressOptions& options) {
   Schema schema = mesh.info().schema;
   schema.order = options.order;
-  schema.step_references = StepReference::trend;  // the Writer takes less where that is enough
+  // The Writer uses a simpler reference if that suffices.
+  schema.step_references = StepReference::trend;
   schema.delay = options.order == Order::free ? 0 : options.delay.value_or(0);
   schema.corner_order = options.order == Order::keep || needs_corner_order(mesh.info());
   if (rounds_something(options.lossy)) {
@@ -342,7 +348,7 @@ std::optional<std::uint64_t> bytes_in_free_order(MeshSource& mesh, const Compres
   const double share =
       share_in_free_order(mesh, *cells, trial_coder(free_schema, options.connectivity, spool),
                           trial_coder(schema, options.connectivity, spool));
-  const auto extras = sizes.streams.find("extras");  // as large in any order
+  const auto extras = sizes.streams.find("extras");  // equally large in any order
   const std::uint64_t fixed = extras == sizes.streams.end() ? 0 : extras->second;
   return fixed + static_cast<std::uint64_t>(share * static_cast<double>(sizes.total_bytes - fixed));
 }
@@ -354,7 +360,7 @@ void replay_coding_order(MeshSource& mesh, const MeshInfo& of, CodingOrder& out,
   WriteOptions options;
   options.coding_order = &out;
   options.segment_starts = of.segment_starts;
-  // It decides in which order a cell's new vertices come.
+  // The codec decides in which order the new vertices of a cell come.
   options.segment_connectivity = of.segment_connectivity;
   if (options.segment_starts.empty()) options.restart_budget = 0;
   Writer writer = writer_to(nowhere, bare, options);

@@ -14,8 +14,8 @@
 namespace shm::converters {
 namespace {
 
-// How every .shm file begins, before the bytes that catch damage by text mode (spec "Signature"):
-// a file damaged so is still one of ours, and the library reports what happened to it.
+// First bytes of every .shm file (spec "Signature"), before the bytes that detect damage by text
+// mode. A file with such damage is still recognized here, so that the library can report it.
 constexpr unsigned char kSignature[] = {0x89, 'S', 'H', 'M'};
 
 std::uint64_t file_bytes(const std::string& path) {
@@ -25,7 +25,7 @@ std::uint64_t file_bytes(const std::string& path) {
              : 0;
 }
 
-// Passes bytes on and reports how many.
+// Forwards reads and reports the number of bytes as progress.
 class WatchedSource final : public ByteSource {
  public:
   WatchedSource(ByteSource& source, std::uint64_t total, Progress progress)
@@ -119,7 +119,7 @@ void StagedMesh::stage_step(const StepPiece& piece) {
   if (place + 1 != array.steps.size() || array.staged != place * elements + piece.first ||
       count > elements - piece.first)
     fail("array " + info_.schema.arrays[piece.array].name,
-         "values of step " + std::to_string(piece.step) + " are not where they belong");
+         "values of step " + std::to_string(piece.step) + " are out of order");
   array.values.append(count, piece.values.data());
   array.staged += count;
 }
@@ -141,8 +141,9 @@ void StagedMesh::finish() {
     const ArrayInfo& array = info_.schema.arrays[a];
     const std::uint64_t sets = array.per_step ? arrays_[a].steps.size() : 1;
     if (arrays_[a].staged != sets * info_.array_elements(a))
-      fail("array " + array.name, "holds " + std::to_string(arrays_[a].staged) + " values where " +
-                                      std::to_string(sets * info_.array_elements(a)) + " belong");
+      fail("array " + array.name, "holds " + std::to_string(arrays_[a].staged) + " values, but " +
+                                      std::to_string(sets * info_.array_elements(a)) +
+                                      " are expected");
     if (array.per_step && !arrays_[a].steps.empty() &&
         arrays_[a].steps.rbegin()->first >= info_.step_times.size())
       fail("array " + array.name, "has values of a step without a time");
@@ -206,7 +207,7 @@ void StagedMesh::gather(PagedArray& values, std::uint64_t base, std::size_t stri
                         NumberTable* positions, std::uint64_t first, std::uint64_t count,
                         std::byte* out) {
   if (positions == nullptr) return values.read(base + first, count, out);
-  // Neighbours in number are often neighbours in coding order: read such runs at once.
+  // Consecutive numbers are often consecutive in coding order too: read such runs at once.
   for (std::uint64_t i = 0; i < count;) {
     const std::uint64_t begin = positions->get(first + i);
     std::uint64_t run = 1;

@@ -1,6 +1,7 @@
 // Decompression: a .shm file as a MeshSource, staged in the spool.
-// Everything is staged in the order it arrives in; reading goes through maps from the mesh's own
-// numbers to that order, so nothing that a file claims decides how much is allocated.
+//
+// All data is staged in the order of arrival. Reads go through maps from the mesh's own numbers to
+// that order, so no number stated by a file decides how much memory is allocated.
 #pragma once
 
 #include <cstddef>
@@ -21,13 +22,13 @@
 
 namespace shm::converters {
 
-// By the signature of the format.
+// Returns true if the file begins with the signature of the format.
 bool looks_like_shm(std::span<const std::byte> head);
 
 class StagedMesh final : public MeshSource {
  public:
-  // Reads `source` to its end. Throws the library's error of a bad file, naming `name`, and
-  // corrupt when the parts contradict each other. `spool` must outlive the mesh.
+  // Reads `source` to its end. Throws the library's error for a bad file, naming `name`, and
+  // corrupt if the parts of the file contradict each other. `spool` must outlive the mesh.
   StagedMesh(ByteSource& source, const std::string& name, Spool& spool,
              const ReadLimits& limits = {}, const ReadOptions& options = {});
 
@@ -40,23 +41,24 @@ class StagedMesh final : public MeshSource {
                   std::byte* out) override;
 
   const Totals& totals() const { return totals_; }
-  // Numbers of all vertices and cells, in coding order.
+  // Numbers of all vertices and of all cells, in coding order.
   NumberList& vertex_order() { return vertex_numbers_; }
   NumberList& cell_order() { return cell_numbers_; }
 
  private:
   struct Array {
-    PagedArray values;                             // of one step after the other
-    std::map<std::uint64_t, std::uint64_t> steps;  // step -> its place in `values`
-    std::uint64_t staged = 0;                      // elements
-    std::unique_ptr<NumberTable> positions;        // cell arrays on some blocks, cells moved
+    PagedArray values;                             // one step after the other
+    std::map<std::uint64_t, std::uint64_t> steps;  // step -> its position in `values`
+    std::uint64_t staged = 0;                      // number of elements
+    // For cell arrays on some blocks if cells are reordered.
+    std::unique_ptr<NumberTable> positions;
   };
   void stage_mesh(const MeshBlock& block);
   void stage_step(const StepPiece& piece);
   void finish();
   void map_partial_arrays();
-  // Reads elements of `values` behind `base` whose positions in coding order `positions` gives;
-  // null: they are in order.
+  // Reads elements of `values`, counted from `base`. `positions` gives the position of each one in
+  // coding order; if it is null, the elements are already in order.
   void gather(PagedArray& values, std::uint64_t base, std::size_t stride, NumberTable* positions,
               std::uint64_t first, std::uint64_t count, std::byte* out);
   [[noreturn]] void fail(const std::string& section, const std::string& detail) const;
@@ -75,29 +77,30 @@ class StagedMesh final : public MeshSource {
   bool mesh_done_ = false;
 };
 
-// What a file may ask for that goes through a spool.
+// Limits for a file that is read through a spool.
 ReadLimits read_limits(const Spool& spool);
 
-// Stages a .shm file of `total` bytes (0: not known), called `name` in messages. `threads` decode,
-// 0 for one on each core.
+// Stages a .shm file of `total` bytes (0: unknown), called `name` in messages. Decodes with
+// `threads` threads; 0 means one per core.
 std::unique_ptr<StagedMesh> stage_shm(ByteSource& source, const std::string& name,
                                       std::uint64_t total, Spool& spool, const Progress& progress,
                                       unsigned threads);
-// The same of the file `path`; "-" is standard input.
+// The same for the file `path`; "-" is standard input.
 std::unique_ptr<MeshSource> open_shm(const std::string& path, Spool& spool,
                                      const Progress& progress, unsigned threads);
 std::unique_ptr<MeshSource> open_shm(const std::string& path, Spool& spool,
                                      const Progress& progress = {});
 
-// What a .shm file records about itself.
+// Summary that a .shm file contains of itself.
 struct FileSummary {
   MeshInfo info;
   Totals totals;
 };
-// Of its index and the heads of its chunks; `name` is for messages.
+// Reads the summary from the index and the headers of the chunks. `name` is used in messages.
 FileSummary summarize_shm(RandomSource& source, const std::string& name);
 FileSummary summarize_shm(const std::string& path);
-// Of a source that cannot be sought in: reads it to its end, and checks all of it.
+// Reads the summary of a source that does not support seeking: reads it to its end and checks all
+// of it.
 FileSummary summarize_stream(ByteSource& source, const std::string& name, const Progress& progress);
 
 }  // namespace shm::converters

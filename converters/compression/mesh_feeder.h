@@ -1,5 +1,5 @@
-// MeshFeeder: vertices and cells of a mesh on their way into a writer of the library, with their
-// static data.
+// MeshFeeder: passes the vertices and cells of a mesh, with their static data, to a writer of the
+// library.
 #pragma once
 
 #include <algorithm>
@@ -17,7 +17,8 @@
 
 namespace shm::converters {
 
-// A library result. The mesh, not the user, is to blame for a call that the library refuses.
+// Unwraps a library result. If the library refuses a call as misuse, the mesh is the cause and not
+// the user, so the error becomes unsupported.
 template <class T>
 T checked(Result<T> result) {
   if (!result && result.error().code == ErrorCode::misuse) {
@@ -28,11 +29,11 @@ T checked(Result<T> result) {
   return unwrap(std::move(result));
 }
 
-// Static arrays at one location, with the bytes of one element and how far they have been read.
+// A static array, with the size of an element and the number of elements read so far.
 struct StaticArray {
   std::size_t index;
   std::size_t stride;
-  std::vector<bool> covers;  // by block; cell arrays only
+  std::vector<bool> covers;  // indexed by block; cell arrays only
   std::uint64_t next = 0;
   std::vector<std::byte> batch;  // values of the covered cells of a batch
 };
@@ -52,12 +53,12 @@ inline std::vector<StaticArray> static_arrays(const MeshInfo& info, const Schema
   return arrays;
 }
 
-// Vertices and cells of a mesh on their way into a Writer, with their static data.
-// Out is a Writer, or a PartWriter for some cells of the mesh.
+// Passes the vertices and cells of a mesh, with their static data, to a Writer. Out is a Writer, or
+// a PartWriter for some cells of the mesh.
 template <class Out>
 class MeshFeeder : public CompactedMesh {
  public:
-  // `schema`: the Writer's; its arrays are those of the mesh, or none.
+  // `schema` is the Writer's schema; its arrays must be those of the mesh, or there are none.
   MeshFeeder(MeshSource& mesh, const Schema& schema, Out& writer, std::size_t cache_bytes)
       : mesh_(&mesh),
         writer_(&writer),
@@ -87,12 +88,12 @@ class MeshFeeder : public CompactedMesh {
     checked(last_cell == kNeverUsed ? writer_->add_unused_vertex(number, record.xyz, record.data)
                                     : writer_->add_vertex(number, record.xyz, record.data));
   }
-  // Of a PartWriter.
+  // Adds an imported vertex; only for a PartWriter.
   void imported_vertex(std::uint64_t number) {
     const Record record = record_of(number);
     checked(writer_->add_imported_vertex(number, record.xyz, record.data));
   }
-  // The first batch begins behind so many cells of each block.
+  // Skips the given number of cells of each block; the first batch begins after them.
   void skip_cells(const std::vector<std::uint64_t>& block_cells) {
     for (StaticArray& array : cell_arrays_)
       for (std::size_t b = 0; b < block_cells.size(); ++b)
@@ -114,7 +115,7 @@ class MeshFeeder : public CompactedMesh {
   }
 
  private:
-  // Valid until the next one.
+  // Valid until the next call of record_of().
   struct Record {
     std::span<const std::byte> xyz, data;
   };
@@ -128,7 +129,8 @@ class MeshFeeder : public CompactedMesh {
     return sum;
   }
 
-  // A record: the coordinates of a vertex, then its values of each static array, packed.
+  // Fetches records. A record consists of the coordinates of a vertex, followed by its values of
+  // each static array, packed.
   void fetch_records(std::uint64_t first, std::uint64_t count, std::byte* out) {
     if (point_arrays_.empty()) return mesh_->read_points(first, count, out);
     column_.resize(count * record_bytes_);
@@ -152,7 +154,8 @@ class MeshFeeder : public CompactedMesh {
   std::size_t xyz_bytes_, record_bytes_;
   PageCache records_;
   std::vector<std::byte> column_, cell_data_;
-  std::vector<std::size_t> array_place_;  // next unread byte of each cell array's batch
+  // Offset of the next unread byte in the batch of each cell array.
+  std::vector<std::size_t> array_place_;
 };
 
 }  // namespace shm::converters

@@ -22,7 +22,7 @@ std::vector<std::byte> nans(std::size_t count) {
   return {bytes.begin(), bytes.end()};
 }
 
-// What stands for the value of one element that is lost.
+// Returns the value that replaces a lost value of one element.
 std::vector<std::byte> lost_value_of(const ArrayInfo& array) {
   if (array.type == ScalarType::float32) return nans<float>(array.components);
   if (array.type == ScalarType::float64) return nans<double>(array.components);
@@ -34,11 +34,11 @@ std::vector<std::byte> lost_value_of(const ArrayInfo& array) {
 std::optional<std::uint64_t> rank_of(const std::vector<std::uint64_t>& sorted,
                                      std::uint64_t number) {
   if (sorted.empty() || number < sorted.front() || number > sorted.back()) return std::nullopt;
-  // Numbers without gaps.
+  // The numbers are consecutive.
   if (sorted.back() - sorted.front() == sorted.size() - 1) return number - sorted.front();
-  const auto at = std::lower_bound(sorted.begin(), sorted.end(), number);
-  if (*at != number) return std::nullopt;
-  return static_cast<std::uint64_t>(at - sorted.begin());
+  const auto found = std::lower_bound(sorted.begin(), sorted.end(), number);
+  if (*found != number) return std::nullopt;
+  return static_cast<std::uint64_t>(found - sorted.begin());
 }
 
 bool is_number_map(const ArrayInfo& array) {
@@ -124,13 +124,13 @@ void PieceMesh::add_part(const MeshBlock& part) {
   }
 }
 
-// Into the order of numbers what came in another one.
+// Sorts everything that did not arrive in ascending order of numbers.
 void PieceMesh::settle() {
   const Schema& schema = file_->schema();
   if (cells_moved_) {
     cell_positions_.emplace(*spool_, cell_numbers().size());
-    arrived_cells_.for_each([&](std::uint64_t at, std::uint64_t number) {
-      cell_positions_->set(*rank_of(cell_numbers(), number), at);
+    arrived_cells_.for_each([&](std::uint64_t arrival, std::uint64_t number) {
+      cell_positions_->set(*rank_of(cell_numbers(), number), arrival);
     });
   }
   if (vertices_moved_)
@@ -148,9 +148,9 @@ void PieceMesh::settle() {
     } else if (cells_moved_) {
       NumberList numbers(*spool_);
       CellBatch one;
-      arrived_cells_.for_each([&](std::uint64_t at, std::uint64_t number) {
+      arrived_cells_.for_each([&](std::uint64_t arrival, std::uint64_t number) {
         one.clear();
-        cells_.read(at, one);
+        cells_.read(arrival, one);
         if (schema.array_covers(a, one.blocks[0])) numbers.push_back(number);
       });
       values = settled(values, stride, numbers, elements(a));
@@ -162,14 +162,14 @@ PagedArray PieceMesh::settled(PagedArray& arrived, std::size_t stride, NumberLis
                               const std::vector<std::uint64_t>& sorted) {
   PagedArray out(*spool_, stride);
   std::vector<std::byte> value(stride);
-  numbers.for_each([&](std::uint64_t at, std::uint64_t number) {
-    arrived.read(at, 1, value.data());
+  numbers.for_each([&](std::uint64_t arrival, std::uint64_t number) {
+    arrived.read(arrival, 1, value.data());
     out.write(*rank_of(sorted, number), 1, value.data());
   });
   return out;
 }
 
-// Numbers of the elements of a cell array on some blocks, or of any other array.
+// Returns the numbers in the file of the elements of an array.
 const std::vector<std::uint64_t>& PieceMesh::elements(std::uint32_t source) {
   const ArrayInfo& array = file_->schema().arrays[source];
   if (array.location == Location::point) return vertex_numbers();
@@ -186,7 +186,7 @@ const std::vector<std::uint64_t>& PieceMesh::elements(std::uint32_t source) {
   return found->second;
 }
 
-// --- what is left
+// --- blocks, arrays and sets of the piece
 
 void PieceMesh::choose_blocks() {
   new_blocks_.assign(block_cells_.size(), kGone);
@@ -238,7 +238,7 @@ void PieceMesh::add_number_array(Location location, const NumberMaps* maps) {
   }
   array.location = location;
   array.type = ScalarType::int64;
-  // A piece of a piece, or of a file with a map of its own.
+  // The source may be a piece itself, or have a map of its own.
   for (const ArrayInfo& other : info_.schema.arrays)
     if (other.location == location && other.name == array.name && other.role == array.role) return;
   const auto& numbers = of_points ? vertex_numbers() : cell_numbers();
@@ -251,8 +251,8 @@ void PieceMesh::add_number_array(Location location, const NumberMaps* maps) {
   arrays_.emplace_back().what = of_points ? Array::What::vertex_numbers : Array::What::cell_numbers;
 }
 
-// How many distribution factors belong to each member, where that is the same for all of them; else
-// nothing.
+// Returns the number of distribution factors per member if it is the same for all members, and
+// nothing otherwise.
 std::optional<std::size_t> PieceMesh::factors_of_each(const MeshSet& set, bool flat) const {
   if (!has_usual_factors(set)) return std::nullopt;
   if (set.kind != MeshSet::Kind::sides) return 1;
@@ -281,7 +281,8 @@ void PieceMesh::cut_sets(const std::vector<MeshSet>& sets, bool flat) {
     cut.id = set.id;
     cut.name = set.name;
     std::optional<std::size_t> each;
-    // Parts must be alike: a part may have factors of 1 alone, which are none.
+    // All parts must have the same structure, so they have no factors: in a part, all remaining
+    // factors could be 1, and such factors are not stored.
     if (!set.factors.empty()) {
       if (!decomposed_) each = factors_of_each(set, flat);
       if (!each) without_factors_.push_back(label_of(set));
@@ -354,7 +355,7 @@ void PieceMesh::read_array(std::size_t array, std::uint64_t step, std::uint64_t 
   }
 }
 
-// Zeros where the file has none.
+// Returns the values of one step; they are zero if the file has none.
 PagedArray& PieceMesh::step_values(Array& array, std::uint64_t step) {
   const ArrayInfo& info = file_->schema().arrays[array.source];
   const std::size_t stride = scalar_bytes(info.type) * info.components;
@@ -375,7 +376,7 @@ PagedArray& PieceMesh::step_values(Array& array, std::uint64_t step) {
   if (!std::binary_search(steps.begin(), steps.end(), step)) return values;
   unwrap(file_->begin_values(array.source, step), name_);
   while (const StepValues* part = unwrap(file_->next_values(), name_)) {
-    // Neighbours in the file often are neighbours in the piece.
+    // Consecutive elements in the file are often consecutive in the piece: write such runs at once.
     for (std::size_t i = 0; i < part->numbers.size();) {
       const auto begin = rank_of(numbers, part->numbers[i]);
       std::size_t run = 1;

@@ -1,6 +1,7 @@
-// PieceMesh: some cells of a .shm file as a mesh of its own, staged in the spool. Vertices and
-// cells are numbered anew in the order of their numbers in the file. Steps are read when they are
-// asked for. Beside the spool, memory is 8 to 16 bytes for each vertex and cell of the piece.
+// PieceMesh: some cells of a .shm file as a mesh of its own, staged in the spool. Its vertices and
+// cells are renumbered in ascending order of their numbers in the file. Values of a step are read
+// when they are first requested. In addition to the spool, it uses 8 to 16 bytes of memory per
+// vertex and cell of the piece.
 #pragma once
 
 #include <cstddef>
@@ -21,44 +22,46 @@
 
 namespace shm::converters {
 
-// Arrays of the numbers that vertices and cells have in the file, from 0.
+// Names of the arrays that hold the numbers of vertices and cells in the file, counted from 0.
 inline constexpr const char* kVertexNumbers = "shm_vertex_number";
 inline constexpr const char* kCellNumbers = "shm_cell_number";
 
-// Whether an array holds which vertex or cell of the source each one is: such arrays go with every
-// piece.
+// Returns true if an array holds the numbers of vertices or cells in the source. Such arrays are
+// part of every piece.
 bool is_number_map(const ArrayInfo& array);
 
 struct PieceOptions {
-  ExtractRequest request;             // `arrays` of it follows from the one below
-  std::optional<std::uint64_t> step;  // this one alone
-  // A static array of 3 components of points with their places, of the type of coordinates:
-  // of that step. It and all others of its role do not become arrays of the piece.
+  ExtractRequest request;             // its `arrays` is replaced by the selection below
+  std::optional<std::uint64_t> step;  // take only this step
+  // Index of a static point array with 3 components, of the coordinates' type, that holds the
+  // positions of the points at that step. This array and all others of its role do not become
+  // arrays of the piece.
   std::optional<std::uint32_t> points;
-  // Indices of arrays, ascending; nothing: all. Number maps come along in any case.
+  // Ascending indices of the arrays to take; nothing: all. Number maps are always taken.
   std::optional<std::vector<std::uint32_t>> arrays;
-  // Numbers as maps of the format that the piece goes to, from 1, unless the source has such
-  // itself; borrowed. Null: arrays kVertexNumbers and kCellNumbers.
+  // How the target format of the piece stores number maps, counted from 1; used unless the source
+  // has such maps itself. Borrowed. Null: arrays kVertexNumbers and kCellNumbers.
   const NumberMaps* maps = nullptr;
-  // One of the parts that together are the mesh: all blocks, arrays and sets stay, where nothing is
-  // left of them empty, and the maps are numbers of the whole mesh in any case, of a type that is
-  // the same in all parts. Those of the source get the role for original ones. Needs `maps`.
+  // The piece is one of the parts into which the whole mesh is decomposed. All blocks, arrays and
+  // sets are kept, even if they become empty. The maps always hold numbers of the whole mesh, with
+  // a type that is the same in all parts. Maps of the source get the role of original numbers.
+  // Requires `maps`.
   bool decomposed = false;
-  // What is left of a damaged file: step values that are lost are NaN, and integers 0.
+  // The source is a damaged file: lost step values become NaN, lost integers 0.
   bool damaged = false;
-  // Arrays of the numbers in the file; without, the piece must have all vertices and cells.
+  // Add arrays of the numbers in the file. If false, the piece must contain all vertices and cells.
   bool numbers = true;
-  // The mesh is one of two dimensions: sides of its triangles and quads are edges.
+  // The mesh is two-dimensional: the sides of its triangles and quads are edges.
   bool flat = false;
-  // Instead of those of the file.
+  // Used instead of the file's step times.
   std::optional<std::vector<double>> step_times;
 };
 
 class PieceMesh final : public MeshSource {
  public:
-  // `extras` of the file: those that are no sets stay as they are; `sets` are cut to what is left,
-  // and those of which nothing is left go, but for decomposed meshes. `file` and `spool` must
-  // outlive the mesh. Throws the library's error of a bad file, naming `name`.
+  // Extras of the file in `extras` that do not belong to sets stay as they are. `sets` are reduced
+  // to the members in the piece; empty sets are dropped, except from decomposed meshes. `file` and
+  // `spool` must outlive the mesh. Throws the library's error for a bad file, naming `name`.
   PieceMesh(MeshExtractor& file, const PieceOptions& options, std::vector<Extra> extras,
             const std::vector<MeshSet>& sets, const std::string& name, Spool& spool);
 
@@ -69,15 +72,15 @@ class PieceMesh final : public MeshSource {
   void read_array(std::size_t array, std::uint64_t step, std::uint64_t first, std::uint64_t count,
                   std::byte* out) override;
 
-  // Labels of sets whose distribution factors are left out: it is not known to which members they
-  // belong, as where cells have sides of several numbers of nodes.
+  // Labels of sets whose distribution factors are left out because they cannot be assigned to the
+  // members, for example because sides of the cells have different numbers of nodes.
   const std::vector<std::string>& without_factors() const { return without_factors_; }
 
-  // Ascending numbers in the file: element i is that of vertex or cell i.
+  // Numbers in the file, ascending: element i is the number of vertex or cell i.
   const std::vector<std::uint64_t>& vertex_numbers() const { return file_->vertex_numbers(); }
   const std::vector<std::uint64_t>& cell_numbers() const { return file_->cell_numbers(); }
 
-  // Of step values that were read: how many elements lack theirs, by array and step of the file.
+  // Number of elements without a value, for each array and step of the file whose values were read.
   const std::map<std::pair<std::uint32_t, std::uint64_t>, std::uint64_t>& lost_values() const {
     return lost_values_;
   }
@@ -85,9 +88,9 @@ class PieceMesh final : public MeshSource {
  private:
   struct Array {
     enum class What { of_file, vertex_numbers, cell_numbers } what = What::of_file;
-    std::uint32_t source = 0;  // of the file's arrays
+    std::uint32_t source = 0;  // index of the array in the file
     std::optional<PagedArray> values{};
-    std::map<std::uint64_t, PagedArray> steps{};  // by step of the file
+    std::map<std::uint64_t, PagedArray> steps{};  // indexed by step of the file
   };
 
   void stage(const ExtractRequest& request);
@@ -109,29 +112,30 @@ class PieceMesh final : public MeshSource {
   std::string name_;
   Spool* spool_;
   bool decomposed_, damaged_;
-  std::optional<std::uint64_t> step_;  // the only one
+  std::optional<std::uint64_t> step_;  // set if the piece has only this step
   std::optional<std::uint32_t> points_array_;
   std::optional<std::vector<std::uint32_t>> wanted_;
   MeshInfo info_;
-  std::vector<std::uint32_t> kept_blocks_, new_blocks_;  // of the file; by block of the file
+  // Blocks of the file that are kept; new index by block of the file.
+  std::vector<std::uint32_t> kept_blocks_, new_blocks_;
 
   PagedArray points_;
-  CellStore cells_;  // corners are numbers of the file
+  CellStore cells_;  // corners are vertex numbers of the file
   NumberList arrived_vertices_, arrived_cells_;
   bool vertices_moved_ = false, cells_moved_ = false;
   std::uint64_t last_vertex_ = 0, last_cell_ = 0;
-  std::optional<NumberTable> cell_positions_;   // in the order of arrival
-  std::vector<std::uint64_t> block_cells_;      // by block of the file
-  std::map<std::uint32_t, PagedArray> staged_;  // static arrays, by number in the file
-  std::map<std::vector<std::uint32_t>, std::vector<std::uint64_t>> covered_;  // by blocks
+  std::optional<NumberTable> cell_positions_;   // cell -> position in order of arrival
+  std::vector<std::uint64_t> block_cells_;      // indexed by block of the file
+  std::map<std::uint32_t, PagedArray> staged_;  // static arrays, by index in the file
+  std::map<std::vector<std::uint32_t>, std::vector<std::uint64_t>> covered_;  // by list of blocks
   std::vector<Array> arrays_;
   std::uint64_t next_cell_ = 0;
   std::map<std::pair<std::uint32_t, std::uint64_t>, std::uint64_t> lost_values_;
   std::vector<std::string> without_factors_;
 };
 
-// From numbers of the file to those of a piece, which has `sorted` of them; nothing where it has
-// not.
+// Returns the position of `number` in `sorted`, which converts a number of the file to one of the
+// piece; nothing if it does not occur.
 std::optional<std::uint64_t> rank_of(const std::vector<std::uint64_t>& sorted,
                                      std::uint64_t number);
 

@@ -13,7 +13,7 @@ namespace {
 
 constexpr const char* kSideNumbers = "shm_side";
 
-// Elements of `stride` bytes; `read` gives some that follow each other.
+// Gathers elements of `stride` bytes. `read` reads a run of consecutive elements.
 template <class Read>
 void gather(std::span<const std::uint64_t> wanted, std::size_t stride, std::byte* out,
             Read&& read) {
@@ -74,17 +74,17 @@ void SetSides::find_sides(const MeshSet& set, bool flat,
           continue;
         }
         const auto fresh = static_cast<std::uint32_t>(blocks.size());
-        const auto [at, is_new] = blocks.try_emplace({found.shape, found.nodes.size()}, fresh);
+        const auto [entry, is_new] = blocks.try_emplace({found.shape, found.nodes.size()}, fresh);
         if (is_new) {
           const auto id = static_cast<std::int64_t>(static_cast<std::uint64_t>(set.id) + fresh);
           info_.schema.blocks.push_back({id, short_name_of(set), found.shape,
                                          static_cast<std::uint32_t>(found.nodes.size())});
           info_.block_cells.push_back(0);
         }
-        ++info_.block_cells[at->second];
+        ++info_.block_cells[entry->second];
         const std::uint64_t number = cell_numbers[cell];
         sides_.push_back(
-            {at->second, static_cast<std::int64_t>(number), side, std::move(found.nodes)});
+            {entry->second, static_cast<std::int64_t>(number), side, std::move(found.nodes)});
       }
     }
   }

@@ -1,4 +1,4 @@
-// SetSides: the sides of a side set as cells, in a mesh of their vertices alone.
+// SetSides: the sides of a side set as cells, in a mesh that has only their vertices.
 #pragma once
 
 #include <cstddef>
@@ -12,10 +12,11 @@ namespace shm::converters {
 
 class SetSides final : public ForwardingMesh {
  public:
-  // `set` is a side set of `source`, its members cells of it, `cell_numbers` the numbers that these
-  // have in the file. One block for each shape; point arrays come along, and for each side the
-  // number of its cell (shm_cell_number) and its place in it from 1 (shm_side). Memory follows the
-  // set.
+  // `set` is a side set of `source` whose members are cells of `source`; `cell_numbers` are the
+  // numbers of all cells in the file. The mesh has one block per shape of sides, and the point
+  // arrays of the source. Two cell arrays give for each side the number of its cell
+  // (shm_cell_number) and the number of the side in this cell, from 1 (shm_side). Memory follows
+  // the size of the set.
   SetSides(MeshSource& source, const MeshSet& set, bool flat,
            const std::vector<std::uint64_t>& cell_numbers);
   void read_points(std::uint64_t first, std::uint64_t count, std::byte* out) override;
@@ -23,21 +24,22 @@ class SetSides final : public ForwardingMesh {
   void rewind_cells() override { next_side_ = 0; }
   void read_array(std::size_t array, std::uint64_t step, std::uint64_t first, std::uint64_t count,
                   std::byte* out) override;
-  // Sides of cells whose sides are not known.
+  // Number of sides left out because the sides of their cells are not known.
   std::uint64_t left_out() const { return left_out_; }
 
  private:
   struct Side {
     std::uint32_t block = 0;
-    std::int64_t cell = 0, side = 0;  // numbers in the file; in the cell
+    std::int64_t cell = 0, side = 0;  // cell number in the file; side number in the cell
     std::vector<std::uint64_t> nodes;
   };
   void find_sides(const MeshSet& set, bool flat, const std::vector<std::uint64_t>& cell_numbers);
   void number_vertices();
 
   std::vector<Side> sides_;
-  std::vector<std::uint64_t> vertices_;  // of the source, ascending
-  std::vector<std::size_t> arrays_;      // of the source; those behind are of sides
+  std::vector<std::uint64_t> vertices_;  // vertex numbers of the source, ascending
+  // Indices of the source's arrays; the arrays after these belong to sides.
+  std::vector<std::size_t> arrays_;
   std::size_t next_side_ = 0;
   std::uint64_t left_out_ = 0;
 };

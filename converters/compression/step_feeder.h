@@ -1,4 +1,4 @@
-// The values of one array at one step, in coding order, piece by piece.
+// Passes the values of one array at one step, in coding order and in pieces.
 #pragma once
 
 #include <algorithm>
@@ -11,8 +11,8 @@
 
 namespace shm::converters {
 
-// Calls put(values) for all elements of `array` at `step`. `order`: element numbers in coding
-// order; null: the order of the file.
+// Calls put(values) until all elements of `array` at `step` are passed. `order` lists the element
+// numbers in coding order; null means the order of the file.
 template <class Put>
 void feed_step(MeshSource& mesh, std::size_t array, std::uint64_t step, NumberList* order,
                std::size_t cache_bytes, Put&& put) {

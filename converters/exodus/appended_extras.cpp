@@ -25,7 +25,7 @@ ByKey by_key(const std::vector<Extra>& extras) {
   return map;
 }
 
-// The rows of a variable, out of the extras that carry it; nothing where these have none.
+// Returns the rows of a variable from the extras that hold it; nothing if the extras are missing.
 std::optional<std::vector<std::byte>> rows_of(const ByKey& extras, const Skeleton& skeleton,
                                               const Variable& variable) {
   const std::string key = extra_key(variable.name);
@@ -41,13 +41,14 @@ std::optional<std::vector<std::byte>> rows_of(const ByKey& extras, const Skeleto
   return rows;
 }
 
-// Exodus files of which one begins where the other ended, or of which some steps are left.
+// Joins the extras of Exodus files if one continues after the end of the other, or selects some of
+// the steps.
 class StepJoiner {
  public:
   explicit StepJoiner(const MeshInfo& old) : old_(old), old_keys_(by_key(old.extras)) {
     old_skeleton_ = skeleton_of(old_keys_);
     if (old_skeleton_.length_of(kStepDimension) != old.step_times.size())
-      does_not_fit(kSkeletonKey, "has another number of steps than there are times");
+      does_not_fit(kSkeletonKey, "has a number of steps that differs from the number of times");
   }
 
   AppendedExtras join(const MeshInfo& more, const std::vector<Extra>& extras,
@@ -55,7 +56,7 @@ class StepJoiner {
     new_keys_ = by_key(extras);
     new_skeleton_ = skeleton_of(new_keys_);
     if (new_skeleton_.length_of(kStepDimension) != more.step_times.size())
-      does_not_fit(kSkeletonKey, "has another number of steps than times in SOURCE");
+      does_not_fit(kSkeletonKey, "has a number of steps that differs from the times in SOURCE");
     set_steps(old_.step_times.size() + steps.size());
     for (const Variable& variable : old_skeleton_.variables)
       if (has_steps(old_skeleton_, variable)) grow(variable, steps);
@@ -64,7 +65,7 @@ class StepJoiner {
     return out;
   }
 
-  // Of the old file, at some of its steps.
+  // Returns the extras of the old file for a selection of its steps.
   std::optional<std::vector<Extra>> chosen(StepRange steps) {
     set_steps(steps.size());
     for (const Variable& variable : old_skeleton_.variables) {
@@ -85,7 +86,7 @@ class StepJoiner {
     for (const Variable& variable : old_skeleton_.variables) {
       const std::string key = extra_key(variable.name);
       if (has_steps(old_skeleton_, variable) && old_keys_.contains(key))
-        does_not_fit(key, "has a value at each step, which SOURCE has not");
+        does_not_fit(key, "has a value for each step, which SOURCE lacks");
     }
     set_steps(old_.step_times.size() + steps);
     return result();
@@ -99,7 +100,7 @@ class StepJoiner {
     grown_.dimensions[static_cast<std::size_t>(dimension)].length = steps;
   }
 
-  // The old ones, with what has grown in their place.
+  // Returns the old extras, with grown extras in place of the shorter ones.
   AppendedExtras result() {
     AppendedExtras out;
     out.changed = true;
@@ -133,11 +134,11 @@ class StepJoiner {
     return !variable.dimensions.empty() && skeleton.dimension_name(variable, 0) == kStepDimension;
   }
 
-  // Puts the rows of the new steps behind those that an extra has of a variable.
+  // Appends the rows of the new steps to the rows of a variable that is an extra.
   void grow(const Variable& variable, std::span<const std::uint64_t> steps) {
     const std::string key = extra_key(variable.name);
     if (!old_keys_.contains(key)) {
-      // An array, the times themselves, or what has no rows yet.
+      // The variable is an array, the times themselves, or has no rows yet.
       if (new_keys_.contains(key)) does_not_fit(key, "has values at the new steps only");
       return;
     }
@@ -173,7 +174,7 @@ class StepJoiner {
       parts.push_back(std::move(part));
     }
     for (std::size_t p = 1; old_keys_.contains(part_key(key, p)); ++p)
-      grown_parts_[part_key(key, p)];  // stands with the first one
+      grown_parts_[part_key(key, p)];  // is stored together with the first part
     for (std::size_t p = 0; new_keys_.contains(part_key(key, p)); ++p)
       joined_.insert(part_key(key, p));
   }
@@ -183,12 +184,12 @@ class StepJoiner {
     const int dimension = other.find_dimension(kStepDimension);
     other.dimensions[static_cast<std::size_t>(dimension)].length =
         old_skeleton_.length_of(kStepDimension);
-    if (other != old_skeleton_) losses.push_back("another title, or other parts of its structure");
+    if (other != old_skeleton_) losses.push_back("a different title, or different structure");
     for (const auto& [key, extra] : new_keys_) {
       if (key == kSkeletonKey || joined_.contains(key)) continue;
       const auto found = old_keys_.find(key);
       if (found == old_keys_.end() || *found->second != *extra)
-        losses.push_back("another '" + key + "'");
+        losses.push_back("a different '" + key + "'");
     }
   }
 
@@ -196,7 +197,7 @@ class StepJoiner {
   ByKey old_keys_, new_keys_;
   Skeleton old_skeleton_, new_skeleton_, grown_;
   std::map<std::string, std::vector<Extra>> grown_parts_;  // by key of an old extra
-  std::set<std::string> joined_;                           // keys of new ones
+  std::set<std::string> joined_;                           // keys of new extras
 };
 
 }  // namespace

@@ -1,4 +1,5 @@
-// The extras of an Exodus mesh that gets more time steps, or is left with some of them.
+// The extras of an Exodus mesh after time steps have been appended, or after a selection of its
+// steps.
 #pragma once
 
 #include <cstdint>
@@ -12,20 +13,21 @@
 
 namespace shm::converters::exodus {
 
-// Whether extras have the number of steps.
+// Returns true if the extras contain the number of steps.
 bool counts_steps(const MeshInfo& info);
 
-// Of a file that goes on from where the mesh `old` ended: what has a value for each step goes
-// behind, and the number of steps grows. `extras`: those of `more`, in the numbers of `old`.
-// `steps`: of `more`, that come behind. Throws Failure (unsupported) where that cannot be.
+// Returns the extras after a file that continues after the end of `old` is appended: values for
+// each step are appended to the old values, and the number of steps grows. `extras` are the extras
+// of `more` in the numbering of `old`; `steps` are the steps of `more` that are appended. Throws
+// Failure (unsupported) if the extras cannot be combined.
 AppendedExtras joined_extras(const MeshInfo& old, const MeshInfo& more,
                              const std::vector<Extra>& extras,
                              std::span<const std::uint64_t> steps);
 
-// With `steps` more of a file that has nothing of this kind.
+// Returns the extras after `steps` more steps of a file that has no such extras.
 AppendedExtras lengthened_extras(const MeshInfo& old, std::uint64_t steps);
 
-// At some of its steps; nothing where values at steps are no numbers.
+// Returns the extras for a selection of steps; nothing if values at steps are not numbers.
 std::optional<std::vector<Extra>> extras_of_steps(const MeshInfo& info, StepRange steps);
 
 }  // namespace shm::converters::exodus

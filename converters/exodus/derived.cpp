@@ -1,5 +1,5 @@
-// What follows from the rest of a mesh, so that its variables need not be carried; and the small
-// values that variables and extras are made of.
+// Variables that follow from the rest of a mesh, and so need not be stored; and conversions of the
+// values of variables and extras.
 #include <netcdf.h>
 
 #include <algorithm>
@@ -13,7 +13,7 @@
 namespace shm::converters::exodus {
 namespace {
 
-// Appends `value` as `type`; false when the type cannot hold it.
+// Appends `value` as `type`; returns false if the type cannot hold it.
 template <class T, class From>
 bool append_value(std::vector<std::byte>& out, From value) {
   if constexpr (std::is_integral_v<T> && std::is_integral_v<From>)
@@ -28,7 +28,7 @@ bool append_real(std::vector<std::byte>& out, int type, double value) {
   return type == NC_DOUBLE && append_value<double>(out, value);
 }
 
-// Values of one derived variable, row by row.
+// Derives the values of a variable, row by row.
 class Deriver {
  public:
   Deriver(const Skeleton& skeleton, const Layout& layout, const Variable& variable,
@@ -44,29 +44,29 @@ class Deriver {
     const std::string& name = variable_.name;
     const auto& blocks = info_.schema.blocks;
     if (shape_.empty() || variable_.type == NC_STRING) return std::nullopt;
-    bool good = false;
+    bool ok = false;
     if (name == "eb_prop1" && is_list_of(blocks.size()))
-      good = integers([&](std::size_t i) { return std::optional(blocks[i].id); });
+      ok = integers([&](std::size_t i) { return std::optional(blocks[i].id); });
     else if (name == "eb_names" && is_table_of(blocks.size()))
-      good = names([&](std::size_t i) -> const std::string& { return blocks[i].name; });
+      ok = names([&](std::size_t i) -> const std::string& { return blocks[i].name; });
     else if (name == "name_nod_var")
-      good = field_names(Location::point);
+      ok = field_names(Location::point);
     else if (name == "name_elem_var")
-      good = field_names(Location::cell);
+      ok = field_names(Location::cell);
     else if (name == "elem_var_tab")
-      good = truth_table();
+      ok = truth_table();
     else if (name == "time_whole" && is_list_of(info_.step_times.size()))
-      good = std::all_of(info_.step_times.begin(), info_.step_times.end(),
-                         [&](double time) { return append_real(values_, variable_.type, time); });
+      ok = std::all_of(info_.step_times.begin(), info_.step_times.end(),
+                       [&](double time) { return append_real(values_, variable_.type, time); });
     else if (name == "eb_status" && is_list_of(info_.block_cells.size()))
-      good = integers([&](std::size_t i) {
+      ok = integers([&](std::size_t i) {
         return std::optional<std::int64_t>(info_.block_cells[i] > 0 ? 1 : 0);
       });
     else if (const auto factors = set_factors_of(name))
-      good = ones(*factors);
+      ok = ones(*factors);
     else
-      good = set_table();
-    return good ? std::optional(std::move(values_)) : std::nullopt;
+      ok = set_table();
+    return ok ? std::optional(std::move(values_)) : std::nullopt;
   }
 
  private:
@@ -94,7 +94,7 @@ class Deriver {
     }
     return true;
   }
-  // The i-th field of the file must be the i-th of the mesh.
+  // The i-th field of the file must be the i-th field of the mesh.
   bool field_names(Location location) {
     std::vector<std::string> fields;
     for (std::size_t a = 0; a < layout_.arrays.size() && a < info_.schema.arrays.size(); ++a) {
@@ -133,9 +133,9 @@ class Deriver {
     }
     return false;
   }
-  // The extras say how many members there are, and so how many factors there can be.
+  // The extras give the number of members, which limits the number of factors.
   bool ones(const SetFactors& factors) {
-    constexpr std::uint64_t kMostNodesOfSide = 9;  // of a hexahedron of 27 nodes
+    constexpr std::uint64_t kMostNodesOfSide = 9;  // for a hexahedron with 27 nodes
     const std::uint64_t members = set_members(*factors.kind, factors.index);
     if (shape_.size() != 1 || shape_[0] == 0) return false;
     const bool sides = factors.kind == &kSetKinds[1];
@@ -152,7 +152,7 @@ class Deriver {
       members += extra->data.size() / std::max<std::size_t>(scalar_bytes(extra->type), 1);
     return members;
   }
-  // Whether it has members. Of a set of which nothing is there that is not known.
+  // Returns 1 if the set has members, and 0 if not. Returns nothing for a set without any extras.
   std::optional<std::int64_t> set_status(const SetKind& kind, std::size_t index) const {
     if (set_members(kind, index) > 0) return 1;
     if (extras_.find(set_key(kind, index, "id")) == nullptr) return std::nullopt;
@@ -160,7 +160,7 @@ class Deriver {
   }
   std::optional<std::int64_t> set_id(const SetKind& kind, std::size_t index) const {
     const Extra* extra = extras_.find(set_key(kind, index, "id"));
-    // As shm/sets.h has it.
+    // The default id, as in shm/sets.h.
     if (extra == nullptr && kind.neutral && set_members(kind, index) > 0)
       return static_cast<std::int64_t>(index) + 1;
     if (extra == nullptr || extra->data.size() != scalar_bytes(extra->type)) return std::nullopt;
@@ -192,16 +192,16 @@ ScalarType reference_type(ScalarType stored) {
 std::optional<std::vector<std::int64_t>> integers_of(ScalarType type,
                                                      const std::vector<std::byte>& values) {
   std::vector<std::int64_t> numbers;
-  const bool good = !is_float(type) && with_scalar(type, [&](auto value) {
-    for (std::size_t at = 0; at + sizeof value <= values.size(); at += sizeof value) {
-      std::memcpy(&value, values.data() + at, sizeof value);
+  const bool ok = !is_float(type) && with_scalar(type, [&](auto value) {
+    for (std::size_t offset = 0; offset + sizeof value <= values.size(); offset += sizeof value) {
+      std::memcpy(&value, values.data() + offset, sizeof value);
       if constexpr (std::is_integral_v<decltype(value)>)
         if (!std::in_range<std::int64_t>(value)) return false;
       numbers.push_back(static_cast<std::int64_t>(value));
     }
     return true;
   });
-  return good ? std::optional(std::move(numbers)) : std::nullopt;
+  return ok ? std::optional(std::move(numbers)) : std::nullopt;
 }
 
 bool append_integer(std::vector<std::byte>& out, ScalarType type, std::int64_t value) {

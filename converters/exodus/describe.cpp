@@ -13,9 +13,10 @@
 namespace shm::converters::exodus {
 namespace {
 
-constexpr std::uint64_t kMostSets = 1 << 16;  // each takes some extras
+constexpr std::uint64_t kMostSets = 1 << 16;  // each set needs several extras
 
-// Numbers from 1 as references from 0; false when one is neither 0 nor in 1..count.
+// Converts numbers from 1 to references from 0; returns false if a number is neither 0 nor
+// in 1..count.
 bool refer_from_zero(Extra& extra, Reference refers, std::uint64_t count) {
   const auto numbers = integers_of(extra.type, extra.data);
   if (!numbers) return false;
@@ -52,7 +53,7 @@ class Description {
   std::vector<std::byte> whole(int index) const {
     return whole_variable(skeleton_, values_, index);
   }
-  // A variable of so many numbers and nothing else.
+  // Returns true if the variable is a plain list of `length` numbers.
   bool is_list(int index, std::uint64_t length) const {
     return index >= 0 && variable(index).type != NC_CHAR && variable(index).type != NC_STRING &&
            skeleton_.shape(variable(index)) == std::vector<std::uint64_t>{length};
@@ -78,7 +79,7 @@ class Description {
   MeshInfo info_;
 };
 
-// Numbers of any type as integers.
+// Returns numbers of any type as integers.
 std::vector<std::int64_t> Description::ids(int index) const {
   const ScalarType type = scalar_of(variable(index).type);
   const std::vector<std::byte> values = whole(index);
@@ -88,8 +89,8 @@ std::vector<std::int64_t> Description::ids(int index) const {
     return std::move(*numbers);
   }
   std::vector<std::int64_t> numbers;
-  for (std::size_t at = 0; at < values.size(); at += scalar_bytes(type)) {
-    const double number = as_double(values.data() + at, type);
+  for (std::size_t offset = 0; offset < values.size(); offset += scalar_bytes(type)) {
+    const double number = as_double(values.data() + offset, type);
     if (!(std::fabs(number) < 0x1p63))
       place_.fail(ErrorCode::corrupt, section(index), "has an id beyond 63 bits");
     numbers.push_back(static_cast<std::int64_t>(number));
@@ -97,7 +98,7 @@ std::vector<std::int64_t> Description::ids(int index) const {
   return numbers;
 }
 
-// Rows of a table of names; as many as there are, at most `count`.
+// Returns the rows of a table of names, at most `count`.
 std::vector<std::string> Description::names(std::string_view table, std::uint64_t count) const {
   const int index = skeleton_.find_variable(table);
   if (index < 0 || variable(index).type != NC_CHAR) return {};
@@ -156,7 +157,7 @@ void Description::describe_times() {
     info_.step_times[step] = as_double(values.data() + step * scalar_bytes(type), type);
 }
 
-// An id that follows from the number of its set, as shm/sets.h has it, is left out.
+// Omits an id that follows from the number of its set, as in shm/sets.h.
 void Description::read_set_labels(std::vector<Extra>& extras, const ExtraIndex& members) const {
   for (const SetKind& kind : kSetKinds) {
     const int table = skeleton_.find_variable(std::string(kind.prefix) + "_prop1");
@@ -197,7 +198,8 @@ void Description::read_extras() {
                     Reference::nothing,
                     {text.size()},
                     {bytes, bytes + text.size()}});
-  // What others may follow from is read first; all stand in the order of the variables.
+  // Reads the extras first from which others may be derived; the result is in the order of the
+  // variables.
   std::vector<std::vector<Extra>> values(skeleton_.variables.size());
   ExtraIndex known;
   const auto read_all = [&](bool members) {
@@ -216,7 +218,8 @@ void Description::read_extras() {
                         std::make_move_iterator(list.end()));
 }
 
-// A variable as extras, of some rows each when it is large. Nothing when it follows from the rest.
+// Returns a variable as extras: as several extras of some rows each if it is large, and as none if
+// it follows from the rest of the mesh.
 std::vector<Extra> Description::read_variable(std::size_t v, const ExtraIndex& known) const {
   const Variable& one = skeleton_.variables[v];
   const Reference refers = reference_of(one.name);
@@ -231,7 +234,7 @@ std::vector<Extra> Description::read_variable(std::size_t v, const ExtraIndex& k
       return {};
     parts.push_back(std::move(part));
     if (referring && !refer_from_zero(parts.back(), refers, count)) {
-      // What is no reference in one part is none in any.
+      // If one part is not a valid reference, no part is.
       referring = false;
       parts.clear();
       i = std::size_t(-1);
@@ -243,7 +246,7 @@ std::vector<Extra> Description::read_variable(std::size_t v, const ExtraIndex& k
   return parts;
 }
 
-// Rows of a variable: those of its first dimension.
+// Reads rows of a variable, i.e. along its first dimension.
 Extra Description::read_rows(int index, std::uint64_t first, std::uint64_t count) const {
   const Variable& one = variable(index);
   Extra extra{{}, scalar_of(one.type), Reference::nothing, skeleton_.shape(one), {}};

@@ -1,9 +1,10 @@
-// The header of a netCDF file, read for where it places its values: is everything inside the file,
-// and what lies between?
+// Reads the header of a netCDF file to locate its values, in order to check that they are
+// inside the file, and to find the gaps between them.
+//
 // Classic files (CDF-1, CDF-2, CDF-5) have big-endian numbers; names and attributes are padded to 4
-// bytes. netCDF-4 files are HDF5, which is little-endian. netCDF trusts lengths of names and
-// numbers of dimensions, and overruns buffers with them: they are checked here, before it sees the
-// file.
+// bytes. netCDF-4 files are HDF5 files, which are little-endian. netCDF trusts lengths of names and
+// numbers of dimensions and overruns buffers if they are wrong, so they are checked here before
+// netCDF opens the file.
 #include <netcdf.h>
 
 #include <algorithm>
@@ -35,7 +36,7 @@ std::uint64_t padded(std::uint64_t bytes) {
   return bytes > kHuge - 3 ? kHuge : (bytes + 3) & ~3ULL;
 }
 
-// Bytes of one value of a classic type (1..6) or CDF-5 type (7..11); 0: no such type.
+// Size of a value of a classic type (1..6) or CDF-5 type (7..11); 0: invalid type.
 std::uint64_t type_bytes(std::uint64_t type) {
   constexpr std::array<std::uint8_t, 12> kBytes{0, 1, 1, 2, 4, 4, 8, 1, 2, 4, 8, 8};
   return type < kBytes.size() ? kBytes[type] : 0;
@@ -51,7 +52,7 @@ class Header {
     std::rewind(file_.get());
   }
 
-  // False when the file is not a classic one.
+  // Reads the header. Returns false if the file is not a classic file.
   bool read() {
     std::array<unsigned char, 4> magic{};
     if (size_ < magic.size()) return false;
@@ -61,7 +62,7 @@ class Header {
     version_ = magic[3];
     if (version_ != 1 && version_ != 2 && version_ != 5) return false;
     const std::uint64_t records = count();
-    // All ones: the writer was streaming and did not know.
+    // All ones: the writer was streaming and did not know the number.
     if (records != (version_ == 5 ? kHuge : 0xffffffffU)) records_ = records;
 
     const std::uint64_t dimensions = list(10, "dimensions");
@@ -75,7 +76,7 @@ class Header {
     return true;
   }
 
-  // A record variable may begin beyond the end as long as there are no records.
+  // A record variable may begin beyond the end of the file if the file has no records.
   void check_variables() {
     for (const Extent& extent : extents_) {
       if (extent.record && records_ == 0) continue;
@@ -112,7 +113,7 @@ class Header {
   struct Extent {
     std::string name;
     std::uint64_t begin;
-    std::uint64_t bytes;  // of one record, or of all
+    std::uint64_t bytes;  // of one record, or of the whole variable
     bool record;
   };
 
@@ -147,14 +148,14 @@ class Header {
     return value;
   }
   std::uint64_t count() { return number(version_ == 5 ? 8 : 4); }
-  // Number of entries of a list, each of at least 8 bytes.
+  // Returns the number of entries of a list; each has at least 8 bytes.
   std::uint64_t list(std::uint64_t expected_tag, const char* what) {
     const std::uint64_t tag = number(4);
     const std::uint64_t entries = count();
     if (tag == 0 && entries == 0) return 0;
     if (tag != expected_tag)
       fail(ErrorCode::corrupt, "netCDF header",
-           std::string("the list of ") + what + " does not begin where it should");
+           std::string("the list of ") + what + " does not begin at the expected place");
     if (entries > (size_ - at_) / 8)
       fail(ErrorCode::truncated, "netCDF header",
            "the file is too short for " + std::to_string(entries) + " " + what);
@@ -172,7 +173,7 @@ class Header {
     skip(padded(length) - length);
     return text;
   }
-  // The superblock of HDF5 states where the file ends, for 8-byte addresses at these places.
+  // The HDF5 superblock states the end of the file at these offsets, if addresses have 8 bytes.
   void check_hdf5() {
     constexpr std::uint64_t kVersion = 8, kOldEnd = 40, kNewEnd = 28;
     skip(kVersion - at_);
@@ -222,12 +223,13 @@ class Header {
     if (bytes == 0)
       fail(ErrorCode::corrupt, "netCDF header", "variable '" + extent.name + "' has no known type");
     extent.bytes = product(extent.bytes, bytes);
-    count();  // the stated size: redundant, and wrong in variables beyond 4 GiB
+    count();  // The stated size is redundant, and wrong for variables beyond 4 GiB.
     extent.begin = number(version_ == 1 ? 4 : 8);
     extents_.push_back(std::move(extent));
   }
 
-  // A record is one value set of each record variable, padded unless there is only one of them.
+  // A record has one set of values for each record variable, padded unless there is only one such
+  // variable.
   std::uint64_t record_bytes() const {
     std::uint64_t all = 0, last = 0;
     std::size_t variables = 0;

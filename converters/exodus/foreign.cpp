@@ -22,7 +22,7 @@
 namespace shm::converters::exodus {
 namespace {
 
-// Behind those of blocks there is room for new ones.
+// Half of the block numbers are reserved for new ones.
 Capabilities::MostNumbers most_numbers_of(bool is_wide) {
   constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max() / 2;
   constexpr std::int64_t kNarrow = std::numeric_limits<std::int32_t>::max();
@@ -30,18 +30,18 @@ Capabilities::MostNumbers most_numbers_of(bool is_wide) {
                  : Capabilities::MostNumbers{kNarrow / 2, kNarrow};
 }
 
-// A variable of 64-bit offset files has less than 4 GiB (for each record, if it has records).
+// Limit for a variable in 64-bit offset files (per record, if it has records): less than 4 GiB.
 constexpr std::uint64_t kMostVariableBytes = (std::uint64_t{1} << 32) - 4;
-constexpr std::size_t kShortNames = 32;  // what every reader allows for
+constexpr std::size_t kShortNames = 32;  // supported by every reader
 
-// One component of an array of the mesh: a nodal or an element variable.
+// One component of an array of the mesh; it becomes a nodal or element variable.
 struct Column {
   std::size_t array;
   std::uint32_t component;
   std::string name;
 };
 
-// Integers whose values a float holds, or floats.
+// Returns true for float32, and for integers whose values a float can hold.
 bool fits_float(ScalarType type) { return type == ScalarType::float32 || scalar_bytes(type) <= 2; }
 
 bool is_float_value(double value) {
@@ -80,34 +80,36 @@ bool is_polyhedron(CellShape shape) {
   return shape == CellShape::polyhedron || shape == CellShape::faces;
 }
 
-// Names as the library wants them: pointers to characters that it does not change.
+// Returns names in the form that the library expects: pointers to characters, which it does not
+// change.
 std::vector<char*> pointers(std::vector<std::string>& names) {
   std::vector<char*> list;
   for (std::string& name : names) list.push_back(name.data());
   return list;
 }
 
-// Numbers that nobody has yet.
+// Hands out unused numbers.
 class FreeNumbers {
  public:
-  // The first that is free from `wanted` on.
+  // Returns the first unused number, starting at `wanted`.
   std::int64_t take(std::int64_t wanted) {
     std::vector<std::int64_t> passed;
     std::int64_t number = wanted;
-    for (auto at = next_.find(number); at != next_.end(); at = next_.find(number)) {
+    for (auto found = next_.find(number); found != next_.end(); found = next_.find(number)) {
       passed.push_back(number);
-      number = at->second;
+      number = found->second;
     }
     next_[number] = number + 1;
-    for (const std::int64_t taken : passed) next_[taken] = number + 1;  // not these again
+    // Skips these numbers next time.
+    for (const std::int64_t taken : passed) next_[taken] = number + 1;
     return number;
   }
 
  private:
-  std::map<std::int64_t, std::int64_t> next_;  // of each that is taken: where to go on
+  std::map<std::int64_t, std::int64_t> next_;  // for each used number: where to continue the search
 };
 
-// The library refuses other numbers of factors.
+// The library refuses any other number of factors.
 std::vector<MeshSet> sets_to_write(const MeshInfo& info) {
   std::vector<MeshSet> sets = sets_of_extras(info);
   for (MeshSet& set : sets)
@@ -117,12 +119,12 @@ std::vector<MeshSet> sets_to_write(const MeshInfo& info) {
 
 class ForeignWriter {
  public:
-  // Numbers that take files of 64 bits.
+  // Returns true if the maps need a file with 64-bit integers.
   static bool has_wide_maps(const MeshInfo& info) {
-    return std::any_of(info.schema.arrays.begin(), info.schema.arrays.end(),
-                       [](const ArrayInfo& it) {
-                         return it.type == ScalarType::int64 && (is_map(it) || is_original_map(it));
-                       });
+    return std::any_of(
+        info.schema.arrays.begin(), info.schema.arrays.end(), [](const ArrayInfo& array) {
+          return array.type == ScalarType::int64 && (is_map(array) || is_original_map(array));
+        });
   }
 
   ForeignWriter(MeshSource& mesh, const std::string& path, Spool& spool)
@@ -167,23 +169,24 @@ class ForeignWriter {
     if (status < 0) place_.fail(ErrorCode::output, section, "the Exodus library fails to write it");
   }
 
-  // The library writes the header anew for each block and set: some minutes for so many.
+  // The library rewrites the header for each block and set, which takes some minutes for kMost of
+  // them.
   void check_counts() const {
     constexpr std::size_t kMost = 1 << 14;
     const std::size_t count = grouping_.groups().size() + sets_.size();
     if (count > kMost)
       place_.fail(ErrorCode::over_limit, "blocks and sets",
                   "there are " + std::to_string(count) + "; " + std::to_string(kMost) +
-                      " can be written to Exodus");
+                      " is the maximum for Exodus");
   }
   void check_cells() const {
     for (const CellGroup& group : grouping_.groups())
       if (is_polyhedron(block_of(group).shape) && group.cells > 0)
         place_.fail(ErrorCode::unsupported, "block " + std::to_string(block_of(group).id),
-                    "polyhedra cannot be written to Exodus without the format that they came in");
+                    "polyhedra can be written to Exodus only if they came from an Exodus file");
   }
 
-  // One integer for each node or element.
+  // Returns true for arrays with one integer per node or element.
   static bool is_of_numbers(const ArrayInfo& array) {
     return array.components == 1 && !array.per_step && array.blocks.empty() &&
            (array.type == ScalarType::int32 || array.type == ScalarType::int64);
@@ -237,7 +240,7 @@ class ForeignWriter {
   void create() {
     open_netcdf(place_.file, ErrorCode::output);
     open_exodus_library(place_.file, ErrorCode::output);
-    ex_opts(0);  // or it prints
+    ex_opts(0);  // otherwise the library prints messages
     int memory_bytes = real_bytes_, file_bytes = real_bytes_;
     int mode = EX_CLOBBER | EX_ALL_INT64_API | (netcdf4_ ? EX_NETCDF4 : EX_LARGE_MODEL);
     if (wide_) mode |= EX_ALL_INT64_DB;
@@ -274,7 +277,7 @@ class ForeignWriter {
     check(ex_put_coord_names(exoid_, pointers(axes).data()), "coordinate names");
   }
 
-  // The source's ids where they are positive and the first of their kind, else new ones.
+  // Keeps the source's ids if they are positive and not used before; otherwise chooses new ones.
   void choose_ids() {
     const std::int64_t most = most_numbers_of(wide_).block;
     std::int64_t highest = 0;
@@ -323,9 +326,9 @@ class ForeignWriter {
       if (set.id <= most) highest[kind_of(set)] = std::max(highest[kind_of(set)], set.id);
     for (const MeshSet& set : sets_) {
       const ex_entity_type kind = kind_of(set);
-      const std::int64_t behind = highest[kind] < most ? highest[kind] + 1 : 1;
+      const std::int64_t after = highest[kind] < most ? highest[kind] + 1 : 1;
       const std::int64_t id =
-          free[kind].take(set.id > most ? behind : std::max<std::int64_t>(set.id, 1));
+          free[kind].take(set.id > most ? after : std::max<std::int64_t>(set.id, 1));
       set_ids_.push_back(id);
       check(ex_put_set_param(exoid_, kind, id, static_cast<std::int64_t>(set.members.size()),
                              static_cast<std::int64_t>(set.factors.size())),
@@ -428,7 +431,7 @@ class ForeignWriter {
               static_cast<std::int64_t>(corners[begin + i]) + 1;
       if (corners.empty()) return;
       if (is_polygons(group)) {
-        // The library takes node counts of a whole block only.
+        // The library accepts node counts only for a whole block.
         put_integers("ebepecnt", g, first, {sizes.begin(), sizes.end()});
         put_integers("connect", g, next_node[g], {nodes.begin(), nodes.end()});
         next_node[g] += nodes.size();
@@ -440,7 +443,7 @@ class ForeignWriter {
     });
   }
 
-  // `count` numbers of nodes or elements, from the one at `first` on.
+  // Writes `count` numbers of nodes or elements, starting with the element `first`.
   void put_map(std::size_t array, std::uint64_t first, std::uint64_t count,
                const std::byte* values) const {
     const ArrayInfo& info = info_.schema.arrays[array];
@@ -461,8 +464,8 @@ class ForeignWriter {
           info.name);
   }
 
-  // At most one of nodes and one of elements: numbers that the mesh had before it was cut, under
-  // the name that nem_spread gives them.
+  // Defines at most one map for nodes and one for elements: the numbers that the mesh had before it
+  // was decomposed, under the name that nem_spread uses.
   void define_original_maps() {
     int counts[2] = {0, 0};
     for (const std::size_t map : maps_) {
@@ -491,7 +494,7 @@ class ForeignWriter {
       }
       return;
     }
-    std::vector<std::uint64_t> begin(1);  // of each group
+    std::vector<std::uint64_t> begin(1);  // first element of each group
     for (const CellGroup& group : grouping_.groups()) begin.push_back(begin.back() + group.cells);
     grouping_.deal_values(
         mesh_, array, 0,
@@ -509,7 +512,7 @@ class ForeignWriter {
                  "variable '" + name + "'");
   }
 
-  // Component `column.component` of `count` elements.
+  // Returns component `column.component` of `count` elements.
   template <class Real>
   const std::vector<Real>& component(const Column& column, std::uint64_t count,
                                      const std::byte* values, std::vector<Real>& out) const {
@@ -524,7 +527,7 @@ class ForeignWriter {
   std::uint64_t source_step(const Column& column, std::size_t step) const {
     return info_.schema.arrays[column.array].per_step ? step : 0;
   }
-  // A stepped array of a mesh without steps has no values at all.
+  // A stepped array of a mesh without steps has no values.
   bool has_values(const Column& column) const {
     return !info_.schema.arrays[column.array].per_step || !info_.step_times.empty();
   }
@@ -575,9 +578,9 @@ class ForeignWriter {
   int real_bytes_ = 8;
   bool wide_ = false, netcdf4_ = false;
   std::vector<Column> nodal_, element_;
-  std::vector<std::size_t> maps_;  // arrays that are number maps
+  std::vector<std::size_t> maps_;  // indices of arrays that are number maps
   std::vector<double> times_;
-  std::vector<std::int64_t> ids_;  // of each group
+  std::vector<std::int64_t> ids_;  // id of each group
 };
 
 }  // namespace

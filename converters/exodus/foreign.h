@@ -1,4 +1,4 @@
-// Exodus files from meshes of other formats, through the Exodus library.
+// Writes meshes of other formats as Exodus files, through the Exodus library.
 #pragma once
 
 #include <cstddef>
@@ -12,10 +12,10 @@ namespace shm::converters::exodus {
 
 inline constexpr std::size_t kLongestName = 255;
 
-// The largest numbers that blocks and sets of such a mesh keep; there are new ones for others.
+// Returns the largest block and set numbers that such a mesh can keep; larger numbers are replaced.
 Capabilities::MostNumbers most_numbers(const MeshInfo& info);
 
-// write_exodus for a mesh without an Exodus structure of its own.
+// Writes a mesh that has no Exodus structure; called by write_exodus.
 void write_foreign(MeshSource& mesh, const std::string& path, Spool& spool);
 
 }  // namespace shm::converters::exodus

@@ -1,4 +1,4 @@
-// What other code may ask of Exodus files, and of meshes that came from them.
+// The Format of Exodus files, and the interpretation of meshes that came from them.
 #include <algorithm>
 #include <string_view>
 
@@ -20,7 +20,8 @@ namespace {
 constexpr std::string_view kVariable = "exodus/variable/";
 constexpr const char* kSkeleton = "exodus/skeleton";
 
-// "exodus/edge_set/0/edges": the kind, id and name of its set; empty where the key is of none.
+// For a key such as "exodus/edge_set/0/edges", returns the kind, id and name of its set; empty if
+// the key does not belong to a set.
 std::string set_of_key(const ExtraIndex& extras, const std::string& key) {
   const auto set = set_folder_of(key);
   if (!set) return {};
@@ -36,8 +37,8 @@ std::string set_of_key(const ExtraIndex& extras, const std::string& key) {
   return kind;
 }
 
-// Whether a variable has only what any file of the kind has: unnamed things, axes x y z, things
-// that exist.
+// Returns true if a variable has only values that every file of its kind has: empty names,
+// coordinate names x y z, status of existing entities.
 bool is_usual(const Extra& variable) {
   const std::string name = variable.key.substr(kVariable.size());
   if (name.ends_with("_status")) return true;
@@ -118,7 +119,7 @@ class ExodusSource final : public SourceFormat {
 bool has_element_type(const BlockInfo& block) { return block.shape != CellShape::other; }
 
 bool is_short_enough(const std::string& name) {
-  constexpr std::size_t kSuffix = 4;  // of a component
+  constexpr std::size_t kSuffix = 4;  // suffix of a component
   return name.size() + kSuffix <= kLongestName;
 }
 
@@ -151,7 +152,8 @@ constinit const Format kExodusFormat = {
     .capabilities = &exodus::kCapabilities,
     .source = &exodus::kSource,
     .translate_old_extras = exodus::translate_old_extras,
-    .temporary = FileSink::Temporary::named,  // HDF5 looks up what a name in /proc links to
+    // HDF5 resolves the link in /proc to a file without a name, so its files need one.
+    .temporary = FileSink::Temporary::named,
     .load = [] { exodus::netcdf(); }};
 
 }  // namespace shm::converters

@@ -1,5 +1,6 @@
-// Grouping: cells of a mesh by element block, as Exodus wants them, where other formats alternate.
-// One pass over the cells finds the groups; then cells and values are dealt out to them in pieces.
+// Grouping: groups the cells of a mesh by element block, as Exodus requires, if the blocks
+// alternate. One pass over the cells finds the groups; then cells and values are distributed to
+// them in pieces.
 #pragma once
 
 #include <algorithm>
@@ -17,24 +18,25 @@ namespace shm::converters::exodus {
 inline constexpr std::uint64_t kPieceElements = std::uint64_t{1} << 15;
 
 struct CellGroup {
-  std::uint32_t block;           // of the mesh
+  std::uint32_t block;           // index of the mesh's block
   std::uint32_t nodes_per_cell;  // 0: varies
   std::uint64_t cells = 0, nodes = 0;
-  std::uint64_t first_cell = 0;  // in the numbering group by group
+  std::uint64_t first_cell = 0;  // in the numbering by groups
 };
 
 class CellGrouping {
  public:
-  // Blocks whose cells vary in their number of nodes become a group for each number, except when
-  // `keep_whole` (and polygons always). Groups of whole blocks come first, in order of blocks.
+  // Cells of a block with varying numbers of nodes form a group for each number of nodes; with
+  // `keep_whole`, and for polygons, the block stays one group. Groups of whole blocks come first,
+  // in the order of the blocks.
   CellGrouping(MeshSource& mesh, Spool& spool, bool keep_whole);
 
   const std::vector<CellGroup>& groups() const { return groups_; }
-  // Number of a cell of the mesh in the numbering group by group.
+  // Returns the number of a cell of the mesh in the numbering by groups.
   std::uint64_t position(std::uint64_t cell);
 
-  // Calls put(group, first, cells, nodes, sizes) for pieces of consecutive cells of a group: node
-  // numbers from 0 and the number of nodes of each cell.
+  // Calls put(group, first, cells, nodes, sizes) for pieces of consecutive cells of a group:
+  // `nodes` are node numbers from 0, and `sizes` are the numbers of nodes of each cell.
   template <class Put>
   void deal_cells(MeshSource& mesh, Put&& put);
   // Calls put(group, first, count, values) for pieces of a cell array.
@@ -42,7 +44,7 @@ class CellGrouping {
   void deal_values(MeshSource& mesh, std::size_t array, std::uint64_t step, Put&& put);
 
  private:
-  // Consecutive cells of a group.
+  // Consecutive cells that belong to the same group.
   struct Run {
     std::uint64_t first_cell;  // in the mesh
     std::uint64_t in_group;
@@ -90,7 +92,7 @@ void CellGrouping::deal_cells(MeshSource& mesh, Put&& put) {
       hand.done += hand.sizes.size();
       hand.nodes.clear();
       hand.sizes.clear();
-      // Thousands of blocks must not each keep the memory of a full batch.
+      // With thousands of blocks, each block must not keep the memory of a full batch.
       if (groups_.size() > 16) hand.nodes.shrink_to_fit();
     }
     touched.clear();
@@ -111,7 +113,8 @@ void CellGrouping::deal_values(MeshSource& mesh, std::size_t array, std::uint64_
   const std::uint64_t elements = mesh.info().array_elements(array);
   std::vector<std::byte> values(std::min(kPieceElements, elements) * stride);
   std::map<std::uint64_t, Hand> hands;
-  std::uint64_t read = 0, held = 0, used = 0;  // held: in `values`, used: dealt out of them
+  // Held: elements in `values`; used: elements already distributed.
+  std::uint64_t read = 0, held = 0, used = 0;
   for (std::uint64_t r = 0; r < runs_.size(); ++r) {
     const Run run = runs_.get<Run>(r);
     if (!covers[run.group]) continue;

@@ -29,7 +29,7 @@ bool is_nemesis(std::string_view dimension) {
          kNemesisDimensions.end();
 }
 
-// The digits behind `prefix`; empty when `name` is not of that form.
+// Returns the digits after `prefix`; empty if `name` does not have that form.
 std::string_view number_behind(std::string_view name, std::string_view prefix) {
   if (prefix.empty() || !name.starts_with(prefix)) return {};
   name.remove_prefix(prefix.size());
@@ -37,8 +37,8 @@ std::string_view number_behind(std::string_view name, std::string_view prefix) {
   return digits ? name : std::string_view();
 }
 
-// What a name ends with; 0 where that is no number. Of blocks, sets and fields, the higher comes
-// later.
+// Returns the number at the end of a name; 0 if there is none. Names of blocks, sets and fields are
+// ordered by this number.
 std::uint64_t number_at_end(std::string_view name) {
   const std::size_t last = name.find_last_not_of("0123456789");
   std::uint64_t number = 0;
@@ -47,8 +47,9 @@ std::uint64_t number_at_end(std::string_view name) {
   return number;
 }
 
-// Where a new name of a part goes in the list: behind what is before it in the part (`next`),
-// before what follows it there (`end`), and between these by the numbers at the end of names.
+// Returns the position in the list for a new name of a part: after the names before it in the part
+// (`next`), before the names that follow it there (`end`), and between these ordered by the numbers
+// at the end of the names.
 template <class Item, class Name>
 typename std::list<Item>::iterator place_for(std::string_view name,
                                              typename std::list<Item>::iterator next,
@@ -58,7 +59,7 @@ typename std::list<Item>::iterator place_for(std::string_view name,
   return next;
 }
 
-// For each of a part's names the next one, itself included, that a list has already.
+// For each name of a part, finds the next name, including itself, that the list already contains.
 template <class Items, class Iterator, class Name>
 std::vector<Iterator> next_known(const Items& items, const std::map<std::string, Iterator>& known,
                                  Iterator end, Name&& name_of) {
@@ -75,7 +76,7 @@ bool is_number_map(std::string_view name) {
   return name == "node_num_map" || name == "elem_num_map" || name == "elem_map";
 }
 
-// Edges and faces have no numbers that parts share.
+// Returns true for dimensions of edges and faces, which have no numbers common to all parts.
 bool is_of_edges_or_faces(std::string_view dimension) {
   for (const std::string_view prefix :
        {"num_edge", "num_face", "num_ed_", "num_fa_", "num_df_es", "num_df_fs"})
@@ -83,7 +84,8 @@ bool is_of_edges_or_faces(std::string_view dimension) {
   return false;
 }
 
-// Whether the variable is the nodes of all polygons of a block; then its only dimension is a sum.
+// Returns true if the variable holds the nodes of all polygons of a block; its only dimension is
+// then a sum over the parts.
 bool is_of_polygons(const Skeleton& skeleton, const Variable& variable) {
   const std::string_view number = number_behind(variable.name, "connect");
   return !number.empty() && variable.dimensions.size() == 1 &&
@@ -100,13 +102,13 @@ bool is_factors(std::string_view dimension) {
   });
 }
 
-// At most as many as in all parts together.
+// Returns true for dimensions of sets; their length is at most the sum over all parts.
 bool is_of_set(std::string_view dimension) {
   std::string number;
   return set_dimension(dimension, number) != nullptr || is_factors(dimension);
 }
 
-// As many records as the first part has.
+// Returns true for dimensions whose length is taken from the first part.
 bool is_of_first(std::string_view dimension) {
   return dimension == "num_info" || dimension == "num_qa_rec";
 }
@@ -117,7 +119,7 @@ bool uses(const Skeleton& skeleton, const Variable& variable, bool (*is_it)(std:
   return false;
 }
 
-// Values beyond what the kind of file holds take the next one that does.
+// Returns the kind of netCDF file that can hold the values: that of the parts, or a larger one.
 Kind kind_for(const Skeleton& skeleton) {
   constexpr std::uint64_t kClassic = (std::uint64_t{1} << 31) - 4,
                           kOffset64 = (std::uint64_t{1} << 32) - 4;
@@ -192,7 +194,7 @@ void SkeletonJoin::add(const Skeleton& part, const std::string& file) {
       if (!attribute.name.starts_with("nemesis_")) attributes_.push_back(attribute);
   } else if (part.kind != kind_) {
     refuse(file, ErrorCode::unsupported, "header",
-           "is another kind of netCDF file than the parts before");
+           "is a different kind of netCDF file than the earlier parts");
   }
   std::set<std::string_view> sums;
   for (const Dimension& dimension : part.dimensions)
@@ -220,7 +222,8 @@ void SkeletonJoin::add(const Skeleton& part, const std::string& file) {
   }
 }
 
-// `next`: where it goes if it is new; then, what is behind it.
+// `next` is the insertion point for a new dimension; afterwards, it is the position after the
+// dimension.
 void SkeletonJoin::add_dimension(const Dimension& dimension, bool is_sum, const std::string& file,
                                  std::list<Dimension>::iterator& next) {
   if (is_nemesis(dimension.name)) return;
@@ -239,7 +242,7 @@ void SkeletonJoin::add_dimension(const Dimension& dimension, bool is_sum, const 
              known.length != dimension.length) {
     refuse(file, ErrorCode::corrupt, section,
            "is " + std::to_string(dimension.length) + " here and " + std::to_string(known.length) +
-               " in a part before");
+               " in an earlier part");
   }
 }
 
@@ -249,7 +252,7 @@ void SkeletonJoin::add_variable(const Skeleton& part, const Variable& variable,
   const std::string section = "variable '" + variable.name + "'";
   if (uses(part, variable, is_of_edges_or_faces))
     refuse(file, ErrorCode::unsupported, section,
-           "has edges or faces, which have no numbers that parts share");
+           "has edges or faces, for which the parts have no common numbers");
   Named named{variable, {}};
   for (std::size_t d = 0; d < variable.dimensions.size(); ++d)
     named.dimensions.push_back(part.dimension_name(variable, d));
@@ -262,20 +265,21 @@ void SkeletonJoin::add_variable(const Skeleton& part, const Variable& variable,
   }
   next = std::next(found->second);
   const Named& known = *found->second;
-  // Types of elements define what the nodes of a block are.
+  // The element type defines the meaning of a block's nodes.
   const bool typed = variable.name.starts_with("connect");
   if (known.variable.type != variable.type || known.dimensions != named.dimensions ||
       (typed && known.variable.attributes != variable.attributes))
-    refuse(file, ErrorCode::corrupt, section, "has another type or shape than in a part before");
+    refuse(file, ErrorCode::corrupt, section,
+           "has a different type or shape than in an earlier part");
 }
 
 Skeleton SkeletonJoin::joined(const std::map<std::string, std::uint64_t>& lengths) const {
   Skeleton skeleton;
   skeleton.kind = kind_;
   skeleton.attributes = attributes_;
-  std::map<std::string_view, std::size_t> at;
+  std::map<std::string_view, std::size_t> position_of;
   for (const Dimension& dimension : dimensions_) {
-    at.emplace(dimension.name, skeleton.dimensions.size());
+    position_of.emplace(dimension.name, skeleton.dimensions.size());
     skeleton.dimensions.push_back(dimension);
   }
   for (Dimension& dimension : skeleton.dimensions) {
@@ -285,7 +289,7 @@ Skeleton SkeletonJoin::joined(const std::map<std::string, std::uint64_t>& length
   for (const Named& named : variables_) {
     skeleton.variables.push_back(named.variable);
     for (const std::string& dimension : named.dimensions)
-      skeleton.variables.back().dimensions.push_back(at.at(dimension));
+      skeleton.variables.back().dimensions.push_back(position_of.at(dimension));
   }
   skeleton.kind = kind_for(skeleton);
   return skeleton;

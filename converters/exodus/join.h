@@ -1,6 +1,6 @@
-// SkeletonJoin: the netCDF structure of the mesh that the parts of a decomposed Exodus mesh make.
-// A variable of the parts is a variable of the mesh, in the order in which the parts have them;
-// what describes the decomposition (Nemesis data, number maps, the order map) goes.
+// SkeletonJoin: the netCDF structure of the mesh that the parts of a decomposed Exodus mesh form.
+// Each variable of the parts becomes a variable of the mesh, in the order that it has in the parts.
+// Variables that describe the decomposition (Nemesis data, number maps, the order map) are dropped.
 #pragma once
 
 #include <cstddef>
@@ -16,28 +16,30 @@
 
 namespace shm::converters::exodus {
 
-// How the values of a variable of the mesh come from those of the parts.
+// How the values of a variable of the mesh are formed from those of the parts.
 enum class Joining : std::uint8_t {
   dropped,   // not at all
   elements,  // values of nodes or elements: by their numbers
-  members,   // of a set: rows of all parts
-  any,       // 1 where a part has one: status of blocks and sets, truth tables
-  first,     // those of the first part that has it: QA and info records
-  same,      // alike in all parts that have it
+  members,   // members of a set: rows of all parts
+  any,       // 1 if any part has 1: status of blocks and sets, truth tables
+  first,     // values of the first part that has it: QA and info records
+  same,      // must be equal in all parts that have it
 };
 
-// A set whose members are nodes or elements, by the dimension that counts them.
+// A kind of sets whose members are nodes or elements, identified by the dimension that counts the
+// members.
 struct SetDimension {
-  std::string_view prefix;   // of the dimension's name; the set's number from 1 follows
-  std::string_view members;  // and so of the variable with the members
-  std::string_view factors;  // of a dimension of distribution factors; may be none
+  std::string_view prefix;   // of the dimension's name, followed by the set's number from 1
+  std::string_view members;  // name of the variable with the members, likewise
+  std::string_view factors;  // name of the dimension of distribution factors; may be empty
   bool of_nodes = false, has_sides = false;
 };
-// Null when `dimension` counts no members of such a set; else `number` is the set's.
+// Returns null if `dimension` does not count the members of such a set; otherwise `number` is the
+// number of the set.
 const SetDimension* set_dimension(std::string_view dimension, std::string& number);
 
-// The set dimension of a variable, its place among the variable's dimensions, and whether the
-// dimension is that of factors.
+// The set dimension of a variable, its index among the variable's dimensions, and whether it counts
+// distribution factors.
 struct SetPlace {
   const SetDimension* set = nullptr;
   std::string number;
@@ -50,11 +52,11 @@ Joining joining_of(const Skeleton& skeleton, const Variable& variable);
 
 class SkeletonJoin {
  public:
-  // Parts in their order. Throws Failure, naming `file`: where its structure contradicts that of a
-  // part before, or it has what cannot be joined.
+  // Adds the next part. Throws Failure, naming `file`, if its structure contradicts that of an
+  // earlier part, or if it contains something that cannot be joined.
   void add(const Skeleton& part, const std::string& file);
-  // The structure of the mesh. `lengths` of dimensions that are no sums over parts: num_nodes, and
-  // those of sets.
+  // Returns the structure of the mesh. `lengths` gives the dimensions that are not sums over the
+  // parts: num_nodes, and those of sets.
   Skeleton joined(const std::map<std::string, std::uint64_t>& lengths) const;
 
  private:

@@ -13,7 +13,7 @@ namespace {
 constexpr std::uint64_t kMaxComponents = 65535;
 constexpr std::uint64_t kMaxBlocks = 1 << 20;
 
-// The number N of "prefixN", at least 1; 0 when `name` is not of that form.
+// Returns the number N of "prefixN", at least 1; 0 if `name` does not have that form.
 std::uint32_t number_after(std::string_view name, std::string_view prefix) {
   if (name.substr(0, prefix.size()) != prefix) return 0;
   name.remove_prefix(prefix.size());
@@ -23,7 +23,7 @@ std::uint32_t number_after(std::string_view name, std::string_view prefix) {
   return whole && !name.empty() && name.front() != '0' ? number : 0;
 }
 
-// k and b of "vals_elem_var<k>eb<b>".
+// Returns k and b of "vals_elem_var<k>eb<b>".
 std::optional<std::pair<std::uint32_t, std::uint32_t>> element_variable(std::string_view name) {
   const std::size_t split = name.rfind("eb");
   if (split == std::string_view::npos) return std::nullopt;
@@ -150,7 +150,7 @@ class Surveyor {
   void describe_cells(BlockLayout& block, const std::string& number, int counts) {
     const Variable& connect = variable(block.connectivity);
     const auto lengths = skeleton_.shape(connect);
-    if (!is_integer(connect.type)) contradiction(connect, "holds no integers");
+    if (!is_integer(connect.type)) contradiction(connect, "does not hold integers");
     use(block.connectivity, Use::connectivity);
     const bool by_element =
         !lengths.empty() && skeleton_.dimension_name(connect, 0) == "num_el_in_blk" + number;
@@ -175,8 +175,9 @@ class Surveyor {
   }
 
   void describe_polyhedra(BlockLayout& block, int counts, int faces) {
-    if (!is_integer(variable(counts).type)) contradiction(variable(counts), "holds no integers");
-    if (!is_integer(variable(faces).type)) contradiction(variable(faces), "holds no integers");
+    if (!is_integer(variable(counts).type))
+      contradiction(variable(counts), "does not hold integers");
+    if (!is_integer(variable(faces).type)) contradiction(variable(faces), "does not hold integers");
     block.counts = counts;
     block.faces = faces;
     block.shape = CellShape::polyhedron;
@@ -228,7 +229,7 @@ class Surveyor {
       array.info.per_step = true;
       array.field = static_cast<int>(field);
       for (const auto& [block, v] : by_block) {
-        if (variable(v).type != type) continue;  // of another type: stays an extra
+        if (variable(v).type != type) continue;  // a variable of a different type stays an extra
         array.parts.push_back({block, v});
         array.info.blocks.push_back(block);
         use(v, Use::array);
@@ -238,7 +239,8 @@ class Surveyor {
     }
   }
 
-  // Whatever else has a value for each node or element, so that it follows when these move.
+  // Makes arrays of all other variables with a value for each node or element, so that their values
+  // follow when nodes or elements are reordered.
   void find_other_arrays() {
     for (std::size_t i = 0; i < skeleton_.variables.size(); ++i) {
       const Variable& v = skeleton_.variables[i];
@@ -249,7 +251,7 @@ class Surveyor {
           break;
         }
     }
-    // The faces of polyhedra are one list in the order of the file.
+    // The faces of polyhedra are a single list in file order.
     for (std::uint32_t b = 0; b < out_.blocks.size(); ++b) {
       if (out_.blocks[b].faces < 0) continue;
       ArrayLayout array;
@@ -277,7 +279,7 @@ class Surveyor {
     return std::nullopt;
   }
 
-  // An array for each place in the dimensions before the elements.
+  // Adds an array for each index into the dimensions before the elements.
   void add_planes(int index, std::size_t elements_at, const Elements& elements) {
     constexpr std::uint64_t kMostPlanes = 1024;
     const Variable& v = variable(index);
@@ -301,7 +303,7 @@ class Surveyor {
     }
   }
 
-  // Product of the dimensions from `first` on; 0 when there are too many.
+  // Returns the product of the dimensions from `first` on; 0 if it is too large.
   std::uint32_t components_of(const Variable& v, std::size_t first) const {
     std::uint64_t product = 1;
     for (std::size_t d = first; d < v.dimensions.size(); ++d) {
@@ -332,7 +334,7 @@ class Surveyor {
 
   const Skeleton& skeleton_;
   const Place& place_;
-  std::uint64_t elements_ = 0;  // as the file states
+  std::uint64_t elements_ = 0;  // number stated in the file
   Layout out_;
 };
 
@@ -404,7 +406,8 @@ CellShape shape_of(std::string_view element_type, std::uint32_t nodes) {
     CellShape shape;
     std::array<std::uint32_t, 3> nodes;
   };
-  // The first that fits counts. Shells and triangles by the array, as SHELL may have three nodes.
+  // The first match counts. Shells and triangles are distinguished by the number of nodes, since
+  // SHELL may have three.
   static constexpr std::array<Family, 16> kFamilies{{
       {"HEX", CellShape::hexahedron, {8, 20, 27}},
       {"TET", CellShape::tetrahedron, {4, 10, 10}},
@@ -428,7 +431,7 @@ CellShape shape_of(std::string_view element_type, std::uint32_t nodes) {
     if (type.rfind(family.prefix, 0) == 0 &&
         std::find(family.nodes.begin(), family.nodes.end(), nodes) != family.nodes.end())
       return family.shape;
-  // HEX9, HEX16 ...: the corners come first. With 24 nodes it would pass for VTK's.
+  // HEX9, HEX16 ...: the corners come first. With 24 nodes the cell would be mistaken for VTK's.
   if (type.rfind("HEX", 0) == 0 && nodes > 8 && nodes != 24) return CellShape::hexahedron;
   return CellShape::other;
 }
@@ -447,7 +450,7 @@ std::vector<std::uint8_t> node_places(CellShape shape, std::uint32_t nodes) {
       places[16U + i] = static_cast<std::uint8_t>(12 + i);
     }
     if (nodes == 27) {
-      // Exodus: middle, then the faces -z +z -x +x -y +y. VTK: -x +x -y +y -z +z, then the middle.
+      // Exodus: centre, then the faces -z +z -x +x -y +y. VTK: -x +x -y +y -z +z, then the centre.
       constexpr std::array<std::uint8_t, 7> kLast{23, 24, 25, 26, 21, 22, 20};
       std::copy(kLast.begin(), kLast.end(), places.begin() + 20);
     }
@@ -523,7 +526,7 @@ std::string extra_key(std::string_view name) {
 Reference reference_of(std::string_view name) {
   std::uint32_t number = 0;
   if (const Member* member = member_of(name, number)) return member->refers;
-  // Nodes of edge and face blocks, and Nemesis' lists of local nodes and elements.
+  // Nodes of edge and face blocks, and the lists of local nodes and elements of Nemesis.
   if (number_after(name, "ebconn") > 0 || number_after(name, "fbconn") > 0 || name == "node_mapi" ||
       name == "node_mapb" || name == "node_mape" || name == "n_comm_nids")
     return Reference::vertex;

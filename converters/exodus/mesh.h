@@ -1,5 +1,5 @@
-// ExodusMesh: an Exodus file as a mesh (exodus.h lists what becomes of what), and as the variables
-// that it consists of.
+// ExodusMesh: an Exodus file as a mesh (exodus.h describes the conversion), and as the variables it
+// contains.
 #pragma once
 
 #include <cstddef>
@@ -45,22 +45,23 @@ class ExodusMesh final : public MeshSource, public VariableValues {
   const Skeleton& skeleton() const { return skeleton_; }
   const Layout& layout() const { return layout_; }
   std::vector<std::byte> rows(int index, std::uint64_t first, std::uint64_t count) const override;
-  // `count` numbers of a variable of one dimension.
+  // Returns `count` numbers of a variable with one dimension.
   std::vector<std::int64_t> integers(int index, std::uint64_t first, std::uint64_t count) const;
 
  private:
-  // Where next_cells goes on.
+  // Position at which next_cells continues.
   struct Position {
     std::uint32_t block = 0;
     std::uint64_t cell = 0;  // in the block
-    std::uint64_t node = 0;  // in the block's connectivity (polygons), face (polyhedra)
+    // Index into the block's connectivity (polygons), or of a face (polyhedra).
+    std::uint64_t node = 0;
   };
 
   void read_structure();
   void check_sizes();
   void find_nodes();
   void read_faces();
-  // Faces in the order in which they first come: their numbers, and how often they do.
+  // Faces in the order in which they first occur: their numbers, and how often each occurs.
   struct FaceUses {
     std::vector<std::int64_t> numbers;
     std::vector<std::uint32_t> uses;
@@ -92,12 +93,13 @@ class ExodusMesh final : public MeshSource, public VariableValues {
   Skeleton skeleton_;
   Layout layout_;
   MeshInfo info_;
-  std::uint64_t most_bytes_ = 0;                   // that values can have in a file of this size
-  std::vector<std::vector<std::uint8_t>> places_;  // of nodes, by block
-  std::vector<std::uint64_t> face_begin_;          // of all faces; only with polyhedra
+  std::uint64_t most_bytes_ = 0;  // maximum size of a variable's values in a file of this size
+  std::vector<std::vector<std::uint8_t>> places_;  // positions of nodes, by block
+  std::vector<std::uint64_t> face_begin_;          // for all faces; only with polyhedra
   std::vector<std::int64_t> face_nodes_;
   Position at_;
-  std::uint64_t polyhedron_nodes_ = 0;  // of the polyhedra up to there, face by face
+  // Number of nodes, face by face, of the polyhedra before at_.
+  std::uint64_t polyhedron_nodes_ = 0;
   std::vector<std::int64_t> nodes_;
 };
 

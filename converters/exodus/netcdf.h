@@ -1,7 +1,7 @@
-// The functions of netCDF and of the Exodus library, under their own names: calls look as the
-// manuals have them, and reach the libraries, which open_netcdf() and open_exodus_library() open
-// (see base/loaded_library.h). Beside them come sixty others: HDF5, MPI, what fetches files from
-// servers.
+// The functions of netCDF and of the Exodus library under their own names. Calls look as in the
+// manuals, but go through the libraries that open_netcdf() and open_exodus_library() open (see
+// base/loaded_library.h): these depend on sixty other libraries (HDF5, MPI, libraries that fetch
+// files from servers).
 #pragma once
 
 #include <exodusII.h>
@@ -14,7 +14,7 @@
 
 namespace shm::converters::exodus {
 
-// What is called of netCDF, and of the Exodus library.
+// The functions of netCDF and of the Exodus library that are used here.
 // clang-format off
 #define SHM_NETCDF_FUNCTIONS(each)                                                                 \
   each(nc_abort) each(nc_close) each(nc_create) each(nc_def_dim) each(nc_def_var)                  \
@@ -51,12 +51,12 @@ struct ExodusFunctions {
 };
 #undef SHM_POINTER
 
-// Opened by the first call. Throws Failure, without a file, as LoadedLibrary does.
+// The first call opens the library. Throws Failure, without a file, as LoadedLibrary does.
 const NetcdfFunctions& netcdf();
 const ExodusFunctions& exodus_library();
 
-// Where a file is opened or made, before anything else is called. Throws Failure with this `code`
-// and `file` where the library does not load.
+// Call these before opening or creating a file, and before any other function. Throw Failure with
+// this `code` and `file` if the library cannot be loaded.
 void open_netcdf(const std::string& file, ErrorCode code);
 void open_exodus_library(const std::string& file, ErrorCode code);
 

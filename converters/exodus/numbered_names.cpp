@@ -8,22 +8,22 @@ namespace {
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
-// `text` with what `change` makes of each run of digits and each '#'.
+// Returns `text` with each run of digits and each '#' replaced by the result of `change`.
 template <class Change>
 std::string with_numbers_changed(std::string_view text, Change&& change) {
   std::string out;
-  for (std::size_t at = 0; at < text.size();) {
-    std::size_t end = at + 1;
-    if (is_digit(text[at]))
+  for (std::size_t begin = 0; begin < text.size();) {
+    std::size_t end = begin + 1;
+    if (is_digit(text[begin]))
       while (end < text.size() && is_digit(text[end])) ++end;
-    const std::string_view piece = text.substr(at, end - at);
+    const std::string_view piece = text.substr(begin, end - begin);
     out += is_digit(piece[0]) || piece[0] == '#' ? change(piece) : std::string(piece);
-    at = end;
+    begin = end;
   }
   return out;
 }
 
-// 0 for what is none, or too large.
+// Returns 0 if `digits` is not a number or too large.
 std::uint64_t number_of(std::string_view digits) {
   std::uint64_t number = 0;
   std::from_chars(digits.data(), digits.data() + digits.size(), number);
@@ -35,12 +35,12 @@ std::uint64_t number_of(std::string_view digits) {
 std::string NumberedNames::next(std::string_view text, bool expand) {
   const std::string kind = with_numbers_changed(text, [](std::string_view) { return "#"; });
   std::vector<std::uint64_t>& last = last_[kind];
-  std::size_t at = 0;
+  std::size_t index = 0;
   return with_numbers_changed(text, [&](std::string_view number) {
-    if (at == last.size()) last.push_back(0);
-    const std::string expected = std::to_string(last[at] + 1);
+    if (index == last.size()) last.push_back(0);
+    const std::string expected = std::to_string(last[index] + 1);
     const bool as_expected = number == (expand ? "#" : expected);
-    last[at++] = number_of(as_expected ? expected : number);
+    last[index++] = number_of(as_expected ? expected : number);
     return as_expected ? std::string(expand ? expected : "#") : std::string(number);
   });
 }

@@ -1,4 +1,5 @@
-// Names that count up, written so that files of other numbers have the same text.
+// Abbreviates names that count up, so that files with different numbers of items have the same
+// text.
 #pragma once
 
 #include <cstdint>
@@ -9,9 +10,9 @@
 
 namespace shm::converters::exodus {
 
-// Of names that differ in their numbers only (elem_ss1, elem_ss2 ...) each number that is one more
-// than the one at its place in the name before, or 1 at first, is written as '#'. Works on escaped
-// names, in which '#' stands for nothing else.
+// In names that differ only in their numbers (elem_ss1, elem_ss2 ...), replaces a number by '#' if
+// it is one more than the number at the same place in the previous such name, or 1 in the first
+// name. Works on escaped names, which contain no other '#'.
 class NumberedNames {
  public:
   std::string shortened(std::string_view name) { return next(name, false); }
@@ -23,11 +24,11 @@ class NumberedNames {
   std::map<std::string, std::vector<std::uint64_t>> last_;  // by name with '#' for all numbers
 };
 
-// The last number of a name; empty when it has none, or one so long that many '#' for it would be
-// far more text than a damaged file has.
+// Returns the last number of a name. Returns an empty string if the name has none, or a number so
+// long that replacing many '#' by it would produce far more text than the file has.
 std::string last_number(std::string_view name);
-// A name that is mentioned beside another one: '#' for each number that is `own`, the last one of
-// that other.
+// Abbreviates a name that is mentioned next to another name: '#' replaces each number that equals
+// `own`, the last number of the other name.
 std::string shortened_beside(const std::string& own, std::string_view name);
 std::string expanded_beside(const std::string& own, std::string_view text);
 

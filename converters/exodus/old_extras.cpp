@@ -23,7 +23,7 @@ constexpr OldKind kOldKinds[] = {{"node_set", "vertices", &kSetKinds[0]},
                                  {"side_set", "cells", &kSetKinds[1]},
                                  {"elem_set", "cells", &kSetKinds[4]}};
 
-// Empty where it has not changed.
+// Returns the new key of an old extra; empty if the key has not changed.
 std::string new_key(std::string_view key) {
   if (!key.starts_with("exodus/")) return {};
   const auto set = set_folder_of(key);
@@ -34,7 +34,7 @@ std::string new_key(std::string_view key) {
         key.substr(set->format.size() + set->kind.size() + set->number.size() + 3);
     std::string now(old.now->folder);
     now.append(set->number).append("/");
-    if (field.starts_with(old.members)) {  // and its parts: "cells/1"
+    if (field.starts_with(old.members)) {  // parts too: "cells/1"
       now.append(kMembersField);
       field.remove_prefix(old.members.size());
     }
@@ -43,17 +43,18 @@ std::string new_key(std::string_view key) {
   return {};
 }
 
-// Before 0.10 it had places of dimensions. Stays as it is where it makes no sense.
+// Converts a skeleton from before 0.10, whose variables refer to dimensions by index. An invalid
+// skeleton stays unchanged.
 void renew_skeleton(Extra& skeleton) {
   const std::string text = text_of_extra(skeleton);
   if (!text.starts_with("N\t")) return;
   try {
     skeleton = text_extra(skeleton.key, to_text(from_text(text, {{}, ErrorCode::corrupt})));
-  } catch (const Failure&) {  // a writer says why
+  } catch (const Failure&) {  // the writer reports the error
   }
 }
 
-// Variables that have followed from the rest since 0.10.
+// Returns the keys of variables that, since 0.10, are derived from the rest of the mesh.
 std::vector<std::string> keys_that_follow(const MeshInfo& info, const Extra& text) {
   const Place nowhere{{}, ErrorCode::corrupt};
   std::vector<std::string> keys;
@@ -69,7 +70,7 @@ std::vector<std::string> keys_that_follow(const MeshInfo& info, const Extra& tex
       if (!set_factors_of(name) && !name.ends_with("_status")) continue;
       const std::string key = extra_key(name);
       const Extra* extra = extras.find(key);
-      // So that no more is derived than the extra holds, and once.
+      // Derive each variable only once, and no more values than the extra holds.
       if (extra == nullptr || !asked.insert(key).second ||
           skeleton.size(skeleton.variables[v]) != extra->data.size() / scalar_bytes(extra->type))
         continue;
@@ -77,14 +78,15 @@ std::vector<std::string> keys_that_follow(const MeshInfo& info, const Extra& tex
           derived_values(skeleton, layout, v, info, extras) == extra->data)
         keys.push_back(key);
     }
-  } catch (const Failure&) {  // a writer says why
+  } catch (const Failure&) {  // the writer reports the error
     return {};
   }
   std::sort(keys.begin(), keys.end());
   return keys;
 }
 
-// "mesh/side_set/3/id" of a set that has members and, by its number, this id.
+// Returns true for a key such as "mesh/side_set/3/id" if the set has members, and its id follows
+// from its number.
 bool is_id_that_follows(const Extra& extra, const ExtraIndex& extras) {
   const auto set = set_folder_of(extra.key);
   if (!set || set->format != "mesh" || !extra.key.ends_with("/id")) return false;
@@ -113,8 +115,8 @@ void translate_old_extras(MeshInfo& info) {
   for (const Extra& extra : info.extras)
     goes.push_back(std::binary_search(follow.begin(), follow.end(), extra.key) ||
                    is_id_that_follows(extra, extras));
-  std::size_t at = 0;
-  std::erase_if(info.extras, [&](const Extra&) { return goes[at++]; });
+  std::size_t index = 0;
+  std::erase_if(info.extras, [&](const Extra&) { return goes[index++]; });
 }
 
 }  // namespace shm::converters::exodus

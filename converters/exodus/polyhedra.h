@@ -1,7 +1,7 @@
-// Polyhedra of Exodus (NFACED blocks): in the file they name faces, which stand once in face
-// blocks; in the mesh each has its own faces, node by node. Where every face is used, is unlike all
-// others and can be told by its nodes, the face blocks and the lists of faces follow from the
-// cells, but for the order of the faces.
+// Polyhedra of Exodus (NFACED blocks). In the file, they refer to faces, each of which is stored
+// once in a face block; in the mesh, each polyhedron has its own faces, node by node. If every face
+// is used, differs from all others and can be identified by its nodes, the face blocks and the
+// lists of faces follow from the cells, except for the order of the faces.
 #pragma once
 
 #include <cstdint>
@@ -13,33 +13,36 @@
 
 namespace shm::converters::exodus {
 
-// The faces come in the order in which polyhedra, in the order of the file, first have them; where
-// there is kSharedFirst (int32[1]), those that several uses name come before all others.
-// kFaceNumbers (int32 or int64): their numbers, from 1, in this order. Missing: 1, 2, 3, ...
+// The faces are in the order in which the polyhedra, in file order, first use them. If the extra
+// kSharedFirst (int32[1]) exists, faces used several times come before all others. The extra
+// kFaceNumbers (int32 or int64) gives their numbers, from 1, in this order; if missing: 1, 2, 3,
+// ...
 inline constexpr const char* kSharedFirst = "exodus/shared_faces_first";
 inline constexpr const char* kFaceNumbers = "exodus/face_numbers";
 
-// Places of faces in that order: `uses` of each, as they first come.
+// Returns the position of each face in that order. `uses` counts the uses of each face, in the
+// order of first use.
 std::vector<std::uint64_t> face_places(const std::vector<std::uint32_t>& uses, bool shared_first);
 
-// The variables of a face block that has all its faces in `nodes`.
+// The variables of a face block that stores its faces in `nodes`.
 struct FaceBlock {
   int nodes = -1;   // variable
-  int counts = -1;  // variable: nodes of each face; -1: all have `size`
+  int counts = -1;  // variable: number of nodes of each face; -1: all faces have `size`
   std::uint64_t faces = 0;
   std::uint64_t size = 0;
 };
-// Those before the first that has no such variables. Throws Failure where shapes are wrong.
+// Returns the face blocks before the first one that lacks these variables. Throws Failure if a
+// variable has a wrong shape.
 std::vector<FaceBlock> face_blocks(const Skeleton& skeleton, const Place& place);
 
-// Blocks of polyhedra get the shape `faces`, and what follows from their cells is neither extra nor
-// array any more.
+// Gives blocks of polyhedra the shape `faces`. Variables that follow from their cells are then
+// neither extras nor arrays.
 void derive_faces(const Skeleton& skeleton, Layout& layout, const Place& place);
 
-// Faces that are different lists of nodes, numbered from 0 as they come.
+// Numbers different faces (lists of nodes) from 0, in the order of their first occurrence.
 class FaceTable {
  public:
-  // The number of a face; the next one if it has not come before.
+  // Returns the number of a face, which is the next number if the face is new.
   std::uint64_t number_of(std::span<const std::uint64_t> nodes);
   std::uint64_t size() const { return begins_.size() - 1; }
   std::span<const std::uint64_t> nodes(std::uint64_t face) const {

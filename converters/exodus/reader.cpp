@@ -17,16 +17,18 @@ namespace {
 constexpr std::uint64_t kPieceNodes = std::uint64_t{1} << 18;  // node numbers read at once
 constexpr std::uint64_t kPieceCells = std::uint64_t{1} << 15;
 constexpr std::uint64_t kPiecePoints = std::uint64_t{1} << 15;
-// Deflate makes at most 1032 bytes of one; a few more for values that repeat by default. Chunks
-// that were never written take no room at all: so much may be missing from a file, all values
-// together.
+// Deflate expands a byte to at most 1032 bytes; values that repeat by default allow somewhat more.
+// Chunks that were never written need no space in the file; kMostUnwritten limits all of these
+// values together.
 constexpr std::uint64_t kMostExpansion = 2048;
-// A face belongs to two polyhedra, and rarely to more; each may have the nodes of many faces.
+// A face belongs to two polyhedra, and rarely to more; each polyhedron may have the nodes of many
+// faces.
 constexpr std::uint64_t kMostFaceUses = 16, kFewFaceNodes = 1 << 20;
-constexpr std::uint64_t kMostCellFaces = kMaxNodesPerCell / 2;  // that can follow from a cell
+// Limit for faces to be derived from a cell.
+constexpr std::uint64_t kMostCellFaces = kMaxNodesPerCell / 2;
 constexpr std::uint64_t kMostUnwritten = std::uint64_t{1} << 30;
 
-// first, first + 1, ...
+// Writes the numbers first, first + 1, ...
 void write_numbers(ScalarType type, std::uint64_t first, std::uint64_t count, std::byte* out) {
   std::vector<std::byte> values;
   for (std::uint64_t i = 0; i < count; ++i)
@@ -58,12 +60,12 @@ void ExodusMesh::read_structure() {
   if (skeleton_.find_dimension("num_dim") < 0)
     place_.fail(ErrorCode::unsupported, "",
                 std::string(is_netcdf4(skeleton_.kind) ? "is an HDF5 file" : "is a netCDF file") +
-                    " without what Exodus files have: there is no dimension 'num_dim'");
+                    ", but not an Exodus file: it lacks dimension 'num_dim'");
   layout_ = lay_out(skeleton_, place_);
 }
 
-// Nothing may claim more values than a file of this size can hold: counts drive allocations and
-// loops from here on.
+// No variable may state more values than a file of this size can hold: the counts determine
+// allocations and loops from here on.
 void ExodusMesh::check_sizes() {
   struct stat status {};
   if (::stat(place_.file.c_str(), &status) != 0) place_.fail(ErrorCode::io, "", "cannot be read");
@@ -89,7 +91,7 @@ void ExodusMesh::check_sizes() {
   }
 }
 
-// Elements of unknown kinds may have other numbers than nodes in the last columns.
+// In elements of unknown types, the last columns may hold other numbers than nodes.
 void ExodusMesh::find_nodes() {
   for (std::uint32_t b = 0; b < layout_.blocks.size(); ++b) {
     const BlockLayout& block = layout_.blocks[b];
@@ -110,7 +112,7 @@ void ExodusMesh::find_nodes() {
   }
 }
 
-// Into nodes_, the node columns of some cells of a block with a rectangular connectivity.
+// Reads into nodes_ the node columns of some cells of a block with a rectangular connectivity.
 void ExodusMesh::read_connectivity(const BlockLayout& block, std::uint64_t first,
                                    std::uint64_t cells) {
   const std::uint64_t nodes = block.nodes_per_cell;
@@ -164,7 +166,7 @@ std::vector<std::byte> ExodusMesh::rows(int index, std::uint64_t first, std::uin
   return values;
 }
 
-// Faces are numbered through all face blocks; polyhedra name them.
+// Faces are numbered consecutively over all face blocks; polyhedra refer to these numbers.
 void ExodusMesh::read_faces() {
   const bool wanted = std::any_of(layout_.blocks.begin(), layout_.blocks.end(),
                                   [](const BlockLayout& block) { return block.faces >= 0; });
@@ -187,7 +189,7 @@ void ExodusMesh::read_faces() {
     if (total != skeleton_.size(variable(block.nodes)))
       place_.fail(ErrorCode::corrupt, section(block.nodes),
                   "has " + std::to_string(skeleton_.size(variable(block.nodes))) +
-                      " nodes where its faces need " + std::to_string(total));
+                      " nodes, but its faces need " + std::to_string(total));
     const std::size_t old = face_nodes_.size();
     std::vector<long long> values(total);
     if (total > 0)
@@ -197,7 +199,8 @@ void ExodusMesh::read_faces() {
   }
 }
 
-// In the order where numbers go on most often; nothing where they always do.
+// Stores the face numbers in the order in which they are consecutive most often; stores nothing if
+// they are 1, 2, 3, ...
 void ExodusMesh::add_face_numbers(const FaceUses& faces) {
   const auto in_order = [&](bool shared_first) {
     const auto places = face_places(faces.uses, shared_first);
@@ -221,8 +224,9 @@ void ExodusMesh::add_face_numbers(const FaceUses& faces) {
   if (least > 0) info_.extras.push_back(integers_extra(kFaceNumbers, numbers));
 }
 
-// Whether face blocks and lists of faces follow from the cells and the order of faces, which is
-// filled: see polyhedra.h. What is wrong is said later, where cells are read.
+// Returns true if the face blocks and the lists of faces follow from the cells and the order of the
+// faces, and stores that order in `faces`: see polyhedra.h. Errors are reported later, when cells
+// are read.
 bool ExodusMesh::faces_follow(FaceUses& faces) const {
   if (face_begin_.size() < 2 || !faces_are_unlike()) return false;
   constexpr std::uint64_t kNobody = ~std::uint64_t{0};
@@ -230,21 +234,23 @@ bool ExodusMesh::faces_follow(FaceUses& faces) const {
   for (const BlockLayout& block : layout_.blocks) {
     if (block.faces < 0) continue;
     const std::uint64_t all = skeleton_.size(variable(block.faces));
-    std::uint64_t at = 0, window_begin = 0;
-    std::vector<std::int64_t> window;  // of the list of faces
+    std::uint64_t position = 0, window_begin = 0;
+    std::vector<std::int64_t> window;  // part of the list of faces
     const auto next_face = [&] {
-      if (at - window_begin == window.size()) {
-        window_begin = at;
-        window = integers(block.faces, at, std::min(kPieceNodes, all - at));
+      if (position - window_begin == window.size()) {
+        window_begin = position;
+        window = integers(block.faces, position, std::min(kPieceNodes, all - position));
       }
-      return window[at++ - window_begin];
+      return window[position++ - window_begin];
     };
     for (std::uint64_t first = 0; first < block.cells; first += kPieceCells)
       for (const std::int64_t count :
            integers(block.counts, first, std::min(kPieceCells, block.cells - first))) {
-        if (count < 1 || static_cast<std::uint64_t>(count) > std::min(all - at, kMostCellFaces))
+        if (count < 1 ||
+            static_cast<std::uint64_t>(count) > std::min(all - position, kMostCellFaces))
           return false;
-        std::uint64_t nodes = static_cast<std::uint64_t>(count);  // each face ends with its first
+        // Each face repeats its first node.
+        std::uint64_t nodes = static_cast<std::uint64_t>(count);
         for (std::int64_t i = 0; i < count; ++i) {
           const std::int64_t face = next_face();
           if (face < 1 || std::cmp_greater_equal(face, face_begin_.size())) return false;
@@ -259,12 +265,13 @@ bool ExodusMesh::faces_follow(FaceUses& faces) const {
         }
         if (nodes > kMaxNodesPerCell) return false;
       }
-    if (at != all) return false;
+    if (position != all) return false;
   }
   return faces.numbers.size() + 1 == face_begin_.size();
 }
 
-// No two are the same list of nodes, and none has its first node twice.
+// Returns true if no two faces have the same list of nodes, and no face contains its first node
+// twice.
 bool ExodusMesh::faces_are_unlike() const {
   FaceTable table;
   std::vector<std::uint64_t> nodes;
@@ -344,8 +351,8 @@ bool ExodusMesh::next_cells(CellBatch& out, std::size_t max_cells) {
   return true;
 }
 
-// Cells of blocks whose elements all have as many nodes are found at once; of others, those before
-// are read.
+// Blocks with a fixed number of nodes per element allow direct access. In other blocks, all earlier
+// cells are read.
 void ExodusMesh::seek_cells(std::uint64_t first) {
   for (const BlockLayout& block : layout_.blocks)
     if (block.faces >= 0 || block.counts >= 0) return MeshSource::seek_cells(first);
@@ -386,7 +393,7 @@ std::uint64_t ExodusMesh::take_polygons(CellBatch& out, std::uint64_t most) {
     if (count < 0 || std::cmp_greater(count, kMaxNodesPerCell) ||
         static_cast<std::uint64_t>(count) > left - nodes)
       place_.fail(ErrorCode::corrupt, section(block.counts),
-                  "states an element of " + std::to_string(count) + " nodes, where " +
+                  "states an element of " + std::to_string(count) + " nodes, but only " +
                       std::to_string(left - nodes) + " are left");
     if (cells > 0 && nodes + static_cast<std::uint64_t>(count) > kPieceNodes) break;
     nodes += static_cast<std::uint64_t>(count);

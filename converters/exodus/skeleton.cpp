@@ -14,13 +14,13 @@ namespace {
 
 bool is_atomic(int type) { return type >= NC_BYTE && type <= NC_STRING; }
 
-// Attributes of a variable, or of the file (NC_GLOBAL).
+// Reads the attributes of a variable, or of the file (NC_GLOBAL).
 std::vector<Attribute> read_attributes(int ncid, int variable, int count, const Place& place) {
-  // netCDF looks each up among all; its manual expects no more.
+  // netCDF searches all attributes for each lookup, and its manual does not expect more.
   if (count > NC_MAX_ATTRS)
     place.fail(ErrorCode::over_limit, "attributes",
                "a variable or the file has " + std::to_string(count) + "; " +
-                   std::to_string(NC_MAX_ATTRS) + " are the most");
+                   std::to_string(NC_MAX_ATTRS) + " is the maximum");
   std::vector<Attribute> attributes;
   for (int i = 0; i < count; ++i) {
     char name[NC_MAX_NAME + 1];
@@ -64,7 +64,7 @@ void write_attributes(int ncid, int variable, const std::vector<Attribute>& attr
   }
 }
 
-// Filters beyond those that netCDF has words for.
+// Reads the filters for which netCDF has no function of its own.
 std::vector<Filter> read_filters(int ncid, int id, const std::string& section, const Place& place) {
   constexpr unsigned kDeflate = 1, kShuffle = 2, kChecksum = 3;
   std::size_t count = 0;
@@ -108,8 +108,8 @@ Storage read_storage(int ncid, int id, const Variable& variable, const Place& pl
 void define_filter(int ncid, int id, const Filter& filter, const std::string& section,
                    const Place& place) {
   constexpr unsigned kSzip = 4;
-  constexpr std::array<unsigned, 2> kSzipCoders{4, 32};  // the rest is added by HDF5
-  // Without the filter the values are the same, which is better than no file.
+  constexpr std::array<unsigned, 2> kSzipCoders{4, 32};  // HDF5 adds the rest
+  // If the filter is missing, write the same values without it: that is better than no file.
   if (nc_inq_filter_avail(ncid, filter.id) != NC_NOERR) return;
   std::vector<unsigned> parameters = filter.parameters;
   if (filter.id == kSzip && parameters.size() > 2) {
@@ -143,7 +143,8 @@ std::string quoted_list(const std::vector<std::string>& names) {
   return list;
 }
 
-// Groups hold files within the file, and types of users' own have no place among the scalars.
+// Throws for groups, which are files within the file, and for user-defined types, which are not
+// scalars.
 void refuse_groups_and_types(int ncid, const Place& place) {
   char name[NC_MAX_NAME + 1];
   int count = 0;
@@ -179,7 +180,8 @@ void Place::fail(ErrorCode why, const std::string& section, const std::string& d
 }
 
 void Place::check(int status, const std::string& section) const {
-  // Names are those of a source, whoever finds that they are none.
+  // Names come from the source file, so an invalid name is an error of the source, even if it is
+  // found while writing.
   if (status != NC_NOERR)
     fail(status == NC_EBADNAME ? ErrorCode::corrupt : code, section,
          std::string("netCDF reports: ") + nc_strerror(status));
@@ -266,11 +268,11 @@ Skeleton read_skeleton(int ncid, const Place& place) {
       place.fail(ErrorCode::unsupported, "variable '" + variable.name + "'",
                  "has a type that is not built into netCDF");
     for (int d = 0; d < rank; ++d) {
-      const auto at = place_of_id.find(used[d]);
-      if (at == place_of_id.end())
+      const auto found = place_of_id.find(used[d]);
+      if (found == place_of_id.end())
         place.fail(ErrorCode::corrupt, "variable '" + variable.name + "'",
                    "has a dimension that does not exist");
-      variable.dimensions.push_back(at->second);
+      variable.dimensions.push_back(found->second);
     }
     variable.attributes = read_attributes(ncid, v, count, place);
     if (is_netcdf4(skeleton.kind)) variable.storage = read_storage(ncid, v, variable, place);
@@ -288,7 +290,7 @@ int create_file(const Skeleton& skeleton, const Place& place) {
                         NC_CLOBBER | kModes[static_cast<std::size_t>(skeleton.kind)], &ncid),
               "creating it");
   try {
-    // Every value is written, so there is nothing to fill; variables may ask for it.
+    // All values are written, so the file need not be filled first; variables may request it.
     place.check(nc_set_fill(ncid, NC_NOFILL, &previous), "creating it");
     std::vector<int> ids;
     for (const Dimension& dimension : skeleton.dimensions) {
@@ -318,7 +320,7 @@ int create_file(const Skeleton& skeleton, const Place& place) {
 }
 
 void ChunkCaches::touch(int ncid, const Skeleton& skeleton, int variable) {
-  constexpr std::size_t kKept = 4;  // three coordinates and something else
+  constexpr std::size_t kKept = 4;  // three coordinates and one more variable
   constexpr std::uint64_t kSmallest = std::uint64_t{1} << 20, kLargest = std::uint64_t{1} << 28;
   constexpr std::size_t kSlots = 101;
   constexpr float kPreemption = 1;  // values are read and written front to back
@@ -330,7 +332,7 @@ void ChunkCaches::touch(int ncid, const Skeleton& skeleton, int variable) {
     return;
   }
   std::uint64_t bytes = scalar_bytes(scalar_of(one.type));
-  // All chunks of a row: of an element's nodes, for example. Rows are read one after the other.
+  // The cache holds all chunks of a row, e.g. with all nodes of an element. Rows are read in order.
   const std::size_t rows = skeleton.dimensions[one.dimensions.front()].unlimited ? 2 : 1;
   for (std::size_t d = 0; d < one.storage.chunks.size(); ++d) {
     const std::uint64_t chunk = std::max<std::uint64_t>(one.storage.chunks[d], 1);
@@ -338,7 +340,7 @@ void ChunkCaches::touch(int ncid, const Skeleton& skeleton, int variable) {
     const std::uint64_t columns = d < rows ? chunk : std::max(chunk, length + chunk - 1);
     if (__builtin_mul_overflow(bytes, columns, &bytes)) bytes = kLargest;
   }
-  // Only speed and memory depend on it, so failures may pass.
+  // This affects only speed and memory, so errors are ignored.
   nc_set_var_chunk_cache(ncid, variable, std::clamp(bytes, kSmallest, kLargest), kSlots,
                          kPreemption);
   recent_.push_back(variable);

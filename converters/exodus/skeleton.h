@@ -1,5 +1,5 @@
-// Skeleton: everything in a netCDF file except its values, as plain data.
-// Read from an open file, defined in a new one, or carried as text (exodus.h lists its lines).
+// Skeleton: everything in a netCDF file except its values, as plain data. It is read from an open
+// file, defined in a new file, or stored as text (exodus.h lists its lines).
 #pragma once
 
 #include <cstddef>
@@ -14,11 +14,12 @@
 
 namespace shm::converters::exodus {
 
-// What failed, and where: the file, and the netCDF variable or library call.
+// Context for error messages: the file, and the error code for failures without a more specific
+// one.
 struct Place {
   std::string file;
-  ErrorCode code;  // for failures without a better one
-  // Throws Failure when `status`, of a netCDF call, is not success.
+  ErrorCode code;  // for failures without a more specific code
+  // Throws Failure if `status`, the result of a netCDF call, is an error.
   void check(int status, const std::string& section) const;
   [[noreturn]] void fail(ErrorCode why, const std::string& section,
                          const std::string& detail) const;
@@ -27,23 +28,23 @@ struct Place {
 struct Attribute {
   std::string name;
   int type;                          // nc_type, atomic
-  std::vector<std::byte> values;     // host order; char: the characters
-  std::vector<std::string> strings;  // NC_STRING instead
+  std::vector<std::byte> values;     // host byte order; char: the characters
+  std::vector<std::string> strings;  // used instead for NC_STRING
   bool operator==(const Attribute&) const = default;
 };
 struct Dimension {
   std::string name;
-  std::uint64_t length;  // current length when unlimited
+  std::uint64_t length;  // current length if unlimited
   bool unlimited;
   bool operator==(const Dimension&) const = default;
 };
-// A filter of HDF5 that is not deflate, shuffle or checksum.
+// An HDF5 filter other than deflate, shuffle or checksum.
 struct Filter {
   unsigned id;
   std::vector<unsigned> parameters;
   bool operator==(const Filter&) const = default;
 };
-// How a netCDF-4 variable lies in the file.
+// Storage properties of a netCDF-4 variable.
 struct Storage {
   std::vector<std::uint64_t> chunks;  // empty: contiguous or compact
   int deflate_level = 0;
@@ -69,22 +70,22 @@ struct Skeleton {
   Kind kind = Kind::classic;
   std::vector<Dimension> dimensions;
   std::vector<Attribute> attributes;
-  std::vector<Variable> variables;  // in order of definition; the index is the netCDF number
+  std::vector<Variable> variables;  // in order of definition; the index is the netCDF id
   bool operator==(const Skeleton&) const = default;
 
-  // Index, or -1.
+  // Return the index, or -1.
   int find_variable(std::string_view name) const;
   int find_dimension(std::string_view name) const;
-  std::uint64_t length_of(std::string_view dimension) const;  // 0 when there is none
+  std::uint64_t length_of(std::string_view dimension) const;  // 0 if it does not exist
   const std::string& dimension_name(const Variable& variable, std::size_t i) const {
     return dimensions[variable.dimensions[i]].name;
   }
   std::vector<std::uint64_t> shape(const Variable& variable) const;
-  // Number of values; the largest 64-bit number when it is even more.
+  // Number of values, saturated at the largest 64-bit number.
   std::uint64_t size(const Variable& variable) const;
 };
 
-// Variables by name, for who asks for many. Borrows the skeleton.
+// Index of variables by name, for repeated lookups. Borrows the skeleton.
 class VariableIndex {
  public:
   explicit VariableIndex(const Skeleton& skeleton) {
@@ -100,37 +101,41 @@ class VariableIndex {
   std::map<std::string_view, int> by_name_;
 };
 
-// Our type for an atomic nc_type; characters and strings are uint8.
+// Returns our type for an atomic nc_type; characters and strings are uint8.
 ScalarType scalar_of(int nc_type);
 
-// Structure of open file `ncid`. Throws unsupported for groups and types of users' own.
+// Returns the structure of the open file `ncid`. Throws unsupported for groups and user-defined
+// types.
 Skeleton read_skeleton(int ncid, const Place& place);
-// Creates `path` with that structure, ready for values; returns its ncid.
+// Creates `path` with that structure, ready for values, and returns its ncid.
 int create_file(const Skeleton& skeleton, const Place& place);
 
-// Text with %XX for characters that end a field or line; nothing where a %XX is none.
+// Decodes text in which %XX encodes characters that end a field or line; returns nothing if a %XX
+// is invalid.
 std::optional<std::string> unescaped(std::string_view text);
 
 std::string to_text(const Skeleton& skeleton);
 // Throws Failure (corrupt).
 Skeleton from_text(std::string_view text, const Place& place);
 
-// Throws truncated when the header of a netCDF file, or the values that it places, reach beyond the
-// end of the file (netCDF itself reads zeros there); corrupt when the header makes no sense.
+// Throws truncated if the header of a netCDF file, or the values at the places that it states,
+// extend beyond the end of the file (netCDF itself would read zeros there); throws corrupt if the
+// header is invalid.
 void check_extent(const std::string& path);
-// Zeros between the values of a classic file, where netCDF leaves what was in its buffers: the same
-// mesh must become the same bytes.
+// Writes zeros between the values of a classic file. netCDF leaves old contents of its buffers
+// there, but the same mesh must produce the same bytes.
 void clear_padding(const std::string& path);
 
-// Caches of chunked (netCDF-4) variables: netCDF would keep tens of megabytes for each variable
-// that has been touched. Here the last few keep one, large enough for a chunk.
+// Caches of chunked (netCDF-4) variables. netCDF would keep tens of megabytes for each variable
+// that has been accessed. Here only the last few variables have a cache, just large enough for one
+// chunk.
 class ChunkCaches {
  public:
-  // Before values of `variable` of open file `ncid` are read or written.
+  // Must be called before values of `variable` of the open file `ncid` are read or written.
   void touch(int ncid, const Skeleton& skeleton, int variable);
 
  private:
-  std::vector<int> recent_;  // latest last
+  std::vector<int> recent_;  // most recent last
 };
 
 }  // namespace shm::converters::exodus

@@ -1,4 +1,4 @@
-// A skeleton as lines of text and back.
+// Conversion of a skeleton to lines of text and back.
 #include <netcdf.h>
 
 #include <algorithm>
@@ -37,7 +37,7 @@ constexpr std::array<TypeWord, 12> kTypes{{{NC_BYTE, ScalarType::int8, "byte"},
                                            {NC_STRING, ScalarType::uint8, "string"}}};
 constexpr std::array<std::string_view, 5> kKinds{"classic", "64-bit-offset", "cdf5", "netcdf4",
                                                  "netcdf4-classic"};
-// What the first line begins with: whether variables have names or places of dimensions.
+// First field of the first line: variables refer to dimensions by name, or by index.
 constexpr std::string_view kNamesFollow = "K", kPlacesFollow = "N";
 constexpr std::string_view kCompact = "compact", kBigEndian = "big-endian", kFilled = "filled";
 
@@ -52,7 +52,7 @@ void append_escaped(std::string& out, std::string_view text, std::string_view al
   }
 }
 
-// Of a dimension or variable: '#' stands for a number.
+// Escapes the name of a dimension or variable, in which '#' stands for a number.
 std::string escaped_name(std::string_view name) {
   std::string out;
   append_escaped(out, name, "#");
@@ -75,7 +75,7 @@ std::string text_of(T value) {
   return {text, std::to_chars(text, text + sizeof text, value).ptr};
 }
 
-// Values of a type, with their bits where decimals do not show these.
+// Text of numbers of one type; of their bits if decimals cannot represent them.
 template <class T>
 struct NumberText {
   using Bits = std::conditional_t<
@@ -83,9 +83,9 @@ struct NumberText {
       std::conditional_t<sizeof(T) == 4, std::uint32_t,
                          std::conditional_t<sizeof(T) == 2, std::uint16_t, std::uint8_t>>>;
   static void append(std::string& out, const std::vector<std::byte>& values) {
-    for (std::size_t at = 0; at + sizeof(T) <= values.size(); at += sizeof(T)) {
+    for (std::size_t offset = 0; offset + sizeof(T) <= values.size(); offset += sizeof(T)) {
       T value;
-      std::memcpy(&value, values.data() + at, sizeof value);
+      std::memcpy(&value, values.data() + offset, sizeof value);
       out += '\t';
       if constexpr (std::is_floating_point_v<T>) {
         if (!std::isfinite(value)) {
@@ -168,7 +168,7 @@ void append_storage(std::string& out, const Storage& storage) {
   }
 }
 
-// Reads the lines of a skeleton.
+// Parses the lines of a skeleton.
 class TextParser {
  public:
   TextParser(const Place& place, std::size_t bytes) : place_(&place), bytes_(bytes) {}
@@ -206,7 +206,7 @@ class TextParser {
  private:
   [[noreturn]] void wrong() const {
     place_->fail(ErrorCode::corrupt, "exodus/skeleton",
-                 "line " + std::to_string(number_) + " makes no sense");
+                 "line " + std::to_string(number_) + " is invalid");
   }
   void need(bool condition) const {
     if (!condition) wrong();
@@ -226,7 +226,7 @@ class TextParser {
     need(value.has_value());
     return *value;
   }
-  // With its numbers, still escaped.
+  // Returns the name with its numbers, still escaped.
   std::string name(NumberedNames& names) const {
     need(fields_.size() > 1);
     return by_name_ ? names.expanded(fields_[1]) : std::string(fields_[1]);
@@ -316,16 +316,18 @@ class TextParser {
     skeleton.variables.back().storage.filters.push_back(std::move(one));
   }
 
-  // Places of dimensions with long names would be far more text, by names, than a damaged file has.
+  // Limits long names of dimensions that many variables refer to: by name they would need far more
+  // text than a damaged file has.
   static constexpr std::size_t kMostGrowth = 32;
 
   const Place* place_;
-  std::size_t bytes_, mentioned_ = 0;  // of the text, and of the names that variables mention
+  // Bytes of the text, and of the names that variables refer to.
+  std::size_t bytes_, mentioned_ = 0;
   std::vector<std::string_view> fields_;
   std::size_t number_ = 0;
   bool by_name_ = false;
   NumberedNames dimension_names_, variable_names_;
-  std::map<std::string, std::size_t> places_;  // of dimensions, by escaped name
+  std::map<std::string, std::size_t> places_;  // index of each dimension, by escaped name
 };
 
 }  // namespace

@@ -25,8 +25,8 @@ namespace {
 
 using namespace exodus;
 
-// A mesh with the netCDF structure that it came with. Written through netCDF alone: opening a file
-// for writing, the Exodus library adds to old ones what they did not have.
+// Writes a mesh with its original netCDF structure. Uses only netCDF: when the Exodus library opens
+// an old file for writing, it adds data that the file did not have.
 class SkeletonWriter {
  public:
   SkeletonWriter(MeshSource& mesh, const Skeleton& skeleton, const Layout& layout,
@@ -64,7 +64,8 @@ class SkeletonWriter {
   }
   std::string section(int index) const { return "variable '" + variable(index).name + "'"; }
 
-  // The extras that carry a variable, one after the other; none when it follows from the rest.
+  // Returns the extras that hold a variable, in order; none if the variable follows from the rest
+  // of the mesh.
   std::vector<const Extra*> extras_of(const Variable& one) const {
     std::string key = extra_key(one.name);
     if (extras_.find(key) == nullptr) key = plain_key(one.name);
@@ -76,7 +77,7 @@ class SkeletonWriter {
     return parts;
   }
 
-  // Whatever is missing is reported before anything is written.
+  // Reports missing values before anything is written.
   void check_values() const {
     std::set<std::string_view> names;
     for (std::size_t v = 0; v < skeleton_.variables.size(); ++v) {
@@ -166,7 +167,7 @@ class SkeletonWriter {
                      section(block.counts));
         if (corners.size() > skeleton_.size(variable(block.connectivity)) - next_node[b])
           place_.fail(ErrorCode::corrupt, section(block.connectivity),
-                      "the mesh has more polygon nodes than it has room for");
+                      "the mesh has more polygon nodes than the variable can hold");
         slab = {{next_node[b]}, {corners.size()}};
         next_node[b] += corners.size();
       } else if (variable(block.connectivity).dimensions.size() == 2) {
@@ -212,7 +213,7 @@ class SkeletonWriter {
       }
     }
   }
-  // The part of an array that has the cells of `block`, which it covers.
+  // Returns the part of an array that holds the cells of `block`. The array must cover the block.
   static const ArrayPart& part_of(const ArrayLayout& array, std::uint32_t block) {
     if (array.parts.front().block == ArrayPart::kEverything) return array.parts.front();
     return *std::lower_bound(
@@ -220,7 +221,7 @@ class SkeletonWriter {
         [](const ArrayPart& part, std::uint32_t wanted) { return part.block < wanted; });
   }
 
-  // Extras, or what follows from the rest of the mesh.
+  // Writes a variable from its extras, or derives it from the rest of the mesh.
   void write_list(std::size_t v) {
     const Variable& one = skeleton_.variables[v];
     if (skeleton_.size(one) == 0) return;
@@ -250,7 +251,7 @@ class SkeletonWriter {
     place_.check(nc_put_vara(ncid_, id, slab.start.data(), slab.count.data(), values.data()),
                  section(id));
   }
-  // Texts, each ended by a zero.
+  // `values` holds strings, each terminated by a zero.
   void write_strings(int id, const std::vector<std::byte>& values) {
     const auto lengths = skeleton_.shape(variable(id));
     const std::vector<std::size_t> start(lengths.size(), 0), count(lengths.begin(), lengths.end());
@@ -264,7 +265,7 @@ class SkeletonWriter {
                  section(id));
   }
 
-  // Values of a one-component integer array on one block, in the order of the new file.
+  // Returns the values of a one-component integer array on one block, in the order of the new file.
   std::vector<std::int64_t> numbers_on(std::uint32_t block, int variable_of_array) {
     std::vector<std::int64_t> numbers(layout_.blocks[block].cells);
     for (std::size_t a = 0; a < layout_.arrays.size(); ++a) {
@@ -306,7 +307,7 @@ class SkeletonWriter {
   struct BlockCells {
     std::vector<std::uint64_t> nodes, ends;
   };
-  // Face blocks, and which faces the polyhedra have: all of it follows from the cells
+  // Writes the face blocks, and the faces of each polyhedron. All of this follows from the cells
   // (polyhedra.h).
   void write_derived_faces() {
     std::vector<BlockCells> cells(layout_.blocks.size());
@@ -339,8 +340,8 @@ class SkeletonWriter {
     }
   }
 
-  // Of each cell in the order of the new file. Faces come in the order that the cells had in the
-  // file they are from.
+  // Returns the faces of each cell, in the order of the new file. Faces are numbered in the order
+  // that the cells had in the original file.
   std::vector<std::vector<std::uint64_t>> find_faces(const BlockLayout& block,
                                                      const BlockCells& cells, FaceTable& faces,
                                                      std::vector<std::uint32_t>& uses) {
@@ -367,7 +368,7 @@ class SkeletonWriter {
     return found;
   }
 
-  // Numbers in the file, from 1, each once.
+  // Returns the numbers of the faces in the file, from 1; each occurs once.
   std::vector<long long> face_numbers(const std::vector<std::uint32_t>& uses) const {
     const auto places = face_places(uses, extras_.find(kSharedFirst) != nullptr);
     const Extra* extra = extras_.find(kFaceNumbers);
@@ -381,7 +382,7 @@ class SkeletonWriter {
       const std::int64_t number = own ? (*own)[place] : static_cast<std::int64_t>(place) + 1;
       if (number < 1 || std::cmp_greater(number, uses.size()) ||
           taken[static_cast<std::size_t>(number) - 1])
-        fail_faces("two faces have one number, or one beyond the last");
+        fail_faces("two faces have the same number, or a number is too large");
       taken[static_cast<std::size_t>(number) - 1] = true;
       numbers.push_back(number);
     }
@@ -414,17 +415,17 @@ class SkeletonWriter {
     }
   }
 
-  // All values of a variable.
+  // Writes all values of a variable.
   void put_integers(int id, const std::vector<long long>& values) {
     if (values.size() != skeleton_.size(variable(id)))
       place_.fail(ErrorCode::corrupt, section(id),
-                  "has room for " + std::to_string(skeleton_.size(variable(id))) +
-                      " numbers, and the mesh has " + std::to_string(values.size()));
+                  "can hold " + std::to_string(skeleton_.size(variable(id))) +
+                      " numbers, but the mesh has " + std::to_string(values.size()));
     touch(id);
     if (!values.empty()) place_.check(nc_put_var_longlong(ncid_, id, values.data()), section(id));
   }
 
-  // The faces of polyhedra that have changed places.
+  // Writes the faces of polyhedra that were reordered.
   void write_faces(const BlockLayout& block, const std::vector<const Extra*>& parts) {
     const auto from = numbers_on(index_of(block), -1);
     const auto counts = numbers_on(index_of(block), block.counts);
@@ -436,7 +437,7 @@ class SkeletonWriter {
       place_.fail(ErrorCode::corrupt, section(block.faces),
                   "it is not known which faces belong to which polyhedron");
     };
-    // begins[i]: of the cell that was the i-th
+    // begins[i]: first face of the cell that was the i-th
     std::vector<std::uint64_t> begins(from.size() + 1, 0);
     for (std::size_t i = 0; i < from.size(); ++i) {
       if (from[i] < 0 || std::cmp_greater_equal(from[i], from.size()) || counts[i] < 0 ||
@@ -456,7 +457,8 @@ class SkeletonWriter {
     write_rows(block.faces, 0, size, moved);
   }
 
-  // References as the file has them: from 1, of type `stored`, cells block by block.
+  // Returns references as stored in the file: numbers from 1, of type `stored`, cells numbered
+  // block by block.
   std::vector<std::byte> counted_from_one(const Extra& extra, ScalarType stored) {
     const bool cells = extra.refers == Reference::cell;
     const std::uint64_t count = cells ? info_.cells() : info_.vertices;
@@ -484,7 +486,7 @@ class SkeletonWriter {
   ChunkCaches caches_;
 };
 
-// The mesh knows which columns of a connectivity are nodes.
+// Narrows the connectivities to the columns that are nodes according to the mesh.
 void narrow_as(const MeshInfo& info, const Skeleton& skeleton, Layout& layout) {
   const std::size_t count = std::min(info.schema.blocks.size(), layout.blocks.size());
   for (std::uint32_t b = 0; b < count; ++b) {
@@ -496,7 +498,7 @@ void narrow_as(const MeshInfo& info, const Skeleton& skeleton, Layout& layout) {
   }
 }
 
-// Whether the blocks of polyhedra say what their faces are.
+// Returns true if the mesh has polyhedra, and all blocks of polyhedra store their faces.
 bool has_faces(const MeshInfo& info, const Layout& layout) {
   bool any = false, all = true;
   for (std::size_t b = 0; b < std::min(info.schema.blocks.size(), layout.blocks.size()); ++b) {
@@ -507,7 +509,7 @@ bool has_faces(const MeshInfo& info, const Layout& layout) {
   return any && all;
 }
 
-// Whether the mesh still has the parts that the structure lists.
+// Returns true if the mesh still matches the structure.
 bool fits(const MeshInfo& info, const Layout& layout) {
   const Schema& schema = info.schema;
   if (info.vertices != layout.vertices || info.step_times.size() != layout.steps ||

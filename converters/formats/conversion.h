@@ -1,5 +1,6 @@
-// Conversion: a mesh, at all of its time steps or some, as the writer of a format takes it: as it
-// is where the format is its own, else translated. What the file will lack is known then.
+// Conversion: prepares a mesh, at all or some of its time steps, for the writer of a format. A mesh
+// of the same format stays unchanged, any other mesh is translated. All losses are known
+// afterwards.
 #pragma once
 
 #include <memory>
@@ -15,13 +16,14 @@
 
 namespace shm::converters {
 
-// Whether a file of `format` holds one step of the mesh. `chosen`: which is asked for.
+// Returns true if a file of `format` holds only one step of the mesh. `chosen`: the user selected a
+// step.
 bool holds_one_step(const MeshInfo& info, const Format& format, bool chosen);
 
 class Conversion {
  public:
-  // `steps`: these alone, a single one where holds_one_step(); none: all, or the last. `mesh` and
-  // `spool` must outlive the conversion.
+  // `steps` selects the steps; it must be a single one if holds_one_step(). Nothing: all steps, or
+  // the last one. `mesh` and `spool` must outlive the conversion.
   Conversion(MeshSource& mesh, const Format& format, std::optional<StepRange> steps, Spool& spool);
   MeshSource& mesh() { return *mesh_; }
   const LossList& losses() const { return losses_; }

@@ -62,7 +62,8 @@ bool same_letters(std::string_view a, std::string_view b) {
   });
 }
 
-// Whether `part` is "e" or "e-s002" for extension ".e".
+// Returns true if `part` is the extension, optionally followed by a step suffix: "e" or "e-s002"
+// for extension ".e".
 bool is_extension(std::string_view part, std::string_view extension) {
   extension.remove_prefix(1);
   if (!same_letters(part.substr(0, extension.size()), extension)) return false;
@@ -71,7 +72,7 @@ bool is_extension(std::string_view part, std::string_view extension) {
                           part.find_first_not_of("0123456789", 2) == std::string_view::npos);
 }
 
-// CGNS files are of HDF5, too, as those of Exodus are.
+// Both CGNS files and Exodus files may be HDF5 files.
 bool is_another(const Format& format, std::span<const std::byte> head) {
   return format.name == kExodusFormat.name && is_cgns(head);
 }
@@ -137,7 +138,7 @@ const Format* format_of_name(std::string_view path) {
     for (const Format& format : formats())
       for (const std::string_view extension : format.extensions)
         if (!extension.empty() && is_extension(part, extension)) return &format;
-    // The counts of a file that is one of several, as in out.e.4.0, come after its extension.
+    // The numbers of a part, as in out.e.4.0, come after the extension.
     if (part.empty() || part.find_first_not_of("0123456789") != std::string_view::npos)
       return nullptr;
     name = name.substr(0, dot);
@@ -147,7 +148,7 @@ const Format* format_of_name(std::string_view path) {
 const Format* format_of_file(const std::string& path) {
   if (path == "-") return format_named("shm");
   const std::vector<std::byte> head = head_of(path);
-  // No content is that of two formats: the one that the name promises goes first.
+  // No content fits two formats, so the format that the name suggests is tried first.
   const Format* named = format_of_name(path);
   if (named != nullptr && named->looks_like(head) && !is_another(*named, head)) return named;
   for (const Format& format : formats())
@@ -168,7 +169,7 @@ std::unique_ptr<MeshSource> open_mesh(const std::string& path, Spool& spool,
   throw Failure(
       Error{ErrorCode::unsupported,
             other.empty()
-                ? "is no mesh of a format that is read: " + list_of(&Format::title)
+                ? "is not a mesh in a supported format: " + list_of(&Format::title)
                 : "is " + other + ", which is not read; " + list_of(&Format::title) + " files are",
             {},
             kNoOffset,
@@ -185,8 +186,8 @@ std::unique_ptr<MeshSource> open_merged(const std::vector<std::string>& files, S
   for (const std::string& file : files)
     if (format_of_file(file) != format_named(kExodusFormat.name))
       throw Failure(Error{ErrorCode::unsupported,
-                          "is no Exodus file; only these say which vertex and cell of the whole "
-                          "mesh theirs are",
+                          "is not an Exodus file; only Exodus files give the numbers of their "
+                          "vertices and cells in the whole mesh",
                           {},
                           kNoOffset,
                           file});

@@ -8,7 +8,7 @@
 namespace shm::converters {
 namespace {
 
-// The first line that is not empty, in capitals. A line that begins with `comment` is passed over.
+// Returns the first line that is neither empty nor begins with `comment`, in capitals.
 std::string first_line(std::string_view text, std::string_view comment) {
   while (!text.empty()) {
     const std::size_t end = std::min(text.find('\n'), text.size());
@@ -34,7 +34,8 @@ bool begins_with_any(const std::string& line, std::span<const std::string_view> 
 
 bool is_cgns(std::span<const std::byte> head) {
   const std::string_view text(reinterpret_cast<const char*>(head.data()), head.size());
-  // What stands at the root: its own name, and what the library writes there first.
+  // Text at the root of the HDF5 file: the name of the root node, and the first nodes that the CGNS
+  // library writes there.
   constexpr std::array<std::string_view, 3> kWords = {"HDF5 MotherNode", " hdf5version",
                                                       "CGNSLibraryVersion"};
   if (text.starts_with("@(#)ADF Database")) return true;

@@ -1,5 +1,5 @@
-// Formats of meshes that are known by sight and not read, so that a file of one is called what it
-// is and not taken for another of the same extension.
+// Mesh formats that are recognized but not read, so that error messages name the format, and such a
+// file is not mistaken for another format with the same extension.
 #pragma once
 
 #include <cstddef>
@@ -8,11 +8,11 @@
 
 namespace shm::converters {
 
-// The name of the format of a file that begins with `head`, such as "Abaqus input"; empty for all
-// that is not known, formats that are read among them.
+// Returns the name of the format of a file that begins with `head`, such as "Abaqus or CalculiX
+// input". Returns an empty string for everything else, including the formats that are read.
 std::string_view unread_format(std::span<const std::byte> head);
 
-// Whether it is one of CGNS, in HDF5 or in ADF, which came before.
+// Returns true for a CGNS file, stored in HDF5 or in its predecessor ADF.
 bool is_cgns(std::span<const std::byte> head);
 
 }  // namespace shm::converters

@@ -1,4 +1,4 @@
-// The extras of a mesh that gets more time steps from another file.
+// The extras of a mesh after time steps have been appended from another file.
 #pragma once
 
 #include <string>
@@ -10,12 +10,12 @@
 namespace shm::converters {
 
 struct AppendedExtras {
-  bool changed = false;             // they are not those of the mesh as it was
-  std::vector<Extra> extras;        // all of them, where they changed
-  std::vector<std::string> losses;  // what the other file has otherwise: the mesh keeps its own
+  bool changed = false;             // true if `extras` differ from the mesh's own extras
+  std::vector<Extra> extras;        // all extras of the mesh, if they changed
+  std::vector<std::string> losses;  // differing data of the other file; the mesh keeps its own
 };
 
-// An extra keeps steps from being appended.
+// Throws Failure (unsupported): because of extra `key`, the steps cannot be appended.
 [[noreturn]] inline void does_not_fit(const std::string& key, const std::string& why) {
   throw Failure(Error{ErrorCode::unsupported, why, "extra '" + key + "'", kNoOffset, {}});
 }

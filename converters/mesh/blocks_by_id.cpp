@@ -6,8 +6,9 @@
 namespace shm::converters {
 namespace {
 
-constexpr std::size_t kPieceCells = 16384;  // cells at once
-constexpr std::size_t kMostBlocks = 4096;   // more numbers are not those of blocks
+constexpr std::size_t kPieceCells = 16384;  // cells read at once
+// An array with more different numbers does not hold block numbers.
+constexpr std::size_t kMostBlocks = 4096;
 
 }  // namespace
 
@@ -68,10 +69,10 @@ void BlocksById::find_blocks(const std::map<std::int64_t, std::string>& names,
     load_ids(batch.size());
     next_cell_ += batch.size();
     for (std::size_t i = 0; i < batch.size(); ++i) {
-      const auto [at, fresh] =
+      const auto [entry, fresh] =
           blocks_.try_emplace({batch.blocks[i], ids_[i]}, static_cast<std::uint32_t>(cells.size()));
       if (fresh) cells.push_back(0);
-      ++cells[at->second];
+      ++cells[entry->second];
     }
     useful_ = blocks_.size() <= kMostBlocks;
   }

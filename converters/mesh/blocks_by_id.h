@@ -1,5 +1,5 @@
-// BlocksById: a mesh whose blocks are those of an integer of each cell, as formats without blocks
-// of their own keep them, split into these blocks.
+// BlocksById: splits a mesh into blocks by an integer that each cell has. Formats without blocks of
+// their own store blocks that way.
 #pragma once
 
 #include <compare>
@@ -12,27 +12,30 @@
 
 namespace shm::converters {
 
-// Role of the array of numbers in the result, which its blocks have.
+// Role that the array of block numbers gets in the resulting mesh.
 inline constexpr const char* kBlockIdRole = "block_id";
 
 class BlocksById final : public ForwardingMesh {
  public:
-  // A block of the source, and a number of its cells.
+  // Key of a resulting block: a block of the source, and the number that its cells have.
   struct Key {
     std::uint32_t block = 0;
     std::int64_t number = 0;
     auto operator<=>(const Key&) const = default;
   };
-  // `array`: of integers, one for each cell, static, on all blocks. `names` of blocks by number.
-  // `first`: keys whose blocks come first, whether the mesh has such cells or not; distinct.
+  // `array` is a static integer array that has one value per cell, on all blocks. `names` gives
+  // names of blocks by number. `first` lists distinct keys whose blocks come first, even if the
+  // mesh has no such cells.
   BlocksById(MeshSource& source, std::size_t array,
              const std::map<std::int64_t, std::string>& names, const std::vector<Key>& first = {});
   bool next_cells(CellBatch& out, std::size_t max_cells) override;
   void rewind_cells() override;
-  // Index of the array of blocks: "BlockId" or "block_id"; none: the number of arrays.
+  // Returns the index of the array of block numbers, named "BlockId" or "block_id"; the number of
+  // arrays if there is none.
   static std::size_t array_of_ids(const MeshInfo& info);
-  bool useful() const { return useful_; }  // false: too many numbers to be those of blocks
-  // Of each block. Where it is not useful: one more than there may be.
+  bool useful() const { return useful_; }  // false: too many different numbers to be block numbers
+  // Returns the key of each block. If the mesh is not useful(), the list stops one above the
+  // maximum number of blocks.
   std::vector<Key> keys() const;
 
  private:
@@ -41,7 +44,7 @@ class BlocksById final : public ForwardingMesh {
 
   const std::size_t array_;
   std::map<Key, std::uint32_t> blocks_;
-  std::vector<std::int64_t> ids_;  // of the batch
+  std::vector<std::int64_t> ids_;  // block numbers of the current batch
   std::vector<std::byte> raw_;
   std::uint64_t next_cell_ = 0;
   bool useful_ = true;

@@ -1,4 +1,5 @@
-// CellCursor: the cells of a mesh one by one, however its source cuts them into batches.
+// CellCursor: iterates over the cells of a mesh one by one, regardless of the batches of its
+// source.
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,4 @@
-// Keys of cells by what their nodes are called, the same however the cell is rotated.
+// Keys of cells, computed from the names of their nodes. Rotating a cell does not change its key.
 #pragma once
 
 #include <cstddef>
@@ -25,7 +25,8 @@ std::uint64_t hash_of(std::uint64_t seed, const Names& names) {
   return hash;
 }
 
-// Where the least rotation of `names` begins (J.-P. Duval's way, linear).
+// Returns the position at which the lexicographically least rotation of `names` begins (Duval's
+// algorithm, linear time).
 inline std::size_t least_rotation(std::span<const std::uint64_t> names) {
   const std::size_t n = names.size();
   std::size_t i = 0, k = 1, length = 0;
@@ -42,7 +43,8 @@ inline std::size_t least_rotation(std::span<const std::uint64_t> names) {
   return i < k ? i : k;
 }
 
-// Puts `names` into the least of all orders that rotations give them.
+// Rearranges `names` into the lexicographically least of all orders that rotations of the cell
+// produce.
 inline void make_canonical(CellShape shape, std::vector<std::uint64_t>& names) {
   const std::size_t n = names.size();
   if (n == 0) return;

@@ -9,15 +9,16 @@
 namespace shm::converters {
 namespace {
 
-// Which corners each node behind the corners lies between, in VTK's order.
+// For each node after the corners: the corners that it lies between, in VTK's order.
 using Between = std::vector<std::vector<std::uint8_t>>;
 
 struct Kind {
   CellShape shape;
   std::uint8_t corners;
-  std::vector<Rotation> generators;  // all rotations are made of these
-  Between between;                   // nodes behind the corners
-  std::vector<std::size_t> sizes;    // numbers of nodes that are this one's first ones
+  std::vector<Rotation> generators;  // generate all rotations
+  Between between;                   // nodes after the corners
+  // Node counts of the variants: each uses the first of these nodes.
+  std::vector<std::size_t> sizes;
 };
 
 const Between kHexahedron{{0, 1},
@@ -76,7 +77,7 @@ std::vector<Rotation> corner_rotations(const Kind& kind) {
   return found;
 }
 
-// Puts the nodes behind the corners where the corners around them go.
+// Extends a rotation of the corners to the other nodes: each one moves with the corners around it.
 Rotation with_all_nodes(Rotation rotation, const Kind& kind, std::size_t nodes) {
   const auto sorted = [](std::vector<std::uint8_t> list) {
     std::sort(list.begin(), list.end());

@@ -1,4 +1,4 @@
-// The rotations of a cell onto itself, which do not turn it inside out.
+// The rotations that map a cell onto itself. Mirror images are not among them.
 #pragma once
 
 #include <cstdint>
@@ -12,15 +12,15 @@ namespace shm::converters {
 // Node i of the rotated cell is node `rotation[i]` of the original.
 using Rotation = std::vector<std::uint8_t>;
 
-// All rotations, the identity first: 24 of a hexahedron (of 8, 20 or 27 nodes), 12 of a
-// tetrahedron, 6 of a wedge, 4 of pyramids and quads, 3 of triangles, with the nodes on edges,
-// faces and inside where VTK's order of them is known. Others, lines among them, have the identity
-// alone: an empty list stands for it. Polygons of any size rotate by counting on (see
+// Returns all rotations, the identity first: 24 for a hexahedron (with 8, 20 or 27 nodes), 12 for a
+// tetrahedron, 6 for a wedge, 4 for pyramids and quads, 3 for triangles. They include nodes on
+// edges, on faces and inside if VTK defines the order of these nodes. All other cells, such as
+// lines, have only the identity, and the list is empty. Polygons of any size rotate cyclically (see
 // `rotates_by_counting`).
 const std::vector<Rotation>& rotations_of(CellShape shape, std::size_t nodes);
 inline bool rotates_by_counting(CellShape shape) { return shape == CellShape::polygon; }
 
-// Whether `b` is `a` or `a` rotated.
+// Returns true if `b` equals `a` or a rotation of `a`.
 template <class Number>
 bool is_rotated(CellShape shape, std::span<const Number> a, std::span<const Number> b) {
   if (a.size() != b.size()) return false;

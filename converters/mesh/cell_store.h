@@ -1,6 +1,6 @@
-// CellStore: cells of any size in the spool, appended in one order and read in any.
-// Corners take 4 bytes each while their numbers do, and cells that are alike nothing more: a run of
-// cells of one block and size is described once.
+// CellStore: cells of any size in the spool, appended in one order and read in any order. A corner
+// uses 4 bytes if the numbers of the cell's vertices fit. Consecutive cells of the same block and
+// size form a run that is described only once, so regular meshes need nothing more.
 #pragma once
 
 #include <cstddef>
@@ -19,17 +19,18 @@ class CellStore {
   explicit CellStore(Spool& spool);
   std::uint64_t size() const { return size_; }
   void append(std::uint32_t block, std::span<const std::uint64_t> corners);
-  // Adds cell `position` to the end of `out`.
+  // Appends cell `position` to `out`.
   void read(std::uint64_t position, CellBatch& out) { read_run(position, 1, out); }
-  // Adds `count` cells from `first` on. Must hold: they have been appended.
+  // Appends `count` cells to `out`, starting with cell `first`. All of them must have been added
+  // before.
   void read_run(std::uint64_t first, std::uint64_t count, CellBatch& out);
 
  private:
-  // Cells of one block and one number of corners.
+  // Consecutive cells of one block with the same number of corners.
   struct Run {
     std::uint64_t first_cell = 0, first_corner = 0;
     std::uint32_t block = 0, corners = 0;
-    std::uint64_t wide = 0;  // 1: their corners take 8 bytes, in wide_
+    std::uint64_t wide = 0;  // 1: the corners use 8 bytes each and are in wide_
   };
   static constexpr std::size_t kTail = 16384;
 
@@ -39,9 +40,9 @@ class CellStore {
   PagedArray runs_, narrow_, wide_;
   std::uint64_t size_ = 0;
   Run last_;
-  std::vector<std::uint32_t> tail_;  // the last narrow corners
+  std::vector<std::uint32_t> tail_;  // the last narrow corners, not yet in narrow_
   std::vector<std::uint32_t> piece_;
-  std::uint64_t found_ = 0;  // the run that was asked for last
+  std::uint64_t found_ = 0;  // the run that was read last
 };
 
 }  // namespace shm::converters

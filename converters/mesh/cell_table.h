@@ -1,5 +1,5 @@
-// CellTable: all cells of a mesh in memory, with 32-bit numbers, for those who must see them in any
-// order. 32 bytes a hexahedron, and 4 more where there is more than one block.
+// CellTable: all cells of a mesh in memory, with 32-bit numbers, for algorithms that access cells
+// in any order. Uses 32 bytes per hexahedron, and 4 more if the mesh has more than one block.
 #pragma once
 
 #include <algorithm>
@@ -20,7 +20,7 @@ class CellTable final : public Cells {
  public:
   CellTable() = default;
   explicit CellTable(const MeshInfo& info);
-  // Nothing when the mesh has more cells or vertices than 32-bit numbers can count.
+  // Returns nothing if the mesh has too many cells or vertices for 32-bit numbers (see Cells).
   static std::optional<CellTable> read(MeshSource& mesh, const Progress& progress = {});
 
   void append(std::uint32_t block, std::span<const std::uint32_t> corners);
@@ -46,7 +46,7 @@ class CellTable final : public Cells {
     std::copy_n(this->cell(cell).begin(), 8, corners.begin());
     return corners;
   }
-  // They are the mesh's own numbers.
+  // Cells here have the same numbers as in the mesh.
   std::uint32_t number_of(std::uint32_t cell) const override { return cell; }
   std::uint32_t with_number(std::uint32_t number) const override { return number; }
 
@@ -54,10 +54,10 @@ class CellTable final : public Cells {
   std::uint64_t vertices_ = 0;
   std::uint32_t size_ = 0;
   std::vector<std::uint32_t> corners_;
-  std::uint64_t uniform_ = 0;          // nodes of every cell, or
+  std::uint64_t uniform_ = 0;          // nodes of every cell, or if they differ:
   std::vector<std::uint64_t> begin_;   // cells + 1 offsets into corners_
-  std::vector<std::uint32_t> blocks_;  // empty: there is only one
-  std::vector<bool> hexahedral_;       // by block
+  std::vector<std::uint32_t> blocks_;  // empty: there is only one block
+  std::vector<bool> hexahedral_;       // indexed by block
 };
 
 }  // namespace shm::converters

@@ -1,5 +1,5 @@
-// Cells: all cells of a mesh, for those who must see them in any order. They count them in an order
-// of their own, in which neighbours may have near numbers; so they may know vertices too.
+// Cells: all cells of a mesh, for algorithms that access cells in any order. An implementation may
+// number cells and vertices in an order of its own, in which neighbours have nearby numbers.
 #pragma once
 
 #include <array>
@@ -13,7 +13,7 @@ namespace shm::converters {
 
 class Cells {
  public:
-  // Cells and vertices must stay below this.
+  // Numbers of cells and of vertices must stay below these limits.
   static constexpr std::uint64_t kMostCells = std::uint64_t{1} << 29;
   static constexpr std::uint64_t kMostVertices = ~std::uint32_t{0};
 
@@ -22,19 +22,19 @@ class Cells {
   virtual std::uint64_t vertices() const = 0;
   virtual std::uint32_t block(std::uint32_t cell) const = 0;
   virtual bool one_block() const = 0;
-  // Has six faces between its first eight corners.
+  // Returns true if the cell's first eight corners form a hexahedron with six faces.
   virtual bool is_hexahedron(std::uint32_t cell) const = 0;
   virtual bool all_hexahedra() const = 0;
-  // Those corners. Must hold: it is a hexahedron.
+  // Returns the eight corners of a hexahedron. Requires is_hexahedron(cell).
   virtual std::array<std::uint32_t, 8> hexahedron(std::uint32_t cell) const = 0;
-  // All its nodes, valid until the next call.
+  // Returns all nodes of a cell. Valid until the next call.
   virtual std::span<const std::uint32_t> cell(std::uint32_t cell) const = 0;
-  // What the mesh calls a cell, and back.
+  // Convert a cell number here to its number in the mesh, and back.
   virtual std::uint32_t number_of(std::uint32_t cell) const = 0;
   virtual std::uint32_t with_number(std::uint32_t number) const = 0;
 };
 
-// Whether cells of a block are hexahedra here.
+// Returns true if the cells of a block count as hexahedra here.
 inline bool holds_hexahedra(const BlockInfo& block) {
   return block.shape == CellShape::hexahedron && block.nodes_per_cell >= 8;
 }

@@ -1,4 +1,5 @@
-// ChosenSteps: a mesh at some of its time steps. PointsOfStep: its points at one, where they move.
+// ChosenSteps: a mesh reduced to a range of its time steps. PointsOfStep: a mesh whose moving
+// points are replaced by their positions at one step.
 #pragma once
 
 #include <cstddef>
@@ -34,7 +35,7 @@ class ChosenSteps : public ForwardingMesh {
 
 class PointsOfStep final : public ForwardingMesh {
  public:
-  // `array`: of three components for each vertex, of the type of the coordinates.
+  // `array` must have three components per vertex, of the type of the coordinates.
   PointsOfStep(MeshSource& source, std::size_t array) : ForwardingMesh(source), array_(array) {
     info_ = source.info();
   }

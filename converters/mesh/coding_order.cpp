@@ -14,7 +14,7 @@ namespace {
 template <class Integer>
 void renumber_values(Extra& extra, const std::function<std::uint64_t(std::uint64_t)>& to,
                      std::uint64_t limit) {
-  // Many at a time are looked up in ascending order: the table may be on disk.
+  // Many references are looked up at a time, in ascending order, because the table may be on disk.
   constexpr std::size_t kTogether = std::size_t{1} << 20;
   const std::size_t count = extra.data.size() / sizeof(Integer);
   std::vector<std::pair<std::uint64_t, std::size_t>> references;  // number, place
@@ -52,7 +52,7 @@ NumberList& CoveredOrder::elements(std::size_t array) {
 
   std::vector<bool> covered(schema.blocks.size());
   for (std::uint32_t b : blocks) covered[b] = true;
-  // 1 + rank of each covered cell.
+  // Holds 1 + rank for each covered cell.
   NumberTable rank_of_cell(*spool_, mesh_->info().cells(), mesh_->info().cells());
   std::uint64_t cell = 0, ranks = 0;
   CellBatch batch;

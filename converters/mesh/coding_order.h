@@ -1,5 +1,5 @@
-// CodingOrderLog: remembers in which order a Writer codes vertices and cells, and what follows
-// from it: the order of step values, and the new numbers of a mesh in Order::stream.
+// CodingOrderLog: records the order in which a Writer codes vertices and cells. From this order
+// follow the order of step values, and the new numbers of a mesh in Order::stream.
 #pragma once
 
 #include <algorithm>
@@ -26,7 +26,7 @@ class CodingOrderLog final : public CodingOrder {
   void cell(std::uint64_t number) override {
     if (with_cells_) note(cells_, number);
   }
-  // Throws what went wrong inside a Writer call, where nothing may be thrown.
+  // Throws the exception that occurred inside a Writer call, in which nothing may be thrown.
   void check() const {
     if (failure_) std::rethrow_exception(failure_);
   }
@@ -47,12 +47,12 @@ class CodingOrderLog final : public CodingOrder {
   std::exception_ptr failure_;
 };
 
-// Where step values of cell arrays come from when cells are coded out of file order: for each
-// set of covered blocks, the element numbers (ranks among the covered cells in file order) in
-// coding order.
+// Finds the order of step values for cell arrays if cells are coded out of file order: for each set
+// of covered blocks, the element numbers (ranks among the covered cells in file order) in coding
+// order.
 class CoveredOrder {
  public:
-  // Borrows all three. `cell_order`: cell numbers in coding order.
+  // All arguments are borrowed. `cell_order` lists the cell numbers in coding order.
   CoveredOrder(MeshSource& mesh, NumberList& cell_order, Spool& spool)
       : mesh_(&mesh), cell_order_(&cell_order), spool_(&spool) {}
   NumberList& elements(std::size_t array);
@@ -64,12 +64,13 @@ class CoveredOrder {
   std::map<std::vector<std::uint32_t>, std::unique_ptr<NumberList>> lists_;
 };
 
-// From old numbers to new ones; empty: numbers stay.
+// Maps from old numbers to new numbers. An empty map means that the numbers do not change.
 struct Renumbering {
   std::function<std::uint64_t(std::uint64_t)> vertex, cell;
   std::uint64_t vertices = 0, cells = 0;
 };
-// `extra` with its references in new numbers. Negative ones, and those that name nothing, stay.
+// Returns `extra` with its references converted to new numbers. Negative references and references
+// to non-existing vertices or cells are kept.
 Extra renumbered(Extra extra, const Renumbering& to);
 
 }  // namespace shm::converters

@@ -1,4 +1,5 @@
-// ExtraIndex: extras by key. A mesh may have very many: who asks for more than a few makes one.
+// ExtraIndex: looks up extras by key. A mesh may have very many extras, so code that looks up more
+// than a few of them should build an index.
 #pragma once
 
 #include <map>
@@ -9,7 +10,7 @@
 
 namespace shm::converters {
 
-// Borrows the extras. Of several with one key the first is found.
+// Borrows the extras. If several extras share a key, the first one is found.
 class ExtraIndex {
  public:
   ExtraIndex() = default;
@@ -17,7 +18,7 @@ class ExtraIndex {
   void add(const std::vector<Extra>& extras) {
     for (const Extra& extra : extras) by_key_.emplace(extra.key, &extra);
   }
-  // Null when there is none.
+  // Returns null if no extra has this key.
   const Extra* find(std::string_view key) const {
     const auto found = by_key_.find(key);
     return found == by_key_.end() ? nullptr : found->second;

@@ -1,4 +1,5 @@
-// ForwardingMesh: a mesh that is another one but for what a derived class changes.
+// ForwardingMesh: a mesh that forwards everything to another one, except for the functions that a
+// derived class overrides.
 #pragma once
 
 #include <utility>
@@ -25,7 +26,7 @@ class ForwardingMesh : public MeshSource {
 
  protected:
   MeshSource& source_;
-  MeshInfo info_;  // to be filled by the derived class
+  MeshInfo info_;  // filled in by the derived class
 };
 
 }  // namespace shm::converters

@@ -16,8 +16,7 @@
 namespace shm::converters {
 namespace {
 
-// What quantization counts with goes no further; what lies beyond, or is not finite, is kept
-// exactly.
+// Limit of the quantization's arithmetic. Values beyond it, infinities and NaN are kept exactly.
 constexpr double kLargest = 1e300;
 constexpr std::size_t kPieceBytes = std::size_t{1} << 20;
 constexpr std::string_view kCoordinates = "coordinates";
@@ -31,7 +30,7 @@ std::optional<Number> number_in(std::string_view text) {
   return number;
 }
 
-// Logarithm to base 2 of a positive number, good to 1e-5; the same on every machine.
+// Base-2 logarithm of a positive number, accurate to 1e-5 and identical on every machine.
 double binary_log(double number) {
   int exponent = 0;
   const double fraction = std::frexp(number, &exponent);  // 0.5 to 1
@@ -42,7 +41,7 @@ double binary_log(double number) {
              (1 + square * (1.0 / 3 + square * (1.0 / 5 + square * (1.0 / 7 + square / 9))));
 }
 
-// What a pass over values finds.
+// Statistics that a pass over all values collects.
 class Statistics {
  public:
   Statistics(ScalarType type, std::uint32_t components)
@@ -54,15 +53,15 @@ class Statistics {
   template <class Real>
   void add(const std::vector<std::byte>& values) {
     const std::size_t components = minimum_.size();
-    for (std::size_t at = 0; at < values.size();)
-      for (std::size_t c = 0; c < components; ++c, at += sizeof(Real)) {
+    for (std::size_t offset = 0; offset < values.size();)
+      for (std::size_t c = 0; c < components; ++c, offset += sizeof(Real)) {
         Real value;
-        std::memcpy(&value, values.data() + at, sizeof value);
+        std::memcpy(&value, values.data() + offset, sizeof value);
         add(static_cast<double>(value), c);
       }
   }
 
-  // A component without any usable value becomes [0, 0].
+  // A component without any usable value gets the range [0, 0].
   Quantization box(std::uint32_t bits) const {
     Quantization box{bits, minimum_, maximum_};
     for (std::size_t c = 0; c < minimum_.size(); ++c)
@@ -79,13 +78,14 @@ class Statistics {
     return std::max(0.0, *std::max_element(maximum_.begin(), maximum_.end()) -
                              *std::min_element(minimum_.begin(), minimum_.end()));
   }
-  // The step for a bound that costs least. Steps are about twice the bound. But a restored value is
-  // rounded to a neighbour of the source's in the stored type, so that errors are whole multiples
-  // of their distance: below it, steps must be shorter to keep the bound, or values are kept
-  // exactly; or they may be longer. So there is one longest step for each magnitude.
+  // Returns the step with the lowest cost for a bound. Normally that is about twice the bound. But
+  // a restored value is rounded to a number of the stored type, so errors are whole multiples of
+  // the distance between neighbouring numbers. If the bound is not much larger than this distance,
+  // the step must be shorter to keep the bound (otherwise values are kept exactly), or it may be
+  // longer. So there is one longest usable step for each magnitude.
   double best_step(double bound) const {
-    // Never quite twice the bound: values midway between steps are common (decimals), and must not
-    // fall on both sides of the bound.
+    // Slightly less than twice the bound: values midway between two steps are common (decimals),
+    // and rounding must not exceed the bound on either side.
     double best = 2 * bound * (1 - 0x1p-20), least = cost(best, bound);
     for (std::size_t e = 0; e < kExponents; ++e) {
       if (counts_[e] == 0) continue;
@@ -94,8 +94,8 @@ class Statistics {
     }
     return best;
   }
-  // Whether most values are so large that their neighbours in the stored type are farther away
-  // than the bound lets them move.
+  // Returns true if most values are so large that the distance to the next number of the stored
+  // type exceeds the tolerance.
   bool mostly_exact(double bound) const {
     std::uint64_t exact = 0;
     for (std::size_t e = 0; e < kExponents; ++e)
@@ -104,20 +104,21 @@ class Statistics {
   }
 
  private:
-  static constexpr std::size_t kExponents = 2047;  // of finite binary64
+  static constexpr std::size_t kExponents = 2047;  // of finite binary64 numbers
   static constexpr int kBias = 1023;
 
-  // Distance of neighbours in the stored type, for values of biased exponent `e`.
+  // Distance between neighbouring numbers of the stored type, for values with biased exponent `e`.
   double ulp(std::size_t e) const {
     return std::ldexp(1.0, std::max(static_cast<int>(e) - kBias + ulp_exponent_, -1074));
   }
   double longest_step(std::size_t e, double bound) const {
     const double distance = ulp(e), ratio = bound / distance;
-    constexpr double kFine = 0x1p20;  // from here on the rounding does not matter
+    // From this ratio on, rounding to the stored type does not matter.
+    constexpr double kFine = 0x1p20;
     return ratio > kFine ? 2 * bound * (1 - 0x1p-20) : (2 * std::floor(ratio) + 1) * distance;
   }
-  // Bits of a value, but for what is the same with any step. Values that are kept exactly cost all
-  // of theirs, and some for that.
+  // Bits per value, without the part that is the same for any step. Values that are kept exactly
+  // cost all their bits and 4 more to mark them.
   double cost(double step, double bound) const {
     double exact = 0;
     for (std::size_t e = 0; e < kExponents; ++e)
@@ -135,17 +136,18 @@ class Statistics {
     ++counts_[std::bit_cast<std::uint64_t>(value) << 1 >> 53];
   }
 
-  double bits_;       // of the stored type
-  int ulp_exponent_;  // of the distance of neighbours, for a value in [1, 2)
+  double bits_;       // bits of a value in the stored type
+  int ulp_exponent_;  // exponent of the distance between neighbouring numbers in [1, 2)
   std::vector<double> minimum_, maximum_;
-  std::array<std::uint64_t, kExponents> counts_{};  // by biased exponent, without zeros
-  std::uint64_t values_ = 0;                        // their sum
+  // Indexed by biased exponent; zeros are not counted.
+  std::array<std::uint64_t, kExponents> counts_{};
+  std::uint64_t values_ = 0;  // sum of counts_
 };
 
 using Fetch = std::function<void(std::uint64_t step, std::uint64_t first, std::uint64_t count,
                                  std::byte* out)>;
 
-// A run of values of one kind: coordinates, or an array.
+// The values of one quantity: the coordinates, or an array.
 struct Values {
   std::string name;
   ScalarType type;
@@ -183,7 +185,7 @@ Quantization quantization_of(const Accuracy& accuracy, const Values& values, boo
   if (accuracy.kind == Accuracy::Kind::relative)
     bound =
         std::min(bound * (is_box ? statistics.largest_side() : statistics.range()), kLargest / 2);
-  // Values that are all the same have no range: they are as small without loss.
+  // If all values are equal, the range is 0; they are stored as compactly without loss.
   if (!(bound > 0) || statistics.mostly_exact(bound)) return {};
   Quantization quantization = Quantization::absolute(bound, values.components);
   quantization.spacing = statistics.best_step(bound);
@@ -229,7 +231,7 @@ Accuracy parse_accuracy(std::string_view text, const std::string& option) {
   const auto positive_below = [&](double limit, const std::string& limit_text) {
     const auto number = number_in<double>(rest);
     if (!number || !(*number > 0 && *number < limit))
-      wrong_use(option + ": '" + std::string(rest) + "' is no number above 0 and below " +
+      wrong_use(option + ": '" + std::string(rest) + "' is not a number above 0 and below " +
                 limit_text);
     return *number;
   };
@@ -240,12 +242,12 @@ Accuracy parse_accuracy(std::string_view text, const std::string& option) {
               "' is none of lossless, abs=E, rel=E and bits=N");
   const auto bits = number_in<std::uint32_t>(rest);
   if (!bits || *bits < 1 || *bits > 52)
-    wrong_use(option + ": '" + std::string(rest) + "' is no number of bits from 1 to 52");
+    wrong_use(option + ": '" + std::string(rest) + "' is not a number of bits from 1 to 52");
   return Accuracy::of_bits(*bits);
 }
 
 NamedAccuracy parse_named_accuracy(const std::string& text, const std::string& option) {
-  const std::size_t colon = text.rfind(':');  // names may hold colons, accuracies do not
+  const std::size_t colon = text.rfind(':');  // names may contain colons, accuracies do not
   if (colon == std::string::npos || colon == 0)
     wrong_use(option + ": '" + text + "' is not NAME:abs=E, :rel=E, :bits=N or :lossless");
   return {text.substr(0, colon), parse_accuracy(std::string_view(text).substr(colon + 1), option)};

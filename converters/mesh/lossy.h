@@ -1,6 +1,6 @@
-// What may be lost: which coordinates and arrays come back rounded, and how far off they may be.
-// A bound is a promise for every finite value, after rounding to the stored type; what is not
-// finite comes back bit by bit. Integers are never rounded.
+// Lossy compression: which coordinates and arrays may be rounded, and by how much. A bound is
+// guaranteed for every finite value, after rounding to the stored type. Infinities and NaN come
+// back bit by bit. Integers are never rounded.
 #pragma once
 
 #include <cstdint>
@@ -16,9 +16,9 @@ namespace shm::converters {
 struct Accuracy {
   enum class Kind {
     lossless,
-    bits,      // uniform over the box of the values
-    absolute,  // largest error
-    relative,  // largest error as a part of the range of the values
+    bits,      // uniform steps over the bounding box of the values
+    absolute,  // maximum error
+    relative,  // maximum error as a fraction of the range of the values
   };
   Kind kind = Kind::lossless;
   std::uint32_t bits = 0;  // 1..52
@@ -29,11 +29,12 @@ struct Accuracy {
   static Accuracy relative(double bound) { return {Kind::relative, 0, bound}; }
 };
 
-// "lossless", "bits=N", "abs=E" or "rel=E"; throws misuse, naming `option`.
+// Parses "lossless", "bits=N", "abs=E" or "rel=E". Throws misuse, naming `option`.
 Accuracy parse_accuracy(std::string_view text, const std::string& option);
 
-// For one array: "NAME:ACCURACY". NAME is "coordinates" or the name of an array, with "point/" or
-// "cell/" before it and "#2", "#3", ... behind it where the name alone fits several.
+// The accuracy of one array, as "NAME:ACCURACY". NAME is "coordinates" or the name of an array. If
+// several arrays have that name, NAME has the prefix "point/" or "cell/", and the suffix "#2",
+// "#3", ...
 struct NamedAccuracy {
   std::string name;
   Accuracy accuracy;
@@ -42,15 +43,16 @@ NamedAccuracy parse_named_accuracy(const std::string& text, const std::string& o
 
 struct Lossy {
   Accuracy coordinates;
-  Accuracy fields;                   // all floating-point arrays that are field data
-  std::vector<NamedAccuracy> named;  // beats the other two
+  Accuracy fields;                   // for all floating-point arrays without a role
+  std::vector<NamedAccuracy> named;  // overrides the other two
 };
 
-// Puts the quantizations that `lossy` asks for into `schema`, whose arrays are those of the mesh.
-// Reads the values of what is lossy once, all steps, in bounded memory. The range of an array goes
-// over all its components, blocks and steps; that of coordinates is the largest side of their box.
-// Values that are so large, or a bound so small, that rounding would gain nothing stay lossless.
-// Throws misuse for names that do not fit and arrays of integers.
+// Stores the quantizations that `lossy` requests in `schema`, whose arrays must be those of the
+// mesh. Reads the values of each lossy array once, at all steps, in bounded memory. The range of an
+// array covers all its components, blocks and steps; the range of the coordinates is the longest
+// side of their bounding box. An array stays lossless if its values are so large, or its bound so
+// small, that rounding would gain nothing. Throws misuse for integer arrays and for names that
+// match no array or several.
 void set_accuracy(MeshSource& mesh, const Lossy& lossy, Schema& schema, const Progress& progress);
 
 }  // namespace shm::converters

@@ -1,4 +1,4 @@
-// The vertices of a mesh as places to measure with: doubles, and finite ones.
+// The vertices of a mesh as finite points in double precision, for geometric computations.
 #pragma once
 
 #include <algorithm>
@@ -13,7 +13,7 @@
 
 namespace shm::converters {
 
-// Zero stands for what is not finite.
+// Returns a coordinate as double, or 0 if it is not finite.
 inline double finite_coordinate(const std::byte* from, ScalarType type) {
   double wide;
   if (type == ScalarType::float32) {
@@ -26,7 +26,7 @@ inline double finite_coordinate(const std::byte* from, ScalarType type) {
   return std::isfinite(wide) ? wide : 0;
 }
 
-// Of three coordinates behind each other.
+// Returns the point at `from`: three consecutive coordinates.
 inline std::array<double, 3> point_at(const std::byte* from, ScalarType type) {
   std::array<double, 3> point{};
   for (std::size_t c = 0; c < 3; ++c)

@@ -18,7 +18,7 @@ Extra extra_of(std::string key, ScalarType type, Reference refers, std::span<con
   return extra;
 }
 
-// `count` times `each`, or the most that there is where it is more.
+// Returns `count` times `each`, saturated at the largest 64-bit number.
 std::uint64_t times(std::uint64_t count, std::uint64_t each) {
   return each > 0 && count > ~std::uint64_t{0} / each ? ~std::uint64_t{0} : count * each;
 }
@@ -69,8 +69,9 @@ std::string text_of_extra(const Extra& extra) {
 std::vector<std::int64_t> integers_of_extra(const Extra& extra) {
   std::vector<std::int64_t> values;
   const auto read = [&](auto value) {
-    for (std::size_t at = 0; at + sizeof value <= extra.data.size(); at += sizeof value) {
-      std::memcpy(&value, extra.data.data() + at, sizeof value);
+    for (std::size_t offset = 0; offset + sizeof value <= extra.data.size();
+         offset += sizeof value) {
+      std::memcpy(&value, extra.data.data() + offset, sizeof value);
       values.push_back(value);
     }
   };

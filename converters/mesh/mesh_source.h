@@ -1,10 +1,10 @@
-// MeshSource: the one face that every mesh has in this folder, whatever file it came from.
-// A format gives `open_X(path) -> MeshSource` and `write_X(MeshSource&, path)`; compression,
-// verification and conversion know this face and no format.
+// MeshSource: the interface through which the converters access every mesh, whatever file it comes
+// from. A format provides `open_X(path) -> MeshSource` and `write_X(MeshSource&, path)`.
+// Compression, verification and conversion use this interface and know no format.
 //
-// Numbers are the source's own, from 0: vertex i is the i-th of the file, cell i the i-th in
-// file order. Pieces are read on demand, so memory stays bounded however large the file is.
-// Errors are thrown as Failure (an Error with file and place); see failure.h.
+// Numbers are the source's own and start at 0: vertex i is the i-th vertex of the file, cell i the
+// i-th cell in file order. Data is read on demand, so memory stays bounded however large the file
+// is. Errors are thrown as Failure (an Error with file and place); see failure.h.
 #pragma once
 
 #include <algorithm>
@@ -25,10 +25,10 @@ struct MeshInfo {
   Schema schema;  // blocks, arrays, coordinate_type, source_format
   std::uint64_t vertices = 0;
   std::vector<std::uint64_t> block_cells;  // cells of each block
-  std::vector<double> step_times;          // one for each time step
-  std::vector<Extra> extras;               // all that the model has no word for
-  // Of a mesh that came from a .shm file: the first cell of each segment in coding order, and the
-  // codec of its hexahedra.
+  std::vector<double> step_times;          // one per time step
+  std::vector<Extra> extras;               // all data for which the model has no other place
+  // For a mesh from a .shm file: the first cell of each segment in coding order, and the codec of
+  // its hexahedra.
   std::vector<std::uint64_t> segment_starts;
   std::vector<ConnectivityCodec> segment_connectivity;
 
@@ -52,7 +52,7 @@ struct MeshInfo {
   }
 };
 
-// Some consecutive cells in file order; cells of different blocks may alternate.
+// Consecutive cells in file order; cells of different blocks may alternate.
 struct CellBatch {
   std::vector<std::uint32_t> blocks;        // block index of each cell
   std::vector<std::uint64_t> corner_begin;  // cells + 1 offsets into corners
@@ -68,7 +68,7 @@ struct CellBatch {
   }
 };
 
-/// What goes through all cells asks for so many at once.
+/// Batch size for loops over all cells.
 inline constexpr std::size_t kCellsAtOnce = 8192;
 
 class MeshSource {
@@ -77,35 +77,36 @@ class MeshSource {
   virtual const MeshInfo& info() const = 0;
   // Fills `out` with count * 3 coordinates (x y z interleaved, schema.coordinate_type, host order).
   virtual void read_points(std::uint64_t first, std::uint64_t count, std::byte* out) = 0;
-  // The next at most `max_cells` cells into `out`; false (and empty) at the end.
+  // Reads at most `max_cells` cells into `out`. Returns false, with `out` empty, at the end.
   virtual bool next_cells(CellBatch& out, std::size_t max_cells) = 0;
   virtual void rewind_cells() = 0;
-  // Cell `first` comes next. Where a format cannot find it, all cells before are read.
+  // Makes `first` the next cell. Formats without random access read all cells before it.
   virtual void seek_cells(std::uint64_t first) {
     rewind_cells();
     CellBatch batch;
-    for (std::uint64_t at = 0; at < first; at += batch.size())
-      if (!next_cells(batch, std::min<std::uint64_t>(first - at, kCellsAtOnce))) return;
+    for (std::uint64_t cell = 0; cell < first; cell += batch.size())
+      if (!next_cells(batch, std::min<std::uint64_t>(first - cell, kCellsAtOnce))) return;
   }
-  // `count` elements of an array from its element `first`, in file order (for a cell array:
-  // counted over the cells of the blocks it covers). `step` is 0 for a static array.
+  // Reads `count` elements of an array, starting at element `first`, in file order. The elements of
+  // a cell array are counted over the cells of the blocks that it covers. `step` is 0 for a static
+  // array.
   virtual void read_array(std::size_t array, std::uint64_t step, std::uint64_t first,
                           std::uint64_t count, std::byte* out) = 0;
 };
 
-// Throws Failure, over_limit, where the mesh called `name` has more than `limits` allow; cells of
-// any number of nodes count as having none.
+// Throws Failure (over_limit) if the mesh called `name` exceeds `limits`. Cells with a varying
+// number of nodes are counted as if they had none.
 void require_within(const MeshLimits& limits, const MeshInfo& info, const std::string& name);
-// The same of what there is of it. `bytes`: of its numbers.
+// The same check, with given sizes. `bytes` is the size of all coordinates, corners and arrays.
 void require_within(const MeshLimits& limits, std::uint64_t vertices, std::uint64_t cells,
                     std::uint64_t bytes, const std::string& name);
 
-// Extras of a mesh as text and integers, and extras made of these.
+// Conversions between extras and text or integers.
 
-// Null when there is none; looks at all of them (see ExtraIndex).
+// Returns null if no extra has this key. Searches linearly (see ExtraIndex).
 const Extra* find_extra(const MeshInfo& info, std::string_view key);
 
-// Text and integers of an extra; empty when it holds something else.
+// Return the text or the integers of an extra; empty if it has another type.
 std::string text_of_extra(const Extra& extra);
 std::vector<std::int64_t> integers_of_extra(const Extra& extra);
 

@@ -1,5 +1,4 @@
-// UniqueNames: names of arrays of which each stands once on points and once on cells: the second
-// "v" is called "v (2)".
+// UniqueNames: makes array names unique among points and among cells: a second "v" becomes "v (2)".
 #pragma once
 
 #include <cstddef>
@@ -14,9 +13,9 @@ namespace shm::converters {
 
 class UniqueNames {
  public:
-  // A name that stays as it is.
+  // Reserves a name, which then stays unchanged.
   void keep(Location location, const std::string& name) { used_.emplace(location, name); }
-  // `wanted`, or with the first number behind it that makes it another name.
+  // Returns `wanted`, with the first number appended that makes it unique if it is taken.
   std::string take(Location location, const std::string& wanted) {
     std::string name = wanted;
     std::size_t& last = numbers_.try_emplace({location, wanted}, 1).first->second;
@@ -27,7 +26,8 @@ class UniqueNames {
 
  private:
   std::set<std::pair<Location, std::string>> used_;
-  std::map<std::pair<Location, std::string>, std::size_t> numbers_;  // that were tried
+  // Last number tried for each name.
+  std::map<std::pair<Location, std::string>, std::size_t> numbers_;
 };
 
 }  // namespace shm::converters

@@ -8,8 +8,9 @@
 namespace shm::converters {
 namespace {
 
-// An entry of the table: 0 while no cell is known to use it, else twice 1 + its last
-// cell; kEmitted joins when it has been handed out, and alone remains when it is finalized.
+// An entry of the table is 0 for a vertex that no cell is known to use; otherwise it is 2 * (1 +
+// its last cell). The bit kEmitted is added when the vertex has been emitted, and only this bit
+// remains when the vertex is finalized.
 constexpr std::uint64_t kEmitted = 1;
 constexpr std::uint64_t last_in(std::uint64_t cell) { return 2 * (cell + 1); }
 

@@ -13,9 +13,9 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::string_view kDigits = "0123456789";
-constexpr std::size_t kMostWidth = 20;  // a step has no more digits
+constexpr std::size_t kMostWidth = 20;  // no step number has more digits
 
-// How long the %d is that `text` begins with; 0: it begins with none.
+// Returns the length of the %d at the beginning of `text`; 0 if there is none.
 std::size_t length_of_number(std::string_view text) {
   const std::size_t end = text.find_first_not_of(kDigits, 1);
   return end != std::string_view::npos && text[end] == 'd' ? end + 1 : 0;
@@ -28,8 +28,8 @@ std::optional<NumberedName> NumberedName::of(const std::string& path) {
   const std::size_t name = slash == std::string::npos ? 0 : slash + 1;
   NumberedName found(path.substr(0, name), 0, {});
   bool any = false, others = false;
-  for (std::size_t at = name; at < path.size();) {
-    const std::string_view rest = std::string_view(path).substr(at);
+  for (std::size_t position = name; position < path.size();) {
+    const std::string_view rest = std::string_view(path).substr(position);
     std::string& side = any ? found.behind_ : found.before_;
     const std::size_t length = rest[0] == '%' ? length_of_number(rest) : 0;
     if (length > 0) {
@@ -39,20 +39,21 @@ std::optional<NumberedName> NumberedName::of(const std::string& path) {
       found.fill_ = width.starts_with('0') ? '0' : ' ';
       others |=
           !width.empty() && (!TextInput::parse(width, found.width_) || found.width_ > kMostWidth);
-      at += length;
+      position += length;
     } else if (rest[0] == '%') {
       others |= !rest.starts_with("%%");
       side += '%';
-      at += 2;
+      position += 2;
     } else {
       side += rest[0];
-      ++at;
+      ++position;
     }
   }
   if (!any) return std::nullopt;
   if (others)
     wrong_use(path +
-              ": a name for many files has one %d, or one such as %04d, and %% for a percent sign");
+              ": a name for a series of files must contain exactly one %d (or %04d and the like), "
+              "and %% for each percent sign");
   return found;
 }
 

@@ -1,5 +1,5 @@
-// NumberedName: the name of a file for each step, with the number of the step in it, as printf
-// takes it: out_%d.vtu, out_%04d.vtu.
+// NumberedName: the name of a series of files, one for each step. It contains the number of the
+// step in printf notation: out_%d.vtu, out_%04d.vtu.
 #pragma once
 
 #include <cstddef>
@@ -13,10 +13,10 @@ namespace shm::converters {
 
 class NumberedName {
  public:
-  // Nothing where the last part of `path` has no %d; %% is a percent sign where it has one. Throws
-  // Failure (misuse) where it has another % or two of them.
+  // Returns nothing if the last part of `path` has no %d. If it has one, %% stands for a percent
+  // sign. Throws Failure (misuse) if there is any other % or a second %d.
   static std::optional<NumberedName> of(const std::string& path);
-  // `before`, the number with zeros before it to so many digits, `behind`.
+  // A name consists of `before`, the number, padded with zeros to `width` digits, and `behind`.
   NumberedName(std::string before, std::size_t width, std::string behind)
       : before_(std::move(before)), width_(width), behind_(std::move(behind)) {}
 
@@ -26,7 +26,7 @@ class NumberedName {
     std::uint64_t number;
     std::string path;
   };
-  // Those that are there, in the order of their numbers.
+  // Returns the existing files in the order of their numbers.
   std::vector<File> files() const;
 
  private:

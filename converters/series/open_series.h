@@ -1,5 +1,5 @@
-// Meshes by the names that commands are given: a file, a name of many ("out_%04d.vtu"), or a
-// collection (.pvd).
+// Opens meshes by the names that commands accept: a file, the name of a series ("out_%04d.vtu"), or
+// a collection (.pvd).
 #pragma once
 
 #include <memory>
@@ -11,11 +11,11 @@
 
 namespace shm::converters {
 
-// The files that a name stands for; nothing where it is one mesh, or nothing is known of it. Throws
-// Failure where there are none.
+// Returns the files of the series that `path` names; nothing if it is the name of a single mesh, or
+// if the path is unknown. Throws Failure if a series has no files.
 std::optional<std::vector<SeriesFile>> series_of(const std::string& path);
 
-// All files that are read where `path` is: the series with its collection, or the file itself.
+// Returns all files that are read for `path`: a series with its collection, or the file itself.
 std::vector<std::string> files_of(const std::string& path);
 
 // Opens a series, or a single mesh as open_mesh() does.

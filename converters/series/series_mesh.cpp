@@ -22,7 +22,7 @@ constexpr std::uint64_t kPieceElements = 65536;
   throw Failure(Error{ErrorCode::unsupported, what, {}, kNoOffset, path});
 }
 
-// What arrays of one kind have in common, in words.
+// Counts the arrays of each kind; the keys describe the kind.
 std::map<std::string, std::size_t> kinds_of_arrays(const Schema& schema) {
   std::map<std::string, std::size_t> kinds;
   for (const ArrayInfo& array : schema.arrays)
@@ -64,7 +64,7 @@ class SeriesMesh final : public MeshSource {
 
   bool has_time() const { return has_time_; }
 
-  // The step of another file.
+  // Adds the step of another file.
   void add(MeshSource& mesh, const SeriesFile& file, Spool& spool, const Remark& remark) {
     check_format(mesh.info(), file.path);
     if (mesh.info().schema.source_format != info_.schema.source_format)
@@ -82,7 +82,7 @@ class SeriesMesh final : public MeshSource {
       if (info_.schema.arrays[a].per_step) copy(steps, a);
   }
 
-  // There are no more.
+  // Must be called after the last file was added.
   void finish() {
     for (std::size_t a = 0; a < values_.size(); ++a) {
       ArrayInfo& array = info_.schema.arrays[a];
@@ -92,7 +92,7 @@ class SeriesMesh final : public MeshSource {
 
  private:
   [[noreturn]] void differ(const std::string& path, const std::string& what) const {
-    refuse(path, "is no step of the mesh of " + file_.path + ": " + what);
+    refuse(path, "is not a step of the mesh of " + file_.path + ": " + what);
   }
 
   static void check_format(const MeshInfo& info, const std::string& path) {
@@ -100,14 +100,14 @@ class SeriesMesh final : public MeshSource {
     if (format == nullptr || format->capabilities == nullptr || format->capabilities->every_step ||
         !info.step_times.empty())
       refuse(path,
-             "holds time steps itself, and is no file of a series; shm append puts steps one "
-             "behind the other");
+             "contains time steps itself, so it cannot be a file of a series; shm append joins the "
+             "steps of such files");
   }
 
   void check_arrays(const MeshInfo& info, const std::string& path) const {
     auto kinds = kinds_of_arrays(info_.schema);
     for (const auto& [kind, count] : kinds_of_arrays(info.schema))
-      if (kinds[kind] != count) differ(path, "it has " + kind + ", which the other has not");
+      if (kinds[kind] != count) differ(path, "it has " + kind + ", which the other file lacks");
     for (const auto& [kind, count] : kinds)
       if (kinds_of_arrays(info.schema)[kind] != count) differ(path, "it lacks " + kind);
   }
@@ -117,7 +117,7 @@ class SeriesMesh final : public MeshSource {
     const auto time = file.time ? file.time : source_format(info).time(info, used);
     if (info_.step_times.empty()) has_time_ = time.has_value();
     if (time.has_value() != has_time_)
-      differ(file.path, has_time_ ? "it lacks a time" : "it has a time, and the other none");
+      differ(file.path, has_time_ ? "it lacks a time" : "it has a time, unlike the other file");
     info_.step_times.push_back(time.value_or(static_cast<double>(info_.step_times.size())));
   }
 
@@ -126,11 +126,11 @@ class SeriesMesh final : public MeshSource {
     std::map<std::string, Extra> others;
     for (Extra& extra : format.extras_of_series(info)) others.emplace(extra.key, std::move(extra));
     const auto other = [&](const std::string& key) {
-      if (format.is_list_of_strings(key)) return;  // strings have been compared
+      if (format.is_list_of_strings(key)) return;  // strings have been compared already
       if (!format.is_about_file(key)) differ(path, "extra '" + key + "' differs");
       if (remarked_.insert(key).second && remark)
-        remark(path + ": '" + key + "' is another one than in " + file_.path +
-               ", which stands for all");
+        remark(path + ": '" + key + "' differs from the one in " + file_.path +
+               ", which is used for all files");
     };
     for (const Extra& extra : info_.extras) {
       const auto found = others.find(extra.key);
@@ -158,12 +158,12 @@ class SeriesMesh final : public MeshSource {
   }
 
   std::unique_ptr<MeshSource> first_;
-  const SeriesFile file_;  // the first one
+  const SeriesFile file_;  // the first file
   Spool& spool_;
   MeshInfo info_;
   bool has_time_ = false;
-  std::vector<std::vector<PagedArray>> values_;  // by array, those of the steps from 1 on
-  std::vector<bool> changes_;                    // by array of integers
+  std::vector<std::vector<PagedArray>> values_;  // by array; the steps from 1 on
+  std::vector<bool> changes_;                    // by array; used for integer arrays
   std::set<std::string> remarked_;
 };
 
@@ -200,7 +200,7 @@ std::unique_ptr<MeshSource> opened(const SeriesFile& file, Spool& spool) {
   std::error_code none;
   const auto status = std::filesystem::status(file.path, none);
   if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
-    refuse(file.path, "is no file, as those of a series are");
+    refuse(file.path, "is not a regular file, so it cannot be part of a series");
   try {
     return open_mesh(file.path, spool);
   } catch (const Failure& failure) {

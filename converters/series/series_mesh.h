@@ -1,6 +1,7 @@
-// A series of files with one time step each as one mesh with time steps: vertices, cells and all
-// that is no field are those of the first file, and the same in all. Fields change with time, but
-// for integers that are the same in all files: numbers of blocks, members of sets.
+// Opens a series of files with one time step each as one mesh with time steps. Vertices, cells and
+// all other data except fields come from the first file and must be the same in all files.
+// Fields change with time, except integer arrays that are the same in all files, such as block
+// numbers and members of sets.
 #pragma once
 
 #include <cstddef>
@@ -18,24 +19,25 @@ namespace shm::converters {
 
 struct SeriesFile {
   std::string path;
-  std::optional<double> time;  // where a collection has it
+  std::optional<double> time;  // time from the collection, if there is one
 };
 
-// Told what of a file is not that of the first one, which stands for all: each once.
+// Called once for each item of a file that differs from the first file, which is used for all
+// files.
 using Remark = std::function<void(const std::string& sentence)>;
 
-// Times are those of `files`; else those in the field data of each; else 0, 1, 2, ... The first
-// file stays open, of the others one at a time is, once: their values go to `spool`, which must
-// outlive the mesh. Throws Failure, naming the file that is none of a series with the first one,
-// and why.
+// Step times come from `files`, or from the field data of each file, or are 0, 1, 2, ... The first
+// file stays open. The others are opened one at a time, once, and their values go to `spool`, which
+// must outlive the mesh. Throws Failure, with the file and the reason, if a file does not belong to
+// a series with the first one.
 std::unique_ptr<MeshSource> open_series(std::span<const SeriesFile> files, Spool& spool,
                                         const Progress& progress, const Remark& remark);
 
-// The same of a single one that is open, which must have a time.
+// The same for a single open mesh, which must have a time.
 std::unique_ptr<MeshSource> series_of_one(std::unique_ptr<MeshSource> mesh, const SeriesFile& file,
                                           Spool& spool);
 
-// A mesh with time steps whose arrays change with them where those of `like` do.
+// Returns `mesh` with those arrays stepped that are stepped in `like`.
 std::unique_ptr<MeshSource> stepped_like(std::unique_ptr<MeshSource> mesh, const MeshInfo& like);
 
 }  // namespace shm::converters

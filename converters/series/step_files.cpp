@@ -14,7 +14,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kFilesFormat = "vtu";  // readers of collections know no other format of ours
+// Readers of collections support none of our other formats.
+constexpr const char* kFilesFormat = "vtu";
 constexpr std::size_t kFileDigits = 4;
 
 bool names_collection(const std::string& path) {
@@ -28,7 +29,7 @@ const Format& format_of_files(const std::string& output, const std::string& form
                               bool is_collection) {
   if (!is_collection) return output_format(output, format);
   if (!format.empty() && format != kFilesFormat)
-    wrong_use(output + ": a collection is of VTU files; --format is " + format);
+    wrong_use(output + ": a collection consists of VTU files, but --format is " + format);
   return *format_named(kFilesFormat);
 }
 
@@ -56,8 +57,11 @@ std::vector<std::string> StepFiles::files_there() const {
   std::error_code none;
   if (const std::string folder = folder_of_collection(output_);
       is_collection_ && fs::exists(folder, none) && !fs::is_directory(folder, none))
-    throw Failure(Error{
-        ErrorCode::output, "is no folder, as that of " + output_ + " is", {}, kNoOffset, folder});
+    throw Failure(Error{ErrorCode::output,
+                        "is not a folder, but " + output_ + " needs one",
+                        {},
+                        kNoOffset,
+                        folder});
   if (name_)
     for (const NumberedName::File& file : name_->files()) paths.push_back(file.path);
   return paths;
@@ -74,7 +78,7 @@ void StepFiles::begin() const {
   fs::create_directory(folder, error);
   if (error)
     throw Failure(
-        Error{ErrorCode::output, "cannot be made: " + error.message(), {}, kNoOffset, folder});
+        Error{ErrorCode::output, "cannot be created: " + error.message(), {}, kNoOffset, folder});
 }
 
 void StepFiles::finish(const MeshInfo& info, StepRange steps, Spool& spool) const {

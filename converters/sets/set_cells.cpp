@@ -10,10 +10,10 @@
 namespace shm::converters {
 namespace {
 
-constexpr std::size_t kPiece = 16384;  // cells at once
+constexpr std::size_t kPiece = 16384;  // cells read at once
 using Corners = std::vector<std::uint8_t>;
 
-// Corners of each side, as the Exodus manual counts sides.
+// Corners of each side, in the side numbering of the Exodus manual.
 const std::vector<Corners>& sides_of(CellShape shape, bool flat) {
   static const std::vector<Corners> none,
       triangle = {{0, 1}, {1, 2}, {2, 0}}, quad = {{0, 1}, {1, 2}, {2, 3}, {3, 0}},
@@ -35,7 +35,7 @@ const std::vector<Corners>& sides_of(CellShape shape, bool flat) {
   }
 }
 
-// Corners of the edges in the middle of which second-order nodes stand, in VTK's order.
+// Corners of the edges that have second-order nodes at their middle, in VTK's order.
 const std::vector<Corners>& edges_of(CellShape shape) {
   static const std::vector<Corners> none,
       triangle = {{0, 1}, {1, 2}, {2, 0}}, quad = {{0, 1}, {1, 2}, {2, 3}, {3, 0}},
@@ -55,7 +55,7 @@ const std::vector<Corners>& edges_of(CellShape shape) {
   }
 }
 
-// Corners of the faces in the middle of which nodes stand behind those of the edges.
+// Corners of the faces that have nodes at their centre; these nodes come after those of the edges.
 const std::vector<Corners>& middles_of(CellShape shape) {
   static const std::vector<Corners> none, quad = {{0, 1, 2, 3}}, triangle = {{0, 1, 2}},
                                           pyramid = {{0, 1, 2, 3}},
@@ -92,36 +92,36 @@ CellSide side_of_cell(CellShape shape, std::span<const std::uint64_t> corners, s
   const auto& sides = sides_of(shape, flat);
   const std::size_t first_edge = corners_of(shape);
   if (side < 1 || side > sides.size() || corners.size() < first_edge) return found;
-  const Corners& at = sides[side - 1];
-  for (const std::uint8_t corner : at) found.nodes.push_back(corners[corner]);
-  found.shape = at.size() == 2   ? CellShape::line
-                : at.size() == 3 ? CellShape::triangle
-                                 : CellShape::quad;
+  const Corners& around = sides[side - 1];
+  for (const std::uint8_t corner : around) found.nodes.push_back(corners[corner]);
+  found.shape = around.size() == 2   ? CellShape::line
+                : around.size() == 3 ? CellShape::triangle
+                                     : CellShape::quad;
   const auto& edges = edges_of(shape);
   if (corners.size() < first_edge + edges.size()) return found;
-  const std::size_t around = at.size() == 2 ? 1 : at.size();
-  for (std::size_t i = 0; i < around; ++i) {
-    const std::uint8_t a = at[i], b = at[(i + 1) % at.size()];
+  const std::size_t count = around.size() == 2 ? 1 : around.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint8_t a = around[i], b = around[(i + 1) % around.size()];
     const auto edge = std::find_if(edges.begin(), edges.end(), [&](const Corners& e) {
       return (e[0] == a && e[1] == b) || (e[0] == b && e[1] == a);
     });
     found.nodes.push_back(corners[first_edge + static_cast<std::size_t>(edge - edges.begin())]);
   }
-  Corners sorted = at;
+  Corners sorted = around;
   std::sort(sorted.begin(), sorted.end());
   const auto& middles = middles_of(shape);
   const auto middle = std::find(middles.begin(), middles.end(), sorted);
   const std::size_t place =
       first_edge + edges.size() + static_cast<std::size_t>(middle - middles.begin());
-  // Gmsh and Exodus have no middle in common for triangles.
-  if (middle != middles.end() && place < corners.size() && at.size() == 4)
+  // Gmsh and Exodus have no common node at the centre of triangles.
+  if (middle != middles.end() && place < corners.size() && around.size() == 4)
     found.nodes.push_back(corners[place]);
   return found;
 }
 
 std::size_t nodes_of_side(CellShape shape, std::uint32_t nodes_per_cell, std::uint64_t side,
                           bool flat) {
-  constexpr std::uint32_t kMostNodes = 27;  // those behind are on no side
+  constexpr std::uint32_t kMostNodes = 27;  // further nodes are on no side
   if (side < 1 || side > sides_of(shape, flat).size()) return 0;
   const std::vector<std::uint64_t> corners(std::min(nodes_per_cell, kMostNodes));
   return side_of_cell(shape, corners, side, flat).nodes.size();
@@ -139,7 +139,7 @@ SetCells::SetCells(MeshSource& source, const std::vector<MeshSet>& sets, bool fl
   if (info_.schema.blocks.size() > own_blocks_) leave_arrays_on_own_blocks();
 }
 
-// The added cells have no values.
+// The added cells have no values, so arrays on all blocks become arrays on the original blocks.
 void SetCells::leave_arrays_on_own_blocks() {
   constexpr std::size_t kMostListed = std::size_t{1} << 24;
   std::size_t listed = 0;
@@ -168,7 +168,7 @@ void SetCells::add_nodes(const MeshSet& set) {
     corners_.append(1, reinterpret_cast<const std::byte*>(&node));
 }
 
-// One walk over the cells for all side sets together.
+// Finds the sides of all side sets in one pass over the cells.
 void SetCells::find_sides(const std::vector<MeshSet>& sets, bool flat) {
   struct Wanted {
     std::uint64_t cell;
@@ -191,9 +191,9 @@ void SetCells::find_sides(const std::vector<MeshSet>& sets, bool flat) {
   while (next < wanted.size() && source_.next_cells(batch, kPiece)) {
     for (std::size_t i = 0; i < batch.size(); ++i, ++cell) {
       for (; next < wanted.size() && wanted[next].cell == cell; ++next) {
-        const Wanted& at = wanted[next];
-        const std::int32_t side = sets[at.set].sides[at.place];
-        found[at.set][at.place] =
+        const Wanted& member = wanted[next];
+        const std::int32_t side = sets[member.set].sides[member.place];
+        found[member.set][member.place] =
             side_of_cell(info_.schema.blocks[batch.blocks[i]].shape, batch.cell(i),
                          static_cast<std::uint64_t>(side), flat);
       }

@@ -6,7 +6,7 @@
 namespace shm::converters {
 namespace {
 
-// What stands in front of the next slash, and that slash, taken off.
+// Removes the part of `key` before the next slash, and the slash, and returns the part.
 std::string_view take_part(std::string_view& key) {
   const std::size_t slash = key.find('/');
   const std::string_view part = key.substr(0, slash);
@@ -18,7 +18,7 @@ bool is_number(std::string_view text) {
   return !text.empty() && text.find_first_not_of("0123456789") == std::string_view::npos;
 }
 
-// "members" of "mesh/node_set/3/members".
+// Returns e.g. "members" for "mesh/node_set/3/members".
 std::string_view rest_of(std::string_view key, const SetFolder& folder) {
   return key.substr(folder.format.size() + folder.kind.size() + folder.number.size() + 3);
 }

@@ -1,5 +1,5 @@
-// Where the extras of a mesh hold its sets, whatever format they came from: "FORMAT/KIND_set/N/id",
-// "FORMAT/KIND_set/N/name" and so on, one folder of keys for each set.
+// The keys under which the extras of a mesh hold its sets, for all formats: "FORMAT/KIND_set/N/id",
+// "FORMAT/KIND_set/N/name" and so on, i.e. one folder of keys per set.
 #pragma once
 
 #include <map>
@@ -14,19 +14,21 @@ namespace shm::converters {
 
 struct SetFolder {
   std::string_view format, kind, number;              // "exodus", "node_set", "3"
-  std::map<std::string_view, const Extra*> extras{};  // by what comes behind the number
+  std::map<std::string_view, const Extra*> extras{};  // by the part of the key after the number
 
-  // Null when there is none.
+  // Returns null if the set has no such extra.
   const Extra* find(std::string_view what) const {
     const auto found = extras.find(what);
     return found == extras.end() ? nullptr : found->second;
   }
 };
 
-// The set to which an extra of this key belongs, without its extras; nothing where it is of no set.
+// Returns the set to which an extra with this key belongs, without its extras; nothing if it
+// belongs to no set.
 std::optional<SetFolder> set_folder_of(std::string_view key);
 
-// In the order in which the sets begin. What they hold is not looked at; it refers to `info`.
+// Returns the folders in the order of their first extras, without looking at the contents. The
+// result refers to `info`.
 std::vector<SetFolder> set_folders(const MeshInfo& info);
 
 }  // namespace shm::converters

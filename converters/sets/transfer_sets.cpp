@@ -21,7 +21,7 @@ const char* words_of(Kind kind, bool spaced) {
   return "";
 }
 
-// Cells may belong to many sets, each of which becomes a list.
+// Limits the number of members: a cell may belong to many sets, each of which becomes a list.
 void check_members(std::uint64_t members, std::uint64_t cells) {
   constexpr std::uint64_t kAlwaysAllowed = 1 << 22, kMostSetsOfCell = 64;
   if (members > std::max(kAlwaysAllowed, kMostSetsOfCell * cells))
@@ -61,7 +61,7 @@ std::vector<MeshSet> sets_of_extras(const MeshInfo& info, std::set<std::string>&
   for (const SetPlace& place : find_sets(info.extras)) {
     auto set = read_set(info.extras, place, bounds);
     if (!set) continue;
-    for (const std::size_t at : place.extras) used.insert(info.extras[at].key);
+    for (const std::size_t index : place.extras) used.insert(info.extras[index].key);
     sets.push_back(std::move(*set));
   }
   return sets;
@@ -82,7 +82,7 @@ void erase_set_folders(std::vector<Extra>& extras) {
 void list_members(MeshSource& mesh, std::vector<MeshSet>& sets) {
   std::vector<std::vector<MeshSet*>> of_block(mesh.info().schema.blocks.size());
   std::uint64_t members = 0;
-  const std::uint64_t cells = mesh.info().cells();  // a sum over all blocks
+  const std::uint64_t cells = mesh.info().cells();  // computed once: a sum over all blocks
   for (MeshSet& set : sets)
     for (const std::uint32_t block : set.blocks) {
       of_block.at(block).push_back(&set);

@@ -1,5 +1,5 @@
-// Format: one kind of files that meshes come from and go to, for code that knows none of them. Each
-// folder of a format describes its own, in the unit format.cpp; formats/formats.cpp lists them.
+// Format: describes one file format of meshes, for code that knows no format. Each folder of a
+// format defines its own Format in the unit format.cpp; formats/formats.cpp lists them all.
 #pragma once
 
 #include <array>
@@ -24,43 +24,45 @@
 
 namespace shm::converters {
 
-// Maps of the numbers that vertices and cells have elsewhere, counted from 1: their names and
-// roles.
+// Names and roles of the arrays that map vertices and cells to their numbers elsewhere, counted
+// from 1.
 struct NumberMaps {
   std::string_view vertices, cells;  // names
   std::string_view vertices_role, cells_role;
-  std::string_view original_role;  // of numbers in the whole mesh, in a part of a decomposed one
+  // Role of a map to the numbers that the original whole mesh had, in a part of a decomposed mesh.
+  std::string_view original_role;
 };
 
-// What a format can hold of meshes from other formats.
+// The features of meshes from other formats that a format can represent.
 struct Capabilities {
-  // Node sets, side sets, groups of elements: as such, as arrays (see set_arrays.h), or as cells of
-  // their own (set_cells.h).
+  // How node sets, side sets and groups of elements are represented: as sets, as arrays (see
+  // set_arrays.h), or as cells of their own (see set_cells.h).
   enum class Sets { sets, arrays, cells };
   Sets sets = Sets::arrays;
-  bool every_step = false;      // else one time step a file
-  bool vectors = true;          // arrays with components; else columns
-  bool integers = true;         // else all values are floating-point
-  bool partial_arrays = false;  // cell arrays on some blocks; else NaN or 0 on the others
-  bool block_numbers = false;   // blocks of its own; else their numbers are an array
+  bool every_step = false;      // false: one time step per file
+  bool vectors = true;          // arrays with several components; false: one array per component
+  bool integers = true;         // false: all values are floating-point
+  bool partial_arrays = false;  // cell arrays on some blocks; false: the other blocks get NaN or 0
+  bool block_numbers = false;   // has blocks; false: block numbers are an array
   bool positive_numbers = false, unique_numbers = false;
-  // What blocks and sets may have at most; null: any.
+  // Largest numbers that blocks and sets may have; null: no limit.
   struct MostNumbers {
     std::int64_t block, set;
   };
   MostNumbers (*most_numbers)(const MeshInfo& info) = nullptr;
-  bool times = true;                                // of steps, even when no array has any
-  std::size_t title_bytes = ~std::size_t{0};        // most
-  const NumberMaps* maps = nullptr;                 // that are maps there, too
-  bool (*block)(const BlockInfo& block) = nullptr;  // whether it has such cells; null: all
-  bool (*name)(const std::string& name) = nullptr;  // whether it is written as it is; null: yes
-  // A format whose meshes the writer takes as they are, extras and all, and what it cannot hold of
-  // them. Empty: none.
+  bool times = true;                          // step times, even if no array has steps
+  std::size_t title_bytes = ~std::size_t{0};  // maximum length of the title
+  const NumberMaps* maps = nullptr;           // arrays that are number maps in this format too
+  bool (*block)(const BlockInfo& block) = nullptr;  // true if the format has such cells; null: all
+  // True if the name is written unchanged; null: always.
+  bool (*name)(const std::string& name) = nullptr;
+  // A format whose meshes the writer accepts unchanged, with their extras, and the losses that
+  // occur in that case. Empty: there is none.
   std::string_view sibling = {};
   LossList (*losses_of_sibling)(const MeshInfo& info) = nullptr;
 };
 
-// A named group of a mesh, for people to look at.
+// A named group of a mesh, for display.
 struct NamedGroup {
   std::string kind;  // "node set", "side set", "physical volume", ...
   std::string id;
@@ -68,17 +70,17 @@ struct NamedGroup {
   std::optional<std::uint64_t> members;
 };
 
-// What the extras and roles of a mesh mean that came from a file of a format. A format that has
-// nothing to add overrides nothing.
+// Interprets the extras and roles of a mesh that came from a file of a certain format. A format
+// without extras of its own overrides nothing.
 class SourceFormat {
  public:
   SourceFormat(const SourceFormat&) = delete;
   SourceFormat& operator=(const SourceFormat&) = delete;
 
-  // Out of the extras of a mesh, beside those of shm/sets.h; `used` gets the keys of those whose
-  // content the result has.
+  // Return data that is stored in the extras of a mesh, in addition to the sets of shm/sets.h.
+  // `used` receives the keys of all extras whose content the result includes.
   virtual std::vector<MeshSet> sets(const MeshInfo&, Keys& /*used*/) const { return {}; }
-  // Groups that are no node sets, side sets or sets of elements.
+  // Returns groups other than node sets, side sets and element sets.
   virtual std::vector<NamedGroup> named_groups(const MeshInfo&) const { return {}; }
   virtual std::optional<double> time(const MeshInfo&, Keys& /*used*/) const { return {}; }
   virtual std::string title(const MeshInfo&, Keys& /*used*/) const { return {}; }
@@ -86,61 +88,70 @@ class SourceFormat {
     return {};
   }
 
-  // Whether extras of a mesh with time steps say where the values of each stand. False where they
-  // are those of one of several files that hold one step each.
+  // Returns true if the extras of a mesh with time steps describe where the values of each step are
+  // stored. Returns false if the extras come from one of several files with one step each.
   virtual bool describes_steps(const MeshInfo&) const { return true; }
-  // The extras of the mesh at some of its steps; nothing where it is not known which those are.
+  // Returns the extras for a mesh reduced to some of its steps; nothing if they cannot be
+  // determined.
   virtual std::optional<std::vector<Extra>> extras_of_steps(const MeshInfo& info,
                                                             StepRange /*steps*/) const {
     return info.extras;
   }
-  // Of a mesh that is one of several files with a step each: its extras without what is about the
-  // step (the time, ranges of values), so that they are those of all; whether one is about its file
-  // and may be another one in the others.
+  // For a mesh that is one of several files with one step each. extras_of_series() returns its
+  // extras without those about the step (the time, ranges of values), so that the rest applies to
+  // all files. is_about_file() returns true if an extra describes its own file and may differ in
+  // the others.
   virtual std::vector<Extra> extras_of_series(const MeshInfo& info) const { return info.extras; }
   virtual bool is_about_file(std::string_view /*key*/) const { return false; }
-  // The array that has the points at a time step; nothing where those of the mesh are meant.
+  // Returns the array that holds the points at a time step; nothing if they are the points of the
+  // mesh.
   virtual std::optional<std::size_t> points_of_step(const MeshInfo&, std::uint64_t /*step*/) const {
     return {};
   }
-  // Whether the mesh is one of two dimensions, so that sides of its triangles and quads are edges.
+  // Returns true if the mesh is two-dimensional, so that the sides of its triangles and quads are
+  // edges.
   virtual bool is_flat(const MeshInfo&) const { return false; }
-  // Whether extras or blocks count on the position of corners within a cell.
+  // Returns true if extras or blocks depend on the position of corners within a cell.
   virtual bool needs_corner_order(const MeshInfo&) const { return false; }
-  // Whether vectors are an array for each component: v_x, v_y, v_z.
+  // Returns true if a vector is stored as one array per component: v_x, v_y, v_z.
   virtual bool has_vectors_as_columns() const { return false; }
-  // Whether vectors are as long as the format can show them, with zeros behind.
+  // Returns true if vectors are padded with zeros to a number of components that the format
+  // supports.
   virtual bool has_padded_vectors() const { return false; }
-  // Whether arrays have names of their own: the second "v" is "v (2)".
+  // Returns true if array names are unique: the second "v" becomes "v (2)".
   virtual bool has_unique_names() const { return false; }
-  // Whether the number of a block is that of a type of cells.
+  // Returns true if the number of a block is the number of a cell type.
   virtual bool has_blocks_by_type() const { return false; }
 
-  // Of an array with a role of this format: whether no other one can make something of it, what is
-  // lost then (empty: nothing), whether it is a map of the numbers of vertices or cells.
+  // For an array with a role of this format. is_private() returns true if the array has no meaning
+  // in other formats; loss_of_private() names the resulting loss (empty: none); is_number_map()
+  // returns true if the array holds numbers of vertices or cells.
   virtual bool is_private(const ArrayInfo&) const { return false; }
   virtual std::string loss_of_private(const ArrayInfo&) const { return {}; }
   virtual bool is_number_map(const ArrayInfo&) const { return false; }
 
-  // Whether the values of an array are places in a list of strings; the list.
+  // Returns true if the values of an array are indices into a list of strings; strings() returns
+  // this list.
   virtual bool has_strings(const ArrayInfo&) const { return false; }
   virtual std::vector<std::string> strings(const MeshInfo&, std::size_t /*array*/) const {
     return {};
   }
-  // Whether an extra is the list of an array.
+  // Returns true if an extra is such a list.
   virtual bool is_list_of_strings(std::string_view /*key*/) const { return false; }
 
-  // What no other format can hold of the extras, but for those that are in `used`.
+  // Lists the extras that no other format can represent, except those in `used`.
   virtual LossList losses(const MeshInfo& info, const Keys& used) const {
     return losses_by_key(info, used);
   }
-  // Whether an extra follows from the blocks of the mesh.
+  // Returns true if an extra can be derived from the blocks of the mesh.
   virtual bool follows_from_blocks(const Extra&) const { return false; }
 
-  // Where steps of another file go behind those of a mesh: whether extras have the number of steps;
-  // the extras then (nothing: only those of the old file that are the same there), and those where
-  // the other file is of another format. `extras`: of `more`, in the numbers of `old`; `steps`: of
-  // `more`. The latter throw Failure (unsupported) where that cannot be.
+  // These functions are for appending the time steps of another file, `more`, to a mesh, `old`.
+  // counts_steps() returns true if the extras contain the number of steps. joined_extras() returns
+  // the extras of the result if both files have the same format: `extras` are those of `more` in
+  // the numbering of `old`, and `steps` are the steps of `more` to append. If it returns nothing,
+  // each extra of `more` must also be in `old`. lengthened_extras() returns the extras if `more`
+  // has another format. The last two throw Failure (unsupported) if the steps cannot be appended.
   virtual bool counts_steps(const MeshInfo&) const { return false; }
   virtual std::optional<AppendedExtras> joined_extras(
       const MeshInfo& /*old*/, const MeshInfo& /*more*/, const std::vector<Extra>& /*extras*/,
@@ -151,7 +162,8 @@ class SourceFormat {
     return {};
   }
 
-  // Adds to the extras of a piece what its writer must know of the whole mesh.
+  // Adds information about the whole mesh that the writer of a piece needs to the extras of the
+  // piece.
   virtual void mark_piece(const MeshInfo& /*whole*/, MeshInfo& /*piece*/) const {}
 
  protected:
@@ -161,34 +173,36 @@ class SourceFormat {
 
 struct Format {
   std::string_view name;                       // as in --format, and the source_format of meshes
-  std::string_view title;                      // in messages
-  std::array<std::string_view, 6> extensions;  // with the dot; the rest is empty
-  bool (*looks_like)(std::span<const std::byte> head);  // up to 4096 bytes
+  std::string_view title;                      // name in messages
+  std::array<std::string_view, 6> extensions;  // with the dot; unused entries are empty
+  bool (*looks_like)(std::span<const std::byte> head);  // gets up to 4096 bytes
   std::unique_ptr<MeshSource> (*open)(const std::string& path, Spool& spool,
                                       const Progress& progress);
-  // Null: .shm, which write_mesh() gives out as it comes.
+  // Null for .shm, which write_mesh() writes as it is encoded.
   void (*write)(MeshSource& mesh, const std::string& path, Spool& spool);
-  const Capabilities* capabilities = nullptr;  // null: it holds everything
-  const SourceFormat* source = nullptr;        // null: its meshes have nothing to add
-  // Extras as older versions of shm wrote them become those that the reader of the format gives
+  const Capabilities* capabilities = nullptr;  // null: it can hold everything
+  const SourceFormat* source = nullptr;        // null: a SourceFormat that overrides nothing
+  // Converts extras written by older versions of shm to the extras that the format's reader creates
   // now. Null: they are the same.
   void (*translate_old_extras)(MeshInfo& info) = nullptr;
-  FileSink::Temporary temporary = FileSink::Temporary::unnamed;  // of its files
-  // Opens the libraries that its files need, as open() and write() do anyway; for who forks. Null:
-  // it needs none but those that the program is linked to. Throws Failure.
+  FileSink::Temporary temporary = FileSink::Temporary::unnamed;  // how temporary files are created
+  // Loads the libraries that the format needs. open() and write() do that anyway; a program that
+  // forks calls it beforehand. Null: the format needs only libraries that the program is linked to.
+  // Throws Failure.
   void (*load)() = nullptr;
 };
 
-// Of the format that a mesh came from, or that a role "format:..." belongs to; one that has nothing
-// to add where the list has none. They ask the list, which stands above all formats:
-// formats/formats.cpp.
+// Return the SourceFormat of the format that a mesh came from, or to which a role "format:..."
+// belongs. For an unknown format it is one that overrides nothing. Defined in formats/formats.cpp,
+// because they need the list of all formats, which is in a higher layer.
 const SourceFormat& source_format(const MeshInfo& info);
 const SourceFormat& format_of_role(std::string_view role);
-// Extras out of a .shm file of any version, as this one writes them. Wants the whole MeshInfo.
+// Converts extras from a .shm file of any version to those that this version writes. Requires the
+// complete MeshInfo.
 void translate_old_extras(MeshInfo& info);
 
-// The sets of a mesh: those of shm/sets.h, but for blocks that have their name, and those of its
-// format.
+// Returns the sets of a mesh: those of its format, and those of shm/sets.h, except sets that
+// consist of all blocks with the same name.
 std::vector<MeshSet> transfer_sets(const MeshInfo& info, Keys& used);
 
 }  // namespace shm::converters

@@ -14,8 +14,8 @@
 namespace shm::converters {
 namespace {
 
-// What stands behind the name of column `c` of a vector, without regard to case; columns beyond
-// three components are numbered from 1.
+// Returns the lower-case suffix of the name of a vector's column `c`. Columns of vectors with more
+// than three components are numbered from 1.
 std::string suffix(std::size_t c, bool numbered) {
   return numbered ? "_" + std::to_string(c + 1) : std::string("_") + "xyz"[c];
 }
@@ -40,7 +40,7 @@ int dimension_of(CellShape shape) {
   }
 }
 
-// Equal but for the name.
+// Returns true if two arrays are equal except for their names.
 bool alike(const ArrayInfo& a, const ArrayInfo& b) {
   ArrayInfo renamed = b;
   renamed.name = a.name;
@@ -77,13 +77,14 @@ void JoinedArrays::make_block_numbers_unique() {
   std::map<std::int64_t, std::map<std::pair<int, std::string>, std::int64_t>> by_id;
   for (BlockInfo& block : blocks) {
     auto& same = by_id[block.id];
-    const auto [at, fresh] = same.try_emplace({dimension_of(block.shape), block.name}, block.id);
-    if (fresh && same.size() > 1) at->second = ++highest;
-    block.id = at->second;
+    const auto [entry, fresh] = same.try_emplace({dimension_of(block.shape), block.name}, block.id);
+    if (fresh && same.size() > 1) entry->second = ++highest;
+    block.id = entry->second;
   }
 }
 
-// How many arrays from `first` on are columns of one: 2 or 3 with axes, 4 and more with numbers.
+// Returns the number of arrays, from `first` on, that are columns of one vector: 2 or 3 with
+// suffixes for axes, 4 or more with numbers.
 std::size_t JoinedArrays::run_of_columns(std::size_t first) const {
   const auto& arrays = source_.info().schema.arrays;
   const ArrayInfo& head = arrays[first];
@@ -122,7 +123,7 @@ void JoinedArrays::add(std::size_t first, std::size_t columns) {
   parts_.push_back(std::move(parts));
 }
 
-// Names of what had a role may be those of others.
+// An array that had a role may have the same name as another array.
 void JoinedArrays::make_names_unique() {
   UniqueNames names;
   for (ArrayInfo& array : info_.schema.arrays) array.name = names.take(array.location, array.name);

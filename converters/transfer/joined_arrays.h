@@ -1,6 +1,6 @@
-// JoinedArrays: a mesh as another format sees its arrays. Columns v_x, v_y, v_z become one array v;
-// arrays whose role only their own format knows (maps, tags, attributes) become plain ones, or go
-// where no other format can make something of them.
+// JoinedArrays: the arrays of a mesh as another format needs them. Columns v_x, v_y, v_z become one
+// array v. Arrays whose role is known only to their own format (maps, tags, attributes) become
+// plain arrays, or are dropped if they have no meaning in other formats.
 #pragma once
 
 #include <cstddef>
@@ -14,9 +14,8 @@ namespace shm::converters {
 
 class JoinedArrays final : public ForwardingMesh {
  public:
-  // `join`: the source has columns where the target has vectors. `distinct`: blocks of different
-  // names or dimensions get different numbers. `maps`: stay what they are;
-  // null: none.
+  // `join`: join columns into vectors. `distinct`: blocks of different names or dimensions get
+  // different numbers. Arrays of `maps` keep their roles; null: no such arrays.
   JoinedArrays(MeshSource& source, bool join, bool distinct, const NumberMaps* maps = nullptr);
   void read_array(std::size_t array, std::uint64_t step, std::uint64_t first, std::uint64_t count,
                   std::byte* out) override;
@@ -28,7 +27,7 @@ class JoinedArrays final : public ForwardingMesh {
   void make_block_numbers_unique();
 
   const NumberMaps* maps_;
-  std::vector<std::vector<std::size_t>> parts_;  // of each array: arrays of the source
+  std::vector<std::vector<std::size_t>> parts_;  // for each array: the arrays of the source
   std::vector<std::byte> column_;
 };
 

@@ -1,5 +1,5 @@
-// Losses: what a format will not hold of a mesh that came from another one, by name, before
-// anything is written. Nothing may go silently.
+// Losses: the data of a mesh that its target format cannot represent. They are determined by name
+// before anything is written, so that nothing is dropped silently.
 #pragma once
 
 #include <cstdint>
@@ -14,15 +14,15 @@
 
 namespace shm::converters {
 
-using Keys = std::set<std::string>;  // of extras
+using Keys = std::set<std::string>;  // keys of extras
 
-// Each for a line on a terminal: "side set 3 'inlet'", "QA records".
+// Each entry is text for a line on a terminal: "side set 3 'inlet'", "QA records".
 using LossList = std::vector<std::string>;
 
-// Collects losses, each once.
+// Collects losses without duplicates.
 class LossCollector {
  public:
-  // The list is borrowed; null: nobody asks for it.
+  // The list is borrowed; null: losses are not collected.
   explicit LossCollector(LossList* losses) : losses_(losses) {}
   void add(std::string loss) {
     if (losses_ != nullptr && listed_.insert(loss).second) losses_->push_back(std::move(loss));
@@ -33,13 +33,15 @@ class LossCollector {
   std::set<std::string> listed_;
 };
 
-// Extras that are not in `used`, by their keys, but for those whose keys start with one of `known`.
+// Returns the extras that are not in `used`, by key, except those whose key starts with one of
+// `known`.
 LossList losses_by_key(const MeshInfo& info, const Keys& used,
                        std::span<const std::string_view> known = {});
 
-// "time steps 0 to 7 of 9", where a file of `format` holds one, and `kept` is it.
+// Returns text such as "time steps 0 to 7 of 9" if a file of `format` holds one step, and that is
+// `kept`.
 std::string lost_steps(std::uint64_t steps, StepRange kept, const std::string& format);
 
-std::string quoted(std::string_view text);  // " 'T'"
+std::string quoted(std::string_view text);  // returns " 'T'"
 
 }  // namespace shm::converters

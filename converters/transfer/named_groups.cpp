@@ -11,7 +11,7 @@
 namespace shm::converters {
 namespace {
 
-// The id of a set that states none (shm/sets.h).
+// Returns the id of a set that states none (shm/sets.h).
 std::string one_more(const std::string& number) {
   std::uint64_t value = 0;
   return TextInput::parse(number, value) ? std::to_string(value + 1) : number;
@@ -28,7 +28,7 @@ NamedGroup named_group(const SetFolder& folder, const MeshInfo& info) {
     set.id = one_more(set.id);
   }
   if (const Extra* name = folder.find("name")) set.name = text_of_extra(*name);
-  // A long list stands in several extras.
+  // A long list is stored in several extras.
   for (const auto& [what, extra] : folder.extras)
     if (extra->refers != Reference::nothing && !extra->shape.empty())
       set.members = set.members.value_or(0) + extra->shape[0];
@@ -45,7 +45,7 @@ NamedGroup named_group(const SetFolder& folder, const MeshInfo& info) {
 
 std::vector<NamedGroup> named_groups_of(const MeshInfo& info) {
   std::vector<NamedGroup> sets, others = source_format(info).named_groups(info);
-  std::set<std::pair<std::string, std::string>> known;  // that the format has a better word for
+  std::set<std::pair<std::string, std::string>> known;  // groups that the format describes better
   for (const NamedGroup& group : others) known.emplace(group.id, group.name);
   for (const SetFolder& folder : set_folders(info)) {
     NamedGroup set = named_group(folder, info);

@@ -1,4 +1,4 @@
-// The named groups of a mesh, for people to look at; nothing else depends on it.
+// The named groups of a mesh, for display only.
 #pragma once
 
 #include <vector>

@@ -1,5 +1,5 @@
-// OwnSteps: a mesh at some of its time steps, as its own format and .shm files take it: its extras
-// are those of these steps.
+// OwnSteps: a mesh at some of its time steps, for a writer of its own format or of .shm files: its
+// extras are adapted to these steps.
 #pragma once
 
 #include <memory>
@@ -11,7 +11,7 @@ namespace shm::converters {
 
 class OwnSteps final : public ChosenSteps {
  public:
-  // Null where its format cannot say what of its extras belongs to which step.
+  // Returns null if the format does not know which of its extras belong to which step.
   static std::unique_ptr<OwnSteps> of(MeshSource& source, StepRange steps);
 
  private:

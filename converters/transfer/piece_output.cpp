@@ -19,7 +19,7 @@ std::vector<MeshSet> take_sets(MeshInfo& whole) {
 FromElsewhere::FromElsewhere(MeshSource& source, const MeshInfo& whole) : ForwardingMesh(source) {
   info_ = source.info();
   source_format(whole).mark_piece(whole, info_);
-  // Where blocks are types of cells, writers know that by the format.
+  // If blocks are cell types, writers need the source format to know that.
   if (!source_format(info_).has_blocks_by_type()) info_.schema.source_format.clear();
 }
 

@@ -1,5 +1,5 @@
-// What pieces of a mesh have in common on their way out, whatever they are: their sets, and a mesh
-// that its own format's writer takes for one from elsewhere.
+// Helpers to write pieces of a mesh: taking the sets out of the extras, and presenting the piece as
+// a mesh of no particular format.
 #pragma once
 
 #include <vector>
@@ -10,14 +10,15 @@
 
 namespace shm::converters {
 
-// The sets of a mesh. The extras that hold them leave it, and so do those that follow from blocks.
+// Removes the sets from the extras of a mesh and returns them. Extras that follow from blocks are
+// removed too.
 std::vector<MeshSet> take_sets(MeshInfo& whole);
 
-// A mesh that its own format's writer takes for one from elsewhere, which lacks that format's
-// extras.
+// A piece without its source format, so that the writer of the same format does not expect the
+// extras of a whole file.
 class FromElsewhere final : public ForwardingMesh {
  public:
-  // `whole`: the file that it came from.
+  // `whole` describes the file that the piece came from.
   FromElsewhere(MeshSource& source, const MeshInfo& whole);
 };
 

@@ -23,7 +23,8 @@ namespace {
 
 constexpr std::uint64_t kPieceElements = 16384;
 
-// All stepped: a mesh of one time, which the format has only in an extra of its own.
+// A mesh of one time step whose format stores the time only in an extra; makes all arrays without a
+// role stepped.
 class AtTime final : public ForwardingMesh {
  public:
   AtTime(MeshSource& source, double time) : ForwardingMesh(source) {
@@ -41,7 +42,7 @@ class WithExtras final : public ForwardingMesh {
   }
 };
 
-// Whether a 64-bit integer of the array is not that of a double.
+// Returns true if the array has a 64-bit integer beyond the range in which doubles are exact.
 bool beyond_doubles(MeshSource& mesh, std::size_t a) {
   constexpr std::int64_t kMost = std::int64_t{1} << 53;
   const MeshInfo& info = mesh.info();
@@ -62,7 +63,8 @@ bool beyond_doubles(MeshSource& mesh, std::size_t a) {
   return false;
 }
 
-// Where arrays cover all cells, those on few blocks of very many grow out of proportion.
+// Throws over_limit if arrays that cover few of very many blocks would grow out of proportion when
+// they have to cover all cells.
 void check_filling(const MeshInfo& info) {
   constexpr std::uint64_t kAlwaysAllowed = std::uint64_t{1} << 30, kMostGrowth = 64;
   std::uint64_t held = 0, filled = 0;
@@ -135,7 +137,7 @@ void Translation::choose_steps(std::optional<StepRange> steps) {
   } else if (count == 0 && !is_sibling()) {
     if (const auto time = source_.time(from_, used_)) add(std::make_unique<AtTime>(*mesh_, *time));
   }
-  // Of a series of files the extras have a time too.
+  // Marks the time extra as used: the extras of a series of files have a time too.
   if (count > 0 && !source_.describes_steps(from_)) source_.time(from_, used_);
 }
 
@@ -187,7 +189,7 @@ void Translation::report_arrays() {
                       std::to_string(info.step_times.size()) + ")");
 }
 
-// Blocks of one number, which look the same in an array.
+// Reports blocks that had the same number; in an array of block numbers they would be the same.
 void Translation::report_numbers(const std::vector<BlockInfo>& before) {
   const auto& now = mesh_->info().schema.blocks;
   for (std::size_t b = 0; b < now.size(); ++b)
@@ -211,7 +213,7 @@ void Translation::report_blocks() {
       losses_.push_back("number of " + block_label(block) + ", which is above " +
                         std::to_string(*most));
     if (target_.block != nullptr && info.block_cells[b] > 0 && !target_.block(block))
-      losses_.push_back("cells of " + block_label(block) + " as what they are (" +
+      losses_.push_back("cell type of " + block_label(block) + " (" +
                         std::string(shape_name(block.shape)) + " with " +
                         (block.nodes_per_cell == 0 ? std::string("any number of")
                                                    : std::to_string(block.nodes_per_cell)) +

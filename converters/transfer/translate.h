@@ -1,8 +1,8 @@
-// Translation: a mesh from one format as the writer of another one can hold most of it, and a list
-// of what it cannot. A writer that takes meshes of the other format as they are
-// (Capabilities::sibling) gets them with their extras, at one step where it holds one.
+// Translation: adapts a mesh of one format to the writer of another one so that as much as possible
+// is kept, and lists the losses. A writer that accepts meshes of the source format unchanged
+// (Capabilities::sibling) gets the mesh with its extras, reduced to one step if its files hold one.
 //
-// Extras of the result, which any writer may look for:
+// Extras of the result that any writer may use:
 //   mesh/title               text
 //   mesh/node_set/..., mesh/side_set/..., mesh/element_set/...   see transfer_sets.h
 #pragma once
@@ -24,9 +24,10 @@ namespace shm::converters {
 
 class Translation {
  public:
-  // `steps`: these alone, one where a file of the target holds one; none: all, or the last where a
-  // file holds one. `source` and `spool` must outlive the translation. `format` is the target's
-  // name, for the list. `blocks`: see BlocksById; those that other parts of a decomposed mesh have.
+  // `steps` selects the steps; it must be a single one if a file of the target holds one. Nothing:
+  // all steps, or the last one if a file holds one. `source` and `spool` must outlive the
+  // translation. `format` is the name of the target, for the list of losses. `blocks` lists blocks
+  // that other parts of a decomposed mesh have, see BlocksById.
   Translation(MeshSource& source, const std::string& format, const Capabilities& target,
               std::optional<StepRange> steps, Spool& spool,
               const std::vector<BlocksById::Key>& blocks = {});
@@ -56,8 +57,8 @@ class Translation {
   const Capabilities& target_;
   MeshSource* mesh_;
   std::vector<std::unique_ptr<MeshSource>> layers_;
-  std::vector<Extra> extras_;  // of the result
-  Keys used_;                  // of extras of the source, which the result has
+  std::vector<Extra> extras_;  // extras of the result
+  Keys used_;                  // keys of the source's extras that are included in the result
   LossList losses_;
 };
 

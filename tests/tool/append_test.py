@@ -191,7 +191,7 @@ class AppendTest(FolderTest):
         self.shm("append", flat, self.path("mesh.vtk"), code=3, stderr="neither time steps")
         self.assertEqual(self.bytes(file), before)
         self.assertEqual([name for name in os.listdir(self.directory.name) if name[0] == "."], [])
-        self.shm("append", file, later, stderr="not in .*: another title, or other parts.*\n")
+        self.shm("append", file, later, stderr="not in .*: a different title, or different structure.*\n")
         self.assert_steps(file, self.exodus("all.e", range(6)))
 
     def test_bounds(self):

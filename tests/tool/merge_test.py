@@ -109,7 +109,7 @@ class MergeTest(FolderTest):
             file.write(good)
         refused(["mesh.e.3"], "mesh.e.3.0", "mesh.e.3.1")  # the third is missing
         write_vtk(self.path("a.vtk"), 2)
-        refused(["a.vtk", "is no Exodus file"], "mesh.e.3.0", "a.vtk")
+        refused(["a.vtk", "is not an Exodus file"], "mesh.e.3.0", "a.vtk")
         refused(["mesh.e.4"], "mesh.e.4")
         refused(["join writes .shm files"], code=2, out="out.e")
         os.truncate(self.path("mesh.e.3.1"), 1000)

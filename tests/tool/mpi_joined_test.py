@@ -196,11 +196,11 @@ class JoinedTest(RanksTest):
                   put("vals_nod_var2", 2 * nodes + where, 77.5))
         with_part(1, name + ["element"], put("connect2", 3, 100000))
         with_part(1, name + ["'elem_ss1'", "member"], put("elem_ss1", 0, 100000))
-        with_part(1, ["'node_ns1'", "other values"],
+        with_part(1, ["'node_ns1'", "differ from"],
                   put("dist_fact_ns1", next(i for i, v in enumerate(v for v in split.file.get("node_ns1") if v in set(split.nodes_of[1])) if v in set(split.nodes_of[0])), 9.5))
         with_part(1, name + ["'dist_fact_ss1'", "distribution factors"], put("side_ss1", 0, 9))
-        with_part(1, name + ["'time_whole'", "other values"], put("time_whole", 1, 99.5))
-        with_part(1, name + ["'eb_prop1'", "other values"], put("eb_prop1", 1, 21))
+        with_part(1, name + ["'time_whole'", "differ from"], put("time_whole", 1, 99.5))
+        with_part(1, name + ["'eb_prop1'", "differ from"], put("eb_prop1", 1, 21))
         with_part(1, name + ["'vals_nod_var1'", "missing"], without("vals_nod_var1"))
         with_part(1, name + ["'vals_elem_var1eb1'", "missing"], without("vals_elem_var1eb1"))
         # A number that nobody has: the node is in one part alone.

@@ -451,7 +451,7 @@ class Meshes(SeriesTest):
                 self.assertEqual(before, after)
                 self.assertEqual(self.values("h_1.vtu")["field", "TimeValue"][1], [8.5])
         self.vtk_file("b_5.vtu", 5)
-        self.shm("info", "b_%d.vtu", code=3, stderr="b_5.vtu: is no step of the mesh of b_3.vtu: it has a time")
+        self.shm("info", "b_%d.vtu", code=3, stderr="b_5.vtu: is not a step of the mesh of b_3.vtu: it has a time")
 
     @staticmethod
     def collection_of(sets):
@@ -470,7 +470,7 @@ class Meshes(SeriesTest):
             self.vtk_file("a_2.vtu", 2, **how)
             for command in (["compress", "a_%d.vtu", "-o", "a.shm"], ["info", "a_%d.vtu"],
                             ["diff", "a_0.vtu", "a_%d.vtu"], ["convert", "a_%d.vtu", "b_%d.vtk"]):
-                self.shm(*command, code=3, stderr="a_2.vtu: is no step of the mesh of a_0.vtu: " +
+                self.shm(*command, code=3, stderr="a_2.vtu: is not a step of the mesh of a_0.vtu: " +
                          (said if "label" not in said else ""))
         self.vtk_file("c_0.vtk", 0)
         self.vtk_file("c_1.vtk", 1)
@@ -489,8 +489,8 @@ class Meshes(SeriesTest):
             self.vtk_file(f"a_{step}.vtk", step, cycle=100 * step)
         done = subprocess.run([SHM, "compress", "a_%d.vtk", "-o", "a.shm", "-q"], text=True,
                               cwd=self.directory.name, capture_output=True, check=True)
-        self.assertRegex(done.stderr, r"^shm: a_1.vtk: 'vtk/data/\d' is another one than in a_0.vtk, "
-                                      r"which stands for all\n$")
+        self.assertRegex(done.stderr, r"^shm: a_1.vtk: 'vtk/data/\d' differs from the one in a_0.vtk, "
+                                      r"which is used for all files\n$")
 
     def test_hostile_collections(self):
         self.series("a_%d.vtu", (0, 1))

@@ -532,12 +532,14 @@ class ToolTest(FolderTest):
 
     def test_wrong_bounds(self):
         for options, what in (
-                (["--abs", "0"], "'0' is no number above 0"), (["--abs", "x"], "'x' is no number"),
-                (["--abs", "nan"], "'nan' is no number"), (["--abs", "inf"], "'inf' is no number"),
-                (["--abs=-1"], "'-1' is no number"), (["--rel", "1"], "below 1"),
-                (["--rel", "0"], "'0' is no number"), (["--abs", "1", "--rel", ".1"], "exclude"),
+                (["--abs", "0"], "'0' is not a number above 0"),
+                (["--abs", "x"], "'x' is not a number"),
+                (["--abs", "nan"], "'nan' is not a number"),
+                (["--abs", "inf"], "'inf' is not a number"),
+                (["--abs=-1"], "'-1' is not a number"), (["--rel", "1"], "below 1"),
+                (["--rel", "0"], "'0' is not a number"), (["--abs", "1", "--rel", ".1"], "exclude"),
                 (["--array", "heat"], "'heat' is not NAME:abs=E"),
-                (["--array", "heat:abs"], "no number"), (["--array", "heat:exact"], "is none of"),
+                (["--array", "heat:abs"], "not a number"), (["--array", "heat:exact"], "is none of"),
                 (["--array", "heat:bits=53"], "1 to 52"), (["--array", "heat:rel=2"], "below 1"),
                 (["--array", "cold:abs=1"], "the mesh has no array 'cold'"),
                 (["--array", "cell/heat:abs=1"], "no array 'cell/heat'"),

@@ -42,7 +42,7 @@ WRONG_CALLS = [
 UNREAD_FILES = [
     ("beam.cgns", b"@(#)ADF Database Version B02012>", "is a CGNS file, which is not read; Exodus, "),
     ("beam.h5", b"\x89HDF\r\n\x1a\n" + bytes(700) + b"HDF5 MotherNode" + bytes(99), "is a CGNS file"),
-    ("words.txt", b"some words\n", "is no mesh of a format that is read: Exodus, VTK legacy, "),
+    ("words.txt", b"some words\n", "is not a mesh in a supported format: Exodus, VTK legacy, "),
 ]
 
 
@@ -75,7 +75,7 @@ class WordsTest(FolderTest):
                 file.flush()
                 self.expect_line(["info", name], 3, line)
         self.expect_line(["verify", "mesh.vtk"], 3, "is not a .shm file; shm compress makes one")
-        self.expect_line(["split", "mesh.shm"], 3, "is no archive of several files, as shm join makes")
+        self.expect_line(["split", "mesh.shm"], 3, "is not an archive of several files made by shm join")
 
     def test_netcdf_that_is_not_exodus(self):
         self.need("ncgen")
@@ -83,7 +83,7 @@ class WordsTest(FolderTest):
         for kind, name in (("classic", "a netCDF"), ("nc4", "an HDF5")):
             subprocess.run(["ncgen", "-k", kind, "-o", self.path("a.nc"), text], check=True)
             self.expect_line(["info", "a.nc"], 3,
-                             f"a.nc: is {name} file without what Exodus files have: there is no dimension")
+                             f"a.nc: is {name} file, but not an Exodus file: it lacks dimension")
 
     def test_no_more_is_read_than_there_is(self):
         """What is read twice counts once."""

@@ -15,7 +15,7 @@ std::uint64_t elements_in(std::size_t stride) {
   return std::max<std::uint64_t>(1, kPieceBytes / std::max<std::size_t>(stride, 1));
 }
 
-// What one element of an array is called in messages.
+// An element of an array, as identified in messages.
 struct Element {
   std::uint64_t number = 0, part = 0;
 };
@@ -25,7 +25,7 @@ void append(std::vector<std::byte>& out, const void* from, std::size_t size) {
   out.insert(out.end(), begin, begin + size);
 }
 
-// A variable, and which of the arrays in it.
+// Identifies an array by its variable and its place in that variable.
 using Column = std::tuple<std::string, std::uint64_t, std::uint32_t>;
 Column column_of(const exodus::Skeleton& skeleton, const exodus::ArrayLayout& array,
                  const exodus::ArrayPart& part) {
@@ -89,7 +89,7 @@ void JoinedMesh::map_arrays() {
         const Column column = column_of(structure_.skeleton, array, one);
         const auto found = known.find(column);
         if (found == known.end() || found->second.count != needed)
-          throw Failure(Error{ErrorCode::corrupt, "is missing here; other parts have it",
+          throw Failure(Error{ErrorCode::corrupt, "is missing here, but other parts have it",
                               "variable '" + std::get<0>(column) + "'", kNoOffset, part.file});
         pieces.back().push_back(found->second);
       }
@@ -106,7 +106,7 @@ Location JoinedMesh::location_of(std::size_t array) const {
   return array == kCoordinates ? Location::point : info().schema.arrays[array].location;
 }
 
-// Elements of a cell array that stand for cells before.
+// Returns the number of elements of a cell array that belong to cells before `cell`.
 std::uint64_t JoinedMesh::covered_before(std::size_t array, std::uint64_t cell) const {
   std::uint64_t sum = 0;
   for (std::uint32_t b = 0; b < block_begins_.size() && block_begins_[b] < cell; ++b)
@@ -128,7 +128,7 @@ void JoinedMesh::hold_cells(const CellRange& range) {
   ranks_->together([&] { arrival_.emplace(*spool_, range.end - range.first); });
 
   std::size_t part = 0;
-  std::uint64_t cell = 0;  // of the part
+  std::uint64_t cell = 0;  // in the part
   CellBatch batch;
   const auto fill = [&](std::vector<std::vector<std::byte>>& to) {
     auto& mine = parts_.mine();
@@ -139,7 +139,7 @@ void JoinedMesh::hold_cells(const CellRange& range) {
     if (part == mine.size()) return false;
     if (!mine[part].mesh->next_cells(batch, kPieceCells))
       throw Failure(Error{ErrorCode::corrupt,
-                          "has fewer elements than its header counts",
+                          "has fewer elements than its header states",
                           {},
                           kNoOffset,
                           mine[part].file});
@@ -168,15 +168,15 @@ void JoinedMesh::hold_cells(const CellRange& range) {
   });
 }
 
-// Adds cells of the range to the end of `out`; of those that came one behind the other many at
-// once.
+// Appends cells of the range to `out`. Reads a run of cells that arrived consecutively with one
+// call.
 void JoinedMesh::read_held(std::uint64_t first, std::uint64_t count, CellBatch& out) {
-  for (std::uint64_t at = first, end = first + count; at < end;) {
-    const std::uint64_t place = arrival_->get(at - range_.first);
+  for (std::uint64_t cell = first, end = first + count; cell < end;) {
+    const std::uint64_t place = arrival_->get(cell - range_.first);
     std::uint64_t run = 1;
-    while (at + run < end && arrival_->get(at + run - range_.first) == place + run) ++run;
+    while (cell + run < end && arrival_->get(cell + run - range_.first) == place + run) ++run;
     cells_.read_run(place, run, out);
-    at += run;
+    cell += run;
   }
 }
 
@@ -225,37 +225,39 @@ auto JoinedMesh::load(std::size_t array, std::uint64_t step) -> Kept {
                                                : load_cells(array, step);
 }
 
-// To the owners of vertices. Parts that share one must agree.
+// Sends values of vertices to the owners of the vertices. Parts that share a vertex must have the
+// same value.
 auto JoinedMesh::load_vertices(std::size_t array, std::uint64_t step) -> Kept {
   const std::size_t stride = stride_of(array);
   Kept out{owners_->first(), PagedArray(*spool_, stride)};
   std::vector<bool> seen;
   ranks_->together([&] { seen.resize(owners_->count()); });
   std::size_t part = 0;
-  std::uint64_t at = 0;
+  std::uint64_t position = 0;
   std::vector<std::byte> values;
   const auto fill = [&](std::vector<std::vector<std::byte>>& to) {
     auto& mine = parts_.mine();
-    while (part < mine.size() && at == mine[part].vertices.size()) {
+    while (part < mine.size() && position == mine[part].vertices.size()) {
       ++part;
-      at = 0;
+      position = 0;
     }
     if (part == mine.size()) return false;
     PartFile& file = mine[part];
     const std::uint64_t count =
-        std::min<std::uint64_t>(elements_in(stride), file.vertices.size() - at);
+        std::min<std::uint64_t>(elements_in(stride), file.vertices.size() - position);
     values.resize(count * stride);
     if (array == kCoordinates)
-      file.mesh->read_points(at, count, values.data());
+      file.mesh->read_points(position, count, values.data());
     else
-      file.mesh->read_array(pieces_[part][array].front().array, step, at, count, values.data());
+      file.mesh->read_array(pieces_[part][array].front().array, step, position, count,
+                            values.data());
     for (std::uint64_t i = 0; i < count; ++i) {
-      const Element element{file.vertices[at + i], file.part};
+      const Element element{file.vertices[position + i], file.part};
       std::vector<std::byte>& out_bytes = to[owners_->owner(element.number)];
       append(out_bytes, &element, sizeof element);
       append(out_bytes, values.data() + i * stride, stride);
     }
-    at += count;
+    position += count;
     return true;
   };
   std::vector<std::byte> known(stride);
@@ -276,7 +278,7 @@ auto JoinedMesh::load_vertices(std::size_t array, std::uint64_t step) -> Kept {
                                    : "array '" + info().schema.arrays[array].name + "'";
       throw Failure(Error{ErrorCode::corrupt,
                           "node " + std::to_string(element.number + parts_.first_node()) +
-                              " of the mesh has other values than in another part" +
+                              " of the mesh has values that differ from another part" +
                               (array != kCoordinates && info().schema.arrays[array].per_step
                                    ? ", at step " + std::to_string(step)
                                    : std::string()),
@@ -286,11 +288,11 @@ auto JoinedMesh::load_vertices(std::size_t array, std::uint64_t step) -> Kept {
   return out;
 }
 
-// To the ranks that have taken the cells.
+// Sends values of cells to the ranks to which the cells are assigned.
 auto JoinedMesh::load_cells(std::size_t array, std::uint64_t step) -> Kept {
   const std::size_t stride = stride_of(array);
   Kept out{covered_before(array, range_.first), PagedArray(*spool_, stride)};
-  // Elements of the array before each block, less the cells before.
+  // For each block: number of elements of the array before it, minus the number of cells before it.
   std::vector<std::uint64_t> shift;
   std::uint64_t covered = 0;
   for (std::uint32_t b = 0; b < block_begins_.size(); ++b) {
@@ -298,30 +300,30 @@ auto JoinedMesh::load_cells(std::size_t array, std::uint64_t step) -> Kept {
     if (info().schema.array_covers(array, b)) covered += info().block_cells[b];
   }
   std::size_t part = 0, piece = 0;
-  std::uint64_t at = 0;
+  std::uint64_t position = 0;
   std::vector<std::byte> values;
   const auto fill = [&](std::vector<std::vector<std::byte>>& to) {
     auto& mine = parts_.mine();
     for (; part < mine.size(); ++part, piece = 0) {
       const auto& pieces = pieces_[part][array];
-      if (piece < pieces.size() && at == pieces[piece].count) {
+      if (piece < pieces.size() && position == pieces[piece].count) {
         ++piece;
-        at = 0;
+        position = 0;
       }
       if (piece < pieces.size()) break;
     }
     if (part == mine.size()) return false;
     const Piece& from = pieces_[part][array][piece];
-    const std::uint64_t count = std::min<std::uint64_t>(elements_in(stride), from.count - at);
+    const std::uint64_t count = std::min<std::uint64_t>(elements_in(stride), from.count - position);
     values.resize(count * stride);
-    mine[part].mesh->read_array(from.array, step, from.first + at, count, values.data());
+    mine[part].mesh->read_array(from.array, step, from.first + position, count, values.data());
     for (std::uint64_t i = 0; i < count; ++i) {
-      const std::uint64_t cell = mine[part].cells[from.cell + at + i];
+      const std::uint64_t cell = mine[part].cells[from.cell + position + i];
       std::vector<std::byte>& out_bytes = to[rank_with(cell)];
       append(out_bytes, &cell, sizeof cell);
       append(out_bytes, values.data() + i * stride, stride);
     }
-    at += count;
+    position += count;
     return true;
   };
   in_rounds(*ranks_, fill, [&](std::span<const std::byte> bytes) {
@@ -336,7 +338,7 @@ auto JoinedMesh::load_cells(std::size_t array, std::uint64_t step) -> Kept {
   return out;
 }
 
-// What owners keep, for the vertices that this rank has taken, in their order.
+// Fetches from the owners the values of the vertices that this rank holds, in their order.
 PagedArray JoinedMesh::fetch(Kept& kept, std::size_t array) {
   const std::size_t stride = stride_of(array);
   PagedArray taken(*spool_, stride);
@@ -344,7 +346,7 @@ PagedArray JoinedMesh::fetch(Kept& kept, std::size_t array) {
   const std::uint64_t rounds = ranks_->largest((vertices_.size() + batch - 1) / batch);
   std::optional<Error> error;
   for (std::uint64_t round = 0; round < rounds; ++round) {
-    // Ascending numbers: answers come in the order of owners, and so of numbers.
+    // The numbers ascend, so the answers arrive in the order of owners and therefore of numbers.
     std::vector<std::vector<std::uint64_t>> ask(ranks_->size());
     const std::uint64_t begin = std::min<std::uint64_t>(round * batch, vertices_.size());
     const std::uint64_t end = std::min<std::uint64_t>(begin + batch, vertices_.size());
@@ -384,9 +386,9 @@ auto JoinedMesh::kept(std::size_t array, std::uint64_t step) -> Kept& {
   return *step_values_;
 }
 
-// --- what others ask for
+// --- collective reading
 
-// Collective: elements from the ranks that keep them.
+// Collective: reads elements from the ranks that store them.
 void JoinedMesh::serve(std::size_t array, std::uint64_t step, std::uint64_t first,
                        std::uint64_t count, std::byte* out) {
   Kept& values = kept(array, step);
@@ -436,17 +438,17 @@ void JoinedMesh::hold_step(std::size_t array, std::uint64_t step) {
   step_values_.reset();
 }
 
-// Values of taken vertices; of others 0.
+// Reads values of fetched vertices; those of other vertices are 0.
 void JoinedMesh::read_vertices(PagedArray& values, std::size_t stride, std::uint64_t first,
                                std::uint64_t count, std::byte* out) const {
   std::memset(out, 0, count * stride);
-  auto at = std::lower_bound(vertices_.begin(), vertices_.end(), first);
-  while (at != vertices_.end() && *at < first + count) {
-    auto end = at + 1;
+  auto begin = std::lower_bound(vertices_.begin(), vertices_.end(), first);
+  while (begin != vertices_.end() && *begin < first + count) {
+    auto end = begin + 1;
     while (end != vertices_.end() && *end == *(end - 1) + 1 && *end < first + count) ++end;
-    values.read(static_cast<std::uint64_t>(at - vertices_.begin()),
-                static_cast<std::uint64_t>(end - at), out + (*at - first) * stride);
-    at = end;
+    values.read(static_cast<std::uint64_t>(begin - vertices_.begin()),
+                static_cast<std::uint64_t>(end - begin), out + (*begin - first) * stride);
+    begin = end;
   }
 }
 
@@ -470,7 +472,7 @@ void JoinedMesh::read_array(std::size_t array, std::uint64_t step, std::uint64_t
     return;
   }
   Kept& values = stepped ? step_values_.value() : static_.at(array);
-  // Callers read whole pages.
+  // Callers read whole pages, which may extend beyond the stored elements.
   std::memset(out, 0, count * stride_of(array));
   const std::uint64_t begin = std::max(first, values.first);
   const std::uint64_t end = std::min(first + count, values.first + values.values.size());

@@ -1,10 +1,12 @@
-// JoinedMesh: the parts of a decomposed Exodus mesh as one mesh, in the numbers of the whole. Ranks
-// read their own parts and send each other what they need of it, into spools: cells, with their
-// values, to the ranks that will code them; values of vertices to the owners of their numbers
-// (NumberOwners), who see that parts agree, and from there to the ranks whose cells use them.
+// JoinedMesh: the parts of a decomposed Exodus mesh as one mesh, with the numbers of the whole
+// mesh. Each rank reads its own parts, and ranks send each other the data that they need, into
+// spools: cells, with their values, go to the ranks that will encode them. Values of vertices go to
+// the owners of their numbers (NumberOwners), which check that the parts agree, and from there to
+// the ranks whose cells use the vertices.
 //
-// At first all reading is collective: all ranks must ask for the same in the same order, and get
-// it. From read_alone on a rank reads what it holds, and no other hears of it.
+// At first all reading is collective: all ranks must make the same calls in the same order, and all
+// get the result. After read_alone() a rank reads only the data that it holds, without the other
+// ranks.
 #pragma once
 
 #include <cstddef>
@@ -27,19 +29,20 @@ namespace shm::converters {
 
 class JoinedMesh : public MeshSource {
  public:
-  // Collective. `ranks` and `spool` are borrowed. Throws SharedFailure.
+  // Collective. Borrows `ranks` and `spool`. Throws SharedFailure.
   JoinedMesh(Ranks& ranks, const std::vector<std::string>& files, Spool& spool);
 
-  // Collective: this rank takes the cells of `range`. Ranges of ranks follow each other, and are
-  // all cells. Must come before anything is read.
+  // Collective: assigns the cells of `range` to this rank. The ranges of the ranks must be
+  // consecutive and together contain all cells. Must be called before anything is read.
   void hold_cells(const CellRange& range);
-  // From now on this rank reads what it holds: its cells; values, when it has taken them.
+  // From now on this rank reads only the data that it holds: its cells, and the values that it has
+  // fetched.
   void read_alone() { alone_ = true; }
-  // Collective: this rank takes those vertices, each once, and their static values and those of its
-  // cells.
+  // Collective: fetches the given vertices (each listed once), and the static values of these
+  // vertices and of this rank's cells.
   void hold_vertices(const std::vector<std::uint64_t>& vertices);
-  // Collective: this rank takes the values that an array has at a step for its vertices or cells,
-  // instead of those of the step before.
+  // Collective: fetches the values of an array at a step for this rank's vertices or cells. They
+  // replace the values of the previous step.
   void hold_step(std::size_t array, std::uint64_t step);
 
   const MeshInfo& info() const override { return structure_.info; }
@@ -47,24 +50,25 @@ class JoinedMesh : public MeshSource {
   bool next_cells(CellBatch& out, std::size_t max_cells) override;
   void rewind_cells() override { next_cell_ = 0; }
   void seek_cells(std::uint64_t first) override { next_cell_ = first; }
-  // Of vertices and cells that the rank has not taken the values are 0.
+  // Values of vertices and cells that this rank does not hold are 0.
   void read_array(std::size_t array, std::uint64_t step, std::uint64_t first, std::uint64_t count,
                   std::byte* out) override;
 
  private:
-  static constexpr std::size_t kCoordinates = ~std::size_t{0};  // as the number of an array
+  // Used as array index for the coordinates.
+  static constexpr std::size_t kCoordinates = ~std::size_t{0};
 
-  // Where the values of an array of the mesh are in a part.
+  // The location of an array's values in a part.
   struct Piece {
-    std::size_t array = 0;    // of the part
-    std::uint64_t first = 0;  // element of the array there
-    std::uint64_t cell = 0;   // of the part, that the first element is of
+    std::size_t array = 0;    // index of the array in the part
+    std::uint64_t first = 0;  // first element of the array there
+    std::uint64_t cell = 0;   // cell of the part to which the first element belongs
     std::uint64_t count = 0;
   };
-  // The values of one array that this rank keeps for others: of the vertices that it owns, or of
-  // the cells that it has taken.
+  // The values of one array that this rank stores for all ranks: those of the vertices that it
+  // owns, or of the cells assigned to it.
   struct Kept {
-    std::uint64_t first = 0;  // element of the array
+    std::uint64_t first = 0;  // first stored element of the array
     PagedArray values;
   };
 
@@ -93,24 +97,24 @@ class JoinedMesh : public MeshSource {
   Spool* spool_;
   PartFiles parts_;
   JoinedStructure structure_;
-  std::optional<NumberOwners> owners_;                   // of vertices
-  std::vector<std::uint64_t> block_begins_;              // cells before each block
+  std::optional<NumberOwners> owners_;                   // for vertices
+  std::vector<std::uint64_t> block_begins_;              // number of cells before each block
   std::vector<std::vector<std::vector<Piece>>> pieces_;  // [part][array]
 
   CellRange range_;
-  std::vector<std::uint64_t> ends_;  // cells up to the end of each rank's range
-  CellStore cells_;                  // in the order in which they came
+  std::vector<std::uint64_t> ends_;  // number of cells up to the end of each rank's range
+  CellStore cells_;                  // in order of arrival
   std::optional<NumberTable> arrival_;
   std::uint64_t next_cell_ = 0;
 
   std::map<std::size_t, Kept> static_;  // by array
-  // The last array with steps, and its values.
+  // The stepped array read last, with its step, and its values.
   std::optional<std::pair<std::size_t, std::uint64_t>> step_;
   std::optional<Kept> step_values_;
 
   bool alone_ = false;
-  std::vector<std::uint64_t> vertices_;      // taken, ascending
-  std::map<std::size_t, PagedArray> taken_;  // static values of them
+  std::vector<std::uint64_t> vertices_;      // fetched vertices, ascending
+  std::map<std::size_t, PagedArray> taken_;  // their static values
   std::optional<PagedArray> step_taken_;
 };
 

@@ -33,7 +33,7 @@ std::map<std::string, SetJoin> sets_of(const Skeleton& skeleton, const Place& pl
     const bool list = variable.dimensions.size() == 1;
     const auto refuse = [&] {
       fail(place.file, ErrorCode::unsupported, variable.name,
-           "has a shape of which values of parts cannot be joined");
+           "has a shape for which the values of the parts cannot be joined");
     };
     if (variable.type == NC_STRING) refuse();
     if (where.factors) {
@@ -80,10 +80,10 @@ std::vector<std::uint64_t> SetJoin::factors_of_rows(const PartFile& part,
       ends.push_back((ends.empty() ? 0 : ends.back()) + block.cells);
     std::map<std::pair<std::size_t, std::int64_t>, std::uint64_t> known;
     for (std::size_t i = 0; i < members.size(); ++i) {
-      const auto at =
+      const auto index =
           std::upper_bound(ends.begin(), ends.end(), static_cast<std::uint64_t>(members[i] - 1)) -
           ends.begin();
-      const auto b = static_cast<std::size_t>(at);
+      const auto b = static_cast<std::size_t>(index);
       const auto [found, fresh] = known.try_emplace({b, sides[i]}, 0);
       if (fresh && sides[i] > 0)
         found->second = nodes_of_side(blocks[b].shape, blocks[b].nodes_per_cell,
@@ -92,9 +92,10 @@ std::vector<std::uint64_t> SetJoin::factors_of_rows(const PartFile& part,
     }
   }
   if (std::accumulate(counts.begin(), counts.end(), std::uint64_t{0}) != factors)
-    fail(part.file, ErrorCode::unsupported, factors_,
-         "has " + std::to_string(factors) +
-             " distribution factors, which is not one for each node of each side, or each member");
+    fail(
+        part.file, ErrorCode::unsupported, factors_,
+        "has " + std::to_string(factors) +
+            " distribution factors, which is neither one per node of each side nor one per member");
   return counts;
 }
 
@@ -104,7 +105,7 @@ std::vector<std::byte> SetJoin::rows_of(const PartFile& part, const VariableInde
   const auto index_of = [&](const std::string& name) {
     const int index = own.find(name);
     if (index < 0)
-      fail(part.file, ErrorCode::corrupt, name, "is missing, though the set has members here");
+      fail(part.file, ErrorCode::corrupt, name, "is missing, but the set has members here");
     return index;
   };
   const auto members = part.mesh->integers(index_of(members_), 0, count);
@@ -120,7 +121,7 @@ std::vector<std::byte> SetJoin::rows_of(const PartFile& part, const VariableInde
   for (const Column& column : columns_) {
     values.push_back(whole_variable(skeleton, *part.mesh, index_of(column.variable)));
     if (values.back().size() != count * column.outer * column.inner)
-      fail(part.file, ErrorCode::corrupt, column.variable, "has another shape than in other parts");
+      fail(part.file, ErrorCode::corrupt, column.variable, "has a different shape in other parts");
   }
   std::vector<std::byte> factors;
   std::vector<std::uint64_t> factor_counts(count);
@@ -168,7 +169,7 @@ void SetJoin::finish(std::map<std::string, std::uint64_t>& lengths,
     return std::tie(a.member, a.side) < std::tie(b.member, b.side);
   });
   if (set_->of_nodes) {
-    // The same node in parts that share it.
+    // Merge rows of the same node in parts that share it.
     const auto same = [&](const Row& a, const Row& b) {
       if (a.member != b.member) return false;
       if (!std::equal(bytes_.begin() + static_cast<std::ptrdiff_t>(a.begin),
@@ -176,8 +177,8 @@ void SetJoin::finish(std::map<std::string, std::uint64_t>& lengths,
                       bytes_.begin() + static_cast<std::ptrdiff_t>(b.begin),
                       bytes_.begin() + static_cast<std::ptrdiff_t>(b.end)))
         fail(files_[b.part], ErrorCode::corrupt, members_,
-             "node " + std::to_string(a.member + 1) + " of the mesh has other values in the set " +
-                 "than in " + files_[a.part]);
+             "node " + std::to_string(a.member + 1) + " of the mesh has values in the set " +
+                 "that differ from " + files_[a.part]);
       return true;
     };
     rows_.erase(std::unique(rows_.begin(), rows_.end(), same), rows_.end());
@@ -187,8 +188,8 @@ void SetJoin::finish(std::map<std::string, std::uint64_t>& lengths,
   for (const Row& row : rows_)
     if (!append_integer(members, member_type_, static_cast<std::int64_t>(row.member + 1)))
       fail(files_[row.part], ErrorCode::over_limit, members_,
-           "is of a type that cannot hold the numbers of the whole mesh");
-  std::uint64_t offset = 0;  // of the column in a row
+           "has a type that cannot hold the numbers of the whole mesh");
+  std::uint64_t offset = 0;  // offset of the column in a row
   for (const Column& column : columns_) {
     std::vector<std::byte>& all = values[column.variable];
     for (std::uint64_t o = 0; o < column.outer; ++o)

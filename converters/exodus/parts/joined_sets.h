@@ -1,6 +1,6 @@
-// SetJoin: one set of nodes, sides or elements of a decomposed Exodus mesh. Rows are members with
-// all values that stand for them; they come from all parts, and are put into the order of their
-// numbers in the whole mesh.
+// SetJoin: one set of nodes, sides or elements of a decomposed Exodus mesh. A row consists of a
+// member and all its values. The rows come from all parts and are sorted by the members' numbers in
+// the whole mesh.
 #pragma once
 
 #include <cstddef>
@@ -22,22 +22,23 @@ class SetJoin {
   SetJoin(std::string dimension, const exodus::SetDimension& set)
       : dimension_(std::move(dimension)), set_(&set) {}
 
-  // The rows of a part, which has some, as a message. Throws Failure, naming the file.
+  // Returns the rows of a part as a message. The part must have members. Throws Failure, naming the
+  // file.
   std::vector<std::byte> rows_of(const PartFile& part, const exodus::VariableIndex& own) const;
-  // `rows` of a part in `file`.
+  // Adds the rows of the part in `file`.
   void add(std::span<const std::byte> rows, const std::string& file);
-  // Lengths of dimensions and values of variables of all rows. A node that is in several parts is
-  // one member; throws Failure where these disagree about it.
+  // Returns the lengths of dimensions and the values of variables for all rows. A node that occurs
+  // in several parts becomes one member; throws Failure if the parts have different values for it.
   void finish(std::map<std::string, std::uint64_t>& lengths,
               std::map<std::string, std::vector<std::byte>>& values);
 
  private:
   friend std::map<std::string, SetJoin> sets_of(const exodus::Skeleton& skeleton,
                                                 const exodus::Place& place);
-  // A variable of which each row has so many bytes in each place of the dimensions before it.
+  // A variable with `outer` runs of `inner` bytes in each row.
   struct Column {
     std::string variable;
-    std::size_t at = 0;  // of the dimension of rows
+    std::size_t at = 0;  // index of the dimension of rows
     std::uint64_t outer = 1, inner = 1;
   };
   struct Row {
@@ -51,7 +52,8 @@ class SetJoin {
 
   std::string dimension_;
   const exodus::SetDimension* set_;
-  std::string members_, sides_, factors_, factor_dimension_;  // variables, where there are such
+  // Names of variables; empty if there are none.
+  std::string members_, sides_, factors_, factor_dimension_;
   ScalarType member_type_ = ScalarType::int32;
   std::uint64_t factor_bytes_ = 0;
   std::vector<Column> columns_;
@@ -60,7 +62,8 @@ class SetJoin {
   std::vector<std::string> files_;
 };
 
-// By the dimension of their members. Throws Failure (unsupported) for what cannot be joined.
+// Returns the sets by the dimension of their members. Throws Failure (unsupported) if a variable
+// cannot be joined.
 std::map<std::string, SetJoin> sets_of(const exodus::Skeleton& skeleton,
                                        const exodus::Place& place);
 

@@ -39,7 +39,7 @@ class JoinedValues final : public VariableValues {
   const ValuesByName& values_;
 };
 
-// Integers of a variable; 1 where one of both is not 0.
+// Combines two integer variables: an element is 1 if it is not 0 in either variable.
 void unite(std::vector<std::byte>& known, const std::vector<std::byte>& more) {
   for (std::size_t i = 0; i < std::min(known.size(), more.size()); ++i) known[i] |= more[i];
 }
@@ -66,7 +66,7 @@ class Joiner {
   void compare() const;
 
   Place place() const { return {parts_.names().front(), ErrorCode::corrupt}; }
-  // On rank 0 alone: take(bytes) for each rank in order.
+  // On rank 0 only: calls take(bytes) for each rank in order.
   template <class Take>
   void collect(const std::vector<std::byte>& bytes, Take&& take) {
     std::optional<Error> error;
@@ -82,10 +82,11 @@ class Joiner {
 
   PartFiles& parts_;
   Ranks& ranks_;
-  SkeletonJoin skeletons_;                          // of rank 0
-  std::map<std::string, std::uint64_t> suppliers_;  // of values that are alike
-  Skeleton skeleton_;                               // with lengths of sets as they come
-  std::map<std::string, SetJoin> sets_;             // by the dimension of their members
+  SkeletonJoin skeletons_;  // on rank 0
+  // Parts that supply the values of variables that are equal in all parts.
+  std::map<std::string, std::uint64_t> suppliers_;
+  Skeleton skeleton_;                    // lengths of set dimensions are preliminary
+  std::map<std::string, SetJoin> sets_;  // by the dimension of their members
   ValuesByName values_;
   JoinedStructure out_;
 };
@@ -132,7 +133,8 @@ void Joiner::join_skeletons() {
   });
 }
 
-// Values that stand for each node or element must be arrays of the mesh.
+// Throws if a variable with values for nodes or elements is not an array of the mesh, and so cannot
+// be joined.
 void Joiner::check_joinable(const PartFile& part) const {
   const Skeleton& skeleton = part.mesh->skeleton();
   const Layout& layout = part.mesh->layout();
@@ -145,11 +147,11 @@ void Joiner::check_joinable(const PartFile& part) const {
   }
   for (const ArrayLayout& array : layout.arrays)
     if (array.info.role == "exodus:connectivity")
-      throw Failure(Error{ErrorCode::unsupported, "such elements of parts cannot be joined",
+      throw Failure(Error{ErrorCode::unsupported, "elements of this type in parts cannot be joined",
                           "variable '" + array.info.name + "'", kNoOffset, part.file});
 }
 
-// The name of a variable and its values; or of the dimension of a set, and its members.
+// Packs the names and values of variables, and the dimensions and rows of sets.
 void Joiner::pack_values(const PartFile& part, Packer& out) const {
   const Skeleton& skeleton = part.mesh->skeleton();
   const VariableIndex own(skeleton);
@@ -228,7 +230,7 @@ void Joiner::tell_all() {
   });
 }
 
-// What all parts have must be the same.
+// Checks that variables common to all parts are equal.
 void Joiner::compare() const {
   for (const PartFile& part : parts_.mine()) {
     const Skeleton& skeleton = part.mesh->skeleton();
@@ -240,7 +242,7 @@ void Joiner::compare() const {
           all->second != whole_variable(skeleton, *part.mesh, static_cast<int>(v)))
         throw Failure(
             Error{ErrorCode::corrupt,
-                  "has other values than in " + parts_.names()[suppliers_.at(variable.name)],
+                  "has values that differ from " + parts_.names()[suppliers_.at(variable.name)],
                   "variable '" + variable.name + "'", kNoOffset, part.file});
     }
   }

@@ -1,6 +1,6 @@
-// JoinedStructure: what the parts of a decomposed Exodus mesh hold of the whole one: its structure
-// in netCDF, blocks, arrays, time steps, sets and records, as a file of the whole mesh would have
-// it.
+// JoinedStructure: the structure of the whole mesh, derived from the parts of a decomposed Exodus
+// mesh: its netCDF structure, blocks, arrays, time steps, sets and records, as in a file of the
+// whole mesh.
 #pragma once
 
 #include "exodus/layout.h"
@@ -16,9 +16,10 @@ struct JoinedStructure {
   MeshInfo info;
 };
 
-// Collective; the same on all ranks. Numbers must have been found. Members of sets are in the order
-// of their numbers in the whole mesh. Sets, records and so on are in the memory of every rank.
-// Throws SharedFailure: where parts contradict each other, or have what cannot be joined.
+// Collective; returns the same on all ranks. Requires parts.find_numbers(). Members of sets are
+// sorted by their numbers in the whole mesh. Sets, records and similar data are in the memory of
+// every rank. Throws SharedFailure if parts contradict each other, or contain data that cannot be
+// joined.
 JoinedStructure join_structure(PartFiles& parts);
 
 }  // namespace shm::converters

@@ -1,5 +1,5 @@
-// Messages: plain values one behind the other as bytes, for other ranks of the same program; and
-// rounds of such messages from all ranks to all.
+// Messages: sequences of plain values as bytes, for other ranks of the same program; and rounds in
+// which all ranks send such messages to all ranks.
 #pragma once
 
 #include <cstddef>
@@ -36,7 +36,7 @@ class Packer {
   }
 };
 
-// Reads what a Packer has put, in the same order.
+// Reads the values that a Packer has written, in the same order.
 class Unpacker {
  public:
   explicit Unpacker(std::span<const std::byte> bytes) : left_(bytes) {}
@@ -47,7 +47,7 @@ class Unpacker {
     std::memcpy(&value, take(sizeof value).data(), sizeof value);
     return value;
   }
-  // Valid as long as the bytes.
+  // Valid as long as the bytes of the message.
   std::span<const std::byte> get_bytes() { return take(get<std::uint64_t>()); }
   std::string get_text() {
     const auto text = get_bytes();
@@ -63,7 +63,7 @@ class Unpacker {
   std::span<const std::byte> left_;
 };
 
-// Runs work() unless something has failed before, and keeps what it throws.
+// Runs work() unless there is already an error; stores its exception in `error`.
 template <class Work>
 void attempt(std::optional<Error>& error, Work&& work) {
   if (error) return;
@@ -74,9 +74,10 @@ void attempt(std::optional<Error>& error, Work&& work) {
   }
 }
 
-// Collective. fill(to) puts what goes to each rank next, or returns false where there is nothing
-// left; take(bytes) gets what a rank has sent, in the order of ranks. Ends when no rank has
-// anything left. Neither calls other ranks. Throws SharedFailure where one of them threw.
+// Collective. fill(to) adds the next data for each rank to `to`, or returns false if there is no
+// more data; take(bytes) receives the data of one rank, in the order of ranks. Ends when no rank
+// has more data. Neither function may communicate with other ranks. Throws SharedFailure if one of
+// them threw.
 template <class Fill, class Take>
 void in_rounds(Ranks& ranks, Fill&& fill, Take&& take) {
   std::optional<Error> error;

@@ -1,6 +1,6 @@
-// NumberOwners: what ranks know of vertices, or cells, is sent to the rank that owns the number,
-// and asked there. Rank r of n owns the r-th of n runs of the numbers. Messages are bounded
-// batches.
+// NumberOwners: distributes information about vertices, or cells, by number. The information is
+// sent to the rank that owns the number, and requested there. Rank r of n ranks owns the r-th of n
+// equal ranges of numbers. Messages have a bounded size.
 #pragma once
 
 #include <algorithm>
@@ -21,14 +21,14 @@ class NumberOwners {
         run_(std::max<std::uint64_t>((numbers + ranks.size() - 1) / ranks.size(), 1)),
         batch_(std::max<std::size_t>(kBatch / ranks.size(), 256)) {}
 
-  // What this rank owns.
+  // The range of numbers that this rank owns.
   std::uint64_t first() const { return std::min<std::uint64_t>(run_ * ranks_->rank(), numbers_); }
   std::uint64_t count() const {
     return std::min<std::uint64_t>(run_ * (ranks_->rank() + 1), numbers_) - first();
   }
 
-  // Collective. Calls take(item) where its number is owned; in order of ranks, and of their items,
-  // as far as one batch goes. Must hold: item.number < numbers.
+  // Collective. Sends each item to the owner of its number, which calls take(item). Within a batch
+  // the calls are in the order of ranks and of their items. Requires item.number < numbers.
   template <class Item, class Take>
   void send(const std::vector<Item>& items, Take&& take) {
     in_batches(items.size(), [&](std::size_t begin, std::size_t end) {
@@ -39,7 +39,7 @@ class NumberOwners {
     });
   }
 
-  // Collective. What answer(number) is where the number is owned, for each of `numbers`.
+  // Collective. Returns for each of `numbers` the result of answer(number), which its owner calls.
   template <class Reply, class Answer>
   std::vector<Reply> ask(const std::vector<std::uint64_t>& numbers, Answer&& answer) {
     std::vector<Reply> replies(numbers.size());
@@ -61,16 +61,17 @@ class NumberOwners {
     return replies;
   }
 
-  // The rank that owns a number, and where what it owns ends.
+  // Returns the rank that owns a number; end_of() returns the end of the range of a rank.
   std::size_t owner(std::uint64_t number) const { return static_cast<std::size_t>(number / run_); }
   std::uint64_t end_of(std::size_t rank) const {
     return std::min<std::uint64_t>(run_ * (rank + 1), numbers_);
   }
 
  private:
-  static constexpr std::size_t kBatch = std::size_t{1} << 20;  // numbers, of all ranks together
+  // Numbers per batch, of all ranks together.
+  static constexpr std::size_t kBatch = std::size_t{1} << 20;
 
-  // As many rounds as the rank with most items needs.
+  // Runs the number of rounds that the rank with the most items needs.
   template <class Round>
   void in_batches(std::size_t items, Round&& round) {
     const std::uint64_t rounds = ranks_->largest((items + batch_ - 1) / batch_);

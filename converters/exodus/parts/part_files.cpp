@@ -19,18 +19,18 @@ constexpr std::size_t kMostParts = 1 << 20;
   throw Failure(Error{ErrorCode::corrupt, detail, section, kNoOffset, part.file});
 }
 
-// The numbers of the nodes or elements of a part; as many as it has.
+// Reads the numbers of the nodes or elements of a part; there must be `count` of them.
 std::vector<std::uint64_t> numbers_in(const PartFile& part, const char* map, std::uint64_t count) {
   if (count == 0) return {};
   const std::string section = std::string("variable '") + map + "'";
   const exodus::Skeleton& skeleton = part.mesh->skeleton();
   const int index = skeleton.find_variable(map);
   if (index < 0)
-    fail(part, section, "is missing: it holds the numbers in the whole mesh of those of the part");
+    fail(part, section, "is missing: it gives the numbers of the part's items in the whole mesh");
   const exodus::Variable& variable = skeleton.variables[static_cast<std::size_t>(index)];
   if (!exodus::is_integer(variable.type) ||
       skeleton.shape(variable) != std::vector<std::uint64_t>{count})
-    fail(part, section, "is no list of " + std::to_string(count) + " integers");
+    fail(part, section, "is not a list of " + std::to_string(count) + " integers");
   std::vector<std::uint64_t> numbers;
   numbers.reserve(count);
   for (const std::int64_t number : part.mesh->integers(index, 0, count)) {
@@ -44,7 +44,7 @@ std::vector<std::uint64_t> numbers_in(const PartFile& part, const char* map, std
   return numbers;
 }
 
-// Numbers count from 1; some programs count from 0.
+// The range of numbers. Numbers start at 1; in files of some programs they start at 0.
 struct NumberRange {
   std::uint64_t base = 1, end = 0;
 };
@@ -62,7 +62,7 @@ NumberRange range_of(Ranks& ranks, const std::vector<PartFile>& parts,
   return range;
 }
 
-// `count` numbers must be from `base` on.
+// Throws unless all numbers are among the `count` numbers from `base` on.
 void check_range(const std::vector<PartFile>& parts, const char* map, std::uint64_t base,
                  std::uint64_t count, std::vector<std::uint64_t> PartFile::*numbers) {
   for (const PartFile& part : parts)
@@ -115,7 +115,7 @@ PartFiles::PartFiles(Ranks& ranks, const std::vector<std::string>& files)
   count();
 }
 
-// Parts have the same blocks, of which some may be empty.
+// All parts have the same blocks; some blocks of a part may be empty.
 void PartFiles::count() {
   const std::uint64_t blocks =
       ranks_->largest(mine_.empty() ? 0 : mine_.front().mesh->layout().blocks.size());
@@ -126,7 +126,7 @@ void PartFiles::count() {
       const auto& mine = part.mesh->layout().blocks;
       if (mine.size() != blocks)
         fail(part, "dimension 'num_el_blk'",
-             "is " + std::to_string(mine.size()) + ", and " + std::to_string(blocks) +
+             "is " + std::to_string(mine.size()) + ", but " + std::to_string(blocks) +
                  " in another part");
       for (std::size_t b = 0; b < blocks; ++b) {
         if (mine[b].faces >= 0 || mine[b].shape == CellShape::polyhedron)
@@ -158,7 +158,7 @@ void PartFiles::find_vertices() {
   const std::uint64_t all = ranks_->sums({nodes}).all[0];
   if (all == 0) return;
   const NumberRange range = range_of(*ranks_, mine_, &PartFile::vertices);
-  // Each number is in some part, so there are no more than nodes in all parts.
+  // Each number is in some part, so the number of nodes in all parts is an upper bound.
   const std::uint64_t most = std::min(all, range.end - range.base);
   ranks_->together(
       [&] { check_range(mine_, "node_num_map", range.base, all, &PartFile::vertices); });
@@ -172,7 +172,7 @@ void PartFiles::find_vertices() {
       const std::uint64_t stated = skeleton.length_of("num_nodes_global");
       if (stated != 0 && stated != vertices_)
         fail(part, "dimension 'num_nodes_global'",
-             "states " + std::to_string(stated) + " nodes; the numbers of all parts go to " +
+             "states " + std::to_string(stated) + " nodes; the highest number in any part is " +
                  std::to_string(vertices_));
     }
   });
@@ -189,18 +189,18 @@ void PartFiles::find_vertices() {
     for (const PartFile& part : mine_)
       for (const std::uint64_t number : part.vertices) mine.push_back({number});
   });
-  owners.send(mine, [&](const Had& it) { had[it.number - owners.first()] = true; });
+  owners.send(mine, [&](const Had& item) { had[item.number - owners.first()] = true; });
   ranks_->together([&] {
     const auto missing = std::find(had.begin(), had.end(), false);
     if (missing == had.end()) return;
-    const auto at = static_cast<std::uint64_t>(missing - had.begin()) + owners.first();
+    const auto number = static_cast<std::uint64_t>(missing - had.begin()) + owners.first();
     throw Failure(Error{ErrorCode::corrupt,
-                        "node " + std::to_string(at + range.base) + " is in no part",
+                        "node " + std::to_string(number + range.base) + " is in no part",
                         "variable 'node_num_map'", kNoOffset, names_.front()});
   });
 }
 
-// Where cells of all parts stand in the mesh: in their block, in the order of their numbers.
+// Finds the position of each part's cells in the mesh: by block, and within a block by number.
 void PartFiles::find_cells() {
   struct CellPlace {
     std::uint64_t number = 0;
@@ -236,23 +236,24 @@ void PartFiles::find_cells() {
     }
   });
   std::optional<Error> error;
-  owners.send(mine, [&](const CellPlace& it) {
-    CellPlace& place = known[it.number - owners.first()];
+  owners.send(mine, [&](const CellPlace& item) {
+    CellPlace& place = known[item.number - owners.first()];
     if (place.block != kNobody && !error)
       error = Error{ErrorCode::corrupt,
-                    "element " + std::to_string(it.number + range.base) + " is also in " +
-                        names_[std::min(it.part, place.part)],
-                    "variable 'elem_num_map'", kNoOffset, names_[std::max(it.part, place.part)]};
-    place = it;
+                    "element " + std::to_string(item.number + range.base) + " is also in " +
+                        names_[std::min(item.part, place.part)],
+                    "variable 'elem_num_map'", kNoOffset, names_[std::max(item.part, place.part)]};
+    place = item;
   });
-  // As many numbers as elements, none of them twice: none is missing.
+  // The count of numbers equals the count of elements, and no number occurs twice, so no number is
+  // missing.
   ranks_->agree(error);
   mine = {};
 
   std::vector<std::uint64_t> in_block;
   ranks_->together([&] {
     in_block.resize(block_cells_.size());
-    for (const CellPlace& it : known) ++in_block[it.block];
+    for (const CellPlace& item : known) ++in_block[item.block];
   });
   std::vector<std::uint64_t> next = ranks_->sums(in_block).before;
   std::vector<std::uint64_t> places;
@@ -260,7 +261,7 @@ void PartFiles::find_cells() {
     std::uint64_t begin = 0;
     for (std::size_t b = 0; b < next.size(); begin += block_cells_[b++]) next[b] += begin;
     places.reserve(known.size());
-    for (const CellPlace& it : known) places.push_back(next[it.block]++);
+    for (const CellPlace& item : known) places.push_back(next[item.block]++);
     known = {};
   });
   const std::size_t rounds = static_cast<std::size_t>(ranks_->largest(mine_.size()));

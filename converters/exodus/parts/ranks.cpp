@@ -25,7 +25,7 @@ void Ranks::together(const std::function<void()>& work) {
   try {
     work();
   } catch (const SharedFailure&) {
-    throw;  // on all ranks, which do not agree once more
+    throw;  // SharedFailure is thrown on all ranks, so they must not agree again
   } catch (...) {
     error = current_error();
   }

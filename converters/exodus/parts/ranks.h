@@ -1,6 +1,7 @@
-// Ranks: the processes that share the work on one mesh, and how they go on or fail together. What
-// goes wrong on one rank is thrown on all, where they next agree, so that no rank waits for one
-// that has left. As it stands here, one process alone; those of an MPI program are mpi/mpi_ranks.h.
+// Ranks: the processes that share the work on one mesh, and how they continue or fail together. An
+// exception on one rank is thrown on all ranks at their next agreement, so that no rank waits for a
+// rank that has left. This class itself is a single process; mpi/mpi_ranks.h has the ranks of an
+// MPI program.
 #pragma once
 
 #include <algorithm>
@@ -18,18 +19,18 @@
 
 namespace shm::converters {
 
-// Thrown on all ranks alike; reported by rank 0 alone.
+// Thrown on all ranks; only rank 0 reports it.
 class SharedFailure : public Failure {
  public:
   using Failure::Failure;
 };
 
-// What a caught exception is to the tool; inside of a catch only.
+// Converts the current exception to an Error. Must be called in a catch block.
 Error current_error();
 
 class Ranks {
  public:
-  Ranks() = default;  // one process alone
+  Ranks() = default;  // a single process
   virtual ~Ranks() = default;
   Ranks(const Ranks&) = delete;
   Ranks& operator=(const Ranks&) = delete;
@@ -38,39 +39,41 @@ class Ranks {
   std::size_t size() const { return size_; }
   bool first() const { return rank_ == 0; }
 
-  // Every rank runs its `work`; throws SharedFailure on all where it threw on any, that of the
-  // lowest rank. `work` must not call other ranks, unless all do it in
-  // the same order, by calls that begin with agree() and are uninterrupted().
+  // Runs `work` on every rank. If it throws on any rank, SharedFailure is thrown on all ranks, with
+  // the error of the lowest rank that failed. `work` must not communicate with other ranks, unless
+  // all ranks do so in the same order, through calls that begin with agree() and are inside
+  // uninterrupted().
   void together(const std::function<void()>& work);
-  // Ends all processes where anything but SharedFailure is thrown between calls of other ranks; one
-  // alone may throw what it likes.
+  // Ends all processes if anything other than SharedFailure is thrown while ranks communicate in
+  // `calls`. A single process may throw anything.
   virtual void uninterrupted(const std::function<void()>& calls) { calls(); }
-  // The same as together() where the work has been done, and has failed or not.
+  // Like together(), for work that is already done; `error` is its error, if any.
   virtual void agree(const std::optional<Error>& error) {
     if (error) throw SharedFailure(*error);
   }
 
-  // Collective, as all that follows.
+  // This function and all that follow are collective.
   virtual std::uint64_t largest(std::uint64_t value) { return value; }
   virtual std::uint64_t smallest(std::uint64_t value) { return value; }
-  // By place: what ranks before this one have in sum, and what all have.
+  // For each value: the sum over all ranks before this one, and the sum over all ranks.
   struct Sums {
     std::vector<std::uint64_t> before, all;
   };
   virtual Sums sums(std::vector<std::uint64_t> values) {
     return {std::vector<std::uint64_t>(values.size()), std::move(values)};
   }
-  // The values of the rank `from` to all.
+  // Sends the value of the rank `from` to all ranks.
   virtual std::uint64_t broadcast(std::uint64_t value, std::size_t /*from*/ = 0) { return value; }
   virtual std::vector<std::byte> broadcast(std::vector<std::byte> bytes, std::size_t /*from*/ = 0) {
     return bytes;
   }
-  // take(rank, bytes) for each rank, in order, on rank 0 alone.
+  // Calls take(rank, bytes) for each rank, in order, only on rank 0.
   virtual void gather(std::span<const std::byte> bytes,
                       const std::function<void(std::size_t, std::vector<std::byte>)>& take) {
     take(0, {bytes.begin(), bytes.end()});
   }
-  // to[r] goes to rank r; returns what has come from each. Few enough for one message.
+  // Sends to[r] to rank r, and returns the items received from each rank. The items must fit in one
+  // message.
   template <class Item>
   std::vector<std::vector<Item>> exchange(const std::vector<std::vector<Item>>& to) {
     static_assert(std::is_trivially_copyable_v<Item>);
@@ -83,11 +86,11 @@ class Ranks {
     }
     const std::vector<std::byte> got = exchange_bytes(std::move(packed), bytes);
     std::vector<std::vector<Item>> from(size_);
-    std::size_t at = 0;
-    for (std::size_t r = 0; r < size_; at += bytes[r++]) {
+    std::size_t offset = 0;
+    for (std::size_t r = 0; r < size_; offset += bytes[r++]) {
       from[r].resize(bytes[r] / sizeof(Item));
       const auto out = std::as_writable_bytes(std::span(from[r]));
-      std::copy_n(got.begin() + static_cast<std::ptrdiff_t>(at), out.size(), out.begin());
+      std::copy_n(got.begin() + static_cast<std::ptrdiff_t>(offset), out.size(), out.begin());
     }
     return from;
   }
@@ -96,7 +99,7 @@ class Ranks {
   Ranks(std::size_t rank, std::size_t size) : rank_(rank), size_(size) {}
 
  private:
-  // `bytes`: how many go to each rank; then, how many came from each.
+  // `bytes` holds the number of bytes for each rank; on return, the number of bytes from each rank.
   virtual std::vector<std::byte> exchange_bytes(std::vector<std::byte> packed,
                                                 std::vector<std::size_t>& /*bytes*/) {
     return packed;
