@@ -199,8 +199,8 @@ void Parser::read_metadata(std::uint64_t components, std::string& out) {
       return;
     }
     out.append(line).append("\n");
-    // The line after DATA is the value, or the number of strings that follow, some of which may be
-    // empty.
+    // A single number after DATA is a value, or the number of strings that follow, some of
+    // which may be empty.
     if (strings > 0 && !line.starts_with("NAME ")) {
       for (; strings > 1; --strings) out.append(input_.line()).append("\n");
       strings = 0;
