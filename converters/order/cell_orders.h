@@ -33,7 +33,7 @@ CellList breadth_first_order(const CellGraph& graph, Spool* spool = nullptr);
 CellList swept_order(const CellGraph& graph, std::size_t layers_along, Spool* spool = nullptr);
 
 // The next cell is, among the neighbours of the cells so far, the one that shares most faces with
-// them. Of equal cells, the cell added last comes first.
+// them. Ties go to the cell whose number of shared faces changed last.
 CellList enclosed_first_order(const CellGraph& graph, Spool* spool = nullptr);
 
 // Along a Hilbert curve through the centres of cells. Needs 12 bytes per vertex and 60 bytes per

@@ -15,8 +15,8 @@ constexpr std::uint32_t kSampleCells = 1 << 16;
 constexpr std::uint64_t kSampleBytes = std::uint64_t{256}
                                        << 20;  // approximate size of the values of a sample
 
-// Orders whose size exceeds the smallest one by at most this fraction count as equally small. Of
-// these, the order with the fewest active vertices is chosen.
+// Orders whose size exceeds the smallest one by at most this fraction count as equally small. The
+// order with the fewest active vertices among them is chosen.
 constexpr double kNegligible = 1.0 / 256;
 
 std::uint32_t sample_size(const MeshInfo& info) {
