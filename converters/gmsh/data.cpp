@@ -9,8 +9,7 @@ namespace shm::converters {
 namespace {
 
 constexpr std::uint64_t kMaxComponents = 65535;  // of an array
-constexpr std::uint64_t kFewEntries =
-    1 << 16;  // entries of a view that are sorted in memory, not in the spool
+constexpr std::uint64_t kFewEntries = 1 << 16;   // views up to here are sorted in memory
 
 struct Header {
   std::vector<std::string> strings;

@@ -219,8 +219,8 @@ void add_group_sets(MeshInfo& info) {
   std::vector<GmshGroup> groups;
   try {
     groups = gmsh_groups(info);
-  } catch (
-      const Failure&) {  // too many; gmsh_groups() reports that to callers that need the groups
+  } catch (const Failure&) {
+    // Too many. gmsh_groups() reports that to callers that need the groups.
     return;
   }
   std::vector<MeshSet> sets;

@@ -26,8 +26,8 @@ struct GmshNaming {
   // Groups of a block, as (dimension, tag). `row`: its row in the extra gmsh/elements/blocks.
   std::vector<std::pair<std::int64_t, std::int64_t>> groups_of(
       std::span<const std::int32_t> row) const;
-  std::string block_name(
-      std::span<const std::int32_t> row) const;  // if the block is in exactly one group
+  // Name of a block if it is in exactly one group, otherwise empty.
+  std::string block_name(std::span<const std::int32_t> row) const;
 };
 
 struct GmshGroup {

@@ -24,10 +24,10 @@ struct PolygonOptions {
 struct Polygons {
   std::vector<std::size_t> face_begin{0};  // faces + 1 offsets into corners
   std::vector<std::uint32_t> corners;      // indices into `vertices`
-  std::vector<std::uint32_t>
-      faces;  // for each polygon, the face of the surface that it is or belongs to
-  std::vector<std::uint32_t> vertices;  // for each vertex, its number in the surface; ascending,
-                                        // except for the copies, which follow all others
+  // For each polygon, the face of the surface that it is or belongs to.
+  std::vector<std::uint32_t> faces;
+  // For each vertex, its number in the surface: ascending, then those of the copies.
+  std::vector<std::uint32_t> vertices;
 
   // Vertices that were duplicated to separate the faces around them.
   std::uint64_t copies = 0;

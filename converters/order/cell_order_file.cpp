@@ -20,8 +20,7 @@ CellSequence read_cell_order(const std::string& path, std::uint64_t cells) {
     const std::string place = "line " + std::to_string(line);
     throw Failure(Error{ErrorCode::corrupt, what, place, kNoOffset, path});
   };
-  const std::uint64_t least_bytes =
-      cells < 2 ? cells : 2 * cells - 1;  // a digit and a line end per cell
+  const std::uint64_t least_bytes = cells < 2 ? cells : 2 * cells - 1;  // a digit and a line end
   if (input.size() < least_bytes)
     throw Failure(Error{ErrorCode::truncated,
                         "is too short for the numbers of " + std::to_string(cells) + " cells",

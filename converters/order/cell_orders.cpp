@@ -251,8 +251,8 @@ CellList breadth_first_order(const CellGraph& graph, Spool* spool) {
 CellList enclosed_first_order(const CellGraph& graph, Spool* spool) {
   Traversal walk(graph, spool);
   BigArray<std::uint8_t> shared(spool, graph.cells().size());
-  std::vector<BigArray<CellFace>>
-      waiting;  // by number of shared faces; outdated entries stay in the lists
+  // By number of shared faces. Outdated entries stay in the lists.
+  std::vector<BigArray<CellFace>> waiting;
   for (int faces = 0; faces <= 6; ++faces) waiting.emplace_back(spool);
   const auto come = [&](std::uint32_t cell, const Frame& frame) {
     walk.visit(cell, frame);

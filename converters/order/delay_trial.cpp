@@ -14,8 +14,7 @@ namespace {
 constexpr std::array<std::uint32_t, 2> kDelays = {256, 1024};
 constexpr std::uint64_t kFewestCells = 24000;  // smaller meshes are not tried
 constexpr std::uint64_t kRunCells = 2048, kMostRuns = 16;
-constexpr std::uint64_t kShare =
-    20;  // in large meshes at most one cell of this number is in the sample
+constexpr std::uint64_t kShare = 20;  // of large meshes, at most 1 in 20 cells is in the sample
 
 // Runs spread over the mesh, the first one at its beginning. They keep the order of cells, on which
 // the effect of a delay buffer depends, and are longer than the buffers.

@@ -12,8 +12,7 @@ namespace shm::converters {
 namespace {
 
 constexpr std::uint32_t kSampleCells = 1 << 16;
-constexpr std::uint64_t kSampleBytes = std::uint64_t{256}
-                                       << 20;  // approximate size of the values of a sample
+constexpr std::uint64_t kSampleBytes = std::uint64_t{256} << 20;  // of values, approximately
 
 // Orders whose size exceeds the smallest one by at most this fraction count as equally small. The
 // order with the fewest active vertices among them is chosen.

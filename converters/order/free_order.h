@@ -36,8 +36,7 @@ std::vector<CellOrdering> cell_orderings(const Cells& cells);
 
 // Memory for the search.
 struct SearchRoom {
-  Spool* spool =
-      nullptr;  // holds the resulting orders; null: everything is in memory, without a limit
+  Spool* spool = nullptr;  // for the resulting orders; null: all is in memory, without a limit
   std::size_t memory = 0;  // for spools of temporary tables, in addition to `spool`
 };
 

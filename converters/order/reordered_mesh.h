@@ -18,7 +18,7 @@ namespace shm::converters {
 class ReorderedMesh final : public MeshSource {
  public:
   // Borrows all arguments. `cells`: the cells of `mesh` in its numbering. `order`: contains each of
-  // them once. With a spool, all tables are in it, and values of `mesh` are read one by one.
+  // them once. With a spool, no values are kept in memory; they are read one by one.
   ReorderedMesh(MeshSource& mesh, const Cells& cells, const CellList& order,
                 Spool* spool = nullptr);
 

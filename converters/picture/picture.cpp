@@ -107,9 +107,9 @@ class Painter {
   // Light of the outline of a face; 256: no outline. If all outlines are wanted, those of narrow
   // faces are lighter, because most of their samples are on outlines and would form a dark spot.
   std::uint32_t light_of_outline() const {
-    constexpr double kDark = 150, kLeast = .25, kNarrow = 4,
-                     kWide = 8;  // kDark of 256; kLeast of kDark; the others in pixels
-    std::int64_t area = 0;       // twice the area
+    // kDark is of 256, kLeast is a fraction of kDark, and the others are pixels.
+    constexpr double kDark = 150, kLeast = .25, kNarrow = 4, kWide = 8;
+    std::int64_t area = 0;  // twice the area
     double longest = 0;
     for (std::size_t i = 0; i < seen_.size(); ++i) {
       const RasterPoint &a = seen_[i], &b = seen_[i + 1 < seen_.size() ? i + 1 : 0];

@@ -192,8 +192,8 @@ void UcdMesh::cells(std::uint64_t count) {
     cell_ids_.append(1, reinterpret_cast<const std::byte*>(&id));
     materials_.append(1, reinterpret_cast<const std::byte*>(&material));
   }
-  cell_numbers_
-      .finish();  // cell numbers may repeat: some programs number quads and hexahedra separately
+  // Cell numbers may repeat: some programs number quads and hexahedra separately.
+  cell_numbers_.finish();
 }
 
 // Makes one block for each material and type, or one for each type if there would be too many.

@@ -38,9 +38,8 @@ class CellTable {
   void next_cells(CellBatch& out, std::size_t max_cells);
 
  private:
-  static constexpr std::size_t kMostSizes =
-      64;  // Different cell sizes of one type. With more, all cells of the type share one block of
-           // varying size.
+  // Different cell sizes of one type. With more, the type has one block of varying size.
+  static constexpr std::size_t kMostSizes = 64;
   struct Block {
     std::uint32_t nodes, index;
   };

@@ -121,8 +121,8 @@ struct Entry {
   // Type word. For lists of cells: type word of the offsets, empty for classic rows. For kinds with
   // plain_words(): these words.
   std::string type{};
-  std::string
-      second{};  // for scalars the lookup table, for cells the type word of the connectivity
+  // For scalars the lookup table, for cells the type word of the connectivity.
+  std::string second{};
   // For a field, `tuples` is its number of arrays; for a list of polygonal data, its number of
   // cells.
   std::uint64_t components = 0, tuples = 0;

@@ -45,8 +45,8 @@ Node array_element(std::string type, std::string name, std::uint64_t components,
 
 struct Document {
   std::vector<Node> nodes;  // the root, and nodes before and after it
-  std::uint64_t appended_begin =
-      0;         // offset in the file of the byte after the '_'; 0: no appended data
+  // Offset in the file of the byte after the '_'; 0: no appended data.
+  std::uint64_t appended_begin = 0;
   Node& root();  // always exists
 };
 

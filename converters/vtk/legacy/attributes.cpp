@@ -206,8 +206,8 @@ void Parser::bits(Entry& entry, std::uint64_t count) {
 // Lists each different string once; the array has indices into that list. So strings follow their
 // points and cells through any renumbering.
 void Parser::listed_strings(Entry& entry, ValueForm form, std::uint64_t count) {
-  StringLister strings(
-      std::numeric_limits<std::uint64_t>::max());  // bounded by the size of the file
+  // The list cannot be larger than the file.
+  StringLister strings(std::numeric_limits<std::uint64_t>::max());
   PagedArray values(spool_, sizeof(std::uint32_t));
   std::string one;
   for (std::uint64_t i = 0; i < count; ++i) {

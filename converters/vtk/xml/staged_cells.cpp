@@ -165,8 +165,8 @@ void StagedCells::faces_of(const PieceRange& piece,
 void StagedCells::face_numbers(std::string_view name, const PieceRange& piece, const Take& take) {
   Buffer out(take);
   std::int64_t stream_end = 0, faces = 0, points = 0;
-  std::int64_t waiting =
-      -2;  // for faceoffsets: -1, or the end of the current cell; -2: no cell yet
+  // For faceoffsets: -1, or the end of the current cell; -2: no cell yet.
+  std::int64_t waiting = -2;
   faces_of(
       piece,
       [&](std::uint64_t, std::int64_t count) {
