@@ -8,12 +8,12 @@
 namespace shm::converters {
 namespace {
 
-constexpr std::uint64_t kMaxComponents = 65535;  // of an array
+constexpr std::uint64_t kMaxComponents = 65535;  // limit of an array
 constexpr std::uint64_t kFewEntries = 1 << 16;   // views up to here are sorted in memory
 
 struct Header {
   std::vector<std::string> strings;
-  std::vector<std::string> reals, integers;  // as written
+  std::vector<std::string> reals, integers;  // verbatim words
   std::uint64_t components = 0, entries = 0;
   std::int64_t step = 0;
   double time = 0;
@@ -150,7 +150,7 @@ class DataReader {
       }
     }
     if (points_) return header_.entries == info.vertices;
-    std::map<std::uint32_t, std::uint64_t> cells;  // of the blocks that have entries
+    std::map<std::uint32_t, std::uint64_t> cells;  // number of cells, for blocks with entries
     for (std::uint64_t e = 0; e < header_.entries; ++e)
       ++cells[r_.mesh->cell_blocks_.get<std::uint32_t>(places_.get<std::uint64_t>(e))];
     for (const auto& [block, count] : cells) {

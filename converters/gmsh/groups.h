@@ -17,11 +17,11 @@ namespace shm::converters {
 // Names and groups listed in sections. A section that cannot be parsed adds nothing.
 struct GmshNaming {
   std::map<std::pair<std::int64_t, std::int64_t>, std::string> names;  // (dimension, group)
-  std::map<std::pair<std::int64_t, std::int64_t>, std::vector<std::int64_t>> groups;  // of entities
+  std::map<std::pair<std::int64_t, std::int64_t>, std::vector<std::int64_t>> groups;  // by entity
   bool any_bounds = false;  // true if an entity has a boundary
 
   void add_names(std::string_view content);      // $PhysicalNames
-  void add_names_of_sets(const MeshInfo& info);  // if sets replace $PhysicalNames
+  void add_names_of_sets(const MeshInfo& info);  // for meshes whose sets replace $PhysicalNames
   void add_entities(std::string_view content, bool partitioned, GmshEncoding encoding, int version);
   // Groups of a block, as (dimension, tag). `row`: its row in the extra gmsh/elements/blocks.
   std::vector<std::pair<std::int64_t, std::int64_t>> groups_of(
@@ -32,7 +32,7 @@ struct GmshNaming {
 
 struct GmshGroup {
   std::int64_t dimension = 0, tag = 0;
-  std::string name;                   // may be empty
+  std::string name;                   // empty if the group has no name
   std::vector<std::uint32_t> blocks;  // blocks of the group
 };
 

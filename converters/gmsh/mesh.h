@@ -29,7 +29,7 @@ class GmshMesh final : public MeshSource {
                   std::byte* out) override;
 
   MeshInfo info_;
-  PagedArray points_;       // 3 doubles each
+  PagedArray points_;       // 3 doubles per point
   PagedArray cell_blocks_;  // uint32, block of each cell
   PagedArray cell_sizes_;   // uint32, nodes of each cell of blocks with varying size, in cell order
   PagedArray corners_;      // uint64
@@ -78,8 +78,8 @@ struct GmshView {
   std::string array_name, group;  // sections of one group differ only in their time
   std::int64_t step = 0;          // step number in the file
   double time = 0;
-  std::uint32_t components = 1;       // of the array
-  std::vector<std::uint32_t> blocks;  // that it covers, empty: all
+  std::uint32_t components = 1;       // components of the array
+  std::vector<std::uint32_t> blocks;  // covered blocks; empty: all
   std::optional<PagedArray> values;   // doubles, in mesh order
 };
 
@@ -106,7 +106,7 @@ struct GmshReading {
   std::vector<std::int32_t> block_table;  // the extra gmsh/elements/blocks
   std::vector<GmshSection> sections;
   std::vector<GmshView> views;
-  GmshNaming naming;  // for the names of blocks
+  GmshNaming naming;  // names of blocks come from here
 
   std::size_t block_table_width() const { return version >= 40 ? 3 : 4; }
   std::string section_key() const { return "gmsh/section/" + std::to_string(sections.size() - 1); }

@@ -26,14 +26,14 @@ struct GmshPlannedSection {
   enum class Kind { format, raw, between, nodes, elements, array, list, links, ghosts };
   Kind kind = Kind::raw;
   std::string name;
-  std::string key;        // folder of its extras
-  std::string header;     // of a view
-  std::string content;    // of a raw section
-  std::size_t array = 0;  // of a view
+  std::string key;        // prefix of the keys of its extras
+  std::string header;     // for a view
+  std::string content;    // for a raw section
+  std::size_t array = 0;  // for a view
   std::uint64_t step = 0;
   std::uint32_t first_component = 0;  // the components of the array that the view shows
   std::uint32_t components = 0;       // 0: all
-  std::uint32_t padding = 0;          // zeros after them
+  std::uint32_t padding = 0;          // number of zeros that follow these components
 };
 
 struct GmshPlan {
@@ -42,7 +42,7 @@ struct GmshPlan {
   GmshEncoding encoding;
   std::vector<GmshPlannedSection> sections;
   std::vector<std::array<std::int32_t, 3>> node_entities;  // dimension, tag, parametric
-  std::vector<GmshElementGroup> groups;                    // one for each block first
+  std::vector<GmshElementGroup> groups;                    // begins with one group per block
   // For blocks without a fixed number of nodes: group by block and number of nodes.
   std::map<std::pair<std::uint32_t, std::uint64_t>, std::uint32_t> sized_groups;
   std::optional<std::size_t> node_tags, node_entity, node_parameters, element_tags;  // arrays

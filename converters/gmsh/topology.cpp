@@ -9,7 +9,7 @@ namespace {
 
 constexpr std::size_t kMaxTagBlocks = 1024;           // see gmsh.h
 constexpr std::uint64_t kMaxEntityBlocks = 1u << 20;  // far above the number in real models
-constexpr std::uint64_t kMaxElementTags = 64;         // of one MSH 2 element
+constexpr std::uint64_t kMaxElementTags = 64;         // limit for one MSH 2 element
 
 template <class T>
 const std::byte* bytes_of(const T& value) {
@@ -354,7 +354,7 @@ class ElementReader {
   const bool binary_;
   std::vector<std::uint64_t> in_file_, in_order_;
   // MSH 1 and 2 only:
-  std::vector<std::int32_t> tags_;  // of the element being read
+  std::vector<std::int32_t> tags_;  // tags of the element that is being read
   std::vector<PagedArray> slots_;   // [i]: the i-th tags of all elements that have one
   std::map<TagKey, std::uint32_t> keys_;
   std::vector<TagKey> by_block_;

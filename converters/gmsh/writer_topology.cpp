@@ -235,7 +235,7 @@ class ElementWriter {
 
   void begin_group(std::size_t g) {
     const GmshElementGroup& group = w_.plan.groups[g];
-    if (group.type == 0) return;  // without cells, and therefore without a type
+    if (group.type == 0) return;  // a group without cells has no type
     w_.out.integer32(w_.v41() ? group.dimension : group.entity);
     w_.out.integer32(w_.v41() ? group.entity : group.dimension);
     w_.out.integer32(group.type);

@@ -51,11 +51,11 @@ struct GmshWriting {
   const GmshExtras extras;
   Spool spool;
   GmshTagValues node_tags, element_tags;
-  std::string section = "elements";  // for errors
+  std::string section = "elements";  // section named in errors
   // Set by look_at_gmsh_cells():
   PagedArray cell_blocks;                  // uint32, block of each cell
-  std::vector<GmshType> types;             // of each group of the plan
-  std::vector<std::uint64_t> group_cells;  // of each group
+  std::vector<GmshType> types;             // type of each group of the plan
+  std::vector<std::uint64_t> group_cells;  // number of cells of each group
   bool cells_in_turn = true;               // true if the cells are ordered by group
   GmshOutput out;
 };

@@ -168,11 +168,11 @@ class PartCompression {
   std::vector<std::uint64_t> block_cells_before_;  // cells of each block on earlier ranks
   std::uint64_t first_vertex_ = 0;    // new number of the first vertex that this rank owns
   std::optional<PartWriter> writer_;  // empty if the rank is idle
-  std::optional<FreshNumbers> vertices_, cells_;            // if numbers change
-  std::map<std::vector<std::uint32_t>, NumberList> moved_;  // by blocks of the array
+  std::optional<FreshNumbers> vertices_, cells_;            // set only if numbers change
+  std::map<std::vector<std::uint32_t>, NumberList> moved_;  // key: blocks of the array
   std::vector<std::uint64_t> first_elements_;  // index of the first element of this rank, by array
   MemorySink head_;
-  std::optional<PartJoiner> joiner_;  // on rank 0
+  std::optional<PartJoiner> joiner_;  // only on rank 0
   std::uint32_t chunks_before_ = 0;   // chunks of the mesh on earlier ranks
 };
 
@@ -290,7 +290,7 @@ void PartCompression::append(PartChunks& chunks) {
   ranks_->gather(mine, [&](std::size_t, std::vector<std::byte> part) {
     std::uint64_t bytes = 0;
     std::memcpy(&bytes, part.data(), sizeof bytes);
-    if (error || part.size() == sizeof bytes) return;  // from an idle rank
+    if (error || part.size() == sizeof bytes) return;  // an idle rank sends no chunks
     const auto status = joiner_->add(std::span(part).subspan(sizeof bytes), bytes);
     if (!status) error = status.error();
   });

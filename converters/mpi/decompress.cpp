@@ -86,7 +86,7 @@ class Part {
   MeshInfo whole_;  // schema, counts, times, extras
   CellRange range_;
   std::unique_ptr<PieceMesh> piece_;
-  std::vector<BlocksById::Key> blocks_;  // from all ranks, if an array has the block ids
+  std::vector<BlocksById::Key> blocks_;  // of all ranks, if an array has the block ids
   std::uint64_t lost_vertices_ = 0;
   std::optional<Translation> translation_;
 };
@@ -133,9 +133,9 @@ void Part::stage() {
   range_ = part_range(extractor_->segments(), whole_.cells(), ranks_.size(), ranks_.rank());
   const bool last = range_.end == whole_.cells();
   if (whole_.cells() == 0 && ranks_.first())
-    how.request.unused_vertices = true;  // the whole mesh
+    how.request.unused_vertices = true;  // the part is the whole mesh
   else if (range_.empty())
-    how.request.cells.numbers.emplace();  // no cells
+    how.request.cells.numbers.emplace();  // the part has no cells
   else
     how.request.cells.range = CellSelection::Range{range_.first, range_.end};
   how.request.unused_vertices |= last;
@@ -159,7 +159,7 @@ void Part::decode() {
 // If an array has the block ids, the blocks depend on the cells of all ranks.
 void Part::agree_on_blocks() {
   const std::size_t array = BlocksById::array_of_ids(piece_->info());
-  if (array == piece_->info().schema.arrays.size()) return;  // the same on all ranks
+  if (array == piece_->info().schema.arrays.size()) return;  // all ranks return here, or none
   std::vector<BlocksById::Key> mine;
   ranks_.together([&] { mine = BlocksById(*piece_, array, {}).keys(); });
   blocks_ = united(ranks_, mine);

@@ -120,7 +120,8 @@ auto MpiRanks::sums(std::vector<std::uint64_t> values) -> Sums {
   const int count = static_cast<int>(values.size());
   Sums sums{std::vector<std::uint64_t>(values.size()), values};
   MPI_Exscan(values.data(), sums.before.data(), count, MPI_UINT64_T, MPI_SUM, MPI_COMM_WORLD);
-  if (first()) sums.before.assign(values.size(), 0);  // MPI leaves it undefined
+  // MPI_Exscan leaves the result on rank 0 undefined.
+  if (first()) sums.before.assign(values.size(), 0);
   MPI_Allreduce(MPI_IN_PLACE, sums.all.data(), count, MPI_UINT64_T, MPI_SUM, MPI_COMM_WORLD);
   return sums;
 }

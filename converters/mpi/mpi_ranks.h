@@ -35,7 +35,7 @@ class MpiRanks final : public Ranks {
               const std::function<void(std::size_t, std::vector<std::byte>)>& take) override;
 
  private:
-  using Place = std::pair<std::size_t, std::size_t>;  // rank, and number of ranks
+  using Place = std::pair<std::size_t, std::size_t>;  // rank and number of ranks
   explicit MpiRanks(Place place) : Ranks(place.first, place.second) {}
 
   std::vector<std::byte> exchange_bytes(std::vector<std::byte> packed,

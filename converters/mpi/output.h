@@ -34,7 +34,7 @@ class SharedOutput {
 
   Ranks* ranks_;
   std::string path_;
-  std::optional<OutputFile> file_;  // on rank 0
+  std::optional<OutputFile> file_;  // only on rank 0
   std::unique_ptr<Handle> handle_;
 };
 

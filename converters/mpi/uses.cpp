@@ -56,7 +56,7 @@ class OwnedUses {
 // ranks.
 std::vector<std::uint64_t> collect(Ranks& ranks, const std::vector<std::uint64_t>& numbers,
                                    std::size_t rank) {
-  constexpr std::size_t kAtOnce = std::size_t{1} << 17;  // for all ranks together
+  constexpr std::size_t kAtOnce = std::size_t{1} << 17;  // sum over all ranks
   const std::size_t piece = std::max<std::size_t>(kAtOnce / ranks.size(), 1);
   std::vector<std::uint64_t> all;
   const std::uint64_t rounds = ranks.largest((numbers.size() + piece - 1) / piece);

@@ -197,7 +197,7 @@ class CornerJoiner {
     sides_ = {};
     auto& corners = polygons_.corners;
     constexpr std::uint32_t kNone = ~std::uint32_t{0};
-    std::vector<std::uint32_t> numbers(corners.size(), kNone);  // for first corners
+    std::vector<std::uint32_t> numbers(corners.size(), kNone);  // vertex of each first corner
     std::vector<std::uint32_t> uses;                            // first corner of each vertex
     for (std::uint32_t c = 0; c < corners.size(); ++c) {
       if (corners[c] >= uses.size()) uses.resize(std::size_t{corners[c]} + 1, kNone);

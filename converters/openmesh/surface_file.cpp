@@ -108,7 +108,7 @@ class SurfaceMesh {
   SurfaceMesh(const Surface& surface, const Polygons& polygons)
       : surface_(surface), polygons_(polygons) {
     mesh_.add_property(block_, "block");
-    mesh_.property(block_).set_persistent(true);  // so that files contain it
+    mesh_.property(block_).set_persistent(true);  // writers store only persistent properties
     mesh_.add_property(vertex_of_);
     mesh_.add_property(face_of_);
   }
@@ -247,7 +247,7 @@ class SurfaceMesh {
   const Polygons& polygons_;
   MeshType mesh_;
   OpenMesh::FPropHandleT<int> block_;
-  OpenMesh::VPropHandleT<std::uint32_t> vertex_of_;  // in the surface
+  OpenMesh::VPropHandleT<std::uint32_t> vertex_of_;  // vertex number in the surface
   OpenMesh::FPropHandleT<std::uint32_t> face_of_;
 };
 

@@ -39,8 +39,8 @@ struct SurfaceFileOptions {
 };
 
 struct WrittenSurface {
-  std::uint64_t vertices = 0, faces = 0;  // of the file
-  std::uint64_t triangles_before = 0;     // before decimation; 0: no decimation
+  std::uint64_t vertices = 0, faces = 0;  // counts in the file
+  std::uint64_t triangles_before = 0;     // triangles before decimation; 0: no decimation
   std::uint64_t rounded = 0;              // vertices whose position is rounded to float32
   // As in Polygons.
   std::uint64_t copies = 0, lines_and_points = 0, collapsed = 0, not_finite = 0;

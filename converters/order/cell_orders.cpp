@@ -80,7 +80,7 @@ class Traversal {
  private:
   const CellGraph* graph_;
   std::vector<bool> visited_;
-  BigArray<std::uint8_t> frames_;   // of visited cells
+  BigArray<std::uint8_t> frames_;   // frames of visited cells
   BigArray<std::uint32_t> passed_;  // number of the last walk that passed the cell
   std::uint32_t walk_ = 0;
   CellList order_;
@@ -112,7 +112,7 @@ class RimFinder {
  private:
   const CellGraph* graph_;
   std::vector<bool> reached_;
-  CellList queue_;  // of all components, one after the other
+  CellList queue_;  // cells of all components, one after the other
 };
 
 // Returns a frame whose directions point away from the rim. Layers are stacked along the shortest

@@ -12,7 +12,7 @@ namespace shm::converters {
 namespace {
 
 constexpr std::uint32_t kSampleCells = 1 << 16;
-constexpr std::uint64_t kSampleBytes = std::uint64_t{256} << 20;  // of values, approximately
+constexpr std::uint64_t kSampleBytes = std::uint64_t{256} << 20;  // approximate limit for values
 
 // Orders whose size exceeds the smallest one by at most this fraction count as equally small. The
 // order with the fewest active vertices among them is chosen.
@@ -92,7 +92,7 @@ class OrderTrials {
   }
 
   const Cells* cells_;
-  CellSequence picked_;  // numbers in the mesh, ascending
+  CellSequence picked_;  // cell numbers in the mesh, ascending
   SampleMesh sample_;
   std::size_t steps_;
 };

@@ -35,7 +35,7 @@ class ReorderedMesh final : public MeshSource {
   struct Values {
     std::size_t array = ~std::size_t{0};
     std::uint64_t step = 0;
-    std::vector<std::byte> bytes;  // in file order
+    std::vector<std::byte> bytes;  // values in file order
   };
   const Values& values(std::size_t array, std::uint64_t step);
   // For an array on some blocks: the indices of its elements, in the new order of cells.
@@ -49,7 +49,7 @@ class ReorderedMesh final : public MeshSource {
   std::uint64_t next_cell_ = 0;
   std::map<std::size_t, Values> static_values_;
   Values step_values_;                                       // the values read last
-  std::map<std::vector<std::uint32_t>, CellList> elements_;  // by covered blocks
+  std::map<std::vector<std::uint32_t>, CellList> elements_;  // key: covered blocks
 };
 
 }  // namespace shm::converters

@@ -131,7 +131,7 @@ SampleMesh::SampleMesh(MeshSource& mesh, const CellSequence& picked) : info_(mes
                    mesh.read_points(first, count, out);
                  });
   arrays_.resize(info_.schema.arrays.size());
-  std::map<std::vector<std::uint32_t>, std::vector<bool>> picked_elements;  // by covered blocks
+  std::map<std::vector<std::uint32_t>, std::vector<bool>> picked_elements;  // key: covered blocks
   for (std::size_t a = 0; a < arrays_.size(); ++a) {
     const ArrayInfo& array = whole.schema.arrays[a];
     if (array.location == Location::point) {
@@ -155,7 +155,7 @@ SampleMesh::SampleMesh(MeshSource& mesh, const CellSequence& picked) : info_(mes
 // cell arrays, the number of cells of each block before each run and in it.
 struct SampleMesh::Elements {
   struct Run {
-    std::vector<std::uint64_t> before, inside;  // by block
+    std::vector<std::uint64_t> before, inside;  // number of cells, by block
   };
   std::vector<std::uint64_t> vertices;
   std::vector<Run> runs;

@@ -21,7 +21,7 @@ constexpr std::uint32_t kRecordNodes = 8;
 // Up to eight nodes of a cell. A cell with more nodes has several consecutive records.
 struct CellRecord {
   std::uint32_t number, block;
-  std::uint32_t count;  // in this record
+  std::uint32_t count;  // number of nodes in this record
   bool last;            // last record of the cell
   std::array<std::uint32_t, kRecordNodes> nodes;
 };

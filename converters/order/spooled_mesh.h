@@ -89,19 +89,19 @@ class SpooledMesh final : public MeshSource, public Cells {
   Spool* spool_;
   std::size_t sort_bytes_;
   MeshInfo info_;
-  std::vector<bool> hexahedral_;  // by block
+  std::vector<bool> hexahedral_;  // indexed by block
   bool plain_;                    // all cells are hexahedra with eight nodes
   Numbers old_vertex_, new_vertex_, old_cell_, new_cell_;
   PagedArray points_;
-  Numbers blocks_;                                    // if there are several blocks
-  BigArray<std::array<std::uint32_t, 8>> hexahedra_;  // zeros for other cells
-  mutable CellStore all_cells_;                       // if not all cells are plain
-  std::vector<std::uint64_t> nodes_;                  // of the cell that is being added
+  Numbers blocks_;                                    // empty if there is one block
+  BigArray<std::array<std::uint32_t, 8>> hexahedra_;  // other cells have zeros
+  mutable CellStore all_cells_;                       // empty if plain_
+  std::vector<std::uint64_t> nodes_;                  // nodes of the cell that is being added
   mutable CellBatch batch_;                           // result of cell()
   mutable std::vector<std::uint32_t> corners_;
   std::uint64_t next_cell_ = 0;
-  std::vector<Values> values_;                            // by array
-  std::map<std::vector<std::uint32_t>, Numbers> places_;  // by covered blocks
+  std::vector<Values> values_;                            // indexed by array
+  std::map<std::vector<std::uint32_t>, Numbers> places_;  // key: covered blocks
 };
 
 // Returns true if a search for an order of cells, and reading in that order, need more than

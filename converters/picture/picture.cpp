@@ -133,7 +133,7 @@ class Painter {
   Camera camera_;
   Raster raster_;
   Vector lamp_{};
-  std::vector<Vector> places_;  // of the corners of one face
+  std::vector<Vector> places_;  // positions of the corners of one face
   std::vector<RasterPoint> seen_;
 };
 

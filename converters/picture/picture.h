@@ -47,7 +47,7 @@ struct Picture {
   std::uint64_t drawn = 0;          // faces
   std::uint64_t skipped = 0;        // faces without area, or with a vertex that is not finite
   std::uint64_t covered = 0;        // pixels, not counting the legend
-  std::optional<ShownRange> range;  // of the finite values
+  std::optional<ShownRange> range;  // range of the finite values
 };
 
 // Needs 35 bytes per pixel in addition to the surface. A polygon that is concave or not plane is

@@ -23,7 +23,7 @@ struct RasterPoint {
   // Distance from the left and from the top, -2^24..2^24.
   std::int64_t x = 0, y = 0;
   double depth = 0;  // finite; larger is nearer
-  double share = 0;  // of a value, for Paint::by_value: 0..1, or NaN
+  double share = 0;  // value for Paint::by_value: 0..1, or NaN
 };
 
 // How samples are coloured.
@@ -71,7 +71,7 @@ class Raster {
     if (depth > sample.depth + kSameDepth) sample = {depth, colour};
   }
 
-  std::int64_t across_, down_;  // in samples
+  std::int64_t across_, down_;  // size in samples
   std::vector<Sample> samples_;
   std::uint64_t work_ = 0;
 };

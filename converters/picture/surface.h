@@ -17,7 +17,7 @@ struct Surface {
   std::span<const std::byte> xyz;                    // 3 coordinates per vertex
   std::span<const std::uint64_t> face_begin;         // faces + 1 offsets into corners; or empty
   std::span<const std::uint32_t> corners;  // 1 corner: a point, 2: an edge, 3 or more: a polygon
-  std::span<const std::uint32_t> blocks;   // of each face, by index
+  std::span<const std::uint32_t> blocks;   // block index of each face
 
   std::size_t faces() const { return blocks.size(); }
   std::size_t vertices() const { return xyz.size() / (3 * scalar_bytes(coordinate_type)); }

@@ -259,7 +259,7 @@ Mesh make_tets(std::uint64_t cells) {
 // A curved lattice divided into blocks in random order, each numbered along its own axes, like the
 // output of block-structured mesh generators.
 Mesh make_blocks(std::uint64_t cells) {
-  constexpr Id kBlocks = 4;  // per axis
+  constexpr Id kBlocks = 4;  // number of blocks per axis
   const Id width = rounded(side_for(cells, 1) / kBlocks), n = width * kBlocks;
   const Mesh whole = lattice(n, n, n, [](double x, double y, double z) {
     return pipe({0.7 * (2 * x - 1) * (1 + 0.2 * y), 0.7 * (2 * y - 1) * (1 - 0.1 * x * z)}, z);

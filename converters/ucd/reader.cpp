@@ -116,7 +116,7 @@ class UcdMesh final : public MeshSource {
   PagedArray node_ids_, cell_ids_, materials_;
   Numbering node_numbers_, cell_numbers_;
   std::vector<std::unique_ptr<PagedArray>> data_;
-  std::vector<PagedArray*> values_;  // of the arrays of the schema
+  std::vector<PagedArray*> values_;  // values of each array of the schema
   bool materials_are_blocks_ = true;
   std::map<std::pair<std::int64_t, std::uint32_t>, std::uint32_t> block_numbers_;
   std::uint64_t next_cell_ = 0;

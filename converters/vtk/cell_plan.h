@@ -28,7 +28,7 @@ class CellPlan {
 
   int block_type(std::uint32_t block) const { return block_types_[block]; }
   bool has_polyhedra() const { return has_polyhedra_; }
-  const Extra* extra(const std::string& key) const;  // null when absent
+  const Extra* extra(const std::string& key) const;  // null if absent
   // Values of an int32 or int64 extra; empty when it is absent.
   std::vector<std::int64_t> integers(const std::string& key) const;
 
@@ -82,11 +82,11 @@ class CellPlan {
 
   std::vector<int> block_types_;
   bool has_polyhedra_ = false;
-  std::vector<Polyhedron> polyhedra_;  // those in blocks of shape polyhedron, sorted by cell
+  std::vector<Polyhedron> polyhedra_;  // only cells of shape polyhedron, sorted by cell
   std::vector<std::int64_t> face_sizes_;
   std::size_t next_polyhedron_ = 0;     // position in polyhedra_ of the current walk
   std::uint64_t cell_ = 0;              // cell of the current walk
-  std::vector<std::uint64_t> numbers_;  // of the current cell
+  std::vector<std::uint64_t> numbers_;  // numbers of the current cell
 };
 
 }  // namespace shm::converters::vtk

@@ -44,7 +44,7 @@ class CellTable {
     std::uint32_t nodes, index;
   };
   struct TypeBlocks {
-    bool varying = false;  // all cells of the type in one block
+    bool varying = false;  // all cells of the type are in one block
     std::vector<Block> blocks;
   };
   struct Faces {
@@ -67,12 +67,12 @@ class CellTable {
   std::uint64_t cells_ = 0, cell_ = 0, vertices_ = 0;
   bool has_offsets_ = false;
   EntryKind list_ = EntryKind::cells;
-  Values rows_, offsets_, types_;  // rows_ is the connectivity when has_offsets_
+  Values rows_, offsets_, types_;  // rows_ is the connectivity if has_offsets_
   IntegerCursor row_{rows_}, offset_{offsets_}, type_cursor_{types_};
   std::int64_t begin_ = 0;  // offset of the current cell
   std::uint8_t type_ = 0;
   std::vector<std::uint64_t> nodes_;
-  std::vector<std::int64_t> face_sizes_;  // of the current polyhedron
+  std::vector<std::int64_t> face_sizes_;  // face sizes of the current polyhedron
   bool closed_faces_ = true;              // true while all polyhedra can have the shape `faces`
   std::array<TypeBlocks, 256> by_type_;
 };

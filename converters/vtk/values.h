@@ -48,7 +48,7 @@ class Values {
 
   ScalarType type() const { return type_; }
   std::uint64_t size() const { return size_; }
-  std::uint64_t offset() const { return offset_; }  // of the first number in the file
+  std::uint64_t offset() const { return offset_; }  // position of the first number in the file
   void read(std::uint64_t first, std::uint64_t count, std::byte* out);
   // Returns true if both columns have the same type and bit-identical numbers.
   bool equals(Values& other);

@@ -116,7 +116,7 @@ enum class Origin : std::uint8_t { none, array, extra, block_ids };
 struct Entry {
   EntryKind kind = EntryKind::array;
   Origin origin = Origin::none;
-  std::size_t index = 0;  // into schema.arrays, or k of vtk/data/<k>
+  std::size_t index = 0;  // index into schema.arrays, or k of vtk/data/<k>
   std::string name{};     // %-encoded
   // Type word. For lists of cells: type word of the offsets, empty for classic rows. For kinds with
   // plain_words(): these words.

@@ -16,10 +16,10 @@ enum class NodeKind : std::uint8_t { element, text, comment, instruction, values
 
 struct Node {
   NodeKind kind = NodeKind::element;
-  std::string name{};  // of an element, or the target of an instruction
+  std::string name{};  // name of an element, or target of an instruction
   // Characters of a text, comment or instruction. For values: the word for them (see vtu.h).
   std::string text{};
-  std::vector<std::pair<std::string, std::string>> attributes{};  // in file order
+  std::vector<std::pair<std::string, std::string>> attributes{};  // attributes in file order
   std::vector<Node> children{};
   std::uint64_t begin = 0, end = 0;  // for inline values: their byte range in the file
 
@@ -47,7 +47,7 @@ struct Document {
   std::vector<Node> nodes;  // the root, and nodes before and after it
   // Offset in the file of the byte after the '_'; 0: no appended data.
   std::uint64_t appended_begin = 0;
-  Node& root();  // always exists
+  Node& root();  // the root element, which always exists
 };
 
 // Parses a file. Throws Failure: corrupt or truncated for damaged XML; unsupported for a DOCTYPE,

@@ -47,7 +47,7 @@ struct ValuesWord {
   enum class Kind : std::uint8_t { array, extra, other };
   Kind kind = Kind::other;
   std::string word;         // "connectivity", ...
-  std::uint64_t index = 0;  // of the array or extra
+  std::uint64_t index = 0;  // index of the array or extra
   std::optional<std::uint64_t> step;
   std::uint64_t block_bytes = kUsualBlockBytes;
 };

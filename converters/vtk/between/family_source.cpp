@@ -43,7 +43,7 @@ const Extra* time_of(const MeshInfo& info) {
 bool is_skeleton(std::string_view key) { return key == "vtk/skeleton" || key == "vtu/skeleton"; }
 
 std::vector<std::byte> stored_time(double time, ScalarType type) {
-  constexpr double kMostWhole = 0x1p31;  // for a file that counts steps
+  constexpr double kMostWhole = 0x1p31;  // limit for times that are step numbers
   return with_scalar(type, [&](auto zero) {
     std::vector<std::byte> stored(sizeof zero);
     if (is_float(type))

@@ -13,7 +13,7 @@ namespace shm::converters::vtk {
 struct FieldArray {
   std::string name;
   ValueForm form = ValueForm::number;
-  StringForm strings = StringForm::lines;  // if the form is `string`
+  StringForm strings = StringForm::lines;  // used only if `form` is string
   const Extra* values = nullptr;
 };
 // Returns all field data of a mesh from VTK, and nothing for other meshes.

@@ -51,7 +51,7 @@ std::string information_data(const Node& key) {
 
 std::string metadata_of(const Node& array, std::uint64_t components, bool rounded) {
   constexpr std::string_view kName = "ComponentName";
-  std::map<std::uint64_t, std::string> name_of;  // by component
+  std::map<std::uint64_t, std::string> name_of;  // key: component
   for (const auto& [key, name] : array.attributes)
     if (key.starts_with(kName) && !name.empty())
       if (const auto c = vtu::parse_count(key.substr(kName.size())); c && *c < components)
@@ -214,7 +214,7 @@ class LegacyBuilder {
       }
   }
 
-  using Roles = std::map<std::string, std::set<EntryKind>>;  // by the name of an array
+  using Roles = std::map<std::string, std::set<EntryKind>>;  // key: name of an array
 
   // Reports roles that legacy files do not have.
   Roles roles_of(const Node& data, Location location) {
@@ -381,7 +381,7 @@ class LegacyBuilder {
   LegacyParts parts_;
   std::vector<double> times_;
   std::size_t step_ = 0;
-  std::set<std::uint64_t> of_other_steps_;  // of the data that is being added
+  std::set<std::uint64_t> of_other_steps_;  // arrays of the section that is being added
 };
 
 }  // namespace

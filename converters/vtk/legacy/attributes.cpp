@@ -184,7 +184,7 @@ void Parser::bits(Entry& entry, std::uint64_t count) {
   if (skeleton_.binary && count / 8 > input_.left())
     input_.fail(ErrorCode::truncated, "the file ends within the bits");
   PagedArray values(spool_, 1);
-  std::string kept;  // as stored in the file
+  std::string kept;  // bits as stored in the file
   std::byte byte{};
   for (std::uint64_t i = 0; i < count; ++i) {
     if (skeleton_.binary && i % 8 == 0) {

@@ -48,7 +48,7 @@ std::string without_ranges(const std::string& metadata) {
 void add_losses_of_skeleton(const Skeleton& skeleton, const Keys& used, LossList& losses) {
   const std::string dataset(dataset_word(skeleton.dataset));
   if (skeleton.dataset == Dataset::polydata) losses.push_back("kind of data set (" + dataset + ")");
-  std::set<EntryKind> attributes;  // of the points or cells whose arrays follow
+  std::set<EntryKind> attributes;  // kinds so far in this section
   for (const Entry& entry : skeleton.entries) {
     const std::string name = decode_name(entry.name);
     if (entry.kind == EntryKind::point_data || entry.kind == EntryKind::cell_data)
@@ -66,7 +66,7 @@ void add_losses_of_skeleton(const Skeleton& skeleton, const Keys& used, LossList
     }
     if (entry.origin != Origin::extra || used.contains(data_key(entry.index))) continue;
     if (entry.kind >= EntryKind::x_coordinates && entry.kind <= EntryKind::z_coordinates)
-      continue;  // axes of the points
+      continue;  // the points of the mesh contain the axes
     const bool table = entry.kind == EntryKind::lookup_table;
     losses.push_back((table ? "lookup table" : "field data") + quoted(name));
   }

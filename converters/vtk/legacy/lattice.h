@@ -34,14 +34,14 @@ class Lattice {
  private:
   std::array<std::uint64_t, 3> dimensions_{}, cell_dimensions_{};
   std::uint64_t points_ = 0, cells_ = 0;
-  std::size_t nodes_ = 1;                   // of a cell
-  std::array<std::uint64_t, 8> offsets_{};  // of the corners, relative to the first corner
+  std::size_t nodes_ = 1;                   // nodes per cell
+  std::array<std::uint64_t, 8> offsets_{};  // corners relative to the first corner
   std::array<std::uint64_t, 8> corners_{};
 };
 
 // Coordinates along one axis: listed, or evenly spaced and unbounded.
 struct Axis {
-  std::vector<double> values;  // empty: evenly spaced
+  std::vector<double> values;  // empty: points are evenly spaced
   double origin = 0, spacing = 1;
   std::int64_t first = 0;  // number of the first point; point 0 is at `origin`
   double operator()(std::uint64_t index) const {

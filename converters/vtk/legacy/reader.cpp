@@ -139,7 +139,7 @@ bool Parser::section_keyword(const std::string& word) {
   if (word == "cell_data" || word == "point_data") {
     begin_section(word == "cell_data" ? EntryKind::cell_data : EntryKind::point_data);
   } else if (word == "metadata") {
-    std::string ignored;  // VTK does not attach it to anything
+    std::string ignored;  // metadata that VTK does not attach to anything
     input_.skip_line();
     read_metadata(0, ignored);
   } else if (word == "field") {

@@ -111,7 +111,7 @@ class Parser {
   std::shared_ptr<RandomFile> binary_file_;
   Skeleton skeleton_;
   Section section_ = Section::dataset;
-  std::array<bool, kEntryKinds> seen_{};  // of sections that may occur once in a file
+  std::array<bool, kEntryKinds> seen_{};  // sections that may occur only once
   bool saw_types_ = false;
   std::size_t data_count_ = 0;
   std::set<std::pair<std::size_t, EntryKind>> roles_;  // kinds under which each array has occurred

@@ -66,7 +66,7 @@ class ArrayLoader {
   std::optional<PayloadReader> payload_;
   std::map<std::string, std::string> kept_;  // appended extras by their place in the file
   std::uint64_t extras_ = 0, extra_bytes_ = 0;
-  std::map<const Node*, std::uint64_t> block_bytes_;  // of each array read so far
+  std::map<const Node*, std::uint64_t> block_bytes_;  // block size of each array read so far
 };
 
 }  // namespace shm::converters::vtu

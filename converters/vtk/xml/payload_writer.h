@@ -24,7 +24,7 @@ class PayloadWriter {
     Style style = Style::raw;
     ScalarType type = ScalarType::float64;
     bool bits = false;        // uint8 of 0 and 1
-    std::uint64_t count = 0;  // of all numbers of the array
+    std::uint64_t count = 0;  // number of values of the array
     std::uint64_t block_bytes = kUsualBlockBytes;
   };
   // Call begin(), then numbers() until all `count` numbers in host byte order are passed, then

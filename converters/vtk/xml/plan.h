@@ -61,7 +61,7 @@ class VtuPlan : public vtk::CellPlan {
   Document document_;
   ByteForm form_;
   bool raw_appended_ = true, own_ = false;
-  std::string format_ = "appended";  // of arrays that are new in the file
+  std::string format_ = "appended";  // format of arrays that the source did not have
   std::vector<PieceRange> pieces_;   // consecutive ranges
   std::map<const Node*, std::size_t> by_node_;
   std::set<std::size_t> placed_;

@@ -47,7 +47,7 @@ class VtuSource : public MeshSource {
   MeshInfo info_;
   PagedArray points_;
   vtk::CellTable cells_;
-  std::vector<std::vector<PagedArray>> arrays_;  // of each array, its steps
+  std::vector<std::vector<PagedArray>> arrays_;  // indexed by array, then by step
 };
 
 // An array of one piece, with one node, or one node per step.
@@ -336,7 +336,7 @@ void Parser::data(Location location, const char* element_name) {
   if (leader == pieces_.size()) return;
   struct Parts {
     std::vector<std::pair<Column, Piece>> list;
-    std::size_t found = 0;  // in pieces that must have it
+    std::size_t found = 0;  // number of pieces with elements that have the column
   };
   std::map<decltype(Column().key()), Parts> parts_of;
   for (const Column& column : of_piece[leader]) parts_of.try_emplace(column.key());

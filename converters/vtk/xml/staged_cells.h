@@ -36,7 +36,7 @@ class StagedCells {
   }
 
   PagedArray nodes_, node_ends_, types_;
-  PagedArray streams_, stream_ends_;  // of polyhedra; empty if there are none
+  PagedArray streams_, stream_ends_;  // face streams of polyhedra; empty if there are none
   bool polyhedra_;
 };
 

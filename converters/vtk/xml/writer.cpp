@@ -82,7 +82,7 @@ void Writer::write() {
 void Writer::node(Node& node, int depth) {
   switch (node.kind) {
     case NodeKind::text: return out_.text(escaped_text(node.text));
-    case NodeKind::values: return;  // written with its array
+    case NodeKind::values: return;  // array_node() writes the values
     case NodeKind::comment: indent(depth); return out_.line("<!--" + node.text + "-->");
     case NodeKind::instruction:
       indent(depth);
