@@ -249,7 +249,7 @@ void UcdMesh::data(Location location, std::uint64_t values, std::uint64_t elemen
   }
   if (sum != values || std::count(sizes.begin(), sizes.end(), 0u) > 0)
     input_.fail(ErrorCode::corrupt, "the components have " + std::to_string(sum) +
-                                        " values together, not " + std::to_string(values));
+                                        " values in total, not " + std::to_string(values));
   input_.expect_room(elements, 2 * (values + 1) - 1, "values");
   input_.skip_line();
   std::string units;

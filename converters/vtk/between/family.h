@@ -69,8 +69,8 @@ inline bool is_range_key(std::string_view name) {
   return name.find("_RANGE") != std::string_view::npos;
 }
 
-// Legacy files from version 5.1 on and XML files from 2.1 on use another node order for some cells.
-// Returns true if the mesh may have such cells in that order.
+// Legacy files from version 5.1 on and XML files from version 2.1 on use another node order for
+// some cells. Returns true if the mesh may have such cells in that order.
 bool has_renumbered_cells(const MeshInfo& info);
 // Extra of a piece of a file. The piece has no skeleton; the extra says that its cells have the
 // newer node order.

@@ -93,7 +93,7 @@ class LegacyBuilder {
  private:
   void lose(std::string loss) { losses_.add(std::move(loss)); }
 
-  // VTK has them ascending when it reads a legacy file.
+  // When VTK reads a legacy file, it sorts the points of each polyhedron.
   bool points_of_polyhedra_ascend() const {
     const Extra* counts = extras_.find("vtu/polyhedron/counts");
     const Extra* points = extras_.find("vtu/polyhedron/points");
@@ -340,7 +340,7 @@ class LegacyBuilder {
     if (name == kXmlTime && !info_.step_times.empty() && type->kind == ArrayKind::number) {
       const bool known =
           count == 1 && as_double(found->data.data(), found->type) == info_.step_times.back();
-      return known ? void() : lose("field data '" + name + "' (the time of the step is)");
+      return known ? void() : lose("field data '" + name + "' (replaced by the time of the step)");
     }
     if (name == kXmlTime && count == 1 && !has_field(kLegacyTime)) entry.name = kLegacyTime;
     const bool too_many = components > kMostNamedComponents;

@@ -156,8 +156,8 @@ PayloadReader::PayloadReader(std::shared_ptr<vtk::RandomFile> file, std::string 
 void PayloadReader::spend(const PayloadPlace& place, std::uint64_t bytes) {
   if (bytes > room_)
     fail(ErrorCode::over_limit, place,
-         "up to here the arrays unpack to more bytes than a file of " +
-             std::to_string(file_bytes_) + " may have");
+         "the arrays so far unpack to more bytes than the limit for a file of " +
+             std::to_string(file_bytes_) + " bytes");
   room_ -= bytes;
 }
 
