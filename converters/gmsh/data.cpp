@@ -8,12 +8,12 @@
 namespace shm::converters {
 namespace {
 
-constexpr std::uint64_t kMaxComponents = 65535;  // of an array
-constexpr std::uint64_t kFewEntries = 1 << 16;   // of a view that are sorted in memory
+constexpr std::uint64_t kMaxComponents = 65535;  // limit of an array
+constexpr std::uint64_t kFewEntries = 1 << 16;   // views up to here are sorted in memory
 
 struct Header {
   std::vector<std::string> strings;
-  std::vector<std::string> reals, integers;  // as written
+  std::vector<std::string> reals, integers;  // verbatim words
   std::uint64_t components = 0, entries = 0;
   std::int64_t step = 0;
   double time = 0;
@@ -131,7 +131,7 @@ class DataReader {
     }
   }
 
-  // Does each node, or each element of some blocks, have exactly one entry?
+  // Returns true if each node, or each element of some blocks, has exactly one entry.
   bool covers_blocks() {
     const MeshInfo& info = r_.mesh->info_;
     if (header_.entries == 0 || header_.entries > mesh_tags().size()) return false;
@@ -150,7 +150,7 @@ class DataReader {
       }
     }
     if (points_) return header_.entries == info.vertices;
-    std::map<std::uint32_t, std::uint64_t> cells;  // of the blocks that have entries
+    std::map<std::uint32_t, std::uint64_t> cells;  // number of cells, for blocks with entries
     for (std::uint64_t e = 0; e < header_.entries; ++e)
       ++cells[r_.mesh->cell_blocks_.get<std::uint32_t>(places_.get<std::uint64_t>(e))];
     for (const auto& [block, count] : cells) {
@@ -161,7 +161,8 @@ class DataReader {
     return true;
   }
 
-  // $ElementNodeData: has each element as many nodes in the data as it has in the mesh?
+  // For $ElementNodeData: returns true if all elements have the same number of nodes in the data
+  // and in the mesh.
   bool uniform_nodes() {
     if (!by_node_) return true;
     nodes_ = sizes_.get<std::uint32_t>(0);
@@ -237,7 +238,7 @@ class DataReader {
   const Header header_;
   const bool points_, by_node_, known_;
   PagedArray tags_, places_, sizes_, values_;
-  // When the entries are not in order: places and their entries, or entry + 1 by place.
+  // If the entries are not in mesh order: (element, entry) pairs, or entry + 1 by element.
   std::vector<std::pair<std::uint64_t, std::uint64_t>> few_;
   std::optional<PagedArray> entry_of_;
   bool found_all_ = false, ascending_ = true;
@@ -245,20 +246,20 @@ class DataReader {
   std::vector<std::uint32_t> blocks_, covered_;
 };
 
-// Which views are the steps of which array.
+// Finds out which views are the steps of which array.
 class ViewGroups {
  public:
   explicit ViewGroups(GmshReading& reading) : r_(reading) {
     for (const ArrayInfo& array : r_.mesh->info_.schema.arrays)
       names_.keep(array.location, array.name);
     for (std::size_t v = 0; v < r_.views.size(); ++v) {
-      const auto [at, fresh] = number_.try_emplace(r_.views[v].group, groups_.size());
-      // A step that does not come after the last one begins another view of the same name.
-      if (fresh || r_.views[v].step <= r_.views[groups_[at->second].back()].step) {
-        at->second = groups_.size();
+      const auto [entry, fresh] = number_.try_emplace(r_.views[v].group, groups_.size());
+      // If a step is not after the last one, it begins another view of the same name.
+      if (fresh || r_.views[v].step <= r_.views[groups_[entry->second].back()].step) {
+        entry->second = groups_.size();
         groups_.emplace_back();
       }
-      groups_[at->second].push_back(v);
+      groups_[entry->second].push_back(v);
     }
   }
 

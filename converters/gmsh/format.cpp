@@ -1,4 +1,4 @@
-// What other code may ask of Gmsh files, and of meshes that came from them.
+// The Format of Gmsh files: recognition, opening, writing, capabilities and losses.
 #include <algorithm>
 #include <map>
 #include <set>
@@ -49,7 +49,7 @@ void add_sections(const MeshInfo& info, const Keys& used, LossList& losses) {
     } else if (name == "Entities") {
       if (gmsh_entities_have_bounds(info)) losses.push_back("boundaries of entities ($Entities)");
     } else if (name == "PhysicalNames") {
-      continue;  // blocks and sets have them
+      continue;  // blocks and sets have the names
     } else if (kind == "raw" || kind == "links" || kind == "ghosts") {
       losses.push_back("section $" + name);
     } else if (kind == "between") {
@@ -72,7 +72,8 @@ void add_tags(const MeshInfo& info, LossList& losses) {
     losses.push_back("entities of nodes");
 }
 
-// Sections list every view at every step, and number what else belongs to them.
+// Extras for a range of steps. gmsh/sections lists every view at every step; the extras of a
+// section have its line number in their keys, so remaining sections are numbered again.
 class SectionsOfSteps {
  public:
   SectionsOfSteps(const MeshInfo& info, StepRange steps) : info_(info), steps_(steps) {
@@ -108,11 +109,11 @@ class SectionsOfSteps {
     for (std::string* word : {&name, &kind, &step}) std::getline(words, *word, '\t');
     std::getline(words, array);
     std::string kept = line;
-    std::uint64_t at = 0;
+    std::uint64_t step_number = 0;
     if (kind == "array" && stepped_.contains({name == "NodeData", array}) &&
-        TextInput::parse(step, at)) {
-      if (at < steps_.first || at >= steps_.end) return;
-      kept = name + '\t' + kind + '\t' + std::to_string(at - steps_.first) + '\t' + array;
+        TextInput::parse(step, step_number)) {
+      if (step_number < steps_.first || step_number >= steps_.end) return;
+      kept = name + '\t' + kind + '\t' + std::to_string(step_number - steps_.first) + '\t' + array;
     }
     numbers_.emplace(std::to_string(number), numbers_.size());
     list_ += kept + '\n';
@@ -120,15 +121,15 @@ class SectionsOfSteps {
 
   const MeshInfo& info_;
   const StepRange steps_;
-  std::set<std::pair<bool, std::string>> stepped_;  // of points, name
-  std::map<std::string, std::size_t> numbers_;      // of sections that stay: old and new
+  std::set<std::pair<bool, std::string>> stepped_;  // (of points, name)
+  std::map<std::string, std::size_t> numbers_;      // of the remaining sections: old -> new number
   std::string list_;
 };
 
 class GmshSource final : public SourceFormat {
  public:
-  // Physical groups, but for those that the names of their blocks are, where there are too many of
-  // them for the extras to hold.
+  // Physical groups as sets. Used if there were too many of them for element sets in the extras.
+  // Leaves out groups whose blocks all have the name of the group.
   std::vector<MeshSet> sets(const MeshInfo& info, Keys&) const override {
     std::vector<MeshSet> sets;
     if (std::any_of(info.extras.begin(), info.extras.end(),
@@ -160,7 +161,7 @@ class GmshSource final : public SourceFormat {
     return groups;
   }
 
-  // Values for each corner of an element stand in the order of the file.
+  // Values per corner of an element are in file order.
   bool needs_corner_order(const MeshInfo& info) const override {
     const Extra* sections = find_extra(info, kSections);
     return sections != nullptr &&
@@ -170,7 +171,8 @@ class GmshSource final : public SourceFormat {
   bool has_padded_vectors() const override { return true; }  // 1, 3 or 9 components
   bool has_unique_names() const override { return true; }
 
-  // Rows of a table, and values for each corner in the order of the file.
+  // gmsh:node_entity has rows of a table, and gmsh:element_node_data has values per corner in file
+  // order.
   bool is_private(const ArrayInfo& array) const override {
     return array.role == "gmsh:node_entity" || array.role == "gmsh:element_node_data";
   }
@@ -206,7 +208,7 @@ class GmshSource final : public SourceFormat {
   bool follows_from_blocks(const Extra& extra) const override { return extra.key == kBlocks; }
 };
 
-// Whether a name can stand between quotes as it is.
+// Returns true if a name is allowed between quotes without changes.
 bool can_be_quoted(const std::string& name) { return quotable(name) == name; }
 
 constexpr GmshSource kGmshSource;

@@ -1,20 +1,19 @@
 // Gmsh MSH files: versions 1.0, 2.x, 4.0 and 4.1, ASCII and binary, either byte order.
 //
-// In the model: one block for each entity block of MSH 4 (id = entity tag), or for each
-// combination of element type and tags of MSH 1 and 2 (id = elementary tag; when there are more
-// than 1024 of these, one for each type and number of tags, the tags in arrays). Views
-// that cover all nodes, or all elements of some blocks, are arrays, per step when they have
-// several times. Second-order elements are permuted to VTK's node order; other high-order
-// elements have shape `other` and keep the order of the file.
+// In the model: one block for each entity block of MSH 4 (id = entity tag), or for each combination
+// of element type and tags of MSH 1 and 2 (id = elementary tag). If there are more than 1024
+// combinations, there is one block for each type and number of tags, and the tags are in arrays.
+// Views that cover all nodes, or all elements of some blocks, are arrays; they are stepped if the
+// view has several times. Second-order elements are permuted to VTK's node order; other high-order
+// elements have shape `other` and keep the node order of the file.
 //
 // Arrays with a role:
-//   gmsh:node_tag, gmsh:element_tag   int64, only when tags do not count up by one, or when a part
-//   of
-//                                     the file that we keep as it is may name nodes and elements
-//   gmsh:node_entity                  int32, row of gmsh/nodes/entities, when there are several
-//   gmsh:node_parameters              float64 x 3, when some nodes have parametric coordinates
+//   gmsh:node_tag, gmsh:element_tag   int64, only if tags do not count up by one, or if a part of
+//                                     the file that is kept verbatim may name nodes and elements
+//   gmsh:node_entity                  int32, row of gmsh/nodes/entities, if there are several
+//   gmsh:node_parameters              float64 x 3, if some nodes have parametric coordinates
 //   gmsh:tag_<i>                      int32, i-th tag of an MSH 1/2 element, on the blocks whose
-//                                     elements have it (0 and 1 only when the block has them not)
+//                                     elements have it (0 and 1 only if blocks do not imply them)
 //   gmsh:element_node_data            $ElementNodeData: components = nodes x values, file order
 //
 // Extras:
@@ -23,17 +22,17 @@
 //   gmsh/sections          text: a line for each section, "name TAB kind TAB step TAB array";
 //                          kind is format, nodes, elements, array, list, links, ghosts, names,
 //                          raw or between (text between sections, no name)
-//   gmsh/nodes/first_tag, gmsh/elements/first_tag   int64, when the tags count up from it
+//   gmsh/nodes/first_tag, gmsh/elements/first_tag   int64, if the tags count up from it
 //   gmsh/nodes/entities    int32 [n, 3]: dimension, tag, parametric, in file order
 //   gmsh/elements/blocks   int32 [blocks, 3]: dimension, entity, type (MSH 4), or
 //                          int32 [blocks, 4]: type, number of tags, first two tags (MSH 1/2)
 //   mesh/element_set/<i>/...   physical groups to which blocks belong, as in shm/sets.h, by
-//                          dimension and tag; $PhysicalNames of kind names is made of these
+//                          dimension and tag; $PhysicalNames of kind names is made from these
 //   gmsh/section/<k>       uint8: content of the raw section, or text, in line k (from 0) of
 //                          gmsh/sections
 //   gmsh/section/<k>/header   text: string, real and integer tags of a data section
 //   list (a view that covers some nodes or elements, in file order):
-//     .../vertices or .../cells   int64, references; or .../tags when some are not in the mesh
+//     .../vertices or .../cells   int64, references; or .../tags if some are not in the mesh
 //     .../counts int32 ($ElementNodeData), .../values float64
 //   links ($Periodic):
 //     .../links int64 [n, 5]: dimension, tag, master tag, affine values, node pairs;
@@ -57,10 +56,11 @@ namespace shm::converters {
 // Throws Failure. `spool` must outlive the mesh.
 std::unique_ptr<MeshSource> open_gmsh(const std::string& path, Spool& spool);
 
-// By content: `head` is the beginning of the file, up to 4096 bytes.
+// Recognizes the format by content. `head` is the beginning of the file, up to 4096 bytes.
 bool looks_like_gmsh(std::span<const std::byte> head);
 
-// A mesh that came from Gmsh is written as it was; any other as MSH 4.1, binary.
+// Writes a mesh. A mesh that came from Gmsh gets its version, encoding and sections back; any other
+// mesh becomes MSH 4.1, binary.
 void write_gmsh(MeshSource& mesh, const std::string& path);
 
 extern const Format kGmshFormat;

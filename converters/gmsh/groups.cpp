@@ -15,7 +15,7 @@
 namespace shm::converters {
 
 void GmshNaming::add_names(std::string_view content) {
-  GmshMemoryScan scan(content, {});  // text in binary files too
+  GmshMemoryScan scan(content, {});  // the section is text in binary files too
   const std::uint64_t count = scan.count();
   for (std::uint64_t i = 0; i < count; ++i) {
     const std::int64_t dimension = scan.integer32(), tag = scan.integer32();
@@ -76,7 +76,7 @@ std::vector<std::pair<std::int64_t, std::int64_t>> GmshNaming::groups_of(
 }
 
 std::string GmshNaming::block_name(std::span<const std::int32_t> row) const {
-  if (row.size() == 3) {  // blocks and groups of one entity may be very many
+  if (row.size() == 3) {  // avoids groups_of(): an entity may have very many blocks and groups
     const auto entity = groups.find({row[0], row[1]});
     if (entity == groups.end() || entity->second.size() != 1) return {};
   }
@@ -88,8 +88,8 @@ std::string GmshNaming::block_name(std::span<const std::int32_t> row) const {
 
 namespace {
 
-// The rows of extra gmsh/elements/blocks, as many for each block; none where it is not of that
-// form.
+// Rows of the extra gmsh/elements/blocks, with the same number of values for each block. Empty if
+// the extra has another form.
 std::vector<std::int32_t> block_rows(const MeshInfo& info) {
   const Extra* table = find_extra(info, "gmsh/elements/blocks");
   const std::size_t blocks = info.schema.blocks.size();
@@ -101,7 +101,7 @@ std::vector<std::int32_t> block_rows(const MeshInfo& info) {
   return rows;
 }
 
-// Of groups that are element sets in the extras; a group has elements of one dimension.
+// The groups that are element sets in the extras. A group has elements of one dimension.
 std::vector<GmshGroup> groups_of_sets(const MeshInfo& info) {
   const std::vector<std::int32_t> rows = block_rows(info);
   if (rows.empty()) return {};
@@ -135,21 +135,22 @@ GmshNaming naming_of_extras(const MeshInfo& info) {
   const std::string list = text("gmsh/sections");
   std::size_t number_of_section = 0;
   bool names_of_sets = false;
-  for (std::size_t at = 0; at < list.size(); ++number_of_section) {
-    const std::string name = list.substr(at, list.find('\t', at) - at);
+  for (std::size_t position = 0; position < list.size(); ++number_of_section) {
+    const std::string name = list.substr(position, list.find('\t', position) - position);
     const std::string content = text("gmsh/section/" + std::to_string(number_of_section));
     if (name == "PhysicalNames" && content.empty() && !std::exchange(names_of_sets, true))
       naming.add_names_of_sets(info);
     if (name == "PhysicalNames") naming.add_names(content);
     if (name == "Entities") naming.add_entities(content, false, encoding, version);
     if (name == "PartitionedEntities") naming.add_entities(content, true, encoding, version);
-    const std::size_t end = list.find('\n', at);
-    at = end == std::string::npos ? list.size() : end + 1;
+    const std::size_t end = list.find('\n', position);
+    position = end == std::string::npos ? list.size() : end + 1;
   }
   return naming;
 }
 
-// Of all blocks together: each entity may have many groups, and be that of many blocks.
+// Limit for the number of groups of each block, summed over all blocks. An entity may have many
+// groups and many blocks.
 constexpr std::size_t kMostGroupBlocks = std::size_t{1} << 22;
 
 }  // namespace
@@ -211,14 +212,15 @@ std::string gmsh_names_of_sets(const MeshInfo& info) {
 }
 
 void add_group_sets(MeshInfo& info) {
-  constexpr std::size_t kMostSets = 1 << 16;  // each takes some extras
+  constexpr std::size_t kMostSets = 1 << 16;  // each set needs several extras
   if (std::any_of(info.extras.begin(), info.extras.end(),
                   [](const Extra& extra) { return extra.key.starts_with("mesh/element_set/"); }))
     return;
   std::vector<GmshGroup> groups;
   try {
     groups = gmsh_groups(info);
-  } catch (const Failure&) {  // too many: who wants to know them hears of it
+  } catch (const Failure&) {
+    // Too many. gmsh_groups() reports that to callers that need the groups.
     return;
   }
   std::vector<MeshSet> sets;
@@ -237,15 +239,15 @@ void add_group_sets(MeshInfo& info) {
                                  [](const Extra& extra) { return extra.key == "gmsh/sections"; });
   if (list == info.extras.end()) return;
   std::string sections = text_of_extra(*list);
-  std::size_t number = 0, at = 0;
-  for (; sections.compare(at, kRaw.size(), kRaw) != 0; ++number) {
-    at = sections.find('\n', at);
-    if (at == std::string::npos || ++at == sections.size()) return;
+  std::size_t number = 0, position = 0;
+  for (; sections.compare(position, kRaw.size(), kRaw) != 0; ++number) {
+    position = sections.find('\n', position);
+    if (position == std::string::npos || ++position == sections.size()) return;
   }
   const std::string key = "gmsh/section/" + std::to_string(number);
   const Extra* content = find_extra(info, key);
   if (content == nullptr || text_of_extra(*content) != gmsh_names_of_sets(info)) return;
-  sections.replace(at, kRaw.size(), kNames);
+  sections.replace(position, kRaw.size(), kNames);
   *list = text_extra("gmsh/sections", sections);
   std::erase_if(info.extras, [&](const Extra& extra) { return extra.key == key; });
 }

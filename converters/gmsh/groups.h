@@ -1,4 +1,4 @@
-// Physical groups of Gmsh: which entities belong to them, and their names.
+// Physical groups of Gmsh: the entities that belong to them, and their names.
 #pragma once
 
 #include <cstdint>
@@ -14,41 +14,44 @@
 
 namespace shm::converters {
 
-// Names and groups that sections list. Content that cannot be understood gives none.
+// Names and groups listed in sections. A section that cannot be parsed adds nothing.
 struct GmshNaming {
   std::map<std::pair<std::int64_t, std::int64_t>, std::string> names;  // (dimension, group)
-  std::map<std::pair<std::int64_t, std::int64_t>, std::vector<std::int64_t>> groups;  // of entities
-  bool any_bounds = false;  // has an entity others on its boundary?
+  std::map<std::pair<std::int64_t, std::int64_t>, std::vector<std::int64_t>> groups;  // by entity
+  bool any_bounds = false;  // true if an entity has a boundary
 
   void add_names(std::string_view content);      // $PhysicalNames
-  void add_names_of_sets(const MeshInfo& info);  // where these hold what stands there
+  void add_names_of_sets(const MeshInfo& info);  // for meshes whose sets replace $PhysicalNames
   void add_entities(std::string_view content, bool partitioned, GmshEncoding encoding, int version);
-  // The groups, as (dimension, tag), of a block; `row`: its row of extra gmsh/elements/blocks.
+  // Groups of a block, as (dimension, tag). `row`: its row in the extra gmsh/elements/blocks.
   std::vector<std::pair<std::int64_t, std::int64_t>> groups_of(
       std::span<const std::int32_t> row) const;
-  std::string block_name(std::span<const std::int32_t> row) const;  // when it is in one group
+  // Name of a block if it is in exactly one group, otherwise empty.
+  std::string block_name(std::span<const std::int32_t> row) const;
 };
 
 struct GmshGroup {
   std::int64_t dimension = 0, tag = 0;
-  std::string name;                   // may be empty
-  std::vector<std::uint32_t> blocks;  // that belong to it
+  std::string name;                   // empty if the group has no name
+  std::vector<std::uint32_t> blocks;  // blocks of the group
 };
 
-// Element sets (shm/sets.h) for the groups that blocks belong to, unless the mesh has some. Where
-// they say all that $PhysicalNames does, its content goes, and its kind is "names".
+// Adds an element set (shm/sets.h) for each group that blocks belong to, unless the mesh already
+// has element sets. If the sets contain everything that $PhysicalNames contains, removes the
+// content of that section and sets its kind to "names".
 void add_group_sets(MeshInfo& info);
-// The content of $PhysicalNames out of the element sets of a mesh.
+// Returns the content of $PhysicalNames, made from the element sets of a mesh.
 std::string gmsh_names_of_sets(const MeshInfo& info);
 
-// Whether $Entities has more than groups, and boxes that follow from the nodes.
+// Returns true if $Entities has boundaries of entities, in addition to groups and to boxes, which
+// follow from the nodes.
 bool gmsh_entities_have_bounds(const MeshInfo& info);
 
-// Names of the groups of a mesh that came from Gmsh, by (dimension, tag), whether or not a block
-// belongs to them.
+// Names of all groups of a mesh that came from Gmsh, by (dimension, tag), including groups without
+// blocks.
 std::map<std::pair<std::int64_t, std::int64_t>, std::string> gmsh_group_names(const MeshInfo& info);
 
-// Those of a mesh that came from Gmsh, out of its extras, in order of dimension and tag.
+// Groups of a mesh that came from Gmsh, from its extras, in order of dimension and tag.
 std::vector<GmshGroup> gmsh_groups(const MeshInfo& info);
 
 }  // namespace shm::converters

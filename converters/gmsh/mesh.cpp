@@ -70,11 +70,12 @@ void GmshTags::finish() {
       sparse_.emplace_back(tag, i);
       continue;
     }
-    const std::uint64_t at = static_cast<std::uint64_t>(tag) - static_cast<std::uint64_t>(lowest_);
-    if (at >= places_.size() || places_.get<std::uint64_t>(at) == 0)
-      places_.set<std::uint64_t>(at, i + 1);
+    const std::uint64_t index =
+        static_cast<std::uint64_t>(tag) - static_cast<std::uint64_t>(lowest_);
+    if (index >= places_.size() || places_.get<std::uint64_t>(index) == 0)
+      places_.set<std::uint64_t>(index, i + 1);
   }
-  std::sort(sparse_.begin(), sparse_.end());  // equal tags: the lowest place first
+  std::sort(sparse_.begin(), sparse_.end());  // of equal tags, the lowest index comes first
 }
 
 PagedArray GmshTags::take_listed() {
@@ -85,10 +86,10 @@ PagedArray GmshTags::take_listed() {
 
 std::optional<std::uint64_t> GmshTags::find(std::int64_t tag) {
   if (size_ == 0 || tag < lowest_ || tag > highest_) return std::nullopt;
-  const std::uint64_t at = static_cast<std::uint64_t>(tag) - static_cast<std::uint64_t>(lowest_);
-  if (run_) return at;
+  const std::uint64_t index = static_cast<std::uint64_t>(tag) - static_cast<std::uint64_t>(lowest_);
+  if (run_) return index;
   if (dense_) {
-    const auto place = places_.get<std::uint64_t>(at);
+    const auto place = places_.get<std::uint64_t>(index);
     return place != 0 ? std::optional(place - 1) : std::nullopt;
   }
   const auto found =

@@ -13,7 +13,7 @@ constexpr std::size_t kBufferBytes = std::size_t{1} << 18;
 GmshOutput::GmshOutput(const std::string& path, GmshEncoding encoding)
     : path_(path), encoding_(encoding), file_(std::fopen(path.c_str(), "wb")) {
   if (file_ == nullptr) fail("cannot create");
-  std::setvbuf(file_, nullptr, _IONBF, 0);  // the buffer is ours
+  std::setvbuf(file_, nullptr, _IONBF, 0);  // unbuffered, because buffer_ is the buffer
   buffer_.reserve(kBufferBytes + 4096);
 }
 

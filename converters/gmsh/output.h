@@ -1,4 +1,4 @@
-// Writes the numbers of an MSH file, as text or binary, through a buffer.
+// Writes the numbers of an MSH file as text or binary, through a buffer.
 #pragma once
 
 #include <charconv>
@@ -19,19 +19,19 @@ class GmshOutput {
   GmshOutput(const GmshOutput&) = delete;
   GmshOutput& operator=(const GmshOutput&) = delete;
 
-  void text(std::string_view content);  // as it is, in binary files too
-  // For the sections that are text in binary files.
+  void text(std::string_view content);  // written verbatim, in binary files too
+  // Some sections of binary files are text.
   void write_numbers_as_text(bool yes) { numbers_as_text_ = yes; }
-  // Numbers: in text a space stands between those of a line.
+  // Numbers. In text, numbers of a line are separated by a space.
   void integer32(std::int64_t value);
   void integer64(std::int64_t value);
   void tag(std::int64_t value, bool wide) { wide ? integer64(value) : integer32(value); }
   void count(std::uint64_t value) { integer64(static_cast<std::int64_t>(value)); }
   void count(std::uint64_t value, bool wide) { tag(static_cast<std::int64_t>(value), wide); }
   void real(double value);
-  void end_line();     // of numbers; nothing in binary
-  void end_of_data();  // before an end marker: it must stand on a line of its own
-  void close();        // throws when something did not reach the file
+  void end_line();     // ends a line of numbers; does nothing in binary
+  void end_of_data();  // call it before an end marker, which must be on a line of its own
+  void close();        // throws Failure if not everything could be written
 
  private:
   template <class T>

@@ -1,4 +1,4 @@
-// The plan of a file that comes from Gmsh.
+// The plan of a file for a mesh that came from Gmsh.
 #include "gmsh/plan.h"
 
 #include <cstring>
@@ -41,7 +41,7 @@ std::vector<std::int64_t> GmshExtras::integers(const std::string& key, std::uint
   const std::size_t bytes = scalar_bytes(extra.type);
   if ((extra.type != ScalarType::int32 && extra.type != ScalarType::int64) ||
       extra.data.size() % (bytes * width) != 0)
-    fail(key, "does not hold the integers that it should");
+    fail(key, "does not have the expected integers");
   std::vector<std::int64_t> values(extra.data.size() / bytes);
   for (std::size_t i = 0; i < values.size(); ++i) {
     if (bytes == 8) {
@@ -58,7 +58,7 @@ std::vector<std::int64_t> GmshExtras::integers(const std::string& key, std::uint
 std::vector<double> GmshExtras::reals(const std::string& key) const {
   const Extra& extra = need(key);
   if (extra.type != ScalarType::float64 || extra.data.size() % 8 != 0)
-    fail(key, "does not hold the numbers that it should");
+    fail(key, "does not have the expected numbers");
   std::vector<double> values(extra.data.size() / 8);
   if (!values.empty()) std::memcpy(values.data(), extra.data.data(), extra.data.size());
   return values;
@@ -89,7 +89,7 @@ class PlanFromExtras {
     plan_.format_line = extras_.text(key);
     GmshMemoryScan words(plan_.format_line, {});
     const double version = words.real();
-    if (!words.good() || version < 1 || version >= 4.15) extras_.fail(key, "is no known format");
+    if (!words.good() || version < 1 || version >= 4.15) extras_.fail(key, "is not a known format");
     plan_.version = version < 2 ? 10 : version < 3 ? 20 : version < 4.05 ? 40 : 41;
     if (extras_.find("gmsh/byte_order") == nullptr) return;
     plan_.encoding.binary = plan_.version >= 20;
@@ -178,10 +178,11 @@ class PlanFromExtras {
   void plan_sections() {
     const std::string list = extras_.text("gmsh/sections");
     std::size_t number = 0;
-    for (std::size_t at = 0; at < list.size();) {
-      const std::size_t end = std::min(list.find('\n', at), list.size());
-      plan_section(list.substr(at, end - at), "gmsh/section/" + std::to_string(number++));
-      at = end + 1;
+    for (std::size_t position = 0; position < list.size();) {
+      const std::size_t end = std::min(list.find('\n', position), list.size());
+      plan_section(list.substr(position, end - position),
+                   "gmsh/section/" + std::to_string(number++));
+      position = end + 1;
     }
   }
 

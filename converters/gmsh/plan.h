@@ -1,5 +1,5 @@
-// What an MSH file is going to be like, decided before its first byte is written: as the extras
-// of a mesh from Gmsh describe, or, for any other mesh, MSH 4.1 in binary.
+// The layout of an MSH file, determined before its first byte is written: from the extras of a mesh
+// that came from Gmsh, or MSH 4.1, binary, for any other mesh.
 #pragma once
 
 #include <array>
@@ -15,7 +15,7 @@
 
 namespace shm::converters {
 
-// One kind of element in the file.
+// An element type with its entity or tags.
 struct GmshElementGroup {
   std::int32_t dimension = 0, entity = 0;  // MSH 4
   std::int32_t type = 0;
@@ -26,14 +26,14 @@ struct GmshPlannedSection {
   enum class Kind { format, raw, between, nodes, elements, array, list, links, ghosts };
   Kind kind = Kind::raw;
   std::string name;
-  std::string key;        // folder of its extras
-  std::string header;     // of a view
-  std::string content;    // of a raw section
-  std::size_t array = 0;  // of a view
+  std::string key;        // prefix of the keys of its extras
+  std::string header;     // for a view
+  std::string content;    // for a raw section
+  std::size_t array = 0;  // for a view
   std::uint64_t step = 0;
-  std::uint32_t first_component = 0;  // the components of the array that the view shows,
+  std::uint32_t first_component = 0;  // the components of the array that the view shows
   std::uint32_t components = 0;       // 0: all
-  std::uint32_t padding = 0;          // zeros behind them
+  std::uint32_t padding = 0;          // number of zeros that follow these components
 };
 
 struct GmshPlan {
@@ -42,8 +42,8 @@ struct GmshPlan {
   GmshEncoding encoding;
   std::vector<GmshPlannedSection> sections;
   std::vector<std::array<std::int32_t, 3>> node_entities;  // dimension, tag, parametric
-  std::vector<GmshElementGroup> groups;                    // the first: one for each block
-  // Groups of cells of blocks without a fixed number of nodes, by block and nodes.
+  std::vector<GmshElementGroup> groups;                    // begins with one group per block
+  // For blocks without a fixed number of nodes: group by block and number of nodes.
   std::map<std::pair<std::uint32_t, std::uint64_t>, std::uint32_t> sized_groups;
   std::optional<std::size_t> node_tags, node_entity, node_parameters, element_tags;  // arrays
   std::int64_t first_node_tag = 1, first_element_tag = 1;
@@ -55,14 +55,14 @@ struct GmshPlan {
   }
 };
 
-// Reads a mesh's extras by key. All of them throw corrupt when an extra is not of the form that
-// the format has.
+// Finds extras of a mesh by key. All functions but find() throw Failure (corrupt) if an extra does
+// not have the form that the format defines.
 class GmshExtras {
  public:
   GmshExtras(const MeshInfo& info, std::string path);
   const Extra* find(const std::string& key) const;
   std::string text(const std::string& key) const;
-  // Values of an extra that must be there: rows of `width` numbers.
+  // Values of an extra that must exist, in rows of `width` numbers.
   std::vector<std::int64_t> integers(const std::string& key, std::uint64_t width = 1) const;
   std::vector<double> reals(const std::string& key) const;
   [[noreturn]] void fail(const std::string& key, const char* what) const;
@@ -77,7 +77,7 @@ class GmshExtras {
 GmshPlan plan_gmsh(MeshSource& mesh, const std::string& path);
 GmshPlan plan_gmsh_from_extras(const MeshInfo& info, const GmshExtras& extras);
 GmshPlan plan_gmsh_anew(MeshSource& mesh, const std::string& path);
-// A name as it can stand between quotes.
+// Returns the name in a form that is allowed between quotes.
 std::string quotable(const std::string& name);
 
 }  // namespace shm::converters

@@ -1,5 +1,5 @@
-// The plan of a file for a mesh that never was one of Gmsh's: MSH 4.1, binary. Each block is an
-// entity, and a physical group when blocks have names; each array is a view.
+// The plan of a file for a mesh that did not come from Gmsh: MSH 4.1, binary. Each block is an
+// entity, and also a physical group if blocks have names. Each array is a view.
 #include <algorithm>
 #include <charconv>
 #include <limits>
@@ -105,8 +105,8 @@ class PlanAnew {
     return group;
   }
 
-  // The block's own number where it can be, else the next free one. Blocks that differ only in the
-  // kind of their cells are one entity.
+  // Returns the entity of block `b`: its own number if it is free and in range, otherwise the next
+  // free number. Blocks that differ only in their cell type share an entity.
   std::int32_t entity_for(std::int32_t dimension, std::uint32_t b) {
     auto& entities = entities_[static_cast<std::size_t>(dimension)];
     const auto& [id, name] = std::tie(info_.schema.blocks[b].id, info_.schema.blocks[b].name);
@@ -143,7 +143,8 @@ class PlanAnew {
       add_section("PhysicalNames", Kind::raw).content = std::to_string(count) + '\n' + list;
   }
 
-  // Every entity has the box of the whole mesh: exact boxes would take a pass for nothing.
+  // Every entity gets the box of the whole mesh. Exact boxes would need another pass over the mesh
+  // without benefit.
   std::string entities() {
     double low[3] = {0, 0, 0}, high[3] = {0, 0, 0};
     find_box(low, high);
@@ -225,7 +226,7 @@ class PlanAnew {
   GmshPlan plan_;
   bool named_ = false;
   std::map<std::int32_t, std::uint32_t> entities_[4];  // [dimension]: entity -> block
-  // By dimension, and number and name of a block.
+  // By dimension, and id and name of a block.
   std::map<std::tuple<std::int32_t, std::int64_t, std::string>, std::int32_t> entity_of_;
 };
 

@@ -1,4 +1,4 @@
-// The Gmsh reader: from section to section.
+// The Gmsh reader: reads a file section by section.
 #include <algorithm>
 #include <cmath>
 
@@ -19,7 +19,7 @@ std::string_view trimmed_lines(std::string_view text) {
   return text.find_first_not_of(" \t\r\n") == std::string_view::npos ? std::string_view() : text;
 }
 
-// Sections that are kept as they are and certainly name no node and no element by its tag.
+// Returns true for sections that are kept verbatim and never refer to nodes or elements by tag.
 bool names_no_tags(std::string_view section) {
   for (const std::string_view known :
        {"MeshFormat", "Comments", "PhysicalNames", "Entities", "PartitionedEntities",
@@ -52,7 +52,7 @@ class SectionReader {
   }
 
  private:
-  // To the line after the next line that begins a section. Text between sections is kept.
+  // Moves to the content of the next section. Keeps the text before it.
   bool next_section() {
     std::string between;
     while (!r_.input.at_end()) {
@@ -132,7 +132,7 @@ class SectionReader {
   void keep_raw(std::string_view content) { r_.add_text(r_.section_key(), content); }
 
   void read_format() {
-    if (have_format_) r_.input.fail(ErrorCode::corrupt, "the format is given a second time");
+    if (have_format_) r_.input.fail(ErrorCode::corrupt, "the format is given twice");
     have_format_ = true;
     if (r_.have_nodes || r_.have_elements)
       r_.input.fail(ErrorCode::corrupt, "the format comes after nodes or elements");
@@ -165,19 +165,19 @@ class SectionReader {
     r_.add_text("gmsh/byte_order", little ? "little" : "big");
   }
 
-  // Everything up to the line with the end marker.
+  // Reads everything up to the line with the end marker.
   std::string read_raw() {
     const std::uint64_t start = r_.input.offset();
     const std::string marker = end_marker(r_.sections.back().name);
     std::string content;
     std::size_t searched = 0;
     while (true) {
-      for (std::size_t at = content.find(marker, searched); at != std::string::npos;
-           at = content.find(marker, at + 1)) {
-        if (at > 0 && content[at - 1] != '\n') continue;
-        r_.input.seek(start + at);
+      for (std::size_t position = content.find(marker, searched); position != std::string::npos;
+           position = content.find(marker, position + 1)) {
+        if (position > 0 && content[position - 1] != '\n') continue;
+        r_.input.seek(start + position);
         r_.input.skip_line();
-        content.resize(at);
+        content.resize(position);
         return content;
       }
       searched = content.size() - std::min(content.size(), marker.size());
@@ -213,7 +213,7 @@ void expect_section_end(GmshReading& reading) {
     if (text.starts_with(marker)) return;
     if (text.empty()) continue;
     if (input.at_end() && marker.starts_with(text)) break;
-    input.fail(ErrorCode::corrupt, "there is more in the section than it states");
+    input.fail(ErrorCode::corrupt, "the section has more content than it states");
   }
   input.fail(ErrorCode::truncated, "the file ends before the line " + marker);
 }
@@ -227,8 +227,9 @@ bool looks_like_gmsh(std::span<const std::byte> head) {
   const std::size_t first = text.find_first_not_of(" \t\r\n");
   if (first == std::string_view::npos || text[first] != '$') return false;
   for (const std::string_view opening : {"$MeshFormat", "$NOD"}) {
-    const std::size_t at = text.find(opening);
-    if (at != std::string_view::npos && (at == 0 || text[at - 1] == '\n')) return true;
+    const std::size_t position = text.find(opening);
+    if (position != std::string_view::npos && (position == 0 || text[position - 1] == '\n'))
+      return true;
   }
   return false;
 }

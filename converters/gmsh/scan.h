@@ -1,5 +1,5 @@
-// Numbers of an MSH file, wherever they stand: the layout of a section is the same in ASCII and
-// binary, so one reading code serves both.
+// Readers of the numbers of an MSH file. The layout of a section is the same in ASCII and binary,
+// so the same code reads both.
 #pragma once
 
 #include <bit>
@@ -26,10 +26,10 @@ T swap_bytes(T value) {
 
 struct GmshEncoding {
   bool binary = false;
-  bool swapped = false;  // binary in the byte order that is not this machine's
+  bool swapped = false;  // binary, in the opposite byte order of this machine
 };
 
-// Numbers straight from the file; throws Failure.
+// Reads numbers directly from the file. Throws Failure.
 class GmshScan {
  public:
   explicit GmshScan(TextInput& input) : input_(&input) {}
@@ -40,7 +40,7 @@ class GmshScan {
     if (!encoding.binary) return input_->number<std::int64_t>();
     return raw<std::int64_t>();
   }
-  // An integer of 64 bits in version 4.1, of 32 in those before.
+  // 64 bits in version 4.1, 32 bits in earlier versions.
   std::int64_t tag(bool wide) { return wide ? integer64() : integer32(); }
   std::uint64_t count() {
     const std::int64_t value = integer64();
@@ -75,8 +75,8 @@ class GmshScan {
   TextInput* input_;
 };
 
-// Numbers of a section that is held in memory. Never throws: after the first thing that is not
-// a number `good()` is false and zeros come.
+// Reads numbers of a section in memory. Never throws: after the first invalid number, `good()` is
+// false and all numbers are 0.
 class GmshMemoryScan {
  public:
   GmshMemoryScan(std::string_view content, GmshEncoding encoding)
@@ -87,13 +87,14 @@ class GmshMemoryScan {
   std::int64_t integer32() { return encoding_.binary ? raw<std::int32_t>() : text<std::int64_t>(); }
   std::int64_t integer64() { return encoding_.binary ? raw<std::int64_t>() : text<std::int64_t>(); }
   double real() { return encoding_.binary ? raw<double>() : text<double>(); }
-  // A count of things that take at least two bytes each; 0 and not good when there is no room.
+  // Count of items that need at least two bytes each. If fewer bytes are left, returns 0 and
+  // good() becomes false.
   std::uint64_t count() {
     const std::int64_t value = integer64();
     if (value < 0 || static_cast<std::uint64_t>(value) > left_.size()) good_ = false;
     return good_ ? static_cast<std::uint64_t>(value) : 0;
   }
-  // The same where MSH 4.0 has 32 bits.
+  // The same, for counts that have 32 bits in MSH 4.0.
   std::uint64_t count(bool wide) {
     if (wide) return count();
     const std::int64_t value = integer32();

@@ -8,8 +8,8 @@ namespace shm::converters {
 namespace {
 
 constexpr std::size_t kMaxTagBlocks = 1024;           // see gmsh.h
-constexpr std::uint64_t kMaxEntityBlocks = 1u << 20;  // far above any real model
-constexpr std::uint64_t kMaxElementTags = 64;         // of one MSH 2 element
+constexpr std::uint64_t kMaxEntityBlocks = 1u << 20;  // far above the number in real models
+constexpr std::uint64_t kMaxElementTags = 64;         // limit for one MSH 2 element
 
 template <class T>
 const std::byte* bytes_of(const T& value) {
@@ -44,7 +44,7 @@ class NodeReader {
     const bool v41 = r_.version >= 41;
     const std::uint64_t blocks = r_.scan.count();
     const std::uint64_t total = r_.scan.count();
-    if (v41) {  // lowest and highest tag, which we find ourselves
+    if (v41) {  // lowest and highest tag, which the reader computes itself
       r_.scan.integer64();
       r_.scan.integer64();
     }
@@ -97,9 +97,9 @@ class NodeReader {
   }
   std::int32_t entity_number(std::int32_t dimension, std::int32_t tag) {
     const auto next = static_cast<std::int32_t>(numbers_.size());
-    const auto [at, fresh] = numbers_.try_emplace({dimension, tag}, next);
+    const auto [entry, fresh] = numbers_.try_emplace({dimension, tag}, next);
     if (fresh) entities_.insert(entities_.end(), {dimension, tag, 1});
-    return at->second;
+    return entry->second;
   }
   void finish() {
     r_.mesh->info_.vertices = r_.nodes.size();
@@ -127,7 +127,7 @@ class ElementReader {
   explicit ElementReader(GmshReading& reading)
       : r_(reading), info_(reading.mesh->info_), binary_(reading.scan.encoding.binary) {}
 
-  // MSH 1 and 2: elements of any kind in turn.
+  // Reads MSH 1 and 2: a list of elements of mixed types.
   void read_flat() {
     const std::uint64_t count = r_.scan.text_count();
     r_.input.skip_line();
@@ -142,7 +142,7 @@ class ElementReader {
     finish();
   }
 
-  // MSH 4: one entity block after the other.
+  // Reads MSH 4: a list of entity blocks.
   void read_blocks() {
     const bool v41 = r_.version >= 41;
     const std::uint64_t blocks = r_.scan.count();
@@ -192,7 +192,7 @@ class ElementReader {
   GmshType known_type(std::int64_t number) {
     const GmshType type = gmsh_type(number);
     if (!type.known())
-      r_.input.fail(ErrorCode::unsupported, "there is no element type " + std::to_string(number));
+      r_.input.fail(ErrorCode::unsupported, "unknown element type " + std::to_string(number));
     return type;
   }
 
@@ -260,7 +260,7 @@ class ElementReader {
       r_.input.fail(ErrorCode::unsupported, "elements of type " + std::to_string(type_number) +
                                                 " are not understood in binary files");
     if (count < 1 || static_cast<std::uint64_t>(count) > most || tags < 0)
-      r_.input.fail(ErrorCode::corrupt, "a run of elements states counts that cannot be");
+      r_.input.fail(ErrorCode::corrupt, "a run of elements states impossible counts");
     check_tag_count(static_cast<std::uint64_t>(tags));
     r_.tags_are_referred_to |= gmsh_type_has_parent(type_number);
     for (std::int64_t i = 0; i < count; ++i) {
@@ -279,7 +279,7 @@ class ElementReader {
     }
   }
 
-  // The block of the element whose tags were just read.
+  // Returns the block for the element whose tags were just read.
   std::uint32_t tag_block(std::int64_t type_number, const GmshType& type) {
     TagKey key{type_number, tags_.size(), 0, 0};
     if (!merged_ && !tags_.empty()) key.first = tags_[0];
@@ -301,7 +301,8 @@ class ElementReader {
     return last_block_;
   }
 
-  // Too many combinations: one block for each type and number of tags instead.
+  // Called if there are too many combinations of tags: makes one block for each type and number of
+  // tags.
   void merge_blocks() {
     const std::vector<TagKey> old = std::move(by_block_);
     const std::vector<std::uint64_t> old_cells = std::move(info_.block_cells);
@@ -353,7 +354,7 @@ class ElementReader {
   const bool binary_;
   std::vector<std::uint64_t> in_file_, in_order_;
   // MSH 1 and 2 only:
-  std::vector<std::int32_t> tags_;  // of the element being read
+  std::vector<std::int32_t> tags_;  // tags of the element that is being read
   std::vector<PagedArray> slots_;   // [i]: the i-th tags of all elements that have one
   std::map<TagKey, std::uint32_t> keys_;
   std::vector<TagKey> by_block_;
@@ -365,8 +366,7 @@ class ElementReader {
 }  // namespace
 
 void read_gmsh_nodes(GmshReading& reading, bool parametric_section) {
-  if (reading.have_nodes)
-    reading.input.fail(ErrorCode::unsupported, "the nodes are given a second time");
+  if (reading.have_nodes) reading.input.fail(ErrorCode::unsupported, "the nodes are given twice");
   NodeReader reader(reading);
   if (reading.version >= 40)
     reader.read_blocks();
@@ -377,7 +377,7 @@ void read_gmsh_nodes(GmshReading& reading, bool parametric_section) {
 
 namespace {
 
-// Records once what the tags are: the start of a run, or an array.
+// Stores the tags: the first tag if they are consecutive, otherwise an array.
 void keep_tags(GmshReading& reading, GmshTags& tags, const char* what, Location location) {
   const std::string folder = location == Location::point ? "gmsh/nodes" : "gmsh/elements";
   const auto first = tags.first_of_run();
@@ -397,7 +397,7 @@ void keep_gmsh_tags(GmshReading& reading) {
 
 void read_gmsh_elements(GmshReading& reading) {
   if (reading.have_elements)
-    reading.input.fail(ErrorCode::unsupported, "the elements are given a second time");
+    reading.input.fail(ErrorCode::unsupported, "the elements are given twice");
   ElementReader reader(reading);
   if (reading.version >= 40)
     reader.read_blocks();

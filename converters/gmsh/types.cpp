@@ -11,7 +11,7 @@ struct Run {  // consecutive types of one dimension
   std::array<std::uint16_t, 8> nodes;  // 0 ends the run
 };
 
-// Types of order 0 and above 2, and those with a parent element.
+// Types of order 0 and above 2, and types with a parent element.
 constexpr Run kRuns[] = {
     {20, 2, {9, 10, 12, 15, 15, 21}},              // triangles
     {26, 1, {4, 5, 6}},                            // lines
@@ -42,7 +42,7 @@ constexpr Run kRuns[] = {
     {134, 1, {2}},
     {135, 2, {3}},
     {136, 3, {4}},
-    {137, 3, {16}},  // tetrahedron, order 3 without edges' middle
+    {137, 3, {16}},  // tetrahedron of order 3, incomplete
     {138, 2, {4}},   // triangle with a middle node
     {139, 3, {5}},   // tetrahedron with a middle node
     {140, 3, {4}},   // trihedron
@@ -89,7 +89,7 @@ GmshType shaped_type(std::int64_t type) {
 
 GmshType gmsh_type(std::int64_t type) {
   if (const GmshType shaped = shaped_type(type); shaped.known()) return shaped;
-  if (type == 35) return {3, 0, CellShape::other, {}};  // polyhedron, as tetrahedra
+  if (type == 35) return {3, 0, CellShape::other, {}};  // polyhedron, made of tetrahedra
   if (type == 69) return {2, 0, CellShape::other, {}};  // border of a polygon
   for (const Run& run : kRuns) {
     if (type < run.first || type >= run.first + 8) continue;
@@ -100,7 +100,7 @@ GmshType gmsh_type(std::int64_t type) {
   return {};
 }
 
-// Polygons and polyhedra, borders, children, parts of cut elements.
+// True for polygons and polyhedra, borders, children, and parts of cut elements.
 bool gmsh_type_has_parent(std::int64_t type) {
   return type == 34 || type == 35 || (type >= 67 && type <= 70) || (type >= 133 && type <= 136);
 }

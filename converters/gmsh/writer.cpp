@@ -1,4 +1,4 @@
-// The Gmsh writer: carries out a GmshPlan section by section.
+// The Gmsh writer: writes the sections of a GmshPlan.
 #include <algorithm>
 
 #include "gmsh/gmsh.h"
@@ -59,7 +59,7 @@ class SectionWriter {
       const auto affine_count = static_cast<std::uint64_t>(links[i + 3]);
       const auto pairs = static_cast<std::uint64_t>(links[i + 4]);
       if (affine_count > affine.size() - next_affine || pairs > (nodes.size() - next_node) / 2)
-        w_.extras.fail(key + "/links", "counts more than there is");
+        w_.extras.fail(key + "/links", "counts more than there are");
       if (w_.v41()) w_.out.count(affine_count);
       if (!w_.v41() && affine_count > 0) begin_old_affine(key, affine_count);
       for (std::uint64_t k = 0; k < affine_count; ++k) w_.out.real(affine[next_affine++]);
@@ -76,9 +76,10 @@ class SectionWriter {
     w_.out.write_numbers_as_text(false);
   }
 
-  // Before version 4.1: a word, or in binary (4.0 only) a negative number of nodes.
+  // Announces the values before version 4.1: with a word, or in binary (only 4.0) with a negative
+  // number of nodes.
   void begin_old_affine(const std::string& key, std::uint64_t values) {
-    if (values != 16) w_.extras.fail(key + "/links", "has no affine transformation of 16 values");
+    if (values != 16) w_.extras.fail(key + "/links", "lacks an affine transformation of 16 values");
     if (w_.v4() && w_.plan.encoding.binary)
       w_.out.integer64(-1);
     else

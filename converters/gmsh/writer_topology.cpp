@@ -1,4 +1,4 @@
-// The Gmsh writer's $Nodes and $Elements.
+// The sections $Nodes and $Elements in the Gmsh writer.
 #include <algorithm>
 #include <array>
 
@@ -64,7 +64,7 @@ class NodeWriter {
   }
 
  private:
-  // Reads things of vertices, wherever they stand, in as few calls as they allow.
+  // Reads items of vertices in any order, with one call for each run of consecutive vertices.
   template <class Read>
   static void gather(const std::vector<std::uint64_t>& places, std::size_t bytes_each,
                      std::byte* out, Read read) {
@@ -95,7 +95,7 @@ class NodeWriter {
            });
   }
 
-  // Rows of the entity table, one for each of `count` vertices.
+  // Loads the row of the entity table for each of `count` vertices.
   void load_entities(std::uint64_t first, std::uint64_t count, std::vector<std::int32_t>& rows) {
     rows.assign(count, 0);
     if (w_.plan.node_entity)
@@ -106,8 +106,8 @@ class NodeWriter {
         w_.fail(ErrorCode::corrupt, "a node belongs to an entity that does not exist");
   }
 
-  // How many vertices each entity has; and, when they do not stand in the order of the
-  // entities, which vertices these are.
+  // Returns the number of vertices of each entity. If the vertices are not ordered by entity, also
+  // fills vertex_order_.
   std::vector<std::uint64_t> sort_vertices() {
     std::vector<std::uint64_t> counts(w_.plan.node_entities.size());
     std::vector<std::int32_t> rows;
@@ -168,7 +168,7 @@ class NodeWriter {
   }
 
   GmshWriting& w_;
-  PagedArray vertex_order_;  // vertices by entity; empty when they stand so
+  PagedArray vertex_order_;  // vertices by entity; empty if the mesh has this order
   std::vector<std::byte> raw_;
   std::vector<double> points_, parameters_;
 };
@@ -235,7 +235,7 @@ class ElementWriter {
 
   void begin_group(std::size_t g) {
     const GmshElementGroup& group = w_.plan.groups[g];
-    if (group.type == 0) return;  // no cells, and no type that it could have
+    if (group.type == 0) return;  // a group without cells has no type
     w_.out.integer32(w_.v41() ? group.dimension : group.entity);
     w_.out.integer32(w_.v41() ? group.entity : group.dimension);
     w_.out.integer32(group.type);
@@ -264,7 +264,8 @@ class ElementWriter {
     while (begun < w_.plan.groups.size()) begin_group(begun++);
   }
 
-  // By way of the spool: for each group the numbers and corners of its cells.
+  // Collects numbers and corners of the cells of each group in the spool, then writes group by
+  // group.
   void write_cells_sorted() {
     std::vector<PagedArray> of_group;
     for (std::size_t g = 0; g < w_.plan.groups.size(); ++g) of_group.emplace_back(w_.spool, 8);
@@ -291,7 +292,7 @@ class ElementWriter {
     }
   }
 
-  // MSH 1 and 2. The tags that arrays hold, for the cells of a batch.
+  // MSH 1 and 2: loads the tags in arrays for the cells of a batch.
   void load_tags(const CellBatch& batch) {
     for (std::size_t slot = 0; slot < w_.plan.tag_arrays.size(); ++slot) {
       tag_place_[slot] = 0;
@@ -320,7 +321,8 @@ class ElementWriter {
     }
   }
 
-  // Binary: the header of the run of equal elements from `first`; returns where it ends.
+  // Binary: writes the header of the run of cells with equal type and number of tags from `first`
+  // on. Returns the end of the run.
   std::size_t begin_run(const CellBatch& batch, std::size_t first) {
     const GmshElementGroup& group = w_.plan.groups[batch.blocks[first]];
     std::size_t end = first + 1;
@@ -335,7 +337,7 @@ class ElementWriter {
 
   GmshWriting& w_;
   std::vector<std::uint64_t> in_file_;
-  // MSH 1 and 2, by the place of the tag:
+  // MSH 1 and 2, indexed by the position of the tag:
   std::array<std::uint64_t, 64> tag_first_{};  // next value in the array
   std::array<std::size_t, 64> tag_place_{};    // next value in tag_values_
   std::array<std::vector<std::int32_t>, 64> tag_values_;

@@ -1,4 +1,4 @@
-// The Gmsh writer's views: $NodeData, $ElementData, $ElementNodeData.
+// The views in the Gmsh writer: $NodeData, $ElementData, $ElementNodeData.
 #include <algorithm>
 #include <cstring>
 
@@ -22,7 +22,7 @@ void write_header(GmshWriting& writing, const GmshPlannedSection& section) {
   if (!section.header.ends_with('\n')) writing.out.text("\n");
 }
 
-// The elements of an array at a step, one after the other.
+// Iterates over the elements of an array at one step.
 class Values {
  public:
   Values(GmshWriting& writing, const GmshPlannedSection& section)
@@ -71,7 +71,7 @@ void write_gmsh_view(GmshWriting& writing, const GmshPlannedSection& section) {
   const ArrayInfo& array = writing.info.schema.arrays[section.array];
   write_header(writing, section);
   std::vector<bool> covered(writing.info.schema.blocks.size());
-  std::uint64_t nodes = 0;  // of $ElementNodeData
+  std::uint64_t nodes = 0;  // nodes per element, for $ElementNodeData
   for (std::uint32_t b = 0; b < covered.size(); ++b) {
     covered[b] = writing.info.schema.array_covers(section.array, b);
     if (covered[b] && writing.info.block_cells[b] > 0 && section.name == "ElementNodeData")
@@ -114,7 +114,7 @@ void write_gmsh_list(GmshWriting& writing, const GmshPlannedSection& section) {
   const std::uint64_t components = nodes > 0 ? values.size() / nodes : 0;
   if ((!counts.empty() && counts.size() != places.size()) || components * nodes != values.size())
     writing.extras.fail(key + "/values", "does not have a value for each entry");
-  std::size_t at = 0;
+  std::size_t next = 0;
   for (std::size_t e = 0; e < places.size(); ++e) {
     writing.out.integer32(by_vertex ? writing.node_tag(places[e])
                           : by_cell ? writing.element_tag(places[e])
@@ -123,7 +123,7 @@ void write_gmsh_list(GmshWriting& writing, const GmshPlannedSection& section) {
     const std::uint64_t of_entry =
         components *
         (counts.empty() ? 1 : static_cast<std::uint64_t>(std::max<std::int64_t>(counts[e], 0)));
-    for (std::uint64_t i = 0; i < of_entry; ++i) writing.out.real(values[at++]);
+    for (std::uint64_t i = 0; i < of_entry; ++i) writing.out.real(values[next++]);
     writing.out.end_line();
   }
   writing.out.end_of_data();

@@ -1,4 +1,4 @@
-// Inside of the Gmsh writer: what its parts share while a file is written.
+// Internals of the Gmsh writer: the data that its parts share while they write a file.
 #pragma once
 
 #include <string>
@@ -15,7 +15,7 @@ namespace shm::converters {
 
 inline constexpr std::size_t kGmshPiece = 16384;  // vertices, cells or values at once
 
-// Tags of nodes or elements: those of an array, or counting up.
+// Tags of nodes or elements: from an array, or consecutive.
 class GmshTagValues {
  public:
   GmshTagValues(Spool& spool, std::uint64_t count, std::int64_t first);
@@ -40,7 +40,7 @@ struct GmshWriting {
   bool v41() const { return plan.version >= 41; }
   bool v4() const { return plan.version >= 40; }
   [[noreturn]] void fail(ErrorCode code, const std::string& detail) const;
-  // Of a reference in an extra; throws when it points outside the mesh.
+  // Tag of the vertex or cell that an extra refers to. Throws Failure if it is not in the mesh.
   std::int64_t node_tag(std::int64_t place);
   std::int64_t element_tag(std::int64_t place);
 
@@ -51,24 +51,24 @@ struct GmshWriting {
   const GmshExtras extras;
   Spool spool;
   GmshTagValues node_tags, element_tags;
-  std::string section = "elements";  // for errors
-  // After look_at_gmsh_cells:
+  std::string section = "elements";  // section named in errors
+  // Set by look_at_gmsh_cells():
   PagedArray cell_blocks;                  // uint32, block of each cell
-  std::vector<GmshType> types;             // of each group of the plan
-  std::vector<std::uint64_t> group_cells;  // of each group
-  bool cells_in_turn = true;               // do the groups come one after the other?
+  std::vector<GmshType> types;             // type of each group of the plan
+  std::vector<std::uint64_t> group_cells;  // number of cells of each group
+  bool cells_in_turn = true;               // true if the cells are ordered by group
   GmshOutput out;
 };
 
-// Counts and checks the cells; before anything is written.
+// Counts and checks the cells. Call it before anything is written.
 void look_at_gmsh_cells(GmshWriting& writing);
 
-// The content of the sections, without their markers.
+// Write the content of sections, without their markers.
 void write_gmsh_nodes(GmshWriting& writing, const std::string& section_name);
 void write_gmsh_elements(GmshWriting& writing);
 void write_gmsh_view(GmshWriting& writing, const GmshPlannedSection& section);
 void write_gmsh_list(GmshWriting& writing, const GmshPlannedSection& section);
-// Numbers of any type as doubles.
+// Converts numbers of any type to doubles.
 void widen_numbers(ScalarType type, const std::vector<std::byte>& in, std::vector<double>& out);
 
 }  // namespace shm::converters

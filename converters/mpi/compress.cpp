@@ -17,10 +17,10 @@
 namespace shm::converters {
 namespace {
 
-constexpr std::uint64_t kPieceElements = 65536;  // of step values
+constexpr std::uint64_t kPieceElements = 65536;  // step values at once
 constexpr std::uint64_t kNoBasis = 255;
 
-// The segments of a mesh in equal shares.
+// Divides the segments of a mesh into equal shares.
 class Shares {
  public:
   Shares(std::uint64_t cells, std::uint64_t segment_cells, std::size_t ranks)
@@ -29,14 +29,14 @@ class Shares {
         segments_(cells == 0 ? 0 : (cells - 1) / segment_cells + 1),
         ranks_(ranks) {}
   std::uint64_t first_segment(std::size_t rank) const {
-    // No product overflows: a rank more for those left over.
+    // Avoids overflow of a product. The first ranks get one of the remaining segments each.
     const std::uint64_t each = segments_ / ranks_, over = segments_ % ranks_;
     return each * rank + std::min<std::uint64_t>(rank, over);
   }
   CellRange range(std::size_t rank) const {
     return {first_cell(first_segment(rank)), first_cell(first_segment(rank + 1))};
   }
-  // The last rank with cells; of a mesh without cells the first one.
+  // The last rank with cells; the first rank if the mesh has no cells.
   std::size_t last_rank() const {
     return segments_ == 0
                ? 0
@@ -50,30 +50,31 @@ class Shares {
   std::uint64_t cells_, segment_cells_, segments_, ranks_;
 };
 
-// A vertex or cell, and what it is called in the file.
+// A vertex or cell with its number in the mesh and its new number in the file.
 struct Renamed {
   std::uint64_t number = 0, fresh = 0;
 };
 
-// What all numbers are called in the file, each known by its owner.
+// New numbers in the file of all vertices or cells. The owner of a number knows its new number.
 class FreshNumbers {
  public:
   FreshNumbers(Ranks& ranks, std::uint64_t numbers) : owners_(ranks, numbers) {
     ranks.together([&] { fresh_.resize(owners_.count()); });
   }
-  // Collective. `order`: the part's own in the order of the file, of which the first is `first`.
+  // Collective. `order`: numbers of this part in file order. `first`: new number of the first of
+  // them.
   void send(NumberList& order, std::uint64_t first, Ranks& ranks) {
     std::vector<Renamed> items;
     ranks.together([&] {
       items.reserve(order.size());
-      order.for_each([&](std::uint64_t at, std::uint64_t number) {
-        items.push_back({number, first + at});
+      order.for_each([&](std::uint64_t position, std::uint64_t number) {
+        items.push_back({number, first + position});
       });
     });
     owners_.send(items,
                  [&](const Renamed& item) { fresh_[item.number - owners_.first()] = item.fresh; });
   }
-  // Collective.
+  // Collective. Returns the new numbers of `numbers`.
   std::vector<std::uint64_t> ask(const std::vector<std::uint64_t>& numbers) {
     return owners_.ask<std::uint64_t>(
         numbers, [&](std::uint64_t number) { return fresh_[number - owners_.first()]; });
@@ -84,13 +85,14 @@ class FreshNumbers {
   std::vector<std::uint64_t> fresh_;
 };
 
-// Distinct numbers below `limit` that an extra refers to, ascending.
+// Returns the distinct numbers below `limit` that an extra refers to, ascending.
 std::vector<std::uint64_t> references(const Extra& extra, std::uint64_t limit) {
   std::vector<std::uint64_t> numbers;
   const auto collect = [&]<class Integer>(Integer) {
-    for (std::size_t at = 0; at + sizeof(Integer) <= extra.data.size(); at += sizeof(Integer)) {
+    for (std::size_t offset = 0; offset + sizeof(Integer) <= extra.data.size();
+         offset += sizeof(Integer)) {
       Integer value;
-      std::memcpy(&value, extra.data.data() + at, sizeof value);
+      std::memcpy(&value, extra.data.data() + offset, sizeof value);
       if (value >= 0 && static_cast<std::uint64_t>(value) < limit)
         numbers.push_back(static_cast<std::uint64_t>(value));
     }
@@ -143,7 +145,7 @@ class PartCompression {
   std::uint64_t own_elements(std::uint32_t array) const;
   NumberList& moved_elements(std::uint32_t array);
   SizeReport write_rest();
-  // Numbers that an extra refers to, ascending, and what they are called in the file.
+  // Numbers that an extra refers to, ascending, with their new numbers in the file.
   struct FreshReferences {
     std::vector<std::uint64_t> numbers, fresh;
   };
@@ -152,7 +154,7 @@ class PartCompression {
 
   Ranks* ranks_;
   MeshSource* mesh_;
-  JoinedMesh* joined_;  // the same mesh, where it is read in parts; or null
+  JoinedMesh* joined_;  // the same mesh if it is read in parts, otherwise null
   SharedOutput* output_;
   Schema schema_;
   WriteOptions options_;
@@ -162,16 +164,16 @@ class PartCompression {
   CodingOrderLog log_;
 
   PartUses uses_;
-  std::vector<std::uint64_t> imported_;                     // numbers, in the order they are added
-  std::vector<std::uint64_t> block_cells_before_;           // of earlier ranks
-  std::uint64_t first_vertex_ = 0;                          // of those that this rank owns
-  std::optional<PartWriter> writer_;                        // not where idle
-  std::optional<FreshNumbers> vertices_, cells_;            // where they change
-  std::map<std::vector<std::uint32_t>, NumberList> moved_;  // by blocks of the array
-  std::vector<std::uint64_t> first_elements_;               // of this rank, by array
+  std::vector<std::uint64_t> imported_;  // vertex numbers, in the order in which they are added
+  std::vector<std::uint64_t> block_cells_before_;  // cells of each block on earlier ranks
+  std::uint64_t first_vertex_ = 0;    // new number of the first vertex that this rank owns
+  std::optional<PartWriter> writer_;  // empty if the rank is idle
+  std::optional<FreshNumbers> vertices_, cells_;            // set only if numbers change
+  std::map<std::vector<std::uint32_t>, NumberList> moved_;  // key: blocks of the array
+  std::vector<std::uint64_t> first_elements_;  // index of the first element of this rank, by array
   MemorySink head_;
-  std::optional<PartJoiner> joiner_;  // of rank 0
-  std::uint32_t chunks_before_ = 0;   // of the mesh, in ranks before
+  std::optional<PartJoiner> joiner_;  // only on rank 0
+  std::uint32_t chunks_before_ = 0;   // chunks of the mesh on earlier ranks
 };
 
 void PartCompression::find_places() {
@@ -201,7 +203,7 @@ void PartCompression::code_mesh() {
     start.segment = static_cast<std::uint32_t>(shares_.first_segment(ranks_->rank()));
     start.first_cell = range_.first;
     start.first_vertex = first_vertex_;
-    // As in compress_mesh: what is refused of a codec is the user's.
+    // As in compress_mesh(): if the user chose a codec, an error is reported as the user's.
     auto writer = PartWriter::create(schema_, options, start);
     writer_ = options.connectivity == ConnectivityCodec::automatic ? checked(std::move(writer))
                                                                    : unwrap(std::move(writer));
@@ -222,7 +224,7 @@ void PartCompression::code_mesh() {
   });
 }
 
-// As stream_compacted does with all cells.
+// Like stream_compacted(), but only for the cells of this part.
 void PartCompression::feed_cells() {
   MeshFeeder<PartWriter> feeder(*mesh_, schema_, *writer_, spool_->memory_budget() / 4);
   feeder.skip_cells(block_cells_before_);
@@ -234,20 +236,20 @@ void PartCompression::feed_cells() {
       const auto corners = batch.cell(i);
       std::uint64_t last_use = 0, finalized = 0;
       for (const std::uint64_t v : corners) {
-        const std::uint32_t at = uses_.vertices.find(v);
-        if (given[at]) continue;
-        given[at] = true;
-        if (uses_.imported[at]) {
+        const std::uint32_t index = uses_.vertices.find(v);
+        if (given[index]) continue;
+        given[index] = true;
+        if (uses_.imported[index]) {
           if (renumbers()) imported_.push_back(v);
           feeder.imported_vertex(v);
         } else {
-          feeder.vertex(v, last[at]);
+          feeder.vertex(v, last[index]);
         }
       }
       for (std::size_t c = 0; c < corners.size(); ++c) {
         std::uint64_t& cell = last[uses_.vertices.find(corners[c])];
         if (cell != first_cell + i) continue;
-        cell = kNeverUsed;  // sent
+        cell = kNeverUsed;  // marks a use that was sent
         if (c < 64) last_use |= std::uint64_t{1} << c;
         ++finalized;
       }
@@ -270,7 +272,7 @@ void PartCompression::write_mesh() {
   append(chunks);
 }
 
-// Collective: those of each rank behind those of the rank before.
+// Collective. Writes the chunks of all ranks in the order of ranks.
 void PartCompression::append(PartChunks& chunks) {
   const std::uint64_t offset = ranks_->broadcast(joiner_ ? joiner_->offset() : 0);
   const std::uint64_t number = ranks_->broadcast(joiner_ ? joiner_->chunks() : 0);
@@ -279,7 +281,7 @@ void PartCompression::append(PartChunks& chunks) {
     checked(place(chunks, static_cast<std::uint32_t>(number + sums.before[1])));
     output_->write(offset + sums.before[0], chunks.bytes);
   });
-  // The size of the chunks, then their index.
+  // Message: the size of the chunks, then their index.
   const std::uint64_t size = chunks.bytes.size();
   std::vector<std::byte> mine(sizeof size);
   std::memcpy(mine.data(), &size, sizeof size);
@@ -288,16 +290,17 @@ void PartCompression::append(PartChunks& chunks) {
   ranks_->gather(mine, [&](std::size_t, std::vector<std::byte> part) {
     std::uint64_t bytes = 0;
     std::memcpy(&bytes, part.data(), sizeof bytes);
-    if (error || part.size() == sizeof bytes) return;  // of an idle rank
-    const auto good = joiner_->add(std::span(part).subspan(sizeof bytes), bytes);
-    if (!good) error = good.error();
+    if (error || part.size() == sizeof bytes) return;  // an idle rank sends no chunks
+    const auto status = joiner_->add(std::span(part).subspan(sizeof bytes), bytes);
+    if (!status) error = status.error();
   });
   ranks_->agree(error);
 }
 
 // --- time steps
 
-// Elements of a cell array in the part, of a point array those of vertices that the part owns.
+// Number of elements of an array in this part: cells that the array covers, or vertices that this
+// rank owns.
 std::uint64_t PartCompression::own_elements(std::uint32_t array) const {
   if (schema_.arrays[array].location == Location::point) return uses_.own + uses_.unused.size();
   std::uint64_t sum = 0;
@@ -333,7 +336,8 @@ void PartCompression::write_steps() {
   append(chunks);
 }
 
-// The rank with the first element broadcasts what the step refers to, as soon as it knows.
+// The rank with the first element chooses the reference of the step and broadcasts it as soon as it
+// knows it.
 void PartCompression::write_step(std::uint32_t array, std::uint64_t step, std::size_t chooser) {
   const bool chooses = ranks_->rank() == chooser;
   std::uint64_t basis = kNoBasis;
@@ -390,7 +394,8 @@ void PartCompression::feed_step(std::uint32_t array, std::uint64_t step,
   }
 }
 
-// Where cells have moved: the elements of a cell array in the part, as of CoveredOrder.
+// If cells have moved: the elements of a cell array in this part, in file order, as in
+// CoveredOrder.
 NumberList& PartCompression::moved_elements(std::uint32_t array) {
   const auto [found, fresh] = moved_.try_emplace(schema_.arrays[array].blocks, *spool_);
   NumberList& list = found->second;
@@ -410,9 +415,9 @@ NumberList& PartCompression::moved_elements(std::uint32_t array) {
   return list;
 }
 
-// --- what stands behind
+// --- data after the mesh
 
-// Collective: what vertices or cells that rank 0 finds in an extra are called in the file.
+// Collective. Returns the new numbers of the vertices or cells that rank 0 finds in an extra.
 PartCompression::FreshReferences PartCompression::fresh_references(const Extra& extra) {
   FreshReferences out;
   const bool of_cells = extra.refers == Reference::cell;
@@ -432,8 +437,9 @@ Extra PartCompression::in_new_numbers(const Extra& extra, const FreshReferences&
   to.cells = info().cells();
   const auto fresh = [&](std::uint64_t number) {
     const auto& numbers = references.numbers;
-    const auto at = std::lower_bound(numbers.begin(), numbers.end(), number) - numbers.begin();
-    return references.fresh[static_cast<std::size_t>(at)];
+    const auto position =
+        std::lower_bound(numbers.begin(), numbers.end(), number) - numbers.begin();
+    return references.fresh[static_cast<std::size_t>(position)];
   };
   if (extra.refers == Reference::cell && cells_) to.cell = fresh;
   if (extra.refers == Reference::vertex && vertices_) to.vertex = fresh;
@@ -443,7 +449,7 @@ Extra PartCompression::in_new_numbers(const Extra& extra, const FreshReferences&
 SizeReport PartCompression::write_rest() {
   const std::uint64_t offset = joiner_ ? joiner_->offset() : 0;
   std::uint64_t written = 0;
-  // What has gathered in head_.
+  // Writes the bytes collected in head_.
   const auto flush = [&] {
     output_->write(offset + written, head_.bytes);
     written += head_.bytes.size();
@@ -489,7 +495,7 @@ SizeReport compress_with_ranks(Ranks& ranks, JoinedMesh& mesh, SharedOutput& out
   mesh.hold_cells(
       Shares(mesh.info().cells(), options.segment_cells, ranks.size()).range(ranks.rank()));
   Schema schema;
-  // Ranks read together, so all try the same.
+  // All ranks read together, so all of them run the same trials.
   ranks.together([&] { schema = schema_to_write(mesh, options, spool); });
   return PartCompression(ranks, mesh, output, std::move(schema), options, spool, &mesh).run();
 }

@@ -1,7 +1,7 @@
-// Compression by several ranks: each codes some segments of one mesh, and all write one file. It
-// has the bytes that compress_mesh writes with the same options. Memory of a rank: 64 bytes for
-// each vertex of its part, 24 for each that it owns (NumberOwners), its compressed part, and what
-// compress_mesh takes beside the mesh.
+// Compression by several ranks: each codes some segments of one mesh, and all write one file, with
+// the same bytes that compress_mesh() writes with the same options. Memory per rank: 64 bytes for
+// each vertex of its part, 24 for each vertex that it owns (NumberOwners), its compressed part, and
+// the memory of compress_mesh() in addition to the mesh.
 #pragma once
 
 #include "base/spool.h"
@@ -14,12 +14,13 @@
 
 namespace shm::converters {
 
-// Collective: each rank has opened the same file as `mesh`. options.segment_cells must be given;
-// options.order is keep or stream. `output` is not committed. Sizes are those of the whole file, on
-// rank 0 alone. Throws SharedFailure.
+// Collective: each rank has opened the same file as `mesh`. Requires options.segment_cells, and
+// options.order keep or stream. Does not commit `output`. Returns the sizes of the whole file, only
+// on rank 0. Throws SharedFailure.
 SizeReport compress_with_ranks(Ranks& ranks, MeshSource& mesh, SharedOutput& output,
                                const CompressOptions& options, Spool& spool);
-// The same of a mesh that is read in parts: the bytes that a file of the whole mesh would become.
+// The same for a mesh that is read in parts. Writes the bytes that a file of the whole mesh would
+// give.
 SizeReport compress_with_ranks(Ranks& ranks, JoinedMesh& mesh, SharedOutput& output,
                                const CompressOptions& options, Spool& spool);
 

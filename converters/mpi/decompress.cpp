@@ -25,9 +25,9 @@
 namespace shm::converters {
 namespace {
 
-// --- what ranks exchange
+// --- messages between ranks
 
-// Those of all ranks, each once, in the order of ranks. For few items, on every rank.
+// Joins the items of all ranks, in the order of ranks, on every rank. For few items.
 template <class Item>
 std::vector<Item> united(Ranks& ranks, const std::vector<Item>& mine) {
   std::vector<Item> all;
@@ -36,7 +36,7 @@ std::vector<Item> united(Ranks& ranks, const std::vector<Item>& mine) {
   return all;
 }
 
-// Sentences of all ranks, each once; on rank 0 alone.
+// Joins the losses of all ranks without repetitions. The result is only on rank 0.
 LossList united_losses(Ranks& ranks, const LossList& mine) {
   std::string text;
   for (const std::string& loss : mine) text += loss + '\n';
@@ -56,14 +56,14 @@ LossList united_losses(Ranks& ranks, const LossList& mine) {
   return all;
 }
 
-// --- a rank's part
+// --- the part of a rank
 
 class Part {
  public:
   Part(Ranks& ranks, const DecompressCommand& options, Spool& spool)
       : ranks_(ranks), options_(options), format_(*format_named("exodus")), spool_(spool) {}
 
-  // Collective, one after the other.
+  // Collective. Call them in this order.
   void decode();
   void agree_on_blocks();
   void count_vertices();
@@ -86,7 +86,7 @@ class Part {
   MeshInfo whole_;  // schema, counts, times, extras
   CellRange range_;
   std::unique_ptr<PieceMesh> piece_;
-  std::vector<BlocksById::Key> blocks_;  // of all ranks, where an array has them
+  std::vector<BlocksById::Key> blocks_;  // of all ranks, if an array has the block ids
   std::uint64_t lost_vertices_ = 0;
   std::optional<Translation> translation_;
 };
@@ -118,10 +118,11 @@ void Part::check_blocks() const {
   for (std::size_t b = 0; b < whole_.block_cells.size(); ++b) {
     const BlockInfo& block = whole_.schema.blocks[b];
     if (block.nodes_per_cell == 0 && block.shape != CellShape::polygon && whole_.block_cells[b] > 0)
-      throw Failure(Error{ErrorCode::unsupported,
-                          "its cells have any number of vertices, of which ranks make no parts; "
-                          "shm decompress writes one file",
-                          "block " + std::to_string(block.id), kNoOffset, options_.input});
+      throw Failure(
+          Error{ErrorCode::unsupported,
+                "its cells have different numbers of vertices, which parts do not support; "
+                "shm decompress writes one file",
+                "block " + std::to_string(block.id), kNoOffset, options_.input});
   }
 }
 
@@ -132,9 +133,9 @@ void Part::stage() {
   range_ = part_range(extractor_->segments(), whole_.cells(), ranks_.size(), ranks_.rank());
   const bool last = range_.end == whole_.cells();
   if (whole_.cells() == 0 && ranks_.first())
-    how.request.unused_vertices = true;  // all of it
+    how.request.unused_vertices = true;  // the part is the whole mesh
   else if (range_.empty())
-    how.request.cells.numbers.emplace();  // nothing
+    how.request.cells.numbers.emplace();  // the part has no cells
   else
     how.request.cells.range = CellSelection::Range{range_.first, range_.end};
   how.request.unused_vertices |= last;
@@ -143,7 +144,7 @@ void Part::stage() {
   piece_ = std::make_unique<PieceMesh>(*extractor_, how, std::move(of_piece.extras), sets,
                                        options_.input, spool_);
   if (piece_->info().cells() != range_.end - range_.first)
-    throw Failure(Error{ErrorCode::corrupt, "names cells that are not there", "index", kNoOffset,
+    throw Failure(Error{ErrorCode::corrupt, "names cells that do not exist", "index", kNoOffset,
                         options_.input});
 }
 
@@ -155,16 +156,16 @@ void Part::decode() {
   ranks_.together([&] { stage(); });
 }
 
-// Which blocks an array makes depends on the cells.
+// If an array has the block ids, the blocks depend on the cells of all ranks.
 void Part::agree_on_blocks() {
   const std::size_t array = BlocksById::array_of_ids(piece_->info());
-  if (array == piece_->info().schema.arrays.size()) return;  // on all ranks alike
+  if (array == piece_->info().schema.arrays.size()) return;  // all ranks return here, or none
   std::vector<BlocksById::Key> mine;
   ranks_.together([&] { mine = BlocksById(*piece_, array, {}).keys(); });
   blocks_ = united(ranks_, mine);
 }
 
-// Vertices that no rank has: no cell uses them, and they stand before the last cells.
+// Counts the vertices that no rank has: vertices that no cell uses, coded before the last cells.
 void Part::count_vertices() {
   struct Had {
     std::uint64_t number = 0;
@@ -176,14 +177,15 @@ void Part::count_vertices() {
     for (const std::uint64_t number : piece_->vertex_numbers()) {
       if (number >= whole_.vertices)
         throw Failure(Error{ErrorCode::corrupt,
-                            "there is a vertex " + std::to_string(number) + " of " +
+                            "vertex " + std::to_string(number) +
+                                " is outside the mesh, which has " +
                                 std::to_string(whole_.vertices),
                             "mesh", kNoOffset, options_.input});
       mine.push_back({number});
     }
     had.resize(owners.count());
   });
-  owners.send(mine, [&](const Had& it) { had[it.number - owners.first()] = true; });
+  owners.send(mine, [&](const Had& item) { had[item.number - owners.first()] = true; });
   const auto missing = static_cast<std::uint64_t>(std::count(had.begin(), had.end(), false));
   lost_vertices_ = ranks_.sums({missing}).all[0];
 }
@@ -231,9 +233,9 @@ std::string Part::summary() const {
 CellRange part_range(const std::vector<SegmentInfo>& segments, std::uint64_t cells,
                      std::size_t parts, std::size_t part) {
   const std::uint64_t each = cells / parts, over = cells % parts;
-  const auto cut = [&](std::uint64_t at) {
-    const std::uint64_t even = each * at + std::min(at, over);
-    if (at == 0 || at >= parts) return even;
+  const auto cut = [&](std::uint64_t boundary) {
+    const std::uint64_t even = each * boundary + std::min(boundary, over);
+    if (boundary == 0 || boundary >= parts) return even;
     std::uint64_t best = even, distance = each / 4;
     for (const SegmentInfo& segment : segments) {
       const std::uint64_t first = segment.first_cell;

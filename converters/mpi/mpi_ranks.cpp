@@ -12,10 +12,10 @@
 namespace shm::converters {
 namespace {
 
-constexpr std::size_t kMessage = std::size_t{1} << 26;  // bytes at once, of what may be large
+constexpr std::size_t kMessage = std::size_t{1} << 26;  // maximum bytes in one message
 constexpr int kTag = 1;
 
-// Errors inside MPI end the program: that is what MPI does by itself.
+// Errors inside MPI end the program, which is the default of MPI.
 
 std::vector<std::byte> packed(const Error& error) {
   std::vector<std::byte> bytes;
@@ -35,10 +35,10 @@ std::vector<std::byte> packed(const Error& error) {
 
 Error unpacked(const std::vector<std::byte>& bytes) {
   Error error{ErrorCode::io, {}, {}, kNoOffset, {}};
-  const std::byte* at = bytes.data();
+  const std::byte* next = bytes.data();
   const auto get = [&](void* to, std::size_t size) {
-    std::memcpy(to, at, size);
-    at += size;
+    std::memcpy(to, next, size);
+    next += size;
   };
   get(&error.code, sizeof error.code);
   get(&error.offset, sizeof error.offset);
@@ -51,7 +51,7 @@ Error unpacked(const std::vector<std::byte>& bytes) {
   return error;
 }
 
-// Begins MPI; the rank, and how many there are.
+// Initializes MPI. Returns the rank and the number of ranks.
 std::pair<std::size_t, std::size_t> place_of_process(int* argc, char*** argv) {
   MPI_Init(argc, argv);
   int rank = 0, size = 1;
@@ -65,7 +65,7 @@ std::pair<std::size_t, std::size_t> place_of_process(int* argc, char*** argv) {
 MpiRanks::MpiRanks(int* argc, char*** argv) : MpiRanks(place_of_process(argc, argv)) {}
 
 MpiRanks::~MpiRanks() {
-  // mpirun ends all when one has ended with an error: not before all have come here.
+  // mpirun ends all processes when one exits with an error. Wait until all processes are here.
   MPI_Barrier(MPI_COMM_WORLD);
   MPI_Finalize();
 }
@@ -93,7 +93,7 @@ void MpiRanks::abort_with(const std::function<int()>& complain) noexcept {
   int code = kLimit;
   try {
     code = complain();
-  } catch (...) {  // there is no memory for a sentence about it
+  } catch (...) {  // not enough memory to format the message
     std::fputs("shm_mpi: needs more memory than there is\n", stderr);
   }
   abort(code);
@@ -120,7 +120,8 @@ auto MpiRanks::sums(std::vector<std::uint64_t> values) -> Sums {
   const int count = static_cast<int>(values.size());
   Sums sums{std::vector<std::uint64_t>(values.size()), values};
   MPI_Exscan(values.data(), sums.before.data(), count, MPI_UINT64_T, MPI_SUM, MPI_COMM_WORLD);
-  if (first()) sums.before.assign(values.size(), 0);  // MPI leaves it undefined
+  // MPI_Exscan leaves the result on rank 0 undefined.
+  if (first()) sums.before.assign(values.size(), 0);
   MPI_Allreduce(MPI_IN_PLACE, sums.all.data(), count, MPI_UINT64_T, MPI_SUM, MPI_COMM_WORLD);
   return sums;
 }
@@ -132,9 +133,9 @@ std::uint64_t MpiRanks::broadcast(std::uint64_t value, std::size_t from) {
 
 std::vector<std::byte> MpiRanks::broadcast(std::vector<std::byte> bytes, std::size_t from) {
   bytes.resize(broadcast(std::uint64_t{bytes.size()}, from));
-  for (std::size_t at = 0; at < bytes.size(); at += kMessage)
-    MPI_Bcast(bytes.data() + at, static_cast<int>(std::min(kMessage, bytes.size() - at)), MPI_BYTE,
-              static_cast<int>(from), MPI_COMM_WORLD);
+  for (std::size_t offset = 0; offset < bytes.size(); offset += kMessage)
+    MPI_Bcast(bytes.data() + offset, static_cast<int>(std::min(kMessage, bytes.size() - offset)),
+              MPI_BYTE, static_cast<int>(from), MPI_COMM_WORLD);
   return bytes;
 }
 
@@ -143,9 +144,9 @@ void MpiRanks::gather(std::span<const std::byte> bytes,
   if (!first()) {
     std::uint64_t size = bytes.size();
     MPI_Send(&size, 1, MPI_UINT64_T, 0, kTag, MPI_COMM_WORLD);
-    for (std::size_t at = 0; at < bytes.size(); at += kMessage)
-      MPI_Send(bytes.data() + at, static_cast<int>(std::min(kMessage, bytes.size() - at)), MPI_BYTE,
-               0, kTag, MPI_COMM_WORLD);
+    for (std::size_t offset = 0; offset < bytes.size(); offset += kMessage)
+      MPI_Send(bytes.data() + offset, static_cast<int>(std::min(kMessage, bytes.size() - offset)),
+               MPI_BYTE, 0, kTag, MPI_COMM_WORLD);
     return;
   }
   take(0, {bytes.begin(), bytes.end()});
@@ -153,9 +154,10 @@ void MpiRanks::gather(std::span<const std::byte> bytes,
     std::uint64_t size = 0;
     MPI_Recv(&size, 1, MPI_UINT64_T, static_cast<int>(r), kTag, MPI_COMM_WORLD, MPI_STATUS_IGNORE);
     std::vector<std::byte> got(size);
-    for (std::size_t at = 0; at < size; at += kMessage)
-      MPI_Recv(got.data() + at, static_cast<int>(std::min<std::size_t>(kMessage, size - at)),
-               MPI_BYTE, static_cast<int>(r), kTag, MPI_COMM_WORLD, MPI_STATUS_IGNORE);
+    for (std::size_t offset = 0; offset < size; offset += kMessage)
+      MPI_Recv(got.data() + offset,
+               static_cast<int>(std::min<std::size_t>(kMessage, size - offset)), MPI_BYTE,
+               static_cast<int>(r), kTag, MPI_COMM_WORLD, MPI_STATUS_IGNORE);
     take(r, std::move(got));
   }
 }

@@ -15,13 +15,13 @@ namespace shm::converters {
 
 class MpiRanks final : public Ranks {
  public:
-  // Begins and ends MPI. One in a process.
+  // Initializes and finalizes MPI. At most one object per process.
   MpiRanks(int* argc, char*** argv);
   ~MpiRanks() override;
-  // Ends all processes at once: for what went wrong where ranks do not agree.
+  // Ends all processes immediately. For errors outside of calls in which ranks agree on errors.
   [[noreturn]] static void abort(int code);
-  // The same with the code that `complain` gives; where that takes memory that is not there, says
-  // so.
+  // The same with the exit code that `complain` returns. If `complain` runs out of memory, reports
+  // that instead.
   [[noreturn]] static void abort_with(const std::function<int()>& complain) noexcept;
 
   void uninterrupted(const std::function<void()>& calls) override;
@@ -35,7 +35,7 @@ class MpiRanks final : public Ranks {
               const std::function<void(std::size_t, std::vector<std::byte>)>& take) override;
 
  private:
-  using Place = std::pair<std::size_t, std::size_t>;  // rank, and of how many
+  using Place = std::pair<std::size_t, std::size_t>;  // rank and number of ranks
   explicit MpiRanks(Place place) : Ranks(place.first, place.second) {}
 
   std::vector<std::byte> exchange_bytes(std::vector<std::byte> packed,

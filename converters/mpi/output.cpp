@@ -43,7 +43,8 @@ SharedOutput::SharedOutput(Ranks& ranks, std::string path)
   }
   name = ranks.broadcast(std::move(name));
   const std::string temporary(reinterpret_cast<const char*>(name.data()), name.size());
-  // Each rank opens it for itself: a collective open that fails on one rank might keep others.
+  // Each rank opens the file separately, because a collective open that fails on one rank might
+  // block the others.
   ranks.together([&] {
     check(MPI_File_open(MPI_COMM_SELF, temporary.c_str(), MPI_MODE_WRONLY, MPI_INFO_NULL,
                         &handle_->file),

@@ -1,4 +1,5 @@
-// SharedOutput: one file that all ranks write with MPI-IO, and that appears whole or not at all.
+// SharedOutput: one file that all ranks write with MPI-IO. It gets its name only when it is
+// complete.
 #pragma once
 
 #include <cstddef>
@@ -15,8 +16,8 @@ namespace shm::converters {
 
 class SharedOutput {
  public:
-  // Collective. A temporary file beside `path`, of rank 0, which all ranks must see. `ranks` is
-  // borrowed. Throws SharedFailure (output).
+  // Collective. Rank 0 creates a temporary file next to `path`, which all ranks must see. `ranks`
+  // is borrowed. Throws SharedFailure (output).
   SharedOutput(Ranks& ranks, std::string path);
   ~SharedOutput();
   SharedOutput(const SharedOutput&) = delete;
@@ -24,7 +25,7 @@ class SharedOutput {
 
   // Not collective. Throws Failure (output).
   void write(std::uint64_t offset, std::span<const std::byte> bytes);
-  // Collective. All is on the disk, and then the file has its name.
+  // Collective. Flushes the file to disk, then gives it its name.
   void commit();
 
  private:
@@ -33,7 +34,7 @@ class SharedOutput {
 
   Ranks* ranks_;
   std::string path_;
-  std::optional<OutputFile> file_;  // of rank 0
+  std::optional<OutputFile> file_;  // only on rank 0
   std::unique_ptr<Handle> handle_;
 };
 

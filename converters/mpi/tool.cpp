@@ -1,4 +1,4 @@
-// shm_mpi: compression and decompression by the ranks of an MPI program. Exit codes as of shm.
+// shm_mpi: compression and decompression by the ranks of an MPI program. Exit codes as in shm.
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <csignal>
@@ -33,9 +33,9 @@ ExitCode run_compress(Ranks& ranks, CompressCommand& command) {
     if (command.input == "-" || command.output == "-")
       wrong_use("ranks need files; IN or OUT is standard input or output");
     if (command.order == "free" || !command.cell_order.empty())
-      wrong_use("--order free needs the whole mesh in one memory: shm compress has it");
+      wrong_use("--order free needs the whole mesh in the memory of one process: use shm compress");
     if (command.segment_cells == 0)
-      wrong_use("--segment-cells N must be given: ranks share the mesh between segments");
+      wrong_use("--segment-cells N is required: ranks share the mesh by segments");
     how = command.how();
   });
   const auto start = std::chrono::steady_clock::now();
@@ -79,13 +79,13 @@ ExitCode run_compress(Ranks& ranks, CompressCommand& command) {
   return kDone;
 }
 
-// Ranks share one file, and leave it where it is.
+// Removes the options for several files and for removing IN. Ranks share one file and keep it.
 void leave_out_many_files(CLI::App& command) {
   for (const char* const option : {"--recursive", "--stdout", "--rm", "--keep"})
     command.remove_option(command.get_option(option));
 }
 void take_one_file(FileCommand& command) {
-  if (command.files.size() != 1) wrong_use("ranks share one file; IN are several");
+  if (command.files.size() != 1) wrong_use("ranks share one file, but several IN are given");
   command.input = command.files.front();
 }
 
@@ -147,7 +147,7 @@ int complain(const Commands& commands, Error error) {
 
 int guarded_run(int argc, char** argv) {
   MpiRanks ranks(&argc, &argv);
-  // After MPI has begun, which has handlers of its own.
+  // Called after MPI_Init(), because MPI installs signal handlers of its own.
   remove_outputs_on_signals();
   Commands commands;
   try {
@@ -156,7 +156,7 @@ int guarded_run(int argc, char** argv) {
     if (ranks.first()) complain(commands, failure.error());
     return exit_code(failure.error().code);
   } catch (...) {
-    // One rank alone, among calls that others wait in.
+    // An error on a single rank, while other ranks wait in collective calls.
     MpiRanks::abort_with([&] { return complain(commands, current_error()); });
   }
 }
@@ -165,6 +165,6 @@ int guarded_run(int argc, char** argv) {
 }  // namespace shm::converters
 
 int main(int argc, char** argv) {
-  std::signal(SIGXFSZ, SIG_IGN);  // a file that grows too large is an error like others
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that grows too large is an ordinary error
   return shm::converters::guarded_run(argc, argv);
 }

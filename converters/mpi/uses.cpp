@@ -11,7 +11,7 @@ struct VertexUse {
   std::uint64_t number = 0, first = 0, last = 0;
 };
 
-// The part's own view of its cells.
+// Finds the first and last uses within the cells of this part.
 std::vector<VertexUse> uses_in(MeshSource& mesh, const CellRange& range, PartUses& out) {
   std::vector<VertexUse> uses;
   for_cells(mesh, range, [&](const CellBatch& batch, std::uint64_t first_cell) {
@@ -20,16 +20,16 @@ std::vector<VertexUse> uses_in(MeshSource& mesh, const CellRange& range, PartUse
       ++out.block_cells.at(batch.blocks[i]);
       for (const std::uint64_t v : batch.cell(i)) {
         require_vertex(cell, v, mesh.info().vertices);
-        const std::uint32_t at = out.vertices.find_or_add(v);
-        if (at == uses.size()) uses.push_back({v, cell, cell});
-        uses[at].last = cell;
+        const std::uint32_t index = out.vertices.find_or_add(v);
+        if (index == uses.size()) uses.push_back({v, cell, cell});
+        uses[index].last = cell;
       }
     }
   });
   return uses;
 }
 
-// What an owner knows of its vertices.
+// The uses known to the owner of some vertices.
 class OwnedUses {
  public:
   explicit OwnedUses(const NumberOwners& owners)
@@ -52,10 +52,11 @@ class OwnedUses {
   std::vector<VertexUse> uses_;
 };
 
-// To one rank, in bounded pieces; owners' runs ascend with their ranks.
+// Collects the numbers on one rank, in pieces of bounded size. The runs of owners ascend with their
+// ranks.
 std::vector<std::uint64_t> collect(Ranks& ranks, const std::vector<std::uint64_t>& numbers,
                                    std::size_t rank) {
-  constexpr std::size_t kAtOnce = std::size_t{1} << 17;  // of all ranks together
+  constexpr std::size_t kAtOnce = std::size_t{1} << 17;  // sum over all ranks
   const std::size_t piece = std::max<std::size_t>(kAtOnce / ranks.size(), 1);
   std::vector<std::uint64_t> all;
   const std::uint64_t rounds = ranks.largest((numbers.size() + piece - 1) / piece);
@@ -79,7 +80,7 @@ std::uint32_t VertexTable::find_or_add(std::uint64_t number) {
   if (slot == kAbsent) {
     if (numbers_.size() == kAbsent)
       throw Failure(Error{
-          ErrorCode::over_limit, "2^32 vertices on one rank: take more ranks", {}, kNoOffset, {}});
+          ErrorCode::over_limit, "2^32 vertices on one rank: use more ranks", {}, kNoOffset, {}});
     slot = static_cast<std::uint32_t>(numbers_.size());
     numbers_.push_back(number);
   }

@@ -1,5 +1,5 @@
-// PartUses: the vertices of some cells of a mesh, and where all cells of the mesh, other ranks'
-// too, use them first and last.
+// PartUses: the vertices of some cells of a mesh, and their first and last uses in the whole mesh,
+// including cells of other ranks.
 #pragma once
 
 #include <cstddef>
@@ -13,8 +13,8 @@
 
 namespace shm::converters {
 
-// From numbers of vertices to 0, 1, 2 ... in the order in which they are added. 16 to 24 bytes
-// each.
+// Maps vertex numbers to indices 0, 1, 2, ... in the order in which they are added. Needs 16 to 24
+// bytes per vertex.
 class VertexTable {
  public:
   static constexpr std::uint32_t kAbsent = ~std::uint32_t{0};
@@ -23,50 +23,50 @@ class VertexTable {
     if (slots_.empty()) return kAbsent;
     return slots_[slot_of(number)];
   }
-  // Throws Failure (over_limit) beyond 2^32 - 2 vertices.
+  // Throws Failure (over_limit) for more than 2^32 - 2 vertices.
   std::uint32_t find_or_add(std::uint64_t number);
   const std::vector<std::uint64_t>& numbers() const { return numbers_; }
 
  private:
   std::size_t slot_of(std::uint64_t number) const {
     const std::size_t mask = slots_.size() - 1;
-    std::size_t at = static_cast<std::size_t>((number * 0x9e3779b97f4a7c15u) >> 20) & mask;
-    while (slots_[at] != kAbsent && numbers_[slots_[at]] != number) at = (at + 1) & mask;
-    return at;
+    std::size_t slot = static_cast<std::size_t>((number * 0x9e3779b97f4a7c15u) >> 20) & mask;
+    while (slots_[slot] != kAbsent && numbers_[slots_[slot]] != number) slot = (slot + 1) & mask;
+    return slot;
   }
   void grow();
 
   std::vector<std::uint64_t> numbers_;
-  std::vector<std::uint32_t> slots_;  // a power of two of them
+  std::vector<std::uint32_t> slots_;  // the size is a power of two
 };
 
 struct PartUses {
   VertexTable vertices;
-  // By place in the table.
-  std::vector<std::uint64_t> last;  // the last cell of the mesh that uses it
-  std::vector<bool> imported;       // a cell before the range uses it
+  // By index in the table.
+  std::vector<std::uint64_t> last;  // the last cell of the mesh that uses the vertex
+  std::vector<bool> imported;       // true if a cell before the range uses the vertex
   std::uint64_t own = 0;            // vertices that are not imported
-  // Of the rank `last_rank`: the vertices that no cell of the mesh uses, ascending.
+  // On the rank `last_rank`: the vertices that no cell of the mesh uses, ascending.
   std::vector<std::uint64_t> unused;
-  // Cells of each block in the range.
+  // Number of cells of each block in the range.
   std::vector<std::uint64_t> block_cells;
 };
 
-// Calls visit(batch, number of its first cell) for the cells of the range.
+// Calls visit(batch, number of its first cell) for all batches of cells in the range.
 template <class Visit>
 void for_cells(MeshSource& mesh, const CellRange& range, Visit&& visit) {
   constexpr std::uint64_t kBatchCells = 8192;
   CellBatch batch;
   mesh.seek_cells(range.first);
-  for (std::uint64_t at = range.first; at < range.end; at += batch.size()) {
-    if (!mesh.next_cells(batch, std::min(kBatchCells, range.end - at)))
+  for (std::uint64_t cell = range.first; cell < range.end; cell += batch.size()) {
+    if (!mesh.next_cells(batch, std::min(kBatchCells, range.end - cell)))
       throw Failure(
           Error{ErrorCode::corrupt, "has fewer cells than its header counts", {}, kNoOffset, {}});
-    visit(batch, at);
+    visit(batch, cell);
   }
 }
 
-// Collective. Ranges of ranks follow each other. Throws SharedFailure.
+// Collective. The ranges of consecutive ranks must be consecutive. Throws SharedFailure.
 PartUses find_uses(Ranks& ranks, MeshSource& mesh, const CellRange& range, std::size_t last_rank);
 
 }  // namespace shm::converters

@@ -1,4 +1,4 @@
-// What the decimater of OpenMesh goes by. Only for sources that have OpenMesh.
+// A module for the decimater of OpenMesh. Include it only in sources that have OpenMesh.
 #pragma once
 
 #include <OpenMesh/Core/Geometry/QuadricT.hh>
@@ -9,12 +9,15 @@
 
 namespace shm::converters {
 
-// How far what is left would be from the planes that were there: OpenMesh's ModQuadricT, and beside
-// it what that has not. Sums that are 0 but for rounding count as 0, where it would take those
-// below for forbidden, and leave plane parts as they are; edges with one face have planes, too,
-// upright on it, without which a sheet loses its outline; and no triangle is turned over or
-// flattened.
-//   Must hold: coordinates are some -1..1.
+// Quadric error module, like OpenMesh's ModQuadricT, which measures the distance of a collapsed
+// vertex from the original planes, with three additions:
+// - Sums that are slightly negative because of rounding count as 0. ModQuadricT treats negative
+// sums as forbidden collapses and would not decimate plane parts.
+// - Boundary edges add a plane perpendicular to their face. Without it a sheet would lose its
+// outline.
+// - A collapse may not turn over or flatten a triangle.
+//
+// Coordinates must be about -1..1.
 template <class MeshType>
 class OutlineQuadrics final : public OpenMesh::Decimater::ModBaseT<MeshType> {
  public:
@@ -64,8 +67,8 @@ class OutlineQuadrics final : public OpenMesh::Decimater::ModBaseT<MeshType> {
   using Place = typename MeshType::Point;
   using Quadric = OpenMesh::Geometry::QuadricT<double>;
 
-  // Where all is plane, short edges go first. Else one vertex would take in all others, one by one,
-  // and have ever more faces that each time are looked through.
+  // Prefers short edges where everything is plane. Otherwise one vertex would absorb all others one
+  // by one, and all its faces, which become more and more, would be checked each time.
   static constexpr double kShortFirst = 1e-9;
 
   static Place normal_of(const Place& a, const Place& b, const Place& c) {
@@ -81,7 +84,8 @@ class OutlineQuadrics final : public OpenMesh::Decimater::ModBaseT<MeshType> {
     this->mesh().property(quadrics_, vertex) += quadric;
   }
 
-  // Of the triangles around the vertex that goes, but for those that go with it.
+  // Returns true if the collapse turns over or flattens a triangle around the removed vertex.
+  // Ignores the triangles that are removed with it.
   bool turns_any(const CollapseInfo& collapse) {
     MeshType& mesh = this->mesh();
     for (auto side = mesh.cvoh_iter(collapse.v0); side.is_valid(); ++side) {

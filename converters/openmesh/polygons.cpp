@@ -13,7 +13,8 @@
 namespace shm::converters {
 namespace {
 
-// A polygon of n corners becomes n - 2 triangles, and numbers of halfedges, two a side, are ints.
+// A polygon with n corners becomes n - 2 triangles, and OpenMesh numbers halfedges, two per side,
+// with an int.
 constexpr std::size_t kMostCorners = (std::size_t{1} << 30) / 3;
 
 Vector place_of(const Surface& surface, std::uint32_t vertex) {
@@ -26,7 +27,8 @@ bool is_in_float32(const Vector& place) {
   return std::all_of(place.begin(), place.end(), [](double x) { return std::fabs(x) <= kMost; });
 }
 
-// Faces of a surface, one after the other, into polygons whose vertices are still its own.
+// Converts the faces of a surface one by one to polygons, which still use the vertices of the
+// surface.
 class PolygonMaker {
  public:
   PolygonMaker(const Surface& surface, bool triangles, Polygons& out)
@@ -66,7 +68,7 @@ class PolygonMaker {
     return static_cast<std::size_t>(std::unique(sorted_.begin(), sorted_.end()) - sorted_.begin());
   }
 
-  // The corner that all triangles of the face have.
+  // Returns the corner that all triangles of the face share.
   std::size_t fan_corner() const {
     if (ring_.size() != 4)
       return static_cast<std::size_t>(std::min_element(places_.begin(), places_.end()) -
@@ -90,7 +92,7 @@ class PolygonMaker {
     for (std::size_t i = 1; i + 1 < count; ++i) {
       const std::array<std::uint32_t, 3> triangle = {ring_[turn], ring_[(turn + i) % count],
                                                      ring_[(turn + i + 1) % count]};
-      // Of a polygon that comes upon a vertex again.
+      // false if a polygon meets a vertex again
       if (different(triangle) == 3) add_polygon(f, triangle);
     }
   }
@@ -108,9 +110,9 @@ class PolygonMaker {
   std::vector<Vector> places_;
 };
 
-// Corners are vertices of their own at first, and become one along edges where faces stay together.
-// Around a vertex a corner has one face before it and one behind it at most, so that what becomes
-// one is one fan.
+// At first each corner is a vertex of its own. Corners are united along edges where faces stay
+// connected. Around a vertex, a corner has at most one face before it and one after it, so united
+// corners form one fan.
 class CornerJoiner {
  public:
   explicit CornerJoiner(Polygons& polygons) : polygons_(polygons) {}
@@ -119,13 +121,13 @@ class CornerJoiner {
     list_edges();
     taken_out_.assign(polygons_.face_count(), false);
     join_along_edges();
-    // A fan may come upon a face a second time. Without it the rest of the fan stays good.
+    // A fan may meet a face a second time. If that face is taken out, the rest of the fan is valid.
     if (take_out_rejoined()) join_along_edges();
     number();
   }
 
  private:
-  // A side of a face, from a corner to the next one.
+  // A side of a face, from one corner to the next.
   struct Side {
     std::uint32_t low, high;  // vertices
     std::uint32_t from, to;   // corners
@@ -166,7 +168,7 @@ class CornerJoiner {
     return a.low == b.low && a.high == b.high;
   }
 
-  // The first corner of those that are one with this one.
+  // Returns the first of the corners that are united with this corner.
   std::uint32_t first(std::uint32_t corner) {
     while (first_[corner] != corner) corner = first_[corner] = first_[first_[corner]];
     return corner;
@@ -195,7 +197,7 @@ class CornerJoiner {
     sides_ = {};
     auto& corners = polygons_.corners;
     constexpr std::uint32_t kNone = ~std::uint32_t{0};
-    std::vector<std::uint32_t> numbers(corners.size(), kNone);  // of first corners
+    std::vector<std::uint32_t> numbers(corners.size(), kNone);  // vertex of each first corner
     std::vector<std::uint32_t> uses;                            // first corner of each vertex
     for (std::uint32_t c = 0; c < corners.size(); ++c) {
       if (corners[c] >= uses.size()) uses.resize(std::size_t{corners[c]} + 1, kNone);
@@ -227,7 +229,7 @@ Result<Polygons> polygons_of(const Surface& surface, const PolygonOptions& optio
   if (surface.corners.size() > kMostCorners || surface.faces() > kMostCorners)
     return Error{ErrorCode::over_limit,
                  "the surface has " + std::to_string(surface.corners.size()) +
-                     " corners; there is room for " + std::to_string(kMostCorners),
+                     " corners; the maximum is " + std::to_string(kMostCorners),
                  {},
                  kNoOffset,
                  {}};

@@ -1,5 +1,5 @@
-// Polygons of a surface as structures of halfedges can hold them: each edge has one or two faces,
-// which go along it in opposite directions, and the faces around a vertex are one fan.
+// Polygons of a surface in a form that halfedge structures can store: each edge has one or two
+// faces, which traverse it in opposite directions, and the faces around a vertex form one fan.
 #pragma once
 
 #include <cstddef>
@@ -12,26 +12,27 @@
 
 namespace shm::converters {
 
-// What a list of PLY counts with its one byte.
+// Maximum length of a PLY list whose count is one byte.
 inline constexpr std::size_t kMostPolygonCorners = 255;
 
 struct PolygonOptions {
-  // Split into triangles: all polygons, or those alone that have more than kMostPolygonCorners.
+  // Split polygons into triangles: all of them, or only those with more than kMostPolygonCorners.
   bool triangles = false;
 };
 
-// A plain value. Each face has three corners or more, all of them different vertices.
+// A plain value. Each face has at least three corners, all of them different vertices.
 struct Polygons {
   std::vector<std::size_t> face_begin{0};  // faces + 1 offsets into corners
   std::vector<std::uint32_t> corners;      // indices into `vertices`
-  std::vector<std::uint32_t> faces;        // of each: which face of the surface it is, or is of
-  std::vector<std::uint32_t> vertices;     // of each: which vertex of the surface it is; ascending
-                                           // but for copies, which stand behind all others
+  // For each polygon, the face of the surface that it is or belongs to.
+  std::vector<std::uint32_t> faces;
+  // For each vertex, its number in the surface: ascending, then those of the copies.
+  std::vector<std::uint32_t> vertices;
 
-  // Vertices that are there once more, since the faces around them were taken apart.
+  // Vertices that were duplicated to separate the faces around them.
   std::uint64_t copies = 0;
-  // Faces of the surface that are none here: of one or two corners; of fewer than three different
-  // ones; with a coordinate that is not finite, or beyond what float32 holds.
+  // Faces of the surface that are left out: with one or two corners; with fewer than three
+  // different corners; with a coordinate that is not finite or exceeds the range of float32.
   std::uint64_t lines_and_points = 0, collapsed = 0, not_finite = 0;
 
   std::size_t face_count() const { return faces.size(); }
@@ -40,14 +41,16 @@ struct Polygons {
   }
 };
 
-// The polygons of a surface, in its order. Corners that stand twice in a row count once. Quads are
-// split along the shorter one of the diagonals that leave no triangle turned over, other polygons
-// into a fan around the corner whose x, then y, then z is least.
-//   Faces stay together along an edge that exactly two have and go along in opposite directions;
-// along others, and where they have but a vertex in common, they are taken apart: each gets
-// vertices of its own. So are faces that come upon one of their own vertices again.
-//   Takes up to 50 bytes a corner, and sorts them once. ErrorCode::over_limit: more than 2^30
-// / 3 corners. May be called by several threads at a time.
+// Returns the polygons of a surface, in its order. Repeated consecutive corners count once. A quad
+// is split along the shorter of the diagonals that turn over no triangle, other polygons into a fan
+// around the corner with the least x, then y, then z.
+//
+// Faces stay connected along an edge if exactly two faces have it and traverse it in opposite
+// directions. Faces that share any other edge, or only a vertex, are separated: each gets vertices
+// of its own. A face that meets one of its own vertices again is separated too.
+//
+// Needs up to 50 bytes per corner, and sorts the corners once. Returns ErrorCode::over_limit for
+// more than 2^30 / 3 corners. Thread safe.
 Result<Polygons> polygons_of(const Surface& surface, const PolygonOptions& options = {});
 
 }  // namespace shm::converters

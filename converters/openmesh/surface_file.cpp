@@ -43,7 +43,8 @@ struct SurfaceTraits : OpenMesh::DefaultTraits {
 using PolygonMesh = OpenMesh::PolyMesh_ArrayKernelT<SurfaceTraits>;
 using TriangleMesh = OpenMesh::TriMesh_ArrayKernelT<SurfaceTraits>;
 
-// Where the writers of OpenMesh write. What goes wrong is kept: they do not look for it.
+// Stream buffer for OpenMesh's writers. Stores the first error, because the writers do not check
+// for errors.
 class SinkBuffer final : public std::streambuf {
  public:
   explicit SinkBuffer(ByteSink& sink) : sink_(&sink), buffer_(std::size_t{1} << 16) { empty(); }
@@ -60,7 +61,7 @@ class SinkBuffer final : public std::streambuf {
     pbump(1);
     return letter;
   }
-  int sync() override { return 0; }  // lines end with a flush in places
+  int sync() override { return 0; }  // the writers flush after some lines
 
  private:
   void empty() { setp(buffer_.data(), buffer_.data() + buffer_.size()); }
@@ -76,7 +77,7 @@ class SinkBuffer final : public std::streambuf {
   Result<void> result_;
 };
 
-// OpenMesh says what it does on the standard streams.
+// Stops OpenMesh from printing messages to the standard streams.
 class SilentOpenMesh {
  public:
   SilentOpenMesh() {
@@ -107,12 +108,12 @@ class SurfaceMesh {
   SurfaceMesh(const Surface& surface, const Polygons& polygons)
       : surface_(surface), polygons_(polygons) {
     mesh_.add_property(block_, "block");
-    mesh_.property(block_).set_persistent(true);  // so that files have it
+    mesh_.property(block_).set_persistent(true);  // writers store only persistent properties
     mesh_.add_property(vertex_of_);
     mesh_.add_property(face_of_);
   }
 
-  // ErrorCode::unsupported where OpenMesh takes no such face.
+  // Returns ErrorCode::unsupported if OpenMesh does not accept a face.
   Result<void> fill(const Progress& progress) {
     const std::size_t faces = polygons_.face_count(), sides = polygons_.corners.size();
     mesh_.reserve(polygons_.vertices.size(), sides / 2 + sides / 4, faces);
@@ -129,7 +130,7 @@ class SurfaceMesh {
       const std::uint32_t face = polygons_.faces[f];
       if (!added.is_valid())
         return Error{ErrorCode::unsupported,
-                     "OpenMesh does not take face " + std::to_string(face) + " of the surface",
+                     "OpenMesh does not accept face " + std::to_string(face) + " of the surface",
                      {},
                      kNoOffset,
                      {}};
@@ -140,7 +141,8 @@ class SurfaceMesh {
     return {};
   }
 
-  // Until so many triangles are left, or none can go. Must hold: the mesh is of triangles.
+  // Decimates until `left` triangles are left or none can be removed. The mesh must consist of
+  // triangles.
   void decimate(std::uint64_t left, const Progress& progress) {
     using Module = OutlineQuadrics<MeshType>;
     const std::uint64_t before = mesh_.n_faces();
@@ -209,7 +211,8 @@ class SurfaceMesh {
             surface_.coordinate(vertex, 2)};
   }
 
-  // From the middle of the mesh, -1..1 along its largest side: squares of squares stay numbers.
+  // Moves the middle of the mesh to 0 and scales its largest side to -1..1, so that fourth powers
+  // stay finite.
   void to_unit_places() {
     constexpr double kFar = std::numeric_limits<double>::infinity();
     OpenMesh::Vec3d least(kFar, kFar, kFar), most(-kFar, -kFar, -kFar);
@@ -244,7 +247,7 @@ class SurfaceMesh {
   const Polygons& polygons_;
   MeshType mesh_;
   OpenMesh::FPropHandleT<int> block_;
-  OpenMesh::VPropHandleT<std::uint32_t> vertex_of_;  // of the surface
+  OpenMesh::VPropHandleT<std::uint32_t> vertex_of_;  // vertex number in the surface
   OpenMesh::FPropHandleT<std::uint32_t> face_of_;
 };
 

@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::uint32_t kNoFace = 6;
 
-// Corners shared by two adjacent faces: an edge; equal for opposite faces.
+// Corners shared by two adjacent faces, i.e. an edge. Both entries are equal for opposite faces.
 constexpr auto kEdgeBetween = [] {
   std::array<std::array<std::array<std::uint8_t, 2>, 6>, 6> table{};
   for (std::size_t f = 0; f < 6; ++f)
@@ -24,7 +24,7 @@ constexpr auto kEdgeBetween = [] {
   return table;
 }();
 
-// Bit f: the corner stands at face f.
+// Bit f is set if the corner is on face f.
 constexpr auto kFacesOfCorner = [] {
   std::array<std::uint8_t, 8> table{};
   for (std::size_t f = 0; f < 6; ++f)
@@ -38,7 +38,7 @@ bool all_different(const std::array<std::uint32_t, 4>& v) {
          v[2] != v[3];
 }
 
-// The face of a hexahedron, other than `not_this`, at the edge between two vertices.
+// Returns the face of a hexahedron, other than `not_this`, at the edge between two vertices.
 std::uint32_t face_at_edge(const std::array<std::uint32_t, 8>& corners, std::uint32_t a,
                            std::uint32_t b, std::uint32_t not_this) {
   std::uint32_t at_a = 0, at_b = 0;
@@ -61,7 +61,7 @@ CellGraph::CellGraph(const Cells& cells, const Progress& progress, Spool* spool,
     join_sorted(*spool, sort_bytes, progress);
     return;
   }
-  // In slices of vertices, so that what is looked for at once stays small.
+  // Works in slices of vertices, so that the table of faces being matched stays small.
   constexpr std::uint64_t kSliceCells = 1 << 18, kMostSlices = 8;
   const std::uint64_t slices =
       std::clamp<std::uint64_t>(cells.size() / kSliceCells, 1, kMostSlices);
@@ -71,7 +71,7 @@ CellGraph::CellGraph(const Cells& cells, const Progress& progress, Spool* spool,
   }
 }
 
-// Calls visit(lowest vertex, candidate) for the faces of four different vertices.
+// Calls visit(lowest vertex, candidate) for each face with four different vertices.
 template <class Visit>
 void CellGraph::for_each_face(Visit&& visit) const {
   for (std::uint32_t cell = 0; cell < cells_->size(); ++cell) {
@@ -81,16 +81,17 @@ void CellGraph::for_each_face(Visit&& visit) const {
       std::array<std::uint32_t, 4> v{};
       for (std::size_t i = 0; i < 4; ++i) v[i] = corners[kFacesByDirection[face][i]];
       if (!all_different(v)) continue;
-      const auto at = static_cast<std::size_t>(std::min_element(v.begin(), v.end()) - v.begin());
-      const auto [low, high] = std::minmax({v[(at + 1) % 4], v[(at + 3) % 4]});
-      visit(v[at], Candidate{v[(at + 2) % 4], low, high, CellFace(cell, face)});
+      const auto lowest =
+          static_cast<std::size_t>(std::min_element(v.begin(), v.end()) - v.begin());
+      const auto [low, high] = std::minmax({v[(lowest + 1) % 4], v[(lowest + 3) % 4]});
+      visit(v[lowest], Candidate{v[(lowest + 2) % 4], low, high, CellFace(cell, face)});
     }
   }
 }
 
-// Faces whose lowest vertex is in [begin, end).
+// Joins the faces whose lowest vertex is in [begin, end).
 void CellGraph::join_slice(std::uint64_t begin, std::uint64_t end) {
-  // By that vertex: counted, then dealt out.
+  // Bucket sort by lowest vertex: count, then distribute.
   std::vector<std::uint32_t> end_of(end - begin + 1, 0);
   for_each_face([&](std::uint32_t lowest, const Candidate&) {
     if (lowest >= begin && lowest < end) ++end_of[lowest - begin + 1];
@@ -105,12 +106,12 @@ void CellGraph::join_slice(std::uint64_t begin, std::uint64_t end) {
     join(std::span(faces).subspan(first, end_of[v] - first));
 }
 
-// The same for all faces, in the memory of a sort.
+// The same for all faces, in the memory of an external sort.
 void CellGraph::join_sorted(const Spool& spool, std::size_t sort_bytes, const Progress& progress) {
   ExternalSorter sorted(spool.directory(), sizeof(Candidate), sort_bytes);
   if (progress) progress("joining faces", 0, 2);
   for_each_face([&](std::uint32_t lowest, const Candidate& face) {
-    // Few at once, even where a vertex has very many of them.
+    // The hash keeps the groups small even if a vertex is the lowest one of very many faces.
     const std::uint64_t hash = hash_of(0, face.others()) >> 32;
     sorted.add(std::uint64_t{lowest} << 32 | hash, reinterpret_cast<const std::byte*>(&face));
   });
@@ -127,7 +128,7 @@ void CellGraph::join_sorted(const Spool& spool, std::size_t sort_bytes, const Pr
   join(faces);
 }
 
-// Joins those of the faces, all of one lowest vertex, that are the same.
+// Joins equal faces among `faces`, which all have the same lowest vertex.
 void CellGraph::join(std::span<Candidate> faces) {
   constexpr std::size_t kManyFaces = 64;
   if (faces.size() > kManyFaces) return join_many(faces);
@@ -146,7 +147,7 @@ void CellGraph::join(std::span<Candidate> faces) {
   }
 }
 
-// The same in a time that does not grow with the square: a vertex may have any number of faces.
+// The same in O(n log n) time, because a vertex may have any number of faces.
 void CellGraph::join_many(std::span<Candidate> faces) {
   std::stable_sort(faces.begin(), faces.end(),
                    [](const Candidate& a, const Candidate& b) { return a.others() < b.others(); });
@@ -160,7 +161,7 @@ void CellGraph::join_many(std::span<Candidate> faces) {
   }
 }
 
-// One face, as several cells have it: two by two, as the mesh counts cells.
+// Joins the occurrences of one face in several cells, two by two, in the mesh's order of cells.
 void CellGraph::join_same(std::span<CellFace> faces) {
   if (faces.size() < 2) return;
   if (faces.size() > 2)
@@ -214,7 +215,7 @@ Frame CellGraph::carried(std::uint32_t cell, const Frame& frame, std::uint32_t f
     used |= 1u << (there >> 1);
     known[a] = true;
   }
-  // Collapsed hexahedra may leave a direction open: any axis that is left.
+  // Collapsed hexahedra may leave a direction undetermined. Take any unused axis.
   for (std::size_t a = 0; a < 3; ++a)
     for (std::uint32_t axis = 0; axis < 3 && !known[a]; ++axis) {
       if (used >> axis & 1) continue;

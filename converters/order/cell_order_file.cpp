@@ -23,7 +23,7 @@ CellSequence read_cell_order(const std::string& path, std::uint64_t cells) {
   const std::uint64_t least_bytes = cells < 2 ? cells : 2 * cells - 1;  // a digit and a line end
   if (input.size() < least_bytes)
     throw Failure(Error{ErrorCode::truncated,
-                        "has no room for the numbers of " + std::to_string(cells) + " cells",
+                        "is too short for the numbers of " + std::to_string(cells) + " cells",
                         {},
                         kNoOffset,
                         path});
@@ -34,11 +34,11 @@ CellSequence read_cell_order(const std::string& path, std::uint64_t cells) {
   for (; !input.at_end(); ++line) {
     const std::string text = input.line();
     std::uint64_t number = 0;
-    if (!TextInput::parse(text, number)) fail(line, "'" + text.substr(0, 40) + "' is no number");
+    if (!TextInput::parse(text, number)) fail(line, "'" + text.substr(0, 40) + "' is not a number");
     if (number >= cells)
       fail(line,
            "cell " + text + " is beyond the last, " + std::to_string(cells) + " cells in all");
-    if (seen[number]) fail(line, "cell " + text + " comes for the second time");
+    if (seen[number]) fail(line, "cell " + text + " occurs twice");
     seen[number] = true;
     order.push_back(static_cast<std::uint32_t>(number));
   }

@@ -1,4 +1,4 @@
-// A file with an order of cells: text, in each line the number of the cell that comes next, from 0.
+// A file with an order of cells: text, each line with the number of the next cell, counted from 0.
 #pragma once
 
 #include <cstdint>
@@ -8,8 +8,9 @@
 
 namespace shm::converters {
 
-// Throws Failure, naming file and line, unless the file holds each number below `cells` exactly
-// once and nothing else: corrupt, or truncated where numbers are missing at its end.
+// Reads an order of cells. Throws Failure with file and line unless the file contains each number
+// below `cells` exactly once and nothing more: truncated if numbers are missing at its end,
+// otherwise corrupt.
 CellSequence read_cell_order(const std::string& path, std::uint64_t cells);
 
 }  // namespace shm::converters

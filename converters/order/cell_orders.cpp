@@ -14,7 +14,7 @@ namespace {
 
 constexpr Frame kPlainFrame = {1, 3, 5};
 
-// A frame in a byte.
+// Packs a frame into a byte.
 std::uint8_t packed(const Frame& frame) {
   return static_cast<std::uint8_t>(frame[0] + 6 * frame[1] + 36 * frame[2]);
 }
@@ -26,7 +26,7 @@ constexpr auto kUnpacked = [] {
   return table;
 }();
 
-// Visits hexahedra one by one, each with the frame it is met in.
+// Visits hexahedra one by one and stores the frame of each visit.
 class Traversal {
  public:
   Traversal(const CellGraph& graph, Spool* spool)
@@ -50,7 +50,8 @@ class Traversal {
     std::uint32_t cell;
     Frame frame;
   };
-  // One cell on in direction `axis` of the frame, or back; false where there is none left.
+  // Steps to the next cell in direction `axis` of the frame, or back. Returns false if that cell
+  // does not exist or was visited.
   bool step(const Step& from, std::size_t axis, bool back, Step& to) const {
     const std::uint32_t face = from.frame[axis] ^ (back ? 1u : 0u);
     const CellFace across = graph_->across(from.cell, face);
@@ -61,42 +62,43 @@ class Traversal {
   bool step(std::uint32_t from, std::size_t axis, bool back, Step& to) const {
     return step(Step{from, frame(from)}, axis, back, to);
   }
-  // As far as it goes without passing a cell twice: rows may be rings, and cross themselves.
+  // Walks as far as possible without passing a cell twice. Rows may be rings, and may cross
+  // themselves.
   Step farthest(const Step& from, std::size_t axis, bool back, std::uint32_t* length = nullptr) {
     ++walk_;
-    Step at = from, next;
+    Step current = from, next;
     std::uint32_t count = 0;
-    passed_.set(at.cell, walk_);
-    for (; step(at, axis, back, next) && passed_[next.cell] != walk_; ++count) {
-      at = next;
-      passed_.set(at.cell, walk_);
+    passed_.set(current.cell, walk_);
+    for (; step(current, axis, back, next) && passed_[next.cell] != walk_; ++count) {
+      current = next;
+      passed_.set(current.cell, walk_);
     }
     if (length != nullptr) *length = count;
-    return at;
+    return current;
   }
 
  private:
   const CellGraph* graph_;
   std::vector<bool> visited_;
-  BigArray<std::uint8_t> frames_;   // of those visited
-  BigArray<std::uint32_t> passed_;  // the last walk that came by
+  BigArray<std::uint8_t> frames_;   // frames of visited cells
+  BigArray<std::uint32_t> passed_;  // number of the last walk that passed the cell
   std::uint32_t walk_ = 0;
   CellList order_;
 };
 
-// A cell at the rim of the component of `first`: the last one of a breadth-first search.
+// Finds a cell at the rim of the component of `first`: the last cell of a breadth-first search.
 class RimFinder {
  public:
   RimFinder(const CellGraph& graph, Spool* spool)
       : graph_(&graph), reached_(graph.cells().size(), false), queue_(spool) {}
-  // Every component may be asked for once.
+  // Call it at most once for each component.
   std::uint32_t operator()(std::uint32_t first) {
-    std::uint64_t at = queue_.size();
+    std::uint64_t position = queue_.size();
     queue_.push_back(first);
     reached_[first] = true;
     std::uint32_t cell = first;
-    for (; at < queue_.size(); ++at) {
-      cell = queue_[at];
+    for (; position < queue_.size(); ++position) {
+      cell = queue_[position];
       for (std::uint32_t face = 0; face < 6; ++face) {
         const CellFace to = graph_->across(cell, face);
         if (!to || reached_[to.cell()]) continue;
@@ -110,11 +112,11 @@ class RimFinder {
  private:
   const CellGraph* graph_;
   std::vector<bool> reached_;
-  CellList queue_;  // of all components, one behind the other
+  CellList queue_;  // cells of all components, one after the other
 };
 
-// Directions away from the rim. Layers follow each other along the shortest axis (0) to the longest
-// (2), rows lie along the longer one of the others.
+// Returns a frame whose directions point away from the rim. Layers are stacked along the shortest
+// axis (0) to the longest (2); rows follow the longer of the other two axes.
 Frame frame_at(const CellGraph& graph, Traversal& traversal, std::uint32_t cell,
                std::size_t layers_along) {
   Frame frame = kPlainFrame;
@@ -131,8 +133,8 @@ Frame frame_at(const CellGraph& graph, Traversal& traversal, std::uint32_t cell,
   return {frame[3 - above - beside], frame[beside], frame[above]};
 }
 
-// Calls start(cell, frame) for an unvisited cell at the rim of each component in turn, as the mesh
-// counts cells.
+// Calls start(cell, frame) for an unvisited cell at the rim of each component, with components in
+// the mesh's order of cells.
 template <class Start>
 void for_each_component(const CellGraph& graph, Traversal& traversal, std::size_t layers_along,
                         Spool* spool, Start&& start) {
@@ -161,7 +163,8 @@ class Sweep {
   using Step = Traversal::Step;
   CellList& order() { return walk_.order(); }
 
-  // Layers above those that are done, then below; what only a turned frame reaches comes last.
+  // Visits the layers above those already visited, then the layers below. Cells that only a turned
+  // frame reaches come last.
   void sweep(const Step& seed) {
     std::uint64_t above = order().size(), below = above, aside = above;
     row(walk_.farthest(seed, kBeside, true));
@@ -187,17 +190,18 @@ class Sweep {
     }
   }
 
-  // The next layer, in the order of the cells from `begin` on; returns where that one begins.
+  // Visits the next layer, in the order of the cells from `begin` on. Returns the index of its
+  // first cell.
   std::uint64_t image_of_layer(std::uint64_t begin, bool down) {
     const std::uint64_t end = order().size();
     Step next;
-    for (std::uint64_t at = begin; at < end; ++at)
-      if (walk_.step(order()[at], kAbove, down, next)) row(next);
+    for (std::uint64_t position = begin; position < end; ++position)
+      if (walk_.step(order()[position], kAbove, down, next)) row(next);
     complete_layer(end);
     return end;
   }
 
-  // Rows beside the cells from `begin` on, until there are no more.
+  // Visits rows beside the cells from `begin` on, until there are no more.
   void complete_layer(std::uint64_t begin) {
     std::uint64_t scan = begin, scan_back = begin;
     Step next;
@@ -216,9 +220,9 @@ class Sweep {
   }
 
   void row(const Step& seed) {
-    Step at = walk_.farthest(seed, kAhead, true);
-    do walk_.visit(at.cell, at.frame);
-    while (walk_.step(Step(at), kAhead, false, at));
+    Step current = walk_.farthest(seed, kAhead, true);
+    do walk_.visit(current.cell, current.frame);
+    while (walk_.step(Step(current), kAhead, false, current));
   }
 
   Traversal walk_;
@@ -247,7 +251,8 @@ CellList breadth_first_order(const CellGraph& graph, Spool* spool) {
 CellList enclosed_first_order(const CellGraph& graph, Spool* spool) {
   Traversal walk(graph, spool);
   BigArray<std::uint8_t> shared(spool, graph.cells().size());
-  std::vector<BigArray<CellFace>> waiting;  // by faces shared; stale ones are left in
+  // By number of shared faces. Outdated entries stay in the lists.
+  std::vector<BigArray<CellFace>> waiting;
   for (int faces = 0; faces <= 6; ++faces) waiting.emplace_back(spool);
   const auto come = [&](std::uint32_t cell, const Frame& frame) {
     walk.visit(cell, frame);
@@ -267,10 +272,10 @@ CellList enclosed_first_order(const CellGraph& graph, Spool* spool) {
       std::size_t most = 6;
       while (most > 0 && waiting[most].size() == 0) --most;
       if (most == 0) return;
-      const CellFace at = waiting[most].pop_back();
-      if (walk.visited(at.cell())) continue;
-      const CellFace from = graph.across(at.cell(), at.face());
-      come(at.cell(), graph.carried(from.cell(), walk.frame(from.cell()), from.face(), at));
+      const CellFace next = waiting[most].pop_back();
+      if (walk.visited(next.cell())) continue;
+      const CellFace from = graph.across(next.cell(), next.face());
+      come(next.cell(), graph.carried(from.cell(), walk.frame(from.cell()), from.face(), next));
     }
   });
   return std::move(walk.order());
@@ -279,13 +284,13 @@ CellList enclosed_first_order(const CellGraph& graph, Spool* spool) {
 CellList with_others_in_place(const Cells& cells, CellList hexahedra, Spool* spool,
                               std::size_t sort_bytes) {
   if (hexahedra.size() == cells.size()) return hexahedra;
-  // 1 + the first hexahedron that has it; 0: none has.
+  // 1 + index of the first hexahedron with the vertex; 0: none
   BigArray<std::uint32_t> birth(spool, cells.vertices());
-  for (std::uint64_t at = 0; at < hexahedra.size(); ++at)
-    for (const std::uint32_t v : cells.cell(hexahedra[at]))
-      if (birth[v] == 0) birth.set(v, static_cast<std::uint32_t>(at + 1));
-  // The others by the place they go behind, and as the mesh counts them; those with vertices of
-  // their own come last.
+  for (std::uint64_t position = 0; position < hexahedra.size(); ++position)
+    for (const std::uint32_t v : cells.cell(hexahedra[position]))
+      if (birth[v] == 0) birth.set(v, static_cast<std::uint32_t>(position + 1));
+  // Sorts the other cells by the hexahedron that they follow, then in the mesh's order. Cells with
+  // vertices that no hexahedron has come last.
   constexpr std::uint32_t kNever = ~std::uint32_t{0};
   ExternalSorter others(spool != nullptr ? spool->directory() : std::string(), sizeof kNever,
                         spool != nullptr ? sort_bytes : std::numeric_limits<std::size_t>::max());
@@ -307,9 +312,9 @@ CellList with_others_in_place(const Cells& cells, CellList hexahedra, Spool* spo
     order.push_back(cell);
     more = others.next(key, record);
   };
-  for (std::uint64_t at = 0; at < hexahedra.size(); ++at) {
-    order.push_back(hexahedra[at]);
-    while (more && key >> 32 == at) take_other();
+  for (std::uint64_t position = 0; position < hexahedra.size(); ++position) {
+    order.push_back(hexahedra[position]);
+    while (more && key >> 32 == position) take_other();
   }
   while (more) take_other();
   return order;

@@ -1,7 +1,7 @@
-// Orders of the cells of a mesh that a coder likes better than the one it came in.
-// All are exact functions of the mesh: integers, and coordinates only where they are rounded to
-// integers first; ties go to the lower number that the mesh has. So who has the mesh can find the
-// same order again, with its cells in memory or in a spool.
+// Orders of the cells of a mesh that are better for a coder than the original order. All orders are
+// exact functions of the mesh: they use integers, and coordinates only after rounding to integers;
+// ties go to the lower number in the mesh. So the same mesh always gives the same order, with its
+// cells in memory or in a spool.
 #pragma once
 
 #include <array>
@@ -18,29 +18,32 @@ namespace shm::converters {
 
 // Number of the n-th cell in the new order.
 using CellSequence = std::vector<std::uint32_t>;
-// The same, as Cells count them, maybe in a spool.
+// The same, numbered as in Cells, possibly in a spool.
 using CellList = BigArray<std::uint32_t>;
 
-// What follows keeps its tables and the order in `spool`; null: in memory.
+// The functions below keep their tables and the order in `spool`, or in memory if it is null.
 
-// Breadth-first over shared faces, neighbours in the directions of a frame that is carried along.
+// Breadth-first over shared faces, in the directions of a frame that is carried from cell to cell.
 CellList breadth_first_order(const CellGraph& graph, Spool* spool = nullptr);
 
-// As a block of cells is swept: straight on to the end of a row, then the row beside, then the
-// layer above in the same order, wherever rows and layers can be followed. Layers follow each other
-// along the shortest (0), the middle (1) or the longest axis (2), as seen where a component begins.
+// Sweeps through a block of cells: straight to the end of a row, then the row beside it, then the
+// layer above in the same order, as far as rows and layers can be followed. Layers are stacked
+// along the shortest (0), the middle (1) or the longest axis (2), measured at the first cell of the
+// component.
 CellList swept_order(const CellGraph& graph, std::size_t layers_along, Spool* spool = nullptr);
 
-// Next comes, of all cells beside those that have come, the one that shares most faces with them;
-// the one that waits longest among equals.
+// The next cell is, among the neighbours of the cells so far, the one that shares most faces with
+// them. Ties go to the cell whose number of shared faces changed last.
 CellList enclosed_first_order(const CellGraph& graph, Spool* spool = nullptr);
 
-// Along a Hilbert curve through the cells' centres. 12 bytes a vertex, 60 a cell. `mesh`: with the
-// vertices that the cells know. `sort_bytes`: memory for a sort, with a spool.
+// Along a Hilbert curve through the centres of cells. Needs 12 bytes per vertex and 60 bytes per
+// cell. `mesh`: has the vertices in the numbering of `cells`. `sort_bytes`: memory for a sort if
+// there is a spool.
 CellList hilbert_order(const Cells& cells, MeshSource& mesh, Spool* spool = nullptr,
                        std::size_t sort_bytes = 0);
 
-// Moves what is no hexahedron to behind the cell that brings the last of its vertices.
+// Inserts each cell that is not a hexahedron right after the hexahedron that brings the last of its
+// vertices.
 CellList with_others_in_place(const Cells& cells, CellList hexahedra, Spool* spool = nullptr,
                               std::size_t sort_bytes = 0);
 

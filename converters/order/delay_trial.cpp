@@ -9,15 +9,15 @@
 namespace shm::converters {
 namespace {
 
-// Tried in this order, the next one only where the one before pays: smaller buffers save less
-// wherever any saves something.
+// Sizes of the delay buffer in the order of trial. The next size is tried only if the previous one
+// pays, because a smaller buffer also saves something if a larger one does.
 constexpr std::array<std::uint32_t, 2> kDelays = {256, 1024};
-constexpr std::uint64_t kFewestCells = 24000;  // of a mesh that is tried
+constexpr std::uint64_t kFewestCells = 24000;  // smaller meshes are not tried
 constexpr std::uint64_t kRunCells = 2048, kMostRuns = 16;
-constexpr std::uint64_t kShare = 20;  // at most one cell of so many is tried in large meshes
+constexpr std::uint64_t kShare = 20;  // of large meshes, at most 1 in 20 cells is in the sample
 
-// Runs spread over the mesh, the first at its beginning. They keep the order of cells as it is,
-// which is what a delay buffer is about, and are longer than the buffers.
+// Runs spread over the mesh, the first one at its beginning. They keep the order of cells, on which
+// the effect of a delay buffer depends, and are longer than the buffers.
 std::vector<CellRun> runs_of(std::uint64_t cells) {
   const std::uint64_t count = std::clamp<std::uint64_t>(cells / kShare / kRunCells, 1, kMostRuns);
   std::vector<CellRun> runs;

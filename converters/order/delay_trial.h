@@ -1,4 +1,4 @@
-// Whether a delay buffer makes a mesh smaller, tried on some runs of its cells.
+// Tests on some runs of cells if a delay buffer makes a mesh smaller.
 #pragma once
 
 #include <cstdint>
@@ -9,16 +9,17 @@
 
 namespace shm::converters {
 
-// Encodes a mesh that has the arrays of the source with a delay buffer; how large it is.
+// Encodes a mesh that has the arrays of the source, with a delay buffer. Returns the sizes.
 using DelayCoder = std::function<SizeReport(MeshSource& part, std::uint32_t delay)>;
 
-// Of the bytes without a buffer, what one must save at least. Less than a percent would be within
-// the error of the sample. A buffer doubles the time of meshes that are coded fast, since cells
-// wait in it as long as they take to be coded, so that who is in a hurry asks for more.
+// Fraction of the bytes without a delay buffer that a buffer must save. Less than a percent would
+// be within the error of the sample. For meshes that are coded fast, a buffer doubles the time,
+// because waiting in it takes cells as long as their coding. So the fast levels require more.
 inline constexpr double kWorthwhile = .03, kWorthwhileAtBest = .01;
 
-// Cells of the delay buffer with which the sample is smallest; 0, none, unless a buffer saves
-// `worthwhile` of the bytes, and where the mesh is small. Memory follows the sample.
+// Returns the size of the delay buffer, in cells, with which the sample is smallest. Returns 0 (no
+// buffer) if none saves the fraction `worthwhile` of the bytes, or if the mesh is small. Memory is
+// proportional to the sample.
 std::uint32_t find_delay(MeshSource& mesh, double worthwhile, const DelayCoder& code);
 
 }  // namespace shm::converters

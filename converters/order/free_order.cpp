@@ -12,10 +12,10 @@ namespace shm::converters {
 namespace {
 
 constexpr std::uint32_t kSampleCells = 1 << 16;
-constexpr std::uint64_t kSampleBytes = std::uint64_t{256} << 20;  // its values, roughly
+constexpr std::uint64_t kSampleBytes = std::uint64_t{256} << 20;  // approximate limit for values
 
-// Orders no larger than the best by more than this part count as equally small, and the one that
-// needs the fewest vertices at once is taken.
+// Orders whose size exceeds the smallest one by at most this fraction count as equally small. The
+// order with the fewest active vertices among them is chosen.
 constexpr double kNegligible = 1.0 / 256;
 
 std::uint32_t sample_size(const MeshInfo& info) {
@@ -42,7 +42,7 @@ Trial best_of(const std::vector<Trial>& trials) {
   return *best;
 }
 
-// A sample of a mesh, coded in any order.
+// A sample of a mesh that can be coded in any order.
 class OrderTrials {
  public:
   OrderTrials(MeshSource& mesh, const CellGraph& graph)
@@ -53,7 +53,7 @@ class OrderTrials {
 
   bool is_whole() const { return picked_.size() == cells_->size(); }
 
-  // As if the sample were all there is.
+  // Finds the best order as if the sample were the whole mesh.
   Trial best(const TrialCoder& code, const Progress& progress) {
     CellOrderer orderer(sample_.cells(), sample_);
     std::vector<Trial> trials;
@@ -65,14 +65,14 @@ class OrderTrials {
     return best_of(trials);
   }
 
-  // In an order of the whole mesh.
+  // Codes the sample in an order of the whole mesh.
   Trial trial_of_whole(const CellOrdering& ordering, const CellList& whole,
                        const TrialCoder& code) {
     std::vector<bool> is_picked(cells_->size(), false);
     for (const std::uint32_t number : picked_) is_picked[number] = true;
     CellSequence order;
-    for (std::uint64_t at = 0; at < whole.size(); ++at) {
-      const std::uint32_t number = cells_->number_of(whole[at]);
+    for (std::uint64_t position = 0; position < whole.size(); ++position) {
+      const std::uint32_t number = cells_->number_of(whole[position]);
       if (!is_picked[number]) continue;
       const auto place = std::lower_bound(picked_.begin(), picked_.end(), number);
       order.push_back(static_cast<std::uint32_t>(place - picked_.begin()));
@@ -92,7 +92,7 @@ class OrderTrials {
   }
 
   const Cells* cells_;
-  CellSequence picked_;  // by the mesh's numbers, ascending
+  CellSequence picked_;  // cell numbers in the mesh, ascending
   SampleMesh sample_;
   std::size_t steps_;
 };
@@ -133,11 +133,12 @@ CellList CellOrderer::operator()(const CellOrdering& ordering) {
   if (room_.spool == nullptr) return order(ordering, nullptr);
   using Kind = CellOrdering::Kind;
   if (ordering.kind != Kind::stored && ordering.kind != Kind::hilbert)
-    graph(ordering.within_blocks);  // it needs the memory first
+    graph(ordering.within_blocks);  // the graph is built first, because it needs the memory
   Spool scratch(room_.spool->directory(), room_.memory / 2);
   const CellList made = order(ordering, &scratch);
   CellList kept(room_.spool);
-  for (std::uint64_t at = 0; at < made.size(); ++at) kept.push_back(made[at]);
+  for (std::uint64_t position = 0; position < made.size(); ++position)
+    kept.push_back(made[position]);
   return kept;
 }
 
@@ -173,7 +174,7 @@ std::optional<CellList> find_free_order(MeshSource& mesh, const Cells& cells, Me
   if (first.ordering.kind == CellOrdering::Kind::stored) return std::nullopt;
   CellList order = whole(first.ordering);
   if (trials.is_whole() || first.ordering.kind != CellOrdering::Kind::swept) return order;
-  // Which axis is long cannot be seen in a sample: the others are tried over the whole mesh.
+  // A sample does not show which axis is long. Try the other axes on the whole mesh.
   Trial best = trials.trial_of_whole(first.ordering, order, code);
   for (CellOrdering other = first.ordering; const int along : {0, 1, 2}) {
     if (along == first.ordering.layers_along) continue;

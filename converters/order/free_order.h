@@ -1,9 +1,9 @@
-// Order::free, the writer's side: which order of the cells is smallest, found by trying.
-// A sample of the mesh is coded in the order it came in and in every other one that is known; the
-// order with the fewest bytes, all data counted, is taken for the whole mesh.
-// Memory, while orders are made: 115 bytes a cell, 8 a vertex, and the sample with its values.
-// Afterwards: the cells and their order, 36 bytes a hexahedron. Where that is too much all of it is
-// in a spool, in which the order found is the same; see spooled_mesh.h.
+// Order::free in the writer: finds by trial the order of cells with the smallest file. It codes a
+// sample of the mesh in the original order and in every other known order, and uses the order with
+// the fewest bytes, including all data, for the whole mesh. Memory while orders are made: 115 bytes
+// per cell, 8 per vertex, and the sample with its values. Memory afterwards: the cells and their
+// order, 36 bytes per hexahedron. If that exceeds the limit, everything is in a spool, and the
+// resulting order is the same; see spooled_mesh.h.
 #pragma once
 
 #include <cstddef>
@@ -22,27 +22,28 @@
 
 namespace shm::converters {
 
-// A way to order cells.
+// A method to order cells.
 struct CellOrdering {
   enum class Kind : std::uint8_t { stored, breadth_first, swept, enclosed_first, hilbert };
   Kind kind = Kind::stored;
   std::uint8_t layers_along = 0;  // swept only
-  bool within_blocks = false;     // connected parts of one block are kept together
+  bool within_blocks = false;     // keeps connected parts of a block together
 };
 
-// All that are worth a trial for these cells; the order they come in is the first.
+// Returns all orderings that are worth a trial for these cells. The first one is the original
+// order.
 std::vector<CellOrdering> cell_orderings(const Cells& cells);
 
-// Where orders are searched for.
+// Memory for the search.
 struct SearchRoom {
-  Spool* spool = nullptr;  // takes the orders found; null: all is in memory, whatever that takes
-  std::size_t memory = 0;  // beside the spool, for spools of what an order is made with
+  Spool* spool = nullptr;  // for the resulting orders; null: all is in memory, without a limit
+  std::size_t memory = 0;  // for spools of temporary tables, in addition to `spool`
 };
 
-// Makes orders of one mesh. Those `within_blocks` should be asked for last.
+// Makes orders of one mesh. Ask for orderings `within_blocks` last.
 class CellOrderer {
  public:
-  // Borrows both. `mesh`: with the vertices that the cells know.
+  // Borrows both. `mesh`: has the vertices in the numbering of `cells`.
   CellOrderer(const Cells& cells, MeshSource& mesh, Progress progress = {},
               const SearchRoom& room = {})
       : cells_(&cells), mesh_(&mesh), progress_(std::move(progress)), room_(room) {}
@@ -62,16 +63,18 @@ class CellOrderer {
   bool cut_ = false;
 };
 
-// Encodes a mesh that has the arrays of the source; how large it is.
+// Encodes a mesh that has the arrays of the source. Returns the sizes.
 using TrialCoder = std::function<SizeReport(MeshSource& part)>;
 
-// The order found; nothing: the one that the cells came in. `cells`: those of `mesh`, by its
-// numbers or others; `located`: the mesh with the vertices that they know, perhaps the same.
+// Returns the best order, or nothing if that is the original order. `cells`: the cells of `mesh`,
+// in its own or another numbering. `located`: the mesh with the vertices in the numbering of
+// `cells`, may be `mesh` itself.
 std::optional<CellList> find_free_order(MeshSource& mesh, const Cells& cells, MeshSource& located,
                                         const TrialCoder& code, const Progress& progress = {},
                                         const SearchRoom& room = {});
 
-// Bytes of a sample in the order found, by those that `code_as_is` needs.
+// Returns the bytes of a sample in the best order, divided by the bytes that `code_as_is` needs for
+// it.
 double share_in_free_order(MeshSource& mesh, const CellTable& cells, const TrialCoder& code,
                            const TrialCoder& code_as_is);
 

@@ -1,4 +1,4 @@
-// A Hilbert curve through the box of a mesh, which has 2^20 places along each axis.
+// A Hilbert curve through the box of a mesh, with 2^20 grid positions along each axis.
 #pragma once
 
 #include <array>
@@ -10,10 +10,10 @@ namespace shm::converters {
 
 using CurvePlace = std::array<std::uint32_t, 3>;
 
-// Where a place lies along the curve: below 2^60.
+// Returns the position along the curve, below 2^60.
 std::uint64_t along_curve(CurvePlace place);
 
-// Points on a grid over their box, equally fine along all axes.
+// A grid over the box of the points, with the same spacing along all axes.
 class CurveGrid {
  public:
   explicit CurveGrid(MeshSource& mesh);  // reads the points once

@@ -19,7 +19,7 @@ ReorderedMesh::ReorderedMesh(MeshSource& mesh, const Cells& cells, const CellLis
   const auto refers = [](const Extra& extra) { return extra.refers == Reference::cell; };
   if (std::none_of(info_.extras.begin(), info_.extras.end(), refers)) return;
   CellList position(spool, order.size());
-  for (std::uint32_t at = 0; at < order.size(); ++at) position.set(order[at], at);
+  for (std::uint32_t index = 0; index < order.size(); ++index) position.set(order[index], index);
   Renumbering to;
   to.cells = order.size();
   to.cell = [&](std::uint64_t cell) { return position[cell]; };
@@ -64,8 +64,8 @@ const CellList& ReorderedMesh::elements(std::size_t array) {
   std::uint32_t ranks = 0;
   for (std::uint32_t cell = 0; cell < cells_->size(); ++cell)
     if (info_.schema.array_covers(array, cells_->block(cell))) rank.set(cell, ranks++);
-  for (std::uint64_t at = 0; at < order_->size(); ++at) {
-    const std::uint32_t cell = (*order_)[at];
+  for (std::uint64_t index = 0; index < order_->size(); ++index) {
+    const std::uint32_t cell = (*order_)[index];
     if (info_.schema.array_covers(array, cells_->block(cell))) list.push_back(rank[cell]);
   }
   return list;

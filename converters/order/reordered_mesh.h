@@ -1,6 +1,6 @@
-// ReorderedMesh: a mesh whose cells come in another order. Vertices keep their numbers; cell data
-// and the extras that refer to cells follow.
-// Memory: the cells, their new order, each static cell array and one step of a stepped one.
+// ReorderedMesh: a mesh with its cells in another order. Vertices keep their numbers; cell data and
+// extras that refer to cells follow the cells. Memory: the cells, their new order, each static cell
+// array, and one step of one stepped array.
 #pragma once
 
 #include <cstddef>
@@ -17,8 +17,8 @@ namespace shm::converters {
 
 class ReorderedMesh final : public MeshSource {
  public:
-  // Borrows all; `cells` are those of `mesh`, by its numbers, `order` holds each of them once.
-  // With a spool nothing else is in memory, and values of `mesh` are read one by one.
+  // Borrows all arguments. `cells`: the cells of `mesh` in its numbering. `order`: contains each of
+  // them once. With a spool, no values are kept in memory; they are read one by one.
   ReorderedMesh(MeshSource& mesh, const Cells& cells, const CellList& order,
                 Spool* spool = nullptr);
 
@@ -35,10 +35,10 @@ class ReorderedMesh final : public MeshSource {
   struct Values {
     std::size_t array = ~std::size_t{0};
     std::uint64_t step = 0;
-    std::vector<std::byte> bytes;  // in the order of the file
+    std::vector<std::byte> bytes;  // values in file order
   };
   const Values& values(std::size_t array, std::uint64_t step);
-  // For an array on some blocks: number of its elements, in the new order of cells.
+  // For an array on some blocks: the indices of its elements, in the new order of cells.
   const CellList& elements(std::size_t array);
 
   MeshSource* mesh_;
@@ -48,8 +48,8 @@ class ReorderedMesh final : public MeshSource {
   MeshInfo info_;
   std::uint64_t next_cell_ = 0;
   std::map<std::size_t, Values> static_values_;
-  Values step_values_;                                       // the ones read last
-  std::map<std::vector<std::uint32_t>, CellList> elements_;  // by covered blocks
+  Values step_values_;                                       // the values read last
+  std::map<std::vector<std::uint32_t>, CellList> elements_;  // key: covered blocks
 };
 
 }  // namespace shm::converters

@@ -14,13 +14,13 @@ namespace shm::converters {
 namespace {
 
 constexpr std::uint64_t kSampleElements = 65536;
-// Elements read for nothing rather than in two pieces: a file that is packed in chunks may unpack
-// a whole chunk for each piece.
+// Gaps up to this number of elements are read and discarded instead of splitting a read. A file
+// packed in chunks may have to unpack a whole chunk per read.
 constexpr std::uint64_t kMostUnwanted = 16384;
 
 using Read = std::function<void(std::uint64_t first, std::uint64_t count, std::byte* out)>;
 
-// Those of `picked.size()` elements that are picked, read front to back.
+// Returns the picked elements out of `picked.size()` elements, read front to back.
 std::vector<std::byte> take(const std::vector<bool>& picked, std::size_t stride, const Read& read) {
   std::vector<std::byte> taken, piece;
   for (std::uint64_t first = 0; first < picked.size(); first += kSampleElements) {
@@ -40,7 +40,7 @@ std::vector<std::byte> take(const std::vector<bool>& picked, std::size_t stride,
   return taken;
 }
 
-// Those of the given numbers, which ascend.
+// Returns the elements with the given numbers, which ascend.
 std::vector<std::byte> take(const std::vector<std::uint64_t>& numbers, std::size_t stride,
                             const Read& read) {
   std::vector<std::byte> taken(numbers.size() * stride), piece;
@@ -59,8 +59,9 @@ std::vector<std::byte> take(const std::vector<std::uint64_t>& numbers, std::size
   return taken;
 }
 
-// Adds up to `count` cells around cell `first` of the mesh to `picked`, by the mesh's numbers;
-// where faces lead no further, the next cell by number.
+// Adds up to `count` cells around the cell with number `first` to `picked`, which is indexed by
+// numbers of the mesh. When the region cannot grow over faces, continues at the next cell by
+// number.
 void grow_region(const CellGraph& graph, std::uint32_t first, std::uint32_t count,
                  std::vector<bool>& picked) {
   const Cells& cells = graph.cells();
@@ -81,18 +82,18 @@ void grow_region(const CellGraph& graph, std::uint32_t first, std::uint32_t coun
   }
 }
 
-// Cells that are no hexahedra, between vertices that picked cells have.
+// Adds up to `count` non-hexahedral cells whose vertices all belong to picked cells.
 void add_others(MeshSource& mesh, std::uint32_t count, std::vector<bool>& picked) {
   const std::vector<BlockInfo>& blocks = mesh.info().schema.blocks;
   std::vector<bool> has_vertex(mesh.info().vertices, false);
   std::uint64_t cell = 0;
-  for (CellCursor at(mesh); at.next(); ++cell)
+  for (CellCursor cursor(mesh); cursor.next(); ++cell)
     if (picked[cell])
-      for (const std::uint64_t v : at.corners()) has_vertex[v] = true;
+      for (const std::uint64_t v : cursor.corners()) has_vertex[v] = true;
   cell = 0;
-  for (CellCursor at(mesh); count > 0 && at.next(); ++cell) {
-    const auto corners = at.corners();
-    if (picked[cell] || holds_hexahedra(blocks[at.block()]) ||
+  for (CellCursor cursor(mesh); count > 0 && cursor.next(); ++cell) {
+    const auto corners = cursor.corners();
+    if (picked[cell] || holds_hexahedra(blocks[cursor.block()]) ||
         !std::all_of(corners.begin(), corners.end(),
                      [&](std::uint64_t v) { return has_vertex[v]; }))
       continue;
@@ -130,7 +131,7 @@ SampleMesh::SampleMesh(MeshSource& mesh, const CellSequence& picked) : info_(mes
                    mesh.read_points(first, count, out);
                  });
   arrays_.resize(info_.schema.arrays.size());
-  std::map<std::vector<std::uint32_t>, std::vector<bool>> picked_elements;  // by covered blocks
+  std::map<std::vector<std::uint32_t>, std::vector<bool>> picked_elements;  // key: covered blocks
   for (std::size_t a = 0; a < arrays_.size(); ++a) {
     const ArrayInfo& array = whole.schema.arrays[a];
     if (array.location == Location::point) {
@@ -141,8 +142,8 @@ SampleMesh::SampleMesh(MeshSource& mesh, const CellSequence& picked) : info_(mes
       const auto [elements, fresh] = picked_elements.try_emplace(array.blocks);
       std::uint64_t cell = 0;
       if (fresh)
-        for (CellCursor at(mesh); at.next(); ++cell)
-          if (whole.schema.array_covers(a, at.block()))
+        for (CellCursor cursor(mesh); cursor.next(); ++cell)
+          if (whole.schema.array_covers(a, cursor.block()))
             elements->second.push_back(picked_cells[cell]);
       take_array(mesh, a, elements->second);
     }
@@ -150,11 +151,11 @@ SampleMesh::SampleMesh(MeshSource& mesh, const CellSequence& picked) : info_(mes
   mesh.rewind_cells();
 }
 
-// Vertices of a sample by their numbers in the whole mesh, ascending; where in arrays on cells its
-// runs begin: cells of each block before each run, and in it.
+// Vertices of a sample by their numbers in the whole mesh, ascending; and, to find the elements of
+// cell arrays, the number of cells of each block before each run and in it.
 struct SampleMesh::Elements {
   struct Run {
-    std::vector<std::uint64_t> before, inside;  // by block
+    std::vector<std::uint64_t> before, inside;  // number of cells, by block
   };
   std::vector<std::uint64_t> vertices;
   std::vector<Run> runs;
@@ -231,7 +232,7 @@ SampleMesh::Elements SampleMesh::take_runs(MeshSource& mesh, const std::vector<C
   return elements;
 }
 
-// The cells, with their vertices numbered anew; returns what these are in the whole mesh.
+// Adds the cells with renumbered vertices. Returns the numbers of these vertices in the whole mesh.
 std::vector<std::uint64_t> SampleMesh::take_corners(const std::vector<std::uint64_t>& corners,
                                                     const std::vector<std::uint64_t>& corner_begin,
                                                     const std::vector<std::uint32_t>& cell_blocks) {
@@ -259,22 +260,22 @@ void SampleMesh::choose_steps(const MeshInfo& whole) {
   info_.step_times.resize(steps_.size());
 }
 
-// Returns which vertices they have.
+// Adds the picked cells. Returns which vertices they use.
 std::vector<bool> SampleMesh::take_cells(MeshSource& mesh, const std::vector<bool>& picked) {
   const std::uint64_t all_vertices = info_.vertices;
   std::vector<std::uint64_t> corners, corner_begin = {0};
   std::vector<std::uint32_t> cell_blocks;
   info_.block_cells.assign(info_.block_cells.size(), 0);
   std::uint64_t number = 0;
-  for (CellCursor at(mesh); at.next(); ++number) {
+  for (CellCursor cursor(mesh); cursor.next(); ++number) {
     if (number >= picked.size() || !picked[number]) continue;
-    for (const std::uint64_t v : at.corners()) {
+    for (const std::uint64_t v : cursor.corners()) {
       require_vertex(number, v, all_vertices);
       corners.push_back(v);
     }
     corner_begin.push_back(corners.size());
-    cell_blocks.push_back(at.block());
-    ++info_.block_cells[at.block()];
+    cell_blocks.push_back(cursor.block());
+    ++info_.block_cells[cursor.block()];
   }
   std::vector<bool> picked_vertices(all_vertices, false);
   for (const std::uint64_t v : take_corners(corners, corner_begin, cell_blocks))

@@ -1,4 +1,4 @@
-// SampleMesh: a part of a mesh in memory, small enough to try things on.
+// SampleMesh: a part of a mesh in memory, small enough for trials.
 #pragma once
 
 #include <cstddef>
@@ -14,25 +14,27 @@
 
 namespace shm::converters {
 
-// About `count` cells of a mesh, in ascending number: two regions that grow over shared faces, with
-// the other cells that have all their vertices there; all cells, when there are no more. `mesh`:
-// the one that the cells of the graph are from; the numbers are its own. A bit a vertex and cell.
+// Returns the numbers of about `count` cells in ascending order: two regions that grow over shared
+// faces, and the non-hexahedral cells that have all their vertices there. Returns all cells if
+// there are no more. `mesh`: the mesh of the cells of the graph; the result uses its numbers. Needs
+// one bit per vertex and cell.
 CellSequence sample_of_cells(const CellGraph& graph, MeshSource& mesh, std::uint32_t count);
 
-// Some cells that stand one behind the other in their file.
+// A run of consecutive cells in file order.
 struct CellRun {
   std::uint64_t first = 0, count = 0;
 };
 
-// The cells of a sample with their vertices and all arrays, of the stepped ones the first step, the
-// middle one and the last. Extras only where the sample is the whole mesh, and no vertex unused.
+// The cells of a sample with their vertices and all arrays. Stepped arrays have the first, the
+// middle and the last step. Extras are present only if the sample is the whole mesh and every
+// vertex is used.
 class SampleMesh final : public MeshSource {
  public:
-  // `picked`: in ascending order. Reads the cells, points and values of `mesh` once (the cells once
-  // more for arrays on some blocks). A bit a vertex and cell.
+  // `picked`: in ascending order. Reads the cells, points and values of `mesh` once, and the cells
+  // once more for each set of blocks that arrays cover. Needs one bit per vertex and cell.
   SampleMesh(MeshSource& mesh, const CellSequence& picked);
-  // `runs`: ascending and apart. Memory follows the sample; vertices are read where they lie.
-  // Throws corrupt where a cell has a vertex that is none.
+  // `runs`: ascending and disjoint. Memory is proportional to the sample; only the pieces around
+  // its vertices are read. Throws Failure (corrupt) if a cell has an invalid vertex number.
   SampleMesh(MeshSource& mesh, const std::vector<CellRun>& runs);
 
   const CellTable& cells() const { return cells_; }
@@ -58,12 +60,12 @@ class SampleMesh final : public MeshSource {
   CellTable cells_;
   std::vector<std::byte> points_;
   std::vector<std::vector<std::vector<std::byte>>> arrays_;  // [array][step, or 0]
-  std::vector<std::uint64_t> steps_;                         // of the source, for each step here
+  std::vector<std::uint64_t> steps_;  // for each step here, its step in the source
   std::uint32_t next_cell_ = 0;
 };
 
-// Bytes of a sample that was coded with `sizes`, if all of `steps` steps were as large on the
-// average as those that it has.
+// Estimates the bytes of a sample with all of `steps` steps from `sizes`, the sizes with the steps
+// of the sample. Assumes that the average size of a step is the same.
 double bytes_of_all_steps(const SizeReport& sizes, const MeshInfo& sample, std::size_t steps);
 
 }  // namespace shm::converters

@@ -18,11 +18,11 @@ namespace {
 constexpr std::uint64_t kElementsAtOnce = 16384;
 constexpr std::uint32_t kRecordNodes = 8;
 
-// Eight nodes of a cell, or what is left: one with more has several records, one behind the other.
+// Up to eight nodes of a cell. A cell with more nodes has several consecutive records.
 struct CellRecord {
   std::uint32_t number, block;
-  std::uint32_t count;  // nodes here
-  bool last;            // of its cell
+  std::uint32_t count;  // number of nodes in this record
+  bool last;            // last record of the cell
   std::array<std::uint32_t, kRecordNodes> nodes;
 };
 
@@ -77,29 +77,29 @@ bool SpooledMesh::all_hexahedra() const {
   return std::find(hexahedral_.begin(), hexahedral_.end(), false) == hexahedral_.end();
 }
 
-// `list`: which old number each new one has. Calls visit(first, part) for parts of its inverse that
-// fit the memory, in ascending order: part[i] is the new number of old `first + i`.
+// `list` has the old number for each new number. Calls visit(first, part) for parts of its inverse
+// that fit into memory, in ascending order: part[i] is the new number of old number `first + i`.
 template <class Visit>
 void SpooledMesh::for_each_part(const Numbers& list, Visit&& visit) const {
   const std::uint64_t most = std::max<std::uint64_t>(sort_bytes_ / sizeof(std::uint32_t), 1);
   std::vector<std::uint32_t> part;
   for (std::uint64_t first = 0; first < list.size(); first += part.size()) {
     part.resize(std::min(most, list.size() - first));
-    for (std::uint64_t at = 0; at < list.size(); ++at) {
-      const std::uint64_t old = list[at];
+    for (std::uint64_t position = 0; position < list.size(); ++position) {
+      const std::uint64_t old = list[position];
       if (old >= first && old - first < part.size())
-        part[old - first] = static_cast<std::uint32_t>(at);
+        part[old - first] = static_cast<std::uint32_t>(position);
     }
     visit(first, part);
   }
 }
 
-// A bit for each vertex: whether a cell uses it.
+// Returns a bit for each vertex: true if a cell uses it.
 std::vector<bool> SpooledMesh::used_vertices() const {
   std::vector<bool> used(info_.vertices);
   std::uint64_t cell = 0;
-  for (CellCursor at(*mesh_); at.next(); ++cell)
-    for (const std::uint64_t v : at.corners()) {
+  for (CellCursor cursor(*mesh_); cursor.next(); ++cell)
+    for (const std::uint64_t v : cursor.corners()) {
       require_vertex(cell, v, info_.vertices);
       used[v] = true;
     }
@@ -108,7 +108,7 @@ std::vector<bool> SpooledMesh::used_vertices() const {
 
 void SpooledMesh::sort_vertices(const Progress& progress) {
   if (progress) progress("sorting vertices", 0, 2);
-  // Vertices that no cell uses come last, as the mesh numbers them: that is how they are written.
+  // Vertices that no cell uses come last, in the mesh's order, because writers write them there.
   constexpr std::uint64_t kUnused = ~std::uint64_t{0};
   const std::vector<bool> used = used_vertices();
   const CurveGrid grid(*mesh_);
@@ -137,15 +137,15 @@ void SpooledMesh::sort_vertices(const Progress& progress) {
   }
 }
 
-// The corners of all cells as the mesh counts cells, in new numbers of vertices.
+// Returns the corners of all cells in the mesh's order of cells, with new vertex numbers.
 SpooledMesh::Numbers SpooledMesh::renumbered_corners(Spool& spool, const Progress& progress) {
   Numbers corners(&spool);
   for_each_part(old_vertex_, [&](std::uint64_t first, const std::vector<std::uint32_t>& part) {
     if (progress) progress("numbering corners", first, info_.vertices);
     for (const std::uint32_t number : part) new_vertex_.push_back(number);
     std::uint64_t cell = 0, corner = 0;
-    for (CellCursor at(*mesh_); at.next(); ++cell)
-      for (const std::uint64_t v : at.corners()) {
+    for (CellCursor cursor(*mesh_); cursor.next(); ++cell)
+      for (const std::uint64_t v : cursor.corners()) {
         require_vertex(cell, v, info_.vertices);
         if (first == 0)
           corners.push_back(v < part.size() ? part[v] : 0);
@@ -165,10 +165,10 @@ void SpooledMesh::sort_cells(const Progress& progress) {
   std::uint64_t corner = 0;
   std::vector<std::uint32_t> nodes;
   CellRecord record{};
-  for (CellCursor at(*mesh_); at.next(); ++record.number) {
+  for (CellCursor cursor(*mesh_); cursor.next(); ++record.number) {
     nodes.clear();
-    for (std::size_t i = 0; i < at.corners().size(); ++i) nodes.push_back(corners[corner++]);
-    record.block = at.block();
+    for (std::size_t i = 0; i < cursor.corners().size(); ++i) nodes.push_back(corners[corner++]);
+    record.block = cursor.block();
     std::uint32_t lowest = nodes.empty() ? 0 : *std::min_element(nodes.begin(), nodes.end());
     for (std::size_t first = 0; first == 0 || first < nodes.size(); first += kRecordNodes) {
       record.count =
@@ -188,7 +188,7 @@ void SpooledMesh::sort_cells(const Progress& progress) {
   }
 }
 
-// The one whose nodes are in nodes_.
+// Adds the cell whose nodes are in nodes_.
 void SpooledMesh::add_cell(std::uint32_t number, std::uint32_t block) {
   std::array<std::uint32_t, 8> corners{};
   if (hexahedral_[block] && nodes_.size() >= corners.size())
@@ -236,8 +236,8 @@ bool SpooledMesh::next_cells(CellBatch& out, std::size_t max_cells) {
   return out.size() > 0;
 }
 
-// The new number of each element of a mesh's array, as the mesh counts them; only their order means
-// something where it is on some blocks.
+// Returns the new number of each element of an array, in the mesh's order. For an array on some
+// blocks, the numbers are only sort keys.
 SpooledMesh::Numbers& SpooledMesh::places_of(std::size_t array) {
   const ArrayInfo& info = info_.schema.arrays[array];
   if (info.location == Location::point) return new_vertex_;
@@ -245,8 +245,9 @@ SpooledMesh::Numbers& SpooledMesh::places_of(std::size_t array) {
   const auto [place, fresh] = places_.try_emplace(info.blocks, spool_);
   std::uint32_t number = 0;
   if (fresh)
-    for (CellCursor at(*mesh_); at.next(); ++number)
-      if (info_.schema.array_covers(array, at.block())) place->second.push_back(new_cell_[number]);
+    for (CellCursor cursor(*mesh_); cursor.next(); ++number)
+      if (info_.schema.array_covers(array, cursor.block()))
+        place->second.push_back(new_cell_[number]);
   return place->second;
 }
 
@@ -254,7 +255,7 @@ void SpooledMesh::take_values(std::size_t array, std::uint64_t step, PagedArray&
   const std::size_t stride = info_.array_stride(array);
   const std::uint64_t elements = info_.array_elements(array);
   const Numbers& places = places_of(array);
-  // A Writer or a Reader is at work meanwhile.
+  // Uses half of the memory, because a Writer or Reader is active at the same time.
   ExternalSorter sorted(spool_->directory(), stride, sort_bytes_ / 2);
   std::vector<std::byte> piece;
   for (std::uint64_t first = 0; first < elements; first += kElementsAtOnce) {
@@ -264,8 +265,8 @@ void SpooledMesh::take_values(std::size_t array, std::uint64_t step, PagedArray&
     for (std::uint64_t i = 0; i < count; ++i)
       sorted.add(places[first + i], piece.data() + i * stride);
   }
-  std::uint64_t key, at = 0;
-  for (const std::byte* next; sorted.next(key, next); ++at) out.write(at, 1, next);
+  std::uint64_t key, position = 0;
+  for (const std::byte* next; sorted.next(key, next); ++position) out.write(position, 1, next);
 }
 
 void SpooledMesh::read_array(std::size_t array, std::uint64_t step, std::uint64_t first,

@@ -9,8 +9,8 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// So that one looks at the plane of x and y from above, with x to the right, and at others from
-// before and from the right.
+// Turns a normal so that the plane of x and y is viewed from above, with x to the right, and other
+// planes from the front and from the right.
 Vector facing(Vector normal) {
   std::size_t along = 0;
   for (std::size_t i = 1; i < 3; ++i)
@@ -28,7 +28,7 @@ std::optional<Vector> unit(const Vector& vector) {
   for (const double part : vector)
     if (!std::isfinite(part)) return std::nullopt;
   if (most == 0) return std::nullopt;
-  // Squares of what is very large or very small would be no numbers, or 0.
+  // Squares of very large or very small numbers would overflow or become 0.
   Vector scaled = {vector[0] / most, vector[1] / most, vector[2] / most};
   const double length = std::sqrt(dot(scaled, scaled));
   for (double& part : scaled) part /= length;
@@ -57,17 +57,17 @@ Camera::Camera(const Surface& surface, const std::optional<Vector>& view, std::s
 void Camera::measure() {
   Vector least = {kInfinity, kInfinity, kInfinity}, most = {-kInfinity, -kInfinity, -kInfinity};
   for (std::size_t v = 0; v < surface_.vertices(); ++v) {
-    const Vector at = {surface_.coordinate(v, 0), surface_.coordinate(v, 1),
-                       surface_.coordinate(v, 2)};
-    if (!std::isfinite(at[0]) || !std::isfinite(at[1]) || !std::isfinite(at[2])) continue;
+    const Vector point = {surface_.coordinate(v, 0), surface_.coordinate(v, 1),
+                          surface_.coordinate(v, 2)};
+    if (!std::isfinite(point[0]) || !std::isfinite(point[1]) || !std::isfinite(point[2])) continue;
     for (std::size_t i = 0; i < 3; ++i) {
-      least[i] = std::min(least[i], at[i]);
-      most[i] = std::max(most[i], at[i]);
+      least[i] = std::min(least[i], point[i]);
+      most[i] = std::max(most[i], point[i]);
     }
   }
   half_ = 0;
   for (std::size_t i = 0; i < 3 && least[0] <= most[0]; ++i) {
-    // Halves first: sums and differences of the largest numbers are infinite.
+    // Divide first, because sums and differences of the largest numbers are infinite.
     middle_[i] = least[i] / 2 + most[i] / 2;
     half_ = std::max(half_, most[i] / 2 - least[i] / 2);
   }
@@ -77,25 +77,25 @@ void Camera::measure() {
 bool Camera::place(std::span<const std::uint32_t> face, std::vector<Vector>& out) const {
   out.clear();
   for (const std::uint32_t corner : face) {
-    const auto at = place(corner);
-    if (!at) return false;
-    out.push_back(*at);
+    const auto point = place(corner);
+    if (!point) return false;
+    out.push_back(*point);
   }
   return true;
 }
 
 std::optional<Vector> Camera::place(std::uint32_t vertex) const {
-  Vector at;
+  Vector point;
   for (std::size_t i = 0; i < 3; ++i) {
-    at[i] = surface_.coordinate(vertex, i);
-    if (!std::isfinite(at[i])) return std::nullopt;
-    // Halves of the smallest numbers may be off by as much as the mesh is large.
-    at[i] = std::clamp((at[i] - middle_[i]) / half_, -2.0, 2.0);
+    point[i] = surface_.coordinate(vertex, i);
+    if (!std::isfinite(point[i])) return std::nullopt;
+    // Halves of denormal numbers may have an error as large as the mesh.
+    point[i] = std::clamp((point[i] - middle_[i]) / half_, -2.0, 2.0);
   }
-  return at;
+  return point;
 }
 
-// The normal of the largest polygon, where all vertices are in its plane.
+// Returns the normal of the largest polygon if all vertices are in its plane.
 std::optional<Vector> Camera::normal_of_plane() const {
   constexpr double kThick = 1e-6;
   Vector normal{};
@@ -105,18 +105,18 @@ std::optional<Vector> Camera::normal_of_plane() const {
     const Vector of_face = normal_of(polygon);
     if (dot(of_face, of_face) > dot(normal, normal)) normal = of_face;
   }
-  // Without polygons: the axis along which there is nothing.
+  // Without polygons, try the axes: the mesh may be flat along one of them.
   std::array<std::optional<Vector>, 4> tried = {unit(normal), Vector{0, 0, 1}, Vector{0, 1, 0},
                                                 Vector{1, 0, 0}};
   std::array<double, 4> least, most;
   least.fill(kInfinity);
   most.fill(-kInfinity);
   for (std::size_t v = 0; v < surface_.vertices(); ++v) {
-    const auto at = place(static_cast<std::uint32_t>(v));
-    if (!at) continue;
+    const auto point = place(static_cast<std::uint32_t>(v));
+    if (!point) continue;
     for (std::size_t t = 0; t < tried.size(); ++t) {
       if (!tried[t]) continue;
-      const double along = dot(*tried[t], *at);
+      const double along = dot(*tried[t], *point);
       least[t] = std::min(least[t], along);
       most[t] = std::max(most[t], along);
     }
@@ -129,7 +129,7 @@ std::optional<Vector> Camera::normal_of_plane() const {
 void Camera::turn(const Vector& view, std::size_t up) {
   view_ = view;
   constexpr double kAlong = .999;
-  // Where one looks along the axis that goes up, y does, or z in its stead.
+  // If the view is along the axis that goes up, use y instead, or z if that axis is y.
   if (std::fabs(view[up]) > kAlong) up = up == 1 ? 2 : 1;
   Vector above{};
   above[up] = 1;
@@ -138,19 +138,19 @@ void Camera::turn(const Vector& view, std::size_t up) {
 }
 
 void Camera::fit(const PictureFrame& frame) {
-  constexpr double kNarrow = 1e-9;  // of the mesh: no reason to enlarge anything
+  constexpr double kNarrow = 1e-9;  // fraction of the mesh below which it is not enlarged
   std::array<double, 2> least = {kInfinity, kInfinity}, most = {-kInfinity, -kInfinity};
   for (std::size_t v = 0; v < surface_.vertices(); ++v) {
-    const auto at = place(static_cast<std::uint32_t>(v));
-    if (!at) continue;
-    const std::array<double, 2> on = {dot(*at, right_), dot(*at, up_)};
+    const auto point = place(static_cast<std::uint32_t>(v));
+    if (!point) continue;
+    const std::array<double, 2> on = {dot(*point, right_), dot(*point, up_)};
     for (std::size_t i = 0; i < 2; ++i) {
       least[i] = std::min(least[i], on[i]);
       most[i] = std::max(most[i], on[i]);
     }
   }
   if (!(least[0] <= most[0])) least = most = {0, 0};
-  constexpr auto kPlaces = static_cast<double>(kSubSamples * kSamples);  // to a pixel
+  constexpr auto kPlaces = static_cast<double>(kSubSamples * kSamples);  // position units per pixel
   const double width = frame.width * kPlaces, height = frame.height * kPlaces;
   scale_ = std::min(width / std::max(most[0] - least[0], kNarrow),
                     height / std::max(most[1] - least[1], kNarrow));
@@ -159,7 +159,7 @@ void Camera::fit(const PictureFrame& frame) {
 }
 
 RasterPoint Camera::seen(const Vector& place) const {
-  // Never far off the frame, whatever numbers have come.
+  // Limits the distance from the frame, whatever the numbers are.
   static constexpr double kFar = 1 << 24;
   const auto whole = [](double number) {
     return static_cast<std::int64_t>(std::clamp(number, -kFar, kFar) + kFar + .5) -

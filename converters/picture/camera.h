@@ -1,5 +1,5 @@
-// Camera: where each vertex of a mesh is on a picture. Parallel rays, the mesh as large as the
-// picture lets it be.
+// Camera: projects the vertices of a mesh onto a picture, with parallel rays and the mesh as large
+// as the frame allows.
 #pragma once
 
 #include <array>
@@ -25,13 +25,13 @@ inline Vector cross(const Vector& a, const Vector& b) {
 inline Vector minus(const Vector& a, const Vector& b) {
   return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
 }
-// Twice as long as its area; of one that is not plane, the sum of its fan's.
+// Normal vector with twice the length of the area. For a polygon that is not plane, the sum over
+// its fan of triangles.
 Vector normal_of(std::span<const Vector> polygon);
-// Of length 1; nothing where it has no length or one that is no number.
+// Scales a vector to length 1. Nothing if the length is 0 or not finite.
 std::optional<Vector> unit(const Vector& vector);
 
-// From which one looks where nobody says it, by which axis goes up: from the right, from before,
-// and from above.
+// Default viewing directions, by the axis that goes up: from the right, the front and above.
 inline constexpr std::array<Vector, 3> kUsualViews = {{{1, -1, 2}, {1, 1, 2}, {1, -2, 1}}};
 
 // The part of a picture that the mesh may fill, in pixels.
@@ -41,21 +41,21 @@ struct PictureFrame {
 
 class Camera {
  public:
-  // Looks at the vertices of `surface` that are finite. `view`: from where, of any length but 0;
-  // nothing: kUsualViews, or what a surface that lies in a plane has for a normal. `up`: 0 to 2,
-  // the axis that goes up on the picture.
+  // Looks at the finite vertices of `surface`. `view`: direction to the viewer, of any length but
+  // 0. If it is absent, a plane surface is viewed along its normal, any other surface along its
+  // direction in kUsualViews. `up`: 0 to 2, the axis that goes up on the picture.
   Camera(const Surface& surface, const std::optional<Vector>& view, std::size_t up,
          const PictureFrame& frame);
 
-  // Coordinates as all that is drawn goes by them: from the middle of the mesh, -1..1 along its
-  // largest side. Nothing where one is not finite.
+  // Returns the coordinates in which everything is drawn: relative to the middle of the mesh, -1..1
+  // along its largest side. Nothing if a coordinate is not finite.
   std::optional<Vector> place(std::uint32_t vertex) const;
-  // Of all corners; false where one is not finite.
+  // The same for all corners of a face. Returns false if a coordinate is not finite.
   bool place(std::span<const std::uint32_t> face, std::vector<Vector>& out) const;
-  // Must hold: `place` is of a vertex of the surface.
+  // Projects a result of place().
   RasterPoint seen(const Vector& place) const;
 
-  // Of length 1 and at right angles: to the right, up, and to who looks.
+  // Perpendicular vectors of length 1: to the right, up, and to the viewer.
   const Vector& right() const { return right_; }
   const Vector& up() const { return up_; }
   const Vector& view() const { return view_; }
@@ -68,9 +68,9 @@ class Camera {
 
   const Surface& surface_;
   Vector middle_{};
-  double half_ = 1;  // of the largest side
+  double half_ = 1;  // half the length of the largest side
   Vector right_{}, up_{}, view_{};
-  double scale_ = 1;  // places on the raster to one of place()
+  double scale_ = 1;  // raster units per unit of place()
   double left_ = 0, top_ = 0;
 };
 

@@ -1,4 +1,4 @@
-// What is shown in which colour: element blocks, values, light.
+// Colours of a picture: of element blocks, of values, and with light.
 #pragma once
 
 #include <cstdint>
@@ -7,15 +7,16 @@
 
 namespace shm::converters {
 
-// Of an element block by its index: seven hues that people tell apart who see no red or no green,
-// then the same ones darker, then lighter, and over again.
+// Colour of an element block by its index: seven hues that people with red-green colour blindness
+// can distinguish, then the same hues darker, then lighter, and so on from the beginning.
 Rgb block_colour(std::uint32_t block);
 
-// Of a value in 0..1 from the least to the greatest; lightness grows all the way. NaN: kNoValue.
+// Colour of a value, given as 0..1 from the least to the greatest value. Lightness increases
+// monotonically. NaN: kNoValue.
 Rgb value_colour(double share);
 inline constexpr Rgb kNoValue = {150, 150, 150};
 
-// A colour under so much light, 0..256.
+// A colour under light of the intensity `light`, 0..256.
 Rgb lit(Rgb colour, std::uint32_t light);
 
 }  // namespace shm::converters

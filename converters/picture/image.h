@@ -1,4 +1,4 @@
-// Image: pixels, row by row from the upper left corner, and the colours they have.
+// Image: pixels, row by row from the upper left corner, and their colours.
 #pragma once
 
 #include <cstddef>
@@ -13,7 +13,7 @@ struct Rgb {
 };
 
 inline constexpr Rgb kBackground = {255, 255, 255};
-inline constexpr Rgb kInk = {38, 38, 38};  // of words
+inline constexpr Rgb kInk = {38, 38, 38};  // colour of text
 
 struct Image {
   std::uint32_t width = 0, height = 0;  // pixels
@@ -24,7 +24,7 @@ struct Image {
       : width(across), height(down), pixels(std::size_t{across} * down, kBackground) {}
 
   Rgb at(std::uint32_t x, std::uint32_t y) const { return pixels[std::size_t{y} * width + x]; }
-  // Outside of the image nothing happens.
+  // Ignores pixels outside of the image.
   void set(std::int64_t x, std::int64_t y, Rgb colour) {
     if (x < 0 || y < 0 || x >= std::int64_t{width} || y >= std::int64_t{height}) return;
     pixels[static_cast<std::size_t>(y) * width + static_cast<std::size_t>(x)] = colour;

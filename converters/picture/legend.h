@@ -1,4 +1,5 @@
-// The legend of a picture that is coloured by values: what is shown, from where to where.
+// The legend of a picture that is coloured by values: the name of the array and the range of its
+// values.
 #pragma once
 
 #include <cstdint>
@@ -11,18 +12,18 @@
 namespace shm::converters {
 
 struct Legend {
-  std::string name;                 // of the array; UTF-8, or any bytes
+  std::string name;                 // name of the array; UTF-8, or any bytes
   std::optional<ShownRange> range;  // nothing: there are no finite values
 };
 
-// Six digits, as printf's %g has them.
+// Formats a number with six digits, like printf's %g.
 std::string legend_number(double value);
 
-// Pixels at the lower edge of a picture of this size that the legend takes; 0 where there is no
-// room for one.
+// Height in pixels of the legend at the lower edge of a picture of this size; 0 if the picture is
+// too small for a legend.
 std::uint32_t legend_height(std::uint32_t width, std::uint32_t height);
 
-// Draws it there; nothing where there is no room. Names that are too long are cut short.
+// Draws the legend, or nothing if the picture is too small. Cuts names that are too long.
 void draw_legend(Image& image, const Legend& legend);
 
 }  // namespace shm::converters

@@ -24,7 +24,7 @@ class Painter {
 
   const Raster& raster() const { return raster_; }
 
-  // False where there is nothing to draw of it.
+  // Draws a face. Returns false if it has nothing to draw.
   bool add_face(std::size_t f) {
     if (!see(f)) return false;
     const std::size_t corners = seen_.size();
@@ -52,7 +52,7 @@ class Painter {
     return true;
   }
 
-  // Of a polygon.
+  // Draws the edges of a polygon.
   void add_edges(std::size_t f) {
     if (surface_.face(f).size() < 3 || !see(f)) return;
     Paint paint = paint_of(f);
@@ -64,8 +64,9 @@ class Painter {
  private:
   static constexpr std::uint32_t kLightOfLines = 200;
 
-  // Where its corners are; false where that is nowhere. The least place comes first, from whichever
-  // corner on the surface has them: the same face looks the same.
+  // Projects the corners of a face. Returns false if a corner is not finite. Begins at the corner
+  // with the least position, so that a face looks the same whichever corner comes first in the
+  // surface.
   bool see(std::size_t f) {
     const auto face = surface_.face(f);
     if (!camera_.place(face, places_)) return false;
@@ -93,8 +94,8 @@ class Painter {
     return paint;
   }
 
-  // A lamp where one looks from, a weaker one over the left shoulder, so that the sides of a box
-  // differ, and some light everywhere. Values are read by their colours: there is less shade.
+  // Light from the viewer, a weaker lamp over the left shoulder so that the sides of a box differ,
+  // and some ambient light. If colours represent values, there is less shade.
   std::uint32_t light_on(const Vector& normal) const {
     const double facing = dot(normal, camera_.view());
     const double sideways = std::max(0.0, (facing < 0 ? -1 : 1) * dot(normal, lamp_));
@@ -103,11 +104,12 @@ class Painter {
     return static_cast<std::uint32_t>(std::clamp(light, 0.0, 1.0) * 256 + .5);
   }
 
-  // 256: there is none. Where all are wanted they are lighter around narrow faces: most samples of
-  // these are edges, and would be a dark spot.
+  // Light of the outline of a face; 256: no outline. If all outlines are wanted, those of narrow
+  // faces are lighter, because most of their samples are on outlines and would form a dark spot.
   std::uint32_t light_of_outline() const {
-    constexpr double kDark = 150, kLeast = .25, kNarrow = 4, kWide = 8;  // of 256; of it; pixels
-    std::int64_t area = 0;                                               // twice
+    // kDark is of 256, kLeast is a fraction of kDark, and the others are pixels.
+    constexpr double kDark = 150, kLeast = .25, kNarrow = 4, kWide = 8;
+    std::int64_t area = 0;  // twice the area
     double longest = 0;
     for (std::size_t i = 0; i < seen_.size(); ++i) {
       const RasterPoint &a = seen_[i], &b = seen_[i + 1 < seen_.size() ? i + 1 : 0];
@@ -131,7 +133,7 @@ class Painter {
   Camera camera_;
   Raster raster_;
   Vector lamp_{};
-  std::vector<Vector> places_;  // of the corners of one face
+  std::vector<Vector> places_;  // positions of the corners of one face
   std::vector<RasterPoint> seen_;
 };
 

@@ -1,6 +1,6 @@
-// A picture of a mesh's surface: faces in the colours of their element blocks or of values, lit
-// from where one looks, drawn one after the other. The same on every machine and with every
-// compiler: of what rounds only sums, products, quotients and square roots are taken.
+// Draws the surface of a mesh: faces in the colours of their element blocks or of values, lit from
+// the viewer, one after the other. The result is the same on every machine and with every compiler,
+// because floating-point code uses only sums, products, quotients and square roots.
 #pragma once
 
 #include <array>
@@ -20,40 +20,40 @@
 
 namespace shm::converters {
 
-inline constexpr std::uint32_t kLeastPixels = 16;  // of a picture, across and down
+inline constexpr std::uint32_t kLeastPixels = 16;  // minimum width and height of a picture
 
 struct PictureOptions {
   std::uint32_t width = 1024, height = 768;  // kLeastPixels..kMostPixels
-  std::optional<Vector> view;                // from where one looks; nothing: as Camera has it
-  std::size_t up = 2;                        // the axis that goes up on the picture, 0..2
-  // Edges around all polygons, lighter ones around narrow ones; false: around those alone that are
-  // some pixels wide.
+  std::optional<Vector> view;  // direction to the viewer; nothing: as chosen by Camera
+  std::size_t up = 2;          // the axis that goes up on the picture, 0..2
+  // true: outlines around all polygons, lighter around narrow ones. false: outlines only around
+  // polygons that are some pixels wide.
   bool edges = false;
-  // Samples and rows that may be looked at, as Raster::work() counts them. Nothing: a thousand
-  // times all samples of the picture, and 2^30, which is a second or two.
+  // Maximum of samples and rows visited, as counted by Raster::work(). Default: a thousand times
+  // the samples of the picture plus 2^30, which takes a second or two.
   std::optional<std::uint64_t> most_work;
 };
 
-// What faces are coloured by instead of their blocks. What is not finite is grey.
+// Values that determine the colours of faces, instead of their blocks. Values that are not finite
+// are grey.
 struct Colouring {
   std::string name;
-  bool of_points = false;          // a value for each vertex, and not for each face
+  bool of_points = false;          // one value per vertex instead of per face
   std::span<const double> values;  // borrowed
 };
 
 struct Picture {
   Image image;
   std::uint64_t drawn = 0;          // faces
-  std::uint64_t skipped = 0;        // without an area, or with a vertex that is not finite
-  std::uint64_t covered = 0;        // pixels, without those of the legend
-  std::optional<ShownRange> range;  // of the finite values
+  std::uint64_t skipped = 0;        // faces without area, or with a vertex that is not finite
+  std::uint64_t covered = 0;        // pixels, not counting the legend
+  std::optional<ShownRange> range;  // range of the finite values
 };
 
-// Takes 35 bytes for each pixel beside the surface. Polygons that are concave, or not plane, are
-// drawn as a fan around the corner whose x, then y, then z is least, and may so cover what they do
-// not. A mesh all of whose faces are too narrow for any sample is drawn by their edges.
-// ErrorCode::over_limit: so many faces lie over each other that drawing would not end. May be
-// called by several threads at a time.
+// Needs 35 bytes per pixel in addition to the surface. A polygon that is concave or not plane is
+// drawn as a fan around the corner with the least x, then y, then z, so it may cover pixels outside
+// of it. If all faces of a mesh are too narrow to cover a sample, their edges are drawn. Returns
+// ErrorCode::over_limit if drawing would take too long because too many faces overlap. Thread safe.
 Result<Picture> draw_picture(const Surface& surface, const PictureOptions& options,
                              const Colouring* colouring = nullptr, const Progress& progress = {});
 

@@ -22,7 +22,7 @@ std::uint32_t number_of(Rgb colour) {
   return std::uint32_t{colour.red} << 16 | std::uint32_t{colour.green} << 8 | colour.blue;
 }
 
-// The colours of an image, ascending; empty where they are more than a palette holds.
+// Returns the colours of an image in ascending order. Empty if a palette cannot hold all of them.
 std::vector<std::uint32_t> palette_of(const Image& image) {
   std::vector<std::uint32_t> palette;
   const Rgb* before = nullptr;
@@ -30,21 +30,21 @@ std::vector<std::uint32_t> palette_of(const Image& image) {
     if (before != nullptr && *before == pixel) continue;
     before = &pixel;
     const std::uint32_t number = number_of(pixel);
-    const auto at = std::lower_bound(palette.begin(), palette.end(), number);
-    if (at != palette.end() && *at == number) continue;
+    const auto position = std::lower_bound(palette.begin(), palette.end(), number);
+    if (position != palette.end() && *position == number) continue;
     if (palette.size() == PNG_MAX_PALETTE_LENGTH) return {};
-    palette.insert(at, number);
+    palette.insert(position, number);
   }
   return palette;
 }
 
-// Must hold: it is one of them.
+// Returns the index of a colour, which must be in the palette.
 std::uint8_t place_in(std::span<const std::uint32_t> palette, Rgb colour) {
-  const auto at = std::lower_bound(palette.begin(), palette.end(), number_of(colour));
-  return static_cast<std::uint8_t>(at - palette.begin());
+  const auto position = std::lower_bound(palette.begin(), palette.end(), number_of(colour));
+  return static_cast<std::uint8_t>(position - palette.begin());
 }
 
-// What libpng writes into; as large as it may become.
+// Memory into which libpng writes, with the maximum size of the file.
 struct Target {
   std::vector<std::byte> bytes;
   std::size_t size = 0;
@@ -59,14 +59,15 @@ void add_bytes(png_structp png, png_bytep from, png_size_t count) {
 void stay_silent(png_structp, png_const_charp) {}
 [[noreturn]] void give_up(png_structp png, png_const_charp) { png_longjmp(png, 1); }
 
-// How an image is written.
+// Options for writing an image.
 struct Form {
-  std::span<const std::uint32_t> palette;  // empty: pixels have their colours
-  int filters;                             // of libpng
-  std::uint8_t* row;                       // a place for each pixel of a row, for a palette
+  std::span<const std::uint32_t> palette;  // empty: pixels are stored as RGB
+  int filters;                             // filters of libpng
+  std::uint8_t* row;                       // buffer for the palette indices of a row
 };
 
-// False where libpng gave up: it comes back by longjmp, so nothing here may have to be destroyed.
+// Returns false if libpng fails. libpng returns by longjmp, so no local variable here may have a
+// destructor.
 bool write_rows(png_structp png, png_infop about, const Image& image, const Form& form) {
   if (setjmp(png_jmpbuf(png)) != 0) return false;
   const std::span<const std::uint32_t> palette = form.palette;
@@ -99,9 +100,10 @@ bool write_rows(png_structp png, png_infop about, const Image& image, const Form
   return true;
 }
 
-// Empty where libpng gave up: for want of memory, since it has room for all that it may write.
+// Returns the PNG file. Empty if libpng failed for lack of memory; the target is large enough for
+// all bytes.
 std::vector<std::byte> file_of(const Image& image, const Form& form) {
-  png_image size{};  // for the most bytes that there may be
+  png_image size{};  // to compute the maximum size
   size.width = image.width;
   size.height = image.height;
   size.format = PNG_FORMAT_RGB;
@@ -123,7 +125,7 @@ Result<std::vector<std::byte>> png_of(const Image& image) {
   static_assert(sizeof(Rgb) == 3);
   const std::vector<std::uint32_t> palette = palette_of(image);
   std::vector<std::uint8_t> row(palette.empty() ? 0 : image.width);
-  // Faces of one colour each are smallest as they are, colours that flow as differences.
+  // Faces with a single colour compress best without filters, smooth colours with filters.
   std::vector<std::byte> file = file_of(image, {palette, PNG_FILTER_NONE, row.data()});
   if (palette.empty() && !file.empty()) {
     std::vector<std::byte> filtered = file_of(image, {palette, PNG_ALL_FILTERS, row.data()});

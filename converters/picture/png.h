@@ -9,12 +9,12 @@
 
 namespace shm::converters {
 
-// Whether this build has libpng.
+// Returns true if this build has libpng.
 bool can_make_png();
 
-// Must hold: the image has pixels. With a palette where it has at most 256 colours. Takes 7 bytes
-// for each pixel beside the image. The same image gives the same bytes wherever libpng and zlib are
-// of one version. ErrorCode::unsupported: this build has no libpng.
+// Encodes an image, with a palette if it has at most 256 colours. The image must not be empty.
+// Needs 7 bytes per pixel in addition to the image. Equal images give equal bytes if the versions
+// of libpng and zlib are equal. Returns ErrorCode::unsupported if this build has no libpng.
 Result<std::vector<std::byte>> png_of(const Image& image);
 
 }  // namespace shm::converters

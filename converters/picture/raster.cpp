@@ -6,28 +6,28 @@
 namespace shm::converters {
 namespace {
 
-constexpr std::int64_t kMiddle = kSubSamples / 2;  // of a sample
+constexpr std::int64_t kMiddle = kSubSamples / 2;  // centre of a sample
 
 std::int64_t floor_div(std::int64_t a, std::int64_t b) {  // b > 0
   return a / b - (a % b < 0 ? 1 : 0);
 }
 std::int64_t ceil_div(std::int64_t a, std::int64_t b) { return -floor_div(-a, b); }
 
-// The first sample whose middle is at `place` or behind it.
+// The first sample whose centre is at `place` or after it.
 std::int64_t first_sample(std::int64_t place) { return ceil_div(place - kMiddle, kSubSamples); }
 std::int64_t last_sample(std::int64_t place) { return floor_div(place - kMiddle, kSubSamples); }
 
-// The side of an edge on which places are: value(x, y) is 0 on it, and positive within. All is
+// A half-plane bounded by an edge: value(x, y) is 0 on the edge and positive inside. All values are
 // below 2^52.
 struct Edge {
   std::int64_t of_x, of_y, constant;
-  std::int64_t least;         // value of a sample that belongs to the triangle
+  std::int64_t least;         // least value of a sample that belongs to the triangle
   std::int64_t outline = -1;  // samples up to this value are on the outline
 
   Edge(const RasterPoint& from, const RasterPoint& to)
       : of_x(from.y - to.y), of_y(to.x - from.x), constant(-(of_x * from.x + of_y * from.y)) {
-    // Rows go down: an edge that rises has the inside on its right, so it is a left one; one that
-    // goes right has it below.
+    // Rows go down: an edge that goes up has the inside on its right, so it is a left edge. An edge
+    // that goes to the right has the inside below, so it is an upper edge.
     const bool owns = of_x > 0 || (of_x == 0 && of_y > 0);
     least = owns ? 0 : 1;
   }
@@ -39,9 +39,9 @@ struct Edge {
                                     static_cast<double>(of_y) * static_cast<double>(of_y));
     outline = static_cast<std::int64_t>(length * static_cast<double>(kSubSamples));
   }
-  // Of the samples first..last of the row at `y` those that are within.
+  // Restricts first..last, samples of the row at `y`, to those inside.
   void cut(std::int64_t y, std::int64_t& first, std::int64_t& last) const {
-    // value(place of sample i) = of_x * kSubSamples * i + rest
+    // value(position of sample i) = of_x * kSubSamples * i + rest
     const std::int64_t slope = of_x * kSubSamples, rest = value(kMiddle, y);
     if (slope > 0)
       first = std::max(first, ceil_div(least - rest, slope));
@@ -52,24 +52,29 @@ struct Edge {
   }
 };
 
-// A number that is known at three corners, everywhere between them.
+// Linear interpolation of a number that is known at three corners.
 struct Plane {
   double of_x, of_y, constant, least, most;
 
-  // `area`: twice that of the triangle, not 0.
-  Plane(const std::array<RasterPoint, 3>& at, const std::array<double, 3>& values, double area) {
-    const auto across = [&](std::size_t i) { return static_cast<double>(at[i].x - at[0].x); };
-    const auto down = [&](std::size_t i) { return static_cast<double>(at[i].y - at[0].y); };
+  // `area`: twice the area of the triangle, not 0.
+  Plane(const std::array<RasterPoint, 3>& corners, const std::array<double, 3>& values,
+        double area) {
+    const auto across = [&](std::size_t i) {
+      return static_cast<double>(corners[i].x - corners[0].x);
+    };
+    const auto down = [&](std::size_t i) {
+      return static_cast<double>(corners[i].y - corners[0].y);
+    };
     const double b = values[1] - values[0], c = values[2] - values[0];
     of_x = (b * down(2) - c * down(1)) / area;
     of_y = (c * across(1) - b * across(2)) / area;
-    constant =
-        values[0] - of_x * static_cast<double>(at[0].x) - of_y * static_cast<double>(at[0].y);
+    constant = values[0] - of_x * static_cast<double>(corners[0].x) -
+               of_y * static_cast<double>(corners[0].y);
     least = std::min({values[0], values[1], values[2]});
     most = std::max({values[0], values[1], values[2]});
   }
-  // Of narrow triangles it would be far off beyond their corners, between which middles of samples
-  // may lie.
+  // Clamped, because in narrow triangles a sample centre may be outside the corners, where
+  // extrapolation is far off.
   double at(double x, double y) const {
     return std::clamp(of_x * x + (of_y * y + constant), least, most);
   }
@@ -144,33 +149,35 @@ void Raster::add_line(const RasterPoint& from, const RasterPoint& to, const Pain
   const double length = std::sqrt(across * across + down * down);
   if (length < static_cast<double>(kSubSamples)) return add_point(from, paint);
   constexpr double kHalfWidth = static_cast<double>(kSubSamples * kSamples) / 2;
-  // Rounded away from 0, so that what is as far to both sides comes out as far.
+  // Rounded away from 0, so that both sides are at the same distance.
   const auto whole = [](double number) {
     return static_cast<std::int64_t>(number < 0 ? number - .5 : number + .5);
   };
   const std::int64_t aside_x = whole(-down / length * kHalfWidth);
   const std::int64_t aside_y = whole(across / length * kHalfWidth);
-  const auto aside = [&](RasterPoint at, std::int64_t times) {
-    at.x += times * aside_x;
-    at.y += times * aside_y;
-    return at;
+  const auto aside = [&](RasterPoint point, std::int64_t times) {
+    point.x += times * aside_x;
+    point.y += times * aside_y;
+    return point;
   };
   const RasterPoint a = aside(from, 1), b = aside(to, 1), c = aside(to, -1), d = aside(from, -1);
   add_triangle({a, b, c}, paint);
   add_triangle({a, c, d}, paint);
 }
 
-void Raster::add_point(const RasterPoint& at, const Paint& paint) {
+void Raster::add_point(const RasterPoint& point, const Paint& paint) {
   constexpr std::int64_t kRadius = kSubSamples * kSamples;
-  const Rgb colour = lit(paint.by_value ? value_colour(at.share) : paint.colour, paint.light);
-  for (std::int64_t row = first_sample(at.y - kRadius); row <= last_sample(at.y + kRadius); ++row)
-    for (std::int64_t i = first_sample(at.x - kRadius); i <= last_sample(at.x + kRadius); ++i) {
+  const Rgb colour = lit(paint.by_value ? value_colour(point.share) : paint.colour, paint.light);
+  for (std::int64_t row = first_sample(point.y - kRadius); row <= last_sample(point.y + kRadius);
+       ++row)
+    for (std::int64_t i = first_sample(point.x - kRadius); i <= last_sample(point.x + kRadius);
+         ++i) {
       ++work_;
-      const std::int64_t across = i * kSubSamples + kMiddle - at.x;
-      const std::int64_t down = row * kSubSamples + kMiddle - at.y;
+      const std::int64_t across = i * kSubSamples + kMiddle - point.x;
+      const std::int64_t down = row * kSubSamples + kMiddle - point.y;
       if (across * across + down * down > kRadius * kRadius) continue;
       if (row < 0 || row >= down_ || i < 0 || i >= across_) continue;
-      put(samples_[static_cast<std::size_t>(row * across_ + i)], static_cast<float>(at.depth),
+      put(samples_[static_cast<std::size_t>(row * across_ + i)], static_cast<float>(point.depth),
           colour);
     }
 }

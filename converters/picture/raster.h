@@ -1,6 +1,6 @@
-// Raster: samples with a depth each, four to a pixel, and what is drawn on them. Places are whole
-// numbers, 256 to a sample, and which samples a triangle covers follows from them exactly:
-// triangles that share an edge leave no sample between them out, and cover none twice.
+// Raster: samples with a depth, four per pixel, and functions that draw on them. Positions are
+// integers in units of 1/256 of a sample, so the set of samples that a triangle covers is exact:
+// triangles that share an edge leave out no sample between them and cover none twice.
 #pragma once
 
 #include <array>
@@ -14,51 +14,53 @@
 
 namespace shm::converters {
 
-inline constexpr std::uint32_t kSamples = 2;        // of a pixel, across and down
-inline constexpr std::int64_t kSubSamples = 256;    // places to a sample
-inline constexpr std::uint32_t kMostPixels = 4096;  // of a picture, across and down
+inline constexpr std::uint32_t kSamples = 2;        // per pixel, across and down
+inline constexpr std::int64_t kSubSamples = 256;    // position units per sample
+inline constexpr std::uint32_t kMostPixels = 4096;  // maximum width and height of a picture
 
-// Where something is on the raster.
+// A position on the raster.
 struct RasterPoint {
-  // Places from the left and from the top, -2^24..2^24.
+  // Distance from the left and from the top, -2^24..2^24.
   std::int64_t x = 0, y = 0;
-  double depth = 0;  // the larger, the nearer; finite
-  double share = 0;  // of a value, for Paint::by_value: 0..1, or NaN
+  double depth = 0;  // finite; larger is nearer
+  double share = 0;  // value for Paint::by_value: 0..1, or NaN
 };
 
-// What samples become.
+// How samples are coloured.
 struct Paint {
   Rgb colour;
-  std::uint32_t light = 256;  // as lit() takes it
-  bool by_value = false;      // value_colour() of the points' shares instead of `colour`
-  // Of samples that are at most one sample from an edge which is an outline: 0..256.
+  std::uint32_t light = 256;  // see lit()
+  bool by_value = false;      // use value_colour() of the points' shares instead of `colour`
+  // Light for samples at most one sample away from an outline, 0..256.
   std::uint32_t outline_light = 256;
 };
 
 class Raster {
  public:
-  // Of an image of that size in pixels, each 1..kMostPixels. Takes 32 bytes for each pixel.
+  // Raster for an image of this size in pixels, each 1..kMostPixels. Needs 32 bytes per pixel.
   Raster(std::uint32_t width, std::uint32_t height);
 
-  // A sample belongs to a triangle where its middle is inside, or on an edge that is the upper or
-  // the left one. Corners go round either way. `outlines`: bit e for the edge from corner e to the
-  // next one. False where the triangle has no area.
+  // Draws a triangle. A sample belongs to the triangle if its centre is inside, or on an upper or
+  // left edge. Corners may be in either orientation. `outlines`: bit e is set if the edge from
+  // corner e to the next corner is an outline. Returns false if the triangle has no area.
   bool add_triangle(const std::array<RasterPoint, 3>& corners, const Paint& paint,
                     unsigned outlines = 0);
-  // One pixel wide, its ends cut off square; from a point to itself: as add_point.
+  // Draws a line, one pixel wide, with square ends. A line shorter than a sample is drawn as by
+  // add_point().
   void add_line(const RasterPoint& from, const RasterPoint& to, const Paint& paint);
-  // A disc of two pixels.
-  void add_point(const RasterPoint& at, const Paint& paint);
+  // Draws a disc with a diameter of two pixels.
+  void add_point(const RasterPoint& point, const Paint& paint);
 
-  // Samples and rows that have been looked at: what drawing takes, in all.
+  // Number of samples and rows visited so far, a measure of the time.
   std::uint64_t work() const { return work_; }
   bool is_empty() const;
-  // Pixels are the means of their samples; `covered`: those of which something is drawn.
+  // Returns the image. Each pixel is the mean of its samples. `covered`: number of pixels with
+  // something drawn.
   Image image(std::uint64_t& covered) const;
 
  private:
-  // Nothing is drawn yet at depth kFar. What is nearer by less than kSameDepth is not nearer: of
-  // faces in one place the first one stays.
+  // kFar: depth of samples without anything drawn. A difference below kSameDepth does not count as
+  // nearer, so of coincident faces the first one stays.
   static constexpr float kFar = -1e30F;
   static constexpr float kSameDepth = 1e-6F;
   struct Sample {
@@ -69,7 +71,7 @@ class Raster {
     if (depth > sample.depth + kSameDepth) sample = {depth, colour};
   }
 
-  std::int64_t across_, down_;  // samples
+  std::int64_t across_, down_;  // size in samples
   std::vector<Sample> samples_;
   std::uint64_t work_ = 0;
 };

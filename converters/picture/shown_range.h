@@ -1,4 +1,4 @@
-// From which to which value colours go.
+// The range of values that colours represent.
 #pragma once
 
 #include <optional>
@@ -10,10 +10,11 @@ struct ShownRange {
   double least = 0, greatest = 0;  // finite
 };
 
-// Of the values that are finite; nothing where there are none.
+// Range of the finite values. Nothing if there are none.
 std::optional<ShownRange> range_of(std::span<const double> values);
 
-// 0 for the least value, 1 for the greatest; NaN for what is not finite. Of one value: the middle.
+// Returns 0 for the least value, 1 for the greatest, and NaN for values that are not finite. If all
+// values are equal, returns 0.5.
 double share_of(double value, const std::optional<ShownRange>& range);
 
 }  // namespace shm::converters

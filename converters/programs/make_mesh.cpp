@@ -1,6 +1,6 @@
-// shm_make_mesh: hexahedral meshes of known kinds and any size, for the demo and the benchmarks.
-// Writes binary legacy VTK 4.2. The same arguments give the same bytes on one machine; between
-// machines the last bit of a coordinate may differ, because sin and cos do.
+// shm_make_mesh: generates hexahedral meshes of several families and any size, for the demo and the
+// benchmarks. Writes binary legacy VTK 4.2. Equal arguments give equal bytes on one machine;
+// between machines the last bit of a coordinate may differ, because sin and cos do.
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -38,7 +38,7 @@ void print_usage(std::FILE* out) {
 
 bool parse_cells(std::string_view text, std::uint64_t& cells) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), cells);
-  // Families round to whole layers: leave room to round up.
+  // Families round up to whole layers, so leave a margin.
   return error == std::errc() && end == text.data() + text.size() && cells > 0 &&
          cells <= kMaxCells / 10 * 9;
 }

@@ -1,7 +1,7 @@
-// shm_make_tet_mesh POINTS OUT.vtk: an irregular hexahedral mesh for tests and benchmarks.
-// Random points of the unit cube become tetrahedra (TetGen), each tetrahedron four hexahedra:
-// one for each of its corners, reaching to the middles of its edges, faces and body.
-// Deterministic. A program of its own because TetGen's licence is the AGPL.
+// shm_make_tet_mesh POINTS OUT.vtk: generates an irregular hexahedral mesh for tests and
+// benchmarks. Random points in the unit cube become tetrahedra (TetGen), and each tetrahedron
+// becomes four hexahedra, one per corner, which extend to the middles of its edges, faces and body.
+// Deterministic. A separate program, because TetGen's licence is the AGPL.
 #define TETLIBRARY  // tetgen.h: as a library
 #include <tetgen.h>
 
@@ -39,7 +39,7 @@ void tetrahedralize_points(std::uint64_t count, tetgenio& out) {
   tetrahedralize(quiet, &in, &out);
 }
 
-/// Vertices made once for each set of corners that they are the middle of.
+/// Creates the middle vertex of each set of corners once.
 class Middles {
  public:
   explicit Middles(HexMesh& mesh) : mesh_(&mesh) {}
@@ -70,7 +70,8 @@ HexMesh split_in_four(const tetgenio& tets) {
   for (int i = 0; i < tets.numberofpoints; ++i)
     mesh.points.push_back(
         {tets.pointlist[3 * i], tets.pointlist[3 * i + 1], tets.pointlist[3 * i + 2]});
-  // For each corner: the other three, so that all four see them turning the same way.
+  // For each corner the other three, ordered so that all four corners see them in the same
+  // orientation.
   constexpr std::array<std::array<std::size_t, 3>, 4> kOthers = {
       {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}}};
   Middles middle(mesh);
@@ -111,8 +112,8 @@ bool write_vtk(const HexMesh& mesh, const std::string& path) {
   }
   std::fprintf(file, "\nCELL_TYPES %zu\n", cells);
   for (std::size_t i = 0; i < cells; ++i) put_big_endian(file, 12, 4);
-  const bool good = std::ferror(file) == 0;
-  return std::fclose(file) == 0 && good;
+  const bool ok = std::ferror(file) == 0;
+  return std::fclose(file) == 0 && ok;
 }
 
 }  // namespace

@@ -7,11 +7,11 @@ namespace make_mesh {
 
 namespace {
 
-// Numbers things by their (sorted) vertices: the same ones get the same number.
+// Numbers items by their vertices in sorted order. Equal items get equal numbers.
 class Numbering {
  public:
   explicit Numbering(Id first) : next_(first) {}
-  // The number, and whether it is new.
+  // Returns the number, and true if it is new.
   std::pair<Id, bool> number(Id a, Id b, Id c = std::numeric_limits<Id>::max()) {
     std::array<Id, 3> key{a, b, c};
     std::sort(key.begin(), key.end());
@@ -58,7 +58,8 @@ class SphereSurface {
   std::vector<Point3> directions;
 
  private:
-  // Equal angles instead of equal lengths, so that cells do not crowd at the cube's corners.
+  // Equal angles instead of equal lengths, so that cells are not much smaller at the cube's
+  // corners.
   double warp(Id i) const { return std::tan(kPi / 4 * (2.0 * i / n_ - 1)); }
   Id n_;
   std::unordered_map<std::uint64_t, Id> numbers_;
@@ -74,11 +75,11 @@ Mesh make_shell(std::uint64_t cells) {
     const bool far = face % 2 == 1;
     const auto corner = [&](Id u, Id v) {  // counterclockwise from outside
       if (!far) std::swap(u, v);
-      std::array<Id, 3> at{};
-      at[axis] = far ? n : 0;
-      at[(axis + 1) % 3] = u;
-      at[(axis + 2) % 3] = v;
-      return surface.at(at[0], at[1], at[2]);
+      std::array<Id, 3> position{};
+      position[axis] = far ? n : 0;
+      position[(axis + 1) % 3] = u;
+      position[(axis + 2) % 3] = v;
+      return surface.at(position[0], position[1], position[2]);
     };
     for (Id j = 0; j < n; ++j)
       for (Id i = 0; i < n; ++i)
@@ -100,7 +101,7 @@ Mesh make_shell(std::uint64_t cells) {
   return mesh;
 }
 
-// Cubes of a lattice that lie inside a thick gyroid: many handles, staircase boundary.
+// Cubes of a lattice inside a thick gyroid: many handles, staircase boundary.
 Mesh make_voxel(std::uint64_t cells) {
   const Id n = std::max<Id>(2, rounded(side_for(cells, 0.39)));
   const auto inside = [n](Id i, Id j, Id k) {
@@ -121,7 +122,7 @@ Mesh make_voxel(std::uint64_t cells) {
   return mesh;
 }
 
-// Splits counterclockwise triangles into three quads each: points of any valence.
+// Splits each counterclockwise triangle into three quads, which gives points of any valence.
 Plane split_triangles(std::vector<Point2> points, const std::vector<std::array<Id, 3>>& triangles) {
   Plane plane;
   plane.points = std::move(points);
@@ -150,8 +151,8 @@ Plane split_triangles(std::vector<Point2> points, const std::vector<std::array<I
 
 // An irregular quad mesh of a plate with two holes, swept along a curve.
 Mesh make_swept(std::uint64_t cells) {
-  // Two triangles of three quads a square, 86 % of the squares outside the holes, half as many
-  // layers as squares on a side.
+  // Per square: two triangles with three quads each. 86 % of the squares are outside the holes. The
+  // number of layers is half the number of squares on a side.
   const double side = side_for(cells, 6 * 0.86 * 0.5);
   const Id n = std::max<Id>(2, rounded(side)), layers = rounded(0.5 * side);
   Random random(1);
@@ -185,9 +186,10 @@ Mesh make_swept(std::uint64_t cells) {
   return mesh;
 }
 
-// Six tetrahedra a cube of a jittered lattice, all around the cube's main diagonal.
+// Splits each cube of a jittered lattice into six tetrahedra around its main diagonal.
 std::vector<Tetrahedron> cube_tetrahedra(Id n) {
-  // Corners of a cube numbered by bits x, y, z; each walks 0 -> 7 along three edges.
+  // Corners of a cube are numbered by the bits x, y, z. Each walk goes from 0 to 7 along three
+  // edges.
   constexpr std::array<std::array<Id, 4>, 6> kWalks{
       {{0, 1, 3, 7}, {0, 3, 2, 7}, {0, 2, 6, 7}, {0, 6, 4, 7}, {0, 4, 5, 7}, {0, 5, 1, 7}}};
   std::vector<Tetrahedron> tetrahedra;
@@ -204,8 +206,8 @@ std::vector<Tetrahedron> cube_tetrahedra(Id n) {
   return tetrahedra;
 }
 
-// Tetrahedra split into four hexahedra each; new points stand behind the old ones: edges, faces,
-// centers.
+// Splits each tetrahedron into four hexahedra. New points follow the old ones: edges, faces,
+// centres.
 Mesh split_tetrahedra(std::vector<Point3> points, const std::vector<Tetrahedron>& tetrahedra) {
   Mesh mesh;
   mesh.points = std::move(points);
@@ -221,7 +223,7 @@ Mesh split_tetrahedra(std::vector<Point3> points, const std::vector<Tetrahedron>
       const Id a = t[opposite == 0], b = t[opposite <= 1 ? 2 : 1], c = t[opposite == 3 ? 2 : 3];
       if (faces.number(a, b, c).second) mesh.points.push_back((p[a] + p[b] + p[c]) * (1.0 / 3));
     }
-  // The other three corners of each corner, counterclockwise from outside that corner.
+  // The other three corners for each corner, counterclockwise seen from outside that corner.
   constexpr std::array<std::array<std::size_t, 3>, 4> kOthers{
       {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}}};
   for (const Tetrahedron& t : tetrahedra) {
@@ -244,9 +246,9 @@ Mesh make_tets(std::uint64_t cells) {
   for (Id k = 0; k <= n; ++k)
     for (Id j = 0; j <= n; ++j)
       for (Id i = 0; i <= n; ++i) {
-        const auto jittered = [&](Id at) {
+        const auto jittered = [&](Id index) {
           const double shift = 0.3 * (random.uniform() - 0.5);
-          return (at == 0 || at == n ? at : at + shift) / n;
+          return (index == 0 || index == n ? index : index + shift) / n;
         };
         const double x = jittered(i), y = jittered(j), z = jittered(k);
         points.push_back({x, y, z});
@@ -254,10 +256,10 @@ Mesh make_tets(std::uint64_t cells) {
   return split_tetrahedra(std::move(points), cube_tetrahedra(n));
 }
 
-// A curved lattice cut into blocks, each numbered along its own axes, blocks in any order: what
-// block-structured meshers leave.
+// A curved lattice divided into blocks in random order, each numbered along its own axes, like the
+// output of block-structured mesh generators.
 Mesh make_blocks(std::uint64_t cells) {
-  constexpr Id kBlocks = 4;  // on each axis
+  constexpr Id kBlocks = 4;  // number of blocks per axis
   const Id width = rounded(side_for(cells, 1) / kBlocks), n = width * kBlocks;
   const Mesh whole = lattice(n, n, n, [](double x, double y, double z) {
     return pipe({0.7 * (2 * x - 1) * (1 + 0.2 * y), 0.7 * (2 * y - 1) * (1 - 0.1 * x * z)}, z);
@@ -276,19 +278,19 @@ Mesh make_blocks(std::uint64_t cells) {
     const std::uint64_t flips = random.next();
     for (Id c = 0; c < width * width * width; ++c) {
       const std::array<Id, 3> steps{c % width, c / width % width, c / width / width};
-      std::array<Id, 3> at{};
+      std::array<Id, 3> position{};
       for (std::size_t d = 0; d < 3; ++d) {
         const bool flip = flips >> d & 1;
-        at[axes[d]] = first[axes[d]] + (flip ? width - 1 - steps[d] : steps[d]);
+        position[axes[d]] = first[axes[d]] + (flip ? width - 1 - steps[d] : steps[d]);
       }
-      mesh.cells.push_back(whole.cells[at[0] + n * (at[1] + n * at[2])]);
+      mesh.cells.push_back(whole.cells[position[0] + n * (position[1] + n * position[2])]);
     }
   }
   number_by_first_use(mesh);
   return mesh;
 }
 
-// The O-grid with vertices and cells in random order: what some tools leave.
+// The O-grid with vertices and cells in random order, like the output of some tools.
 Mesh make_shuffled(std::uint64_t cells) {
   const Mesh ordered = make_ogrid(cells);
   Random random(4);

@@ -1,4 +1,4 @@
-// The kinds of meshes that shm_make_mesh makes, of any size.
+// The families of meshes that shm_make_mesh generates, in any size.
 #pragma once
 
 #include <array>

@@ -27,7 +27,7 @@ double smooth(const Point3& p) {
   return 300 + 50 * std::sin(3 * p.x + 1) * std::cos(4 * p.y) * std::exp(-p.z);
 }
 
-// Waves over five octaves with a turbulent spectrum, and a little noise.
+// Waves over five octaves with a turbulent spectrum, and some noise.
 class Turbulence {
  public:
   Turbulence() {

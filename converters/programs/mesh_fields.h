@@ -12,7 +12,7 @@ namespace make_mesh {
 
 struct Field {
   std::string name;
-  std::string_view type;  // VTK's word
+  std::string_view type;  // type word of VTK
   std::size_t components = 1;
   std::vector<double> values;  // written as `type`
 };

@@ -20,7 +20,7 @@ class VtkFile {
     if (file_ != nullptr) std::fclose(file_);
   }
   void text(const std::string& line) { bytes(line.data(), line.size()); }
-  // Big-endian, as VTK has it.
+  // Writes a number in big-endian order, as VTK requires.
   template <class T>
   void number(T value) {
     std::array<char, sizeof(T)> raw;
@@ -28,7 +28,7 @@ class VtkFile {
     if constexpr (std::endian::native == std::endian::little) std::reverse(raw.begin(), raw.end());
     bytes(raw.data(), raw.size());
   }
-  // True when every byte has reached the file.
+  // Returns true if every byte has been written.
   bool close() {
     if (file_ == nullptr) return false;
     const bool closed = std::fclose(std::exchange(file_, nullptr)) == 0;

@@ -7,7 +7,7 @@
 
 namespace make_mesh {
 
-// The CELLS section counts its 32-bit words in one signed 32-bit number: nine a cell.
+// The CELLS section counts its 32-bit words, nine per cell, in one signed 32-bit number.
 constexpr std::uint64_t kMaxCells = std::numeric_limits<std::int32_t>::max() / 9;
 
 struct MeshFile {
@@ -16,7 +16,7 @@ struct MeshFile {
   bool doubles = false;
   std::string_view fields = "basic";  // none, one, basic or full
 };
-// Whether every byte has reached the file.
+// Returns true if every byte has been written.
 bool write_mesh(const Mesh& mesh, const MeshFile& file);
 
 }  // namespace make_mesh

@@ -1,4 +1,4 @@
-// The meshes of shm_make_mesh, and what its families are built of.
+// Types and building blocks of the meshes of shm_make_mesh.
 #pragma once
 
 #include <algorithm>
@@ -42,7 +42,7 @@ struct Plane {
   std::vector<Quad> quads;
 };
 
-// splitmix64: small, fast, the same everywhere.
+// splitmix64: small, fast, the same on every machine.
 class Random {
  public:
   explicit Random(std::uint64_t seed) : state_(seed) {}
@@ -65,10 +65,10 @@ void shuffle(std::vector<T>& values, Random& random) {
   for (std::size_t i = values.size(); i > 1; --i) std::swap(values[i - 1], values[random.below(i)]);
 }
 
-// At least 1, so that a family never comes out empty.
+// At least 1, so that no family is empty.
 inline Id rounded(double value) { return std::max<Id>(1, static_cast<Id>(std::lround(value))); }
 
-// Side of a shape whose cell count is `per_cube` times the side's cube.
+// Side of a shape whose number of cells is `per_cube` times the cube of its side.
 inline double side_for(std::uint64_t cells, double per_cube) {
   return std::cbrt(static_cast<double>(cells) / per_cube);
 }
@@ -80,7 +80,7 @@ Mesh lattice(Id ni, Id nj, Id nk, const std::function<Point3(double, double, dou
 // Sweeps a plane through `layers` layers, one layer after the other.
 Mesh sweep(const Plane& plane, Id layers, const std::function<Point3(Point2, double)>& place);
 
-// A bent, twisted, necked pipe; `p` lies in the unit disk.
+// A bent, twisted pipe with a neck; `p` is in the unit disk.
 Point3 pipe(Point2 p, double along);
 
 // The unit disk as an O-grid: a bulged square core and `rings` rings of quads around it.

@@ -1,4 +1,4 @@
-// What other code may ask of UCD files.
+// The Format of UCD files: recognition, opening, writing, capabilities and losses.
 #include "ucd/ucd.h"
 
 namespace shm::converters {

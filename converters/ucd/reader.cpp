@@ -22,7 +22,7 @@ using ucd::kCellTypes;
 constexpr std::size_t kMostBlocks = 1024;
 constexpr char kBinaryMagic = 7;
 
-// Node or cell numbers of a file, and the places that they mean.
+// Maps node or cell numbers of a file to indices.
 class Numbering {
  public:
   void add(std::int64_t id) {
@@ -33,7 +33,8 @@ class Numbering {
     if (!plain_) by_id_.emplace_back(id, count_);
     ++count_;
   }
-  // False when two are the same; find() finds one of them. Call once, before find().
+  // Returns false if two numbers are equal; find() then finds one of them. Call it once, before
+  // find().
   bool finish() {
     std::sort(by_id_.begin(), by_id_.end());
     return std::adjacent_find(by_id_.begin(), by_id_.end(), [](const auto& a, const auto& b) {
@@ -46,9 +47,10 @@ class Numbering {
       if (id < 1 || static_cast<std::uint64_t>(id) > count_) return std::nullopt;
       return static_cast<std::uint64_t>(id) - 1;
     }
-    const auto at = std::lower_bound(by_id_.begin(), by_id_.end(), std::pair(id, std::uint64_t{0}));
-    if (at == by_id_.end() || at->first != id) return std::nullopt;
-    return at->second;
+    const auto found =
+        std::lower_bound(by_id_.begin(), by_id_.end(), std::pair(id, std::uint64_t{0}));
+    if (found == by_id_.end() || found->first != id) return std::nullopt;
+    return found->second;
   }
 
  private:
@@ -110,11 +112,11 @@ class UcdMesh final : public MeshSource {
   Spool* spool_;
   MeshInfo info_;
   PagedArray points_;
-  CellStore cells_;  // their "block" is the place of their type in kCellTypes
+  CellStore cells_;  // blocks in it are indices into kCellTypes
   PagedArray node_ids_, cell_ids_, materials_;
   Numbering node_numbers_, cell_numbers_;
   std::vector<std::unique_ptr<PagedArray>> data_;
-  std::vector<PagedArray*> values_;  // of the arrays of the schema
+  std::vector<PagedArray*> values_;  // values of each array of the schema
   bool materials_are_blocks_ = true;
   std::map<std::pair<std::int64_t, std::uint32_t>, std::uint32_t> block_numbers_;
   std::uint64_t next_cell_ = 0;
@@ -153,7 +155,7 @@ void UcdMesh::comments() {
 
 void UcdMesh::nodes(std::uint64_t count) {
   input_.enter("nodes");
-  input_.expect_room(count, 8, "nodes");  // four numbers and what parts them
+  input_.expect_room(count, 8, "nodes");  // four numbers and their separators
   for (std::uint64_t i = 0; i < count; ++i) {
     const auto id = input_.number<std::int64_t>();
     node_numbers_.add(id);
@@ -176,12 +178,12 @@ void UcdMesh::cells(std::uint64_t count) {
     const auto* type = std::find_if(kCellTypes.begin(), kCellTypes.end(),
                                     [&](const CellType& each) { return each.name == word; });
     if (type == kCellTypes.end())
-      input_.fail(ErrorCode::corrupt, "'" + std::string(word) + "' is no cell type of UCD");
+      input_.fail(ErrorCode::corrupt, "'" + std::string(word) + "' is not a cell type of UCD");
     corners.clear();
     for (std::uint32_t n = 0; n < type->nodes; ++n) {
       const auto node = input_.number<std::int64_t>();
       const auto vertex = node_numbers_.find(node);
-      if (!vertex) input_.fail(ErrorCode::corrupt, "there is no node " + std::to_string(node));
+      if (!vertex) input_.fail(ErrorCode::corrupt, "unknown node " + std::to_string(node));
       corners.push_back(*vertex);
     }
     ucd::to_model_order(*type, corners);
@@ -190,10 +192,11 @@ void UcdMesh::cells(std::uint64_t count) {
     cell_ids_.append(1, reinterpret_cast<const std::byte*>(&id));
     materials_.append(1, reinterpret_cast<const std::byte*>(&material));
   }
-  cell_numbers_.finish();  // programs number quads and hexahedra apart, so that some are the same
+  // Cell numbers may repeat: some programs number quads and hexahedra separately.
+  cell_numbers_.finish();
 }
 
-// One block for each material and type; when that makes too many, one for each type.
+// Makes one block for each material and type, or one for each type if there would be too many.
 void UcdMesh::find_blocks() {
   CellBatch cell;
   for (int attempt = 0; attempt < 2; ++attempt) {
@@ -206,31 +209,33 @@ void UcdMesh::find_blocks() {
       const std::uint32_t type = cell.blocks[0];
       const std::int64_t material = materials_are_blocks_ ? materials_.get<std::int64_t>(i) : 0;
       const auto next = static_cast<std::uint32_t>(info_.schema.blocks.size());
-      const auto [at, is_new] = block_numbers_.try_emplace({material, type}, next);
+      const auto [entry, is_new] = block_numbers_.try_emplace({material, type}, next);
       if (is_new) {
         info_.schema.blocks.push_back(
             {material, {}, kCellTypes[type].shape, kCellTypes[type].nodes});
         info_.block_cells.push_back(0);
         if (info_.schema.blocks.size() > kMostBlocks) break;
       }
-      ++info_.block_cells[at->second];
+      ++info_.block_cells[entry->second];
     }
     if (info_.schema.blocks.size() <= kMostBlocks) return;
     materials_are_blocks_ = false;
   }
 }
 
-// Values mostly come in the order of nodes or cells; only then may numbers be the same.
+// Returns the element for a row of values. Rows usually come in the order of nodes or cells.
+// Repeated numbers work only in that case.
 std::uint64_t UcdMesh::element_of_row(Location location, std::uint64_t row, std::int64_t id) {
   const bool point = location == Location::point;
   if ((point ? node_ids_ : cell_ids_).get<std::int64_t>(row) == id) return row;
   const auto element = (point ? node_numbers_ : cell_numbers_).find(id);
   if (!element)
-    input_.fail(ErrorCode::corrupt, "values for " + std::to_string(id) + ", which is not there");
+    input_.fail(ErrorCode::corrupt,
+                "has values for " + std::to_string(id) + ", which does not exist");
   return *element;
 }
 
-// Labelled components, then a line for each node or cell.
+// Reads labelled components, then a line for each node or cell.
 void UcdMesh::data(Location location, std::uint64_t values, std::uint64_t elements) {
   if (values == 0) return;
   input_.enter(location == Location::point ? "node data" : "cell data");
@@ -244,7 +249,7 @@ void UcdMesh::data(Location location, std::uint64_t values, std::uint64_t elemen
   }
   if (sum != values || std::count(sizes.begin(), sizes.end(), 0u) > 0)
     input_.fail(ErrorCode::corrupt, "the components have " + std::to_string(sum) +
-                                        " values together, not " + std::to_string(values));
+                                        " values in total, not " + std::to_string(values));
   input_.expect_room(elements, 2 * (values + 1) - 1, "values");
   input_.skip_line();
   std::string units;
@@ -302,8 +307,8 @@ void UcdMesh::add_array(std::string name, std::string role, Location location, S
 
 }  // namespace
 
-// Five counts in the first line that is no comment; each node and cell that follows fits on a line.
-// In any case of letters; other comments of UCD may begin with the name.
+// Returns true for the header of a legacy VTK file, in upper or lower case. Compares all of it,
+// because UCD comments may begin with the same word.
 static bool is_vtk_header(std::string_view text) {
   constexpr std::string_view kHeader = "# vtk datafile version";
   return text.size() >= kHeader.size() &&
@@ -311,6 +316,7 @@ static bool is_vtk_header(std::string_view text) {
                     [](char a, char b) { return a == (b >= 'A' && b <= 'Z' ? b - 'A' + 'a' : b); });
 }
 
+// The first line that is not a comment has five counts and nothing else.
 bool looks_like_ucd(std::span<const std::byte> head) {
   std::string_view text(reinterpret_cast<const char*>(head.data()), head.size());
   if (!text.empty() && text.front() == kBinaryMagic) return true;

@@ -31,7 +31,7 @@ T value_at(const std::byte* values, std::uint64_t index) {
   return value;
 }
 
-// Exactly: as the shortest decimals of integers and doubles, which readers make of them.
+// Writes integers and doubles as the shortest decimals that read back to the same value.
 void append_number(std::string& line, ScalarType type, const std::byte* values,
                    std::uint64_t index) {
   with_scalar(type, [&](auto zero) {
@@ -50,7 +50,7 @@ class UcdWriter {
   void write();
 
  private:
-  // One piece of an array, and how far it has been read.
+  // The current piece of an array, and how many elements have been read.
   struct Column {
     std::size_t array;
     std::uint64_t step, read = 0;
@@ -115,7 +115,7 @@ std::optional<std::size_t> UcdWriter::array_of(std::string_view role) const {
   return std::nullopt;
 }
 
-// Fields; of stepped ones the last step.
+// Returns the arrays without a role. Stepped arrays have their last step.
 std::vector<UcdWriter::Column> UcdWriter::columns(Location location) const {
   std::vector<Column> found;
   for (std::size_t a = 0; a < info_.schema.arrays.size(); ++a) {
@@ -138,7 +138,7 @@ void UcdWriter::counts(std::uint64_t node_values, std::uint64_t cell_values) {
             std::to_string(model_values));
 }
 
-// Numbers of elements: of an array, or counted from 1.
+// Returns the numbers of elements: from an array, or counted from 1.
 std::vector<std::int64_t> UcdWriter::numbers(std::optional<std::size_t> array, std::uint64_t first,
                                              std::uint64_t count) {
   std::vector<std::int64_t> out(count);
@@ -213,14 +213,14 @@ void UcdWriter::labels(const std::vector<Column>& columns, std::string_view unit
     line += " " + std::to_string(info_.schema.arrays[column.array].components);
   out_.line(line);
   const std::string units = text_of(units_key);
-  std::size_t at = 0;
+  std::size_t position = 0;
   for (const Column& column : columns) {
-    const std::size_t end = std::min(units.find('\n', at), units.size());
+    const std::size_t end = std::min(units.find('\n', position), units.size());
     std::string label = info_.schema.arrays[column.array].name;
     std::replace_if(
         label.begin(), label.end(), [](char c) { return c == ',' || c == '\n' || c == '\r'; }, '_');
-    out_.line(label + (units.empty() ? ", none" : units.substr(at, end - at)));
-    at = std::min(end + 1, units.size());
+    out_.line(label + (units.empty() ? ", none" : units.substr(position, end - position)));
+    position = std::min(end + 1, units.size());
   }
 }
 
@@ -250,7 +250,7 @@ void UcdWriter::node_data(std::vector<Column>& columns) {
   }
 }
 
-// Cells of blocks that an array does not cover get 0, or NaN where it has floats.
+// Cells of blocks that an array does not cover get NaN (floats) or 0 (integers).
 void UcdWriter::cell_data(std::vector<Column>& columns) {
   if (columns.empty()) return;
   CellBatch batch;

@@ -29,8 +29,9 @@ std::vector<std::int64_t> CellPlan::integers(const std::string& key) const {
   if (found->type != ScalarType::int32 && found->type != ScalarType::int64)
     fail_extra(key, "has values of the wrong type");
   with_scalar(found->type, [&](auto value) {
-    for (std::size_t at = 0; at + sizeof value <= found->data.size(); at += sizeof value) {
-      std::memcpy(&value, found->data.data() + at, sizeof value);
+    for (std::size_t offset = 0; offset + sizeof value <= found->data.size();
+         offset += sizeof value) {
+      std::memcpy(&value, found->data.data() + offset, sizeof value);
       values.push_back(static_cast<std::int64_t>(value));
     }
   });
@@ -59,13 +60,13 @@ void CellPlan::load_cell_types() {
 }
 
 void CellPlan::load_polyhedra() {
-  bool beside = false;  // faces travel beside the mesh
+  bool faces_in_extras = false;  // the faces are in the extras vtk/polyhedron/...
   for (std::size_t b = 0; b < block_types_.size(); ++b) {
     if (block_types_[b] != kPolyhedron) continue;
     has_polyhedra_ = has_polyhedra_ || info_.block_cells[b] > 0;
-    beside = beside || info_.schema.blocks[b].shape != CellShape::faces;
+    faces_in_extras = faces_in_extras || info_.schema.blocks[b].shape != CellShape::faces;
   }
-  if (!beside) return;
+  if (!faces_in_extras) return;
   const std::vector<std::int64_t> cells = integers("vtk/polyhedron/cells");
   const std::vector<std::int64_t> faces = integers("vtk/polyhedron/faces");
   face_sizes_ = integers("vtk/polyhedron/face_sizes");
@@ -112,7 +113,7 @@ void CellPlan::for_each_filled(std::size_t array, std::uint64_t step, const Valu
   });
 }
 
-// Faces that end with their first point again.
+// Faces whose vertex list repeats the first vertex at the end (shape `faces`).
 void CellPlan::unpack_faces(std::span<const std::uint64_t> corners) {
   numbers_.assign(1, 0);
   for (auto from = corners.begin(); from != corners.end();) {

@@ -1,5 +1,5 @@
-// CellPlan: what the files of VTK, legacy or XML, have of the cells of a mesh: their types, and
-// their nodes in VTK's order or, for polyhedra, their faces.
+// CellPlan: the cells of a mesh as legacy and XML files of VTK store them: the cell types, and for
+// each cell the nodes in VTK's order or, for polyhedra, the faces.
 #pragma once
 
 #include <cstddef>
@@ -16,7 +16,7 @@ namespace shm::converters::vtk {
 
 inline constexpr std::size_t kBatchCells = 16384;
 
-// Throws Failure (corrupt) for extras that contradict themselves or the mesh.
+// Throws Failure (corrupt). For extras that contradict themselves or the mesh.
 [[noreturn]] void fail_extra(const std::string& key, std::string detail);
 
 class CellPlan {
@@ -28,7 +28,7 @@ class CellPlan {
 
   int block_type(std::uint32_t block) const { return block_types_[block]; }
   bool has_polyhedra() const { return has_polyhedra_; }
-  const Extra* extra(const std::string& key) const;  // null when absent
+  const Extra* extra(const std::string& key) const;  // null if absent
   // Values of an int32 or int64 extra; empty when it is absent.
   std::vector<std::int64_t> integers(const std::string& key) const;
 
@@ -39,13 +39,13 @@ class CellPlan {
     CellBatch batch;
     while (mesh_.next_cells(batch, kBatchCells)) body(batch);
   }
-  // Calls body(numbers) for each cell: its nodes in VTK's order, or the face stream of a
-  // polyhedron.
+  // Calls body(numbers) for each cell. `numbers` are its nodes in VTK's order, or the face stream
+  // of a polyhedron.
   template <class Body>
   void for_each_cell(Body&& body) {
     for_each_typed_cell([&](int, const auto& numbers) { body(numbers); });
   }
-  // The same, as body(type, numbers), of the `count` cells from `first` on.
+  // The same for the `count` cells from cell `first` on, as body(type, numbers).
   template <class Body>
   void for_each_typed_cell(Body&& body, std::uint64_t first = 0,
                            std::uint64_t count = ~std::uint64_t{0}) {
@@ -59,8 +59,8 @@ class CellPlan {
       }
     });
   }
-  // Calls body(values) for all cells in file order, for a cell array of some blocks: the cells of
-  // the others have NaN (floats) or 0.
+  // For a cell array that covers only some blocks. Calls body(values) with values for all cells in
+  // file order, batch by batch. Cells of the other blocks get NaN (floats) or 0 (integers).
   using Values = std::function<void(std::span<const std::byte>)>;
   void for_each_filled(std::size_t array, std::uint64_t step, const Values& body);
 
@@ -82,11 +82,11 @@ class CellPlan {
 
   std::vector<int> block_types_;
   bool has_polyhedra_ = false;
-  std::vector<Polyhedron> polyhedra_;  // of the shape polyhedron, by cell
+  std::vector<Polyhedron> polyhedra_;  // only cells of shape polyhedron, sorted by cell
   std::vector<std::int64_t> face_sizes_;
-  std::size_t next_polyhedron_ = 0;     // of the walk under way
-  std::uint64_t cell_ = 0;              // of the walk under way
-  std::vector<std::uint64_t> numbers_;  // of the current cell
+  std::size_t next_polyhedron_ = 0;     // position in polyhedra_ of the current walk
+  std::uint64_t cell_ = 0;              // cell of the current walk
+  std::vector<std::uint64_t> numbers_;  // numbers of the current cell
 };
 
 }  // namespace shm::converters::vtk

@@ -1,5 +1,5 @@
-// The cells of a VTK legacy file: rows (to 4.x) or offsets and connectivity (5.x), their types,
-// and the blocks that the model makes of them.
+// The cells of a VTK legacy file, stored as rows (up to version 4.x) or as offsets and connectivity
+// (5.x), with their types, and the blocks of the model that they are divided into.
 #pragma once
 
 #include <array>
@@ -17,20 +17,20 @@ namespace shm::converters::vtk {
 class CellTable {
  public:
   CellTable() = default;
-  CellTable(const CellTable&) = delete;  // its cursors point into it
+  CellTable(const CellTable&) = delete;  // the cursors point into it
   CellTable& operator=(const CellTable&) = delete;
-  // Classic rows: number of nodes and nodes, cell by cell.
+  // Classic rows: for each cell the number of nodes, then the nodes.
   void set_rows(std::uint64_t cells, Values rows);
-  // 5.x: `offsets` has one entry more than there are cells, or none.
+  // Version 5.x. `offsets` has one entry more than there are cells, or none.
   void set_offsets(Values offsets, Values connectivity);
   void set_types(Values types);
-  // Of polygonal data: the type follows from the list and the number of nodes.
+  // For polygonal data: the cell type follows from the list and the number of nodes.
   void set_list(EntryKind list) { list_ = list; }
 
   std::uint64_t cells() const { return cells_; }
 
-  // Walks all cells once: checks every number, finds the blocks, and adds them and the faces of
-  // polyhedra to `info`. Call once everything is set. Throws Failure naming `path`.
+  // Walks all cells once, checks every number, finds the blocks, and adds the blocks and the faces
+  // of polyhedra to `info`. Call it after the setters. Throws Failure with `path`.
   void find_blocks(MeshInfo& info, const std::string& path);
 
   void rewind();
@@ -38,23 +38,24 @@ class CellTable {
   void next_cells(CellBatch& out, std::size_t max_cells);
 
  private:
-  static constexpr std::size_t kMostSizes = 64;  // of one type; with more, one varying block
+  // Different cell sizes of one type. With more, the type has one block of varying size.
+  static constexpr std::size_t kMostSizes = 64;
   struct Block {
     std::uint32_t nodes, index;
   };
   struct TypeBlocks {
-    bool varying = false;  // all cells of the type in one block
+    bool varying = false;  // all cells of the type are in one block
     std::vector<Block> blocks;
   };
   struct Faces {
     std::vector<std::int64_t> cells, counts, sizes;
   };
-  bool next_cell();  // fills type_ and nodes_ with what stands in the file
+  bool next_cell();  // fills type_ and nodes_ as stored in the file
   void read_type(std::uint64_t nodes);
   void unpack_faces();
   bool close_faces();
-  // Adds blocks behind the first `others`. False: start again, a type got varying, or polyhedra
-  // other words.
+  // Adds blocks after the first `others` blocks. Returns false if the caller must start again: a
+  // type now has blocks of varying size, or polyhedra cannot have the shape `faces`.
   bool collect_blocks(MeshInfo& info, std::size_t others, Faces& faces);
   void count_cell(MeshInfo& info);
   std::uint32_t block_of_cell() const;
@@ -66,17 +67,17 @@ class CellTable {
   std::uint64_t cells_ = 0, cell_ = 0, vertices_ = 0;
   bool has_offsets_ = false;
   EntryKind list_ = EntryKind::cells;
-  Values rows_, offsets_, types_;  // rows_ is the connectivity when has_offsets_
+  Values rows_, offsets_, types_;  // rows_ is the connectivity if has_offsets_
   IntegerCursor row_{rows_}, offset_{offsets_}, type_cursor_{types_};
   std::int64_t begin_ = 0;  // offset of the current cell
   std::uint8_t type_ = 0;
   std::vector<std::uint64_t> nodes_;
-  std::vector<std::int64_t> face_sizes_;  // of the current polyhedron
-  bool closed_faces_ = true;              // whether polyhedra have the shape `faces`
+  std::vector<std::int64_t> face_sizes_;  // face sizes of the current polyhedron
+  bool closed_faces_ = true;              // true while all polyhedra can have the shape `faces`
   std::array<TypeBlocks, 256> by_type_;
 };
 
-// vtk/cell_types of the blocks that CellTables found.
+// The extra vtk/cell_types for the blocks that CellTables found.
 Extra cell_types_extra(const MeshInfo& info);
 
 }  // namespace shm::converters::vtk

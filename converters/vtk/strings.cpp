@@ -63,14 +63,14 @@ std::string recoded(std::string_view list, StringForm from, StringForm to) {
 std::optional<std::uint32_t> StringLister::place_of(const std::string& piece) {
   constexpr std::uint64_t kBytesOfPlace = 64;
   const auto next = static_cast<std::uint32_t>(places_.size());
-  const auto [at, fresh] = places_.try_emplace(piece, next);
+  const auto [entry, fresh] = places_.try_emplace(piece, next);
   if (fresh) {
     list_ += piece;
     if (2 * list_.size() + places_.size() * kBytesOfPlace > most_bytes_ ||
         next == std::numeric_limits<std::uint32_t>::max())
       return std::nullopt;
   }
-  return at->second;
+  return entry->second;
 }
 
 std::string strings_key(std::size_t array) {

@@ -1,5 +1,5 @@
-// Lists of strings, in the forms that VTK's formats and our extras keep them in, and what is made
-// with them: the strings of an array of points or cells.
+// Lists of strings, in the forms in which VTK's formats and our extras store them, and arrays of
+// strings per point or cell.
 #pragma once
 
 #include <cstddef>
@@ -16,34 +16,38 @@
 namespace shm::converters::vtk {
 
 enum class StringForm : std::uint8_t {
-  lines,    // text of legacy files: each %-encoded, or a variant, on a line with its end
-  lengths,  // binary legacy files: each behind its length in 1, 2, 4 or 8 bytes, whose first two
-            // bits stand for that (3, 2, 1, 0)
-  zeros,    // XML files: each ended by a 0
+  lines,    // text of legacy files: each string (%-encoded) or variant is one line, with its '\n'
+  lengths,  // binary legacy files: each string follows its length, which has 1, 2, 4 or 8 bytes;
+            // the top two bits of the first byte say how many (3, 2, 1, 0)
+  zeros,    // XML files: each string ends with a 0
 };
 StringForm string_form(ValueForm form, bool binary);
 
-// The strings of a list, each as it stands there, with its end or length. Nothing when the list
-// ends within one.
+// Splits a list into its strings, each with its terminator or length. Returns nothing if the list
+// ends within a string.
 std::optional<std::vector<std::string_view>> split_strings(std::string_view list, StringForm form);
-// One of them as plain text; of a variant: its line.
+// Returns one of these strings as plain text. A variant is returned as its whole line.
 std::string plain_string(std::string_view piece, StringForm form);
-// Adds a string in the form `lengths` or `zeros`; the latter holds it up to a 0 of its own.
+// Appends a string in the form `lengths` or `zeros`. In the form `zeros`, the string is cut at its
+// first 0.
 void append_string(std::string& list, std::string_view plain, StringForm form);
-// A list in another form, as far as it goes; `to` is `lengths` or `zeros`.
+// Converts a list to another form. `to` is `lengths` or `zeros`. Returns an empty list if `list`
+// ends within a string.
 std::string recoded(std::string_view list, StringForm from, StringForm to);
 
-// Bytes of the length that a string of a binary file begins with, out of its first byte.
+// Returns the size in bytes of the length field in front of a string in a binary file, given its
+// first byte.
 inline std::size_t length_bytes(std::byte first) {
   return std::size_t{8} >> (static_cast<unsigned>(first) >> 6);
 }
 
-// Makes a list of the different strings among many.
+// Collects the different strings of an array into a list.
 class StringLister {
  public:
-  // In about `most_bytes` of memory.
+  // `most_bytes`: approximate memory limit.
   explicit StringLister(std::uint64_t most_bytes) : most_bytes_(most_bytes) {}
-  // The place of a string, given as it shall stand in the list. Nothing when there is no room.
+  // Returns the index of a string in the list and appends the string if it is new. `piece` is the
+  // string in the form of the list. Returns nothing if the memory limit is reached.
   std::optional<std::uint32_t> place_of(const std::string& piece);
   const std::string& list() const { return list_; }
 
@@ -53,15 +57,16 @@ class StringLister {
   std::string list_;
 };
 
-// Arrays of points and cells with this role are uint32: places in a list, the extra
-// "vtk/strings/<index of the array>".
+// Role of arrays of points and cells whose elements are strings. Their values are uint32 indices
+// into a list of strings, the extra "vtk/strings/<index of the array>".
 inline constexpr std::string_view kStringRole = "vtk:string";
 inline constexpr std::string_view kStringLists = "vtk/strings/";
 std::string strings_key(std::size_t array);
 
-// The form of the list of an array with that role, in the mesh of a legacy or XML file.
+// Returns the form of the string list of such an array in a mesh that came from a legacy or XML
+// file.
 StringForm form_of_strings(const MeshInfo& info, std::size_t array);
-// Its list as plain strings. Empty where the extra is missing or broken.
+// Returns the list of such an array as plain strings. Empty if the extra is missing or damaged.
 std::vector<std::string> strings_of_array(const MeshInfo& info, std::size_t array);
 
 }  // namespace shm::converters::vtk

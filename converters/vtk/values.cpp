@@ -20,7 +20,7 @@ namespace {
 
 constexpr std::uint64_t kPieceValues = 8192;
 
-// VTK reads bytes as integers and keeps the low 8 bits, so 200 may stand for -56.
+// VTK reads bytes as integers and keeps the low 8 bits, so a file may contain 200 for -56.
 template <class T>
 T parse_value(TextInput& input) {
   if constexpr (sizeof(T) == 1) {

@@ -1,5 +1,5 @@
-// Columns of numbers of a VTK legacy file: binary ones stay in the file and are swapped to host
-// order when read; text is parsed once into the spool.
+// Columns of numbers of a VTK legacy file. Binary numbers stay in the file and are swapped to host
+// byte order when read. Text is parsed once, into the spool.
 #pragma once
 
 #include <cstddef>
@@ -16,11 +16,12 @@
 
 namespace shm::converters::vtk {
 
-// `count` numbers as another type; what it cannot hold becomes the nearest value that it can.
+// Converts `count` numbers to another type. A value outside the range of that type becomes the
+// nearest value in range.
 void convert_numbers(ScalarType from, const std::byte* in, std::size_t count, ScalarType to,
                      std::byte* out);
 
-// Reads anywhere in a file, without moving anyone's position.
+// Reads at any offset of a file. Has no file position, so readers do not disturb each other.
 class RandomFile {
  public:
   explicit RandomFile(const std::string& path);
@@ -37,35 +38,35 @@ class RandomFile {
 class Values {
  public:
   Values() = default;
-  // Takes `count` numbers from where `input` stands: behind the line that announces them (binary)
-  // or before the first one (text). Binary numbers are skipped over, text is parsed into `spool`.
+  // Takes `count` numbers from the current position of `input`: after the line that announces them
+  // (binary) or before the first number (text). Skips binary numbers; parses text into `spool`.
   Values(TextInput& input, std::shared_ptr<RandomFile> binary_file, Spool& spool, ScalarType type,
          std::uint64_t count);
-  // Takes over numbers that are in a spool.
+  // Takes over numbers that are already in a spool.
   Values(ScalarType type, PagedArray numbers)
       : type_(type), size_(numbers.size()), offset_(kNoOffset), parsed_(std::move(numbers)) {}
 
   ScalarType type() const { return type_; }
   std::uint64_t size() const { return size_; }
-  std::uint64_t offset() const { return offset_; }  // in the file, of the first number
+  std::uint64_t offset() const { return offset_; }  // position of the first number in the file
   void read(std::uint64_t first, std::uint64_t count, std::byte* out);
-  // Whether both have the same numbers, bit by bit, of the same type.
+  // Returns true if both columns have the same type and bit-identical numbers.
   bool equals(Values& other);
 
  private:
   ScalarType type_ = ScalarType::float64;
   std::uint64_t size_ = 0;
   std::uint64_t offset_ = 0;
-  std::shared_ptr<RandomFile> file_;  // null: parsed text
+  std::shared_ptr<RandomFile> file_;  // null if the numbers were parsed from text
   std::optional<PagedArray> parsed_;
 };
 
-// Walks an integer column from front to back.
+// Iterates over an integer column from front to back.
 class IntegerCursor {
  public:
   explicit IntegerCursor(Values& values) : values_(&values) {}
   std::uint64_t left() const { return values_->size() - position_; }
-  std::int64_t next();  // must not be called when nothing is left
+  std::int64_t next();  // call it only if left() > 0
   void rewind() {
     position_ = 0;
     buffer_first_ = buffer_end_ = 0;

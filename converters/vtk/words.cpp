@@ -15,7 +15,7 @@ struct TypeWord {
 };
 constexpr auto kNumber = ValueForm::number;
 
-// In VTK's order of trial, so that prefixes decide as they do there.
+// In the order in which VTK tests them, because the first matching prefix decides.
 constexpr std::array<TypeWord, 26> kTypeWords{{
     {"bit", ValueForm::bit, ScalarType::uint8},
     {"char", kNumber, ScalarType::int8},
@@ -60,8 +60,9 @@ struct CellKind {
   std::uint32_t nodes;  // 0: any number
 };
 
-// Fixed-size kinds whose node order is the model's own, and those of any size. Other types, and
-// Lagrange and Bezier cells (68 to 81), see shape_of_cell_type.
+// Cell types with a fixed number of nodes whose node order equals the model's, and types with any
+// number of nodes. For other types, and Lagrange and Bezier cells (68 to 81), see
+// shape_of_cell_type().
 constexpr CellKind kCellKinds[] = {
     {12, CellShape::hexahedron, 8},
     {1, CellShape::vertex, 1},
@@ -220,17 +221,17 @@ CellShape shape_of_cell_type(int type, std::uint32_t nodes) {
   for (const CellKind& kind : kCellKinds) {
     if (kind.type != type) continue;
     if (kind.nodes == 0 || kind.nodes == nodes) return kind.shape;
-    // Some writers say the linear type of cells of second order, too.
+    // Some writers give second-order cells the linear type.
     const bool in_order = type != kVoxel && type != kPixel;
     const bool is_kind =
         in_order &&
-        std::any_of(std::begin(kCellKinds), std::end(kCellKinds), [&](const CellKind& it) {
-          return it.shape == kind.shape && it.nodes == nodes;
+        std::any_of(std::begin(kCellKinds), std::end(kCellKinds), [&](const CellKind& other) {
+          return other.shape == kind.shape && other.nodes == nodes;
         });
     return is_kind ? kind.shape : CellShape::other;
   }
-  // Lagrange and Bezier hexahedra have the corners first. With 20, 24 or 27 nodes they would pass
-  // for the Lagrangian kinds above, whose other nodes stand in another order.
+  // Lagrange and Bezier hexahedra list the corners first. With 20, 24 or 27 nodes they could not be
+  // distinguished from the Lagrangian kinds above, whose other nodes have a different order.
   const bool standard_size = nodes == 20 || nodes == 24 || nodes == 27;
   if ((type == 72 || type == 79) && nodes >= 8 && !standard_size) return CellShape::hexahedron;
   return CellShape::other;
@@ -238,7 +239,7 @@ CellShape shape_of_cell_type(int type, std::uint32_t nodes) {
 
 int cell_type_of_block(const BlockInfo& block) {
   constexpr int kConvexPointSet = 41, kPolyVertex = 2;
-  // Where faces travel beside the mesh they are not known here: what is left are the vertices.
+  // The faces of these polyhedra are in extras and not available here. Only the vertices remain.
   if (block.shape == CellShape::polyhedron) return kConvexPointSet;
   for (const CellKind& kind : kCellKinds)
     if (kind.shape == block.shape && (kind.nodes == 0 || kind.nodes == block.nodes_per_cell))

@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::string_view kValuesTarget = "shm-values";
 constexpr std::size_t kChunkBytes = std::size_t{1} << 16;
-// Bounds of what is held in memory; real files have some hundred arrays.
+// Limits that bound memory. Real files have a few hundred arrays.
 constexpr std::uint64_t kMostNodes = std::uint64_t{1} << 20;
 constexpr std::uint64_t kMostMarkupBytes = std::uint64_t{64} << 20;
 constexpr std::uint64_t kLongestTag = std::uint64_t{4} << 20;
@@ -30,15 +30,15 @@ struct FreeParser {
   void operator()(XML_Parser parser) const { XML_ParserFree(parser); }
 };
 
-// Builds the tree from what expat calls. Nothing is thrown through expat: a Failure is kept, and
-// the parser stopped.
+// Builds the tree from the callbacks of expat. No exception may pass through expat: a callback
+// stores the exception and stops the parser.
 class TreeBuilder {
  public:
   TreeBuilder(std::string path, bool skeleton);
-  // Feeds the next bytes; false when no more are wanted. Throws Failure.
+  // Feeds the next bytes. Returns false if no more are wanted. Throws Failure.
   bool feed(std::string_view bytes, bool last);
   Document take() { return std::move(document_); }
-  // Behind the start tag of the appended data; 0: there is none.
+  // Offset of the first byte after the start tag of the appended data; 0 if there is none.
   std::uint64_t appended_tag_end() const { return appended_tag_end_; }
 
  private:
@@ -76,7 +76,7 @@ class TreeBuilder {
   bool skeleton_;
   std::unique_ptr<std::remove_pointer_t<XML_Parser>, FreeParser> parser_;
   Document document_;
-  std::vector<Node*> open_;  // stay where they are: only the last child of a node is open
+  std::vector<Node*> open_;  // pointers stay valid, because only the last child of a node is open
   std::uint64_t nodes_ = 0, markup_ = 0, fed_ = 0, last_event_ = 0, appended_tag_end_ = 0;
   std::exception_ptr failure_;
 };
@@ -110,11 +110,11 @@ void TreeBuilder::set_handlers() {
   XML_SetXmlDeclHandler(parser_.get(), [](void* self, const char*, const char* encoding, int) {
     guarded(self, [&](TreeBuilder& b) { b.declaration(encoding); });
   });
-  // Entities can only be declared in a DOCTYPE: without one there is nothing to resolve.
+  // Entities can be declared only in a DOCTYPE. Without a DOCTYPE there are none to resolve.
   XML_SetStartDoctypeDeclHandler(
       parser_.get(), [](void* self, const char*, const char*, const char*, int) {
         guarded(self, [](TreeBuilder& b) {
-          b.fail(ErrorCode::unsupported, "a DOCTYPE stands here; entities are not resolved");
+          b.fail(ErrorCode::unsupported, "has a DOCTYPE; entities are not resolved");
         });
       });
   XML_SetDefaultHandler(parser_.get(),
@@ -150,10 +150,11 @@ void TreeBuilder::count(std::size_t bytes) {
   markup_ += bytes;
   if (nodes_ > kMostNodes || markup_ > kMostMarkupBytes)
     fail(ErrorCode::unsupported,
-         "has more markup than a million elements or 64 MiB beside its arrays");
+         "has more markup than a million elements or 64 MiB, not counting its arrays");
 }
 
-// What comes now is no text: text before it is whole, and goes when it is only white space.
+// Called before anything that is not text. Completes the text before it, and removes that text if
+// it is only white space.
 void TreeBuilder::end_text() {
   if (siblings().empty()) return;
   Node& last = siblings().back();
@@ -204,7 +205,7 @@ void TreeBuilder::value_characters(std::string_view text) {
   if (before == nullptr) {
     add(Node{.kind = NodeKind::values, .name = {}}).begin = position();
   } else if (before->end != 0) {
-    fail(ErrorCode::corrupt, "the values of an array stand in two places");
+    fail(ErrorCode::corrupt, "the values of an array are in two places");
   }
 }
 
@@ -217,7 +218,7 @@ void TreeBuilder::instruction(std::string_view target, std::string_view data) {
   end_text();
   const bool values = target == kValuesTarget;
   if (values && !skeleton_)
-    fail(ErrorCode::unsupported, "the instruction shm-values has a meaning of its own here");
+    fail(ErrorCode::unsupported, "the instruction shm-values is reserved for skeletons");
   add(Node{.kind = values ? NodeKind::values : NodeKind::instruction,
            .name = std::string(target),
            .text = std::string(data)});
@@ -260,7 +261,7 @@ void append_node(std::string& out, const Node& node) {
   out += '\n';
 }
 
-// Bytes of the UTF-8 character that `text` starts with, as XML allows it; 0: none.
+// Size in bytes of the UTF-8 character at the start of `text`; 0 if XML does not allow it.
 std::size_t character_bytes(std::string_view text) {
   const auto first = static_cast<unsigned char>(text[0]);
   if (first < 0x80) return first >= 0x20 && first != 0x7f ? 1 : 0;
@@ -281,7 +282,8 @@ std::size_t character_bytes(std::string_view text) {
   return allowed ? size : 0;
 }
 
-// Where the data begins: behind the '_' that follows the start tag and white space.
+// Returns the offset of the appended data: after the '_' that follows the start tag and white
+// space.
 std::uint64_t find_appended(TextInput& input, std::uint64_t tag_end) {
   input.seek(tag_end);
   while (!input.at_end()) {
@@ -380,8 +382,8 @@ std::string to_text(const Document& document) {
 std::optional<Document> parse_skeleton(std::string_view text) {
   TreeBuilder builder({}, true);
   try {
-    for (std::size_t at = 0; at < text.size(); at += kChunkBytes)
-      builder.feed(text.substr(at, kChunkBytes), false);
+    for (std::size_t offset = 0; offset < text.size(); offset += kChunkBytes)
+      builder.feed(text.substr(offset, kChunkBytes), false);
     builder.feed({}, true);
   } catch (const Failure&) {
     return std::nullopt;

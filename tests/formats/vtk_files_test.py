@@ -187,7 +187,7 @@ class VtkFamilyTest(FolderTest):
     def test_each_step(self):
         path = self.path("steps.vtu")
         vtu_oracle.write_steps(path)
-        other_time = "field data 'TimeValue' (the time of the step is)"
+        other_time = "field data 'TimeValue' (replaced by the time of the step)"
         for step in range(3):
             there = self.path("step.vtk")
             self.assertEqual(self.losses("convert", path, there, f"--step={step}"), [other_time])

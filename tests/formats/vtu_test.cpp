@@ -343,8 +343,8 @@ TEST_F(VtuTest, PolyhedraAsListsOfFaces) {
   EXPECT_NE(back.find("0 1 2 3 3 4"), std::string::npos) << back;
   EXPECT_NE(find_extra(open_text(shared)->info(), "vtu/data/0"), nullptr);
   expect_failure(tables("0 1 2 9", "4 4", "0 1 2", "3"), ErrorCode::corrupt, "names face 1 of 1");
-  expect_failure(tables("0", "1 0", "0 1 2", "3"), ErrorCode::corrupt, "cannot end");
-  expect_failure(tables("0", "1 1", "0 1 2", "4"), ErrorCode::corrupt, "cannot end");
+  expect_failure(tables("0", "1 0", "0 1 2", "3"), ErrorCode::corrupt, "impossible end");
+  expect_failure(tables("0", "1 1", "0 1 2", "4"), ErrorCode::corrupt, "impossible end");
 }
 
 TEST_F(VtuTest, BrokenPolyhedra) {
@@ -353,11 +353,11 @@ TEST_F(VtuTest, BrokenPolyhedra) {
                                              point_array("faceoffsets", ends, "Int64"));
   };
   expect_failure(tetrahedra("version=\"1.0\"", ""), ErrorCode::corrupt, "no faces");
-  expect_failure(with("4 3 0 1", "17 34"), ErrorCode::corrupt, "cannot end");
+  expect_failure(with("4 3 0 1", "17 34"), ErrorCode::corrupt, "impossible end");
   expect_failure(with("9 3 0 1 2", "5 5"), ErrorCode::corrupt, "impossible number of faces");
   expect_failure(with("1 9 0 1 2", "5 5"), ErrorCode::corrupt, "beyond its end");
   expect_failure(with("1 3 0 1 9 1 3 0 1 2", "5 10"), ErrorCode::corrupt, "point");
-  expect_failure(with("", "-1 -1"), ErrorCode::corrupt, "cannot end");
+  expect_failure(with("", "-1 -1"), ErrorCode::corrupt, "impossible end");
 }
 
 // --- other formats

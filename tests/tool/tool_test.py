@@ -597,14 +597,14 @@ class ToolTest(FolderTest):
         os.remove(packed)
         identity = list(range(125))
         for text, line, what in (
-                (lines(identity[:99]) + "99x\n" + lines(identity[100:]), 100, "'99x' is no number"),
-                (lines(identity[:99]) + "-99\n" + lines(identity[100:]), 100, "'-99' is no number"),
-                (lines(identity[:60]) + "\n" + lines(identity[60:]), 61, "is no number"),
+                (lines(identity[:99]) + "99x\n" + lines(identity[100:]), 100, "'99x' is not a number"),
+                (lines(identity[:99]) + "-99\n" + lines(identity[100:]), 100, "'-99' is not a number"),
+                (lines(identity[:60]) + "\n" + lines(identity[60:]), 61, "is not a number"),
                 (lines(identity[:124]) + "125\n", 125, "cell 125 is beyond the last"),
-                (lines(identity[:124]) + "7\n", 125, "cell 7 comes for the second time"),
-                (lines(identity + [0]), 126, "comes for the second time"),
+                (lines(identity[:124]) + "7\n", 125, "cell 7 occurs twice"),
+                (lines(identity + [0]), 126, "occurs twice"),
                 (lines(identity[:124]), 125, "ends after 124 of 125 cells"),
-                ("", None, "has no room for the numbers of 125 cells")):
+                ("", None, "is too short for the numbers of 125 cells")):
             write(text)
             for command in (("compress", self.mesh, "-o", packed, *free),):
                 _, error = self.shm(*command, code=3)

@@ -1,4 +1,4 @@
-// What meshes from legacy and XML files of VTK have in common for code that knows neither.
+// Common base of the SourceFormats of legacy and XML files of VTK.
 #pragma once
 
 #include <cstdint>
@@ -15,33 +15,33 @@ namespace shm::converters::vtk {
 
 class FamilySource : public SourceFormat {
  public:
-  // Field data of one number, whatever its type.
+  // Field data with one number of any type.
   std::optional<double> time(const MeshInfo& info, Keys& used) const override;
-  // Those of one file of a series, with the time of the step.
+  // The extras of one file of a series, with the time of the step.
   std::optional<std::vector<Extra>> extras_of_steps(const MeshInfo& info,
                                                     StepRange steps) const override;
   std::vector<Extra> extras_of_series(const MeshInfo& info) const override;
-  // Field data and the skeleton, with titles and the order of arrays.
+  // True for field data and the skeleton, which has titles and the order of arrays.
   bool is_about_file(std::string_view key) const override;
-  // What is about the file that comes behind is left out.
+  // Leaves out extras that are about the appended file.
   std::optional<AppendedExtras> joined_extras(const MeshInfo& old, const MeshInfo& more,
                                               const std::vector<Extra>& extras,
                                               std::span<const std::uint64_t> steps) const override;
-  // Field data as block_names_extra() makes them.
+  // Names from field data that block_names_extra() made.
   std::map<std::int64_t, std::string> block_names(const MeshInfo& info, Keys& used) const override;
 
   bool has_blocks_by_type() const override { return true; }
-  // Strings: places in a list.
+  // True for strings: indices into a list.
   bool is_private(const ArrayInfo& array) const override;
   std::string loss_of_private(const ArrayInfo& array) const override;
   bool has_strings(const ArrayInfo& array) const override;
   std::vector<std::string> strings(const MeshInfo& info, std::size_t array) const override;
   bool is_list_of_strings(std::string_view key) const override;
-  // Adds kNewNumbering where the skeleton of the whole mesh has cells that are numbered so.
+  // Adds kNewNumbering if the skeleton of the whole mesh has cells with the newer node order.
   void mark_piece(const MeshInfo& whole, MeshInfo& piece) const override;
 
  protected:
-  // The skeleton without ranges of values.
+  // Returns the skeleton without ranges of values.
   virtual std::string skeleton_without_ranges(const MeshInfo& info) const = 0;
 
   constexpr FamilySource() = default;

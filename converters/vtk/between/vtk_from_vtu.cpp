@@ -22,9 +22,9 @@ using vtu::Node;
 using vtu::NodeKind;
 using vtu::ValuesWord;
 
-constexpr std::size_t kLongestTitle = 255;  // what VTK's readers take
+constexpr std::size_t kLongestTitle = 255;  // limit of VTK's readers
 
-// The word of an information key or of one of its values.
+// The value of an information key, or of one Value of the key.
 std::string word_in(const Node& node) {
   for (const Node& each : node.children) {
     if (each.kind != NodeKind::text) continue;
@@ -37,7 +37,7 @@ std::string word_in(const Node& node) {
   return {};
 }
 
-// "<value>" or "<count> <values>".
+// Returns "<value>" or "<count> <values>".
 std::string information_data(const Node& key) {
   std::string values;
   std::uint64_t count = 0;
@@ -51,7 +51,7 @@ std::string information_data(const Node& key) {
 
 std::string metadata_of(const Node& array, std::uint64_t components, bool rounded) {
   constexpr std::string_view kName = "ComponentName";
-  std::map<std::uint64_t, std::string> name_of;  // by component
+  std::map<std::uint64_t, std::string> name_of;  // key: component
   for (const auto& [key, name] : array.attributes)
     if (key.starts_with(kName) && !name.empty())
       if (const auto c = vtu::parse_count(key.substr(kName.size())); c && *c < components)
@@ -91,9 +91,9 @@ class LegacyBuilder {
   }
 
  private:
-  void lose(std::string what) { losses_.add(std::move(what)); }
+  void lose(std::string loss) { losses_.add(std::move(loss)); }
 
-  // As VTK has them when it reads a legacy file.
+  // When VTK reads a legacy file, it sorts the points of each polyhedron.
   bool points_of_polyhedra_ascend() const {
     const Extra* counts = extras_.find("vtu/polyhedron/counts");
     const Extra* points = extras_.find("vtu/polyhedron/points");
@@ -108,7 +108,8 @@ class LegacyBuilder {
     return true;
   }
 
-  // The time step of the file that the mesh is at: its last.
+  // Finds the time step of the file that equals the time of the mesh; the last step if there is
+  // none.
   void find_step() {
     times_ = contents_.times();
     step_ = times_.empty() ? 0 : times_.size() - 1;
@@ -137,7 +138,7 @@ class LegacyBuilder {
     add_field(std::move(arrays));
   }
 
-  // A title from a legacy file, or one that could be.
+  // Returns true for a title that came from a legacy file or fits into one.
   bool is_title(Node& array) {
     const auto word = vtu::values_word(array);
     if (array.attribute_or("Name", "") != kXmlTitle || !word ||
@@ -200,7 +201,7 @@ class LegacyBuilder {
     add_field(std::move(others));
   }
 
-  // Arrays that stand at some pieces only have no values for all points or cells.
+  // Reports arrays that only some pieces have: the other points or cells lack values.
   void report_other_pieces(Location location, const Node* first) {
     const std::vector<Node*> all = contents_.data(location);
     for (std::size_t p = 0; p < all.size(); ++p)
@@ -213,9 +214,9 @@ class LegacyBuilder {
       }
   }
 
-  using Roles = std::map<std::string, std::set<EntryKind>>;  // by the name of an array
+  using Roles = std::map<std::string, std::set<EntryKind>>;  // key: name of an array
 
-  // Those that no legacy file has are reported.
+  // Reports roles that legacy files do not have.
   Roles roles_of(const Node& data, Location location) {
     Roles roles;
     for (const auto& [key, name] : data.attributes) {
@@ -247,17 +248,17 @@ class LegacyBuilder {
     return info.role.empty() && (!info.per_step || !info_.step_times.empty());
   }
 
-  // Arrays that stand at other time steps alone.
+  // Returns the arrays that occur only at other time steps.
   std::set<std::uint64_t> of_other_steps(Node& data) const {
-    std::set<std::uint64_t> others, good;
+    std::set<std::uint64_t> others, current;
     for (Node& array : data.children) {
       const auto word = vtu::values_word(array);
       if (!word || word->kind != ValuesWord::Kind::array) continue;
       const auto step = vtu::parse_count(array.attribute_or("TimeStep", ""));
       const bool other = step && !word->step && !times_.empty() && *step != step_;
-      (other ? others : good).insert(word->index);
+      (other ? others : current).insert(word->index);
     }
-    for (const std::uint64_t array : good) others.erase(array);
+    for (const std::uint64_t array : current) others.erase(array);
     return others;
   }
 
@@ -293,14 +294,15 @@ class LegacyBuilder {
     }
     const std::set<EntryKind> kinds = std::exchange(roles[name], {});
     if (kinds.empty()) others.push_back(entry);
-    for (const EntryKind kind : kinds) {  // once for each, as VTK does it
+    for (const EntryKind kind : kinds) {  // written once per role, as VTK does
       entry.kind = kind;
       entry.second = kind == EntryKind::scalars ? "default" : "";
       named.push_back(entry);
     }
   }
 
-  // Values of points or cells that are no array of the mesh: they stand in the order of the file.
+  // Values of points or cells that are not an array of the mesh are in file order, so they are kept
+  // only in order keep.
   void add_other_values(Node& array, const ValuesWord& word, Location location,
                         std::vector<Entry>& others) {
     const std::uint64_t elements = location == Location::cell ? info_.cells() : info_.vertices;
@@ -338,7 +340,7 @@ class LegacyBuilder {
     if (name == kXmlTime && !info_.step_times.empty() && type->kind == ArrayKind::number) {
       const bool known =
           count == 1 && as_double(found->data.data(), found->type) == info_.step_times.back();
-      return known ? void() : lose("field data '" + name + "' (the time of the step is)");
+      return known ? void() : lose("field data '" + name + "' (replaced by the time of the step)");
     }
     if (name == kXmlTime && count == 1 && !has_field(kLegacyTime)) entry.name = kLegacyTime;
     const bool too_many = components > kMostNamedComponents;
@@ -379,7 +381,7 @@ class LegacyBuilder {
   LegacyParts parts_;
   std::vector<double> times_;
   std::size_t step_ = 0;
-  std::set<std::uint64_t> of_other_steps_;  // of the data under way
+  std::set<std::uint64_t> of_other_steps_;  // arrays of the section that is being added
 };
 
 }  // namespace

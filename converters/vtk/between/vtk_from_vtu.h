@@ -1,4 +1,4 @@
-// Of a mesh that came from an XML file: what a legacy file has of it.
+// Converts a mesh from an XML file to the contents of a legacy file.
 #pragma once
 
 #include <set>
@@ -12,16 +12,16 @@
 
 namespace shm::converters::vtk {
 
-// The skeleton of a binary file, of the version that the cells need, but for its cells.
+// Skeleton of a binary file without its cells, in the version that the cells need.
 struct LegacyParts {
   Skeleton skeleton;
-  std::set<std::size_t> placed;  // arrays that have got their place
+  std::set<std::size_t> placed;  // arrays that have a place in the skeleton
   MadeExtras made;
 };
-// `losses`, which may be null, gets what is left behind.
+// `losses` may be null. Adds everything that the legacy file lacks to it.
 LegacyParts legacy_of_xml(const MeshInfo& info, LossList* losses);
 
-// What a legacy file lacks of a mesh from an XML file.
+// Returns everything that a legacy file lacks of a mesh from an XML file.
 LossList losses_in_vtk(const MeshInfo& info);
 
 }  // namespace shm::converters::vtk

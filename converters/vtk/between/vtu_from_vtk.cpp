@@ -43,8 +43,8 @@ std::string bits_as_bytes(std::string_view text, bool binary, std::uint64_t coun
   return out;
 }
 
-// One line of an INFORMATION, "NAME <key> LOCATION <class>", and the next, "DATA <value>" or
-// "DATA <count> <values>".
+// Adds one key of an INFORMATION from its two lines, "NAME <key> LOCATION <class>" and "DATA
+// <value>" or "DATA <count> <values>".
 void add_information(Node& array, std::string_view name_line, std::string_view data_line,
                      bool rounded) {
   take_word(name_line);
@@ -77,7 +77,7 @@ void add_information(Node& array, std::string_view name_line, std::string_view d
 }
 
 void add_metadata(Node& array, std::string_view text, std::uint64_t components, bool rounded) {
-  bool named = false;  // by the first list
+  bool named = false;  // true after the first list of names
   while (!text.empty()) {
     const std::string_view line = take_line(text);
     if (vtk::lower_case(line.substr(0, 15)) == "component_names") {
@@ -186,7 +186,8 @@ class XmlBuilder {
     vtk::append_string(list, text, StringForm::zeros);
   }
 
-  // Field data, and what stands among the arrays of points or cells but has no value for each.
+  // Adds field data, and arrays in the sections of points or cells that do not have one value for
+  // each.
   void add_extra(const Entry& entry) {
     const std::string name = vtk::decode_name(entry.name);
     const Extra* found = extras_.find(vtk::data_key(entry.index));
@@ -251,15 +252,15 @@ class XmlBuilder {
     data.children.push_back(std::move(array));
   }
 
-  // Of several arrays with one role VTK takes the first.
+  // If several arrays have one role, VTK uses the first.
   void set_role(const std::string& array, EntryKind kind, Node& data) {
     for (const vtk::Attribute& attribute : vtk::kAttributes)
       if (kind == attribute.kind && data.attribute(attribute.name) == nullptr)
         data.set_attribute(attribute.name, array);
   }
 
-  // Of several arrays of one name VTK keeps the last when it reads a legacy file, and mixes them up
-  // when it reads an XML file.
+  // If several arrays have one name, VTK keeps the last when it reads a legacy file, and mixes them
+  // up when it reads an XML file.
   void make_names_unique(Node& data) {
     std::set<std::string> used;
     for (const Node& array : data.children) used.insert(array.attribute_or("Name", ""));

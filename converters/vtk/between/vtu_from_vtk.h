@@ -1,4 +1,4 @@
-// Of a mesh that came from a legacy file: what an XML file has of it.
+// Converts a mesh from a legacy file to the contents of an XML file.
 #pragma once
 
 #include <map>
@@ -15,19 +15,20 @@ namespace shm::converters::vtu {
 struct XmlParts {
   Node field = element("FieldData"), point_data = element("PointData"),
        cell_data = element("CellData"), points = element("Points");
-  std::string version = "1.0";   // of the file, as its cells need it
-  std::set<std::size_t> placed;  // arrays that have got their place
+  std::string version = "1.0";   // file version that the cells need
+  std::set<std::size_t> placed;  // arrays that have a place in the tree
   vtk::MadeExtras made;
 };
 
-// `format`: of arrays. `losses`, which may be null, gets what is left behind.
+// `format`: encoding of arrays. `losses` may be null. Adds everything that the XML file lacks to
+// it.
 XmlParts xml_of_legacy(const MeshInfo& info, const std::string& format, LossList* losses);
 
-// Strings as field data of one component: name, and values ended by a 0.
+// Strings as field data with one component. `values`: the strings, each ended by a 0.
 Node strings_element(const std::string& name, std::string values, const std::string& format,
                      vtk::MadeExtras& made);
 
-// What a VTU file lacks of a mesh from a legacy file.
+// Returns everything that a VTU file lacks of a mesh from a legacy file.
 LossList losses_in_vtu(const MeshInfo& info);
 
 }  // namespace shm::converters::vtu

@@ -16,7 +16,7 @@ constexpr std::string_view kKnown[] = {
     "VTKFile", "UnstructuredGrid", "Piece", "PointData", "CellData",       "Points",
     "Cells",   "DataArray",        "Array", "Value",     "InformationKey", "AppendedData"};
 
-// Adds what stands at `node` and below.
+// Adds the losses of `node` and of all nodes below it.
 void add_markup(const Node& node, bool of_grid, LossCollector& losses) {
   switch (node.kind) {
     case NodeKind::comment: return losses.add("comments");
@@ -98,12 +98,12 @@ std::vector<double> Contents::times() {
   std::vector<double> times;
   const std::string text = grid().attribute_or("TimeValues", "");
   constexpr std::string_view kBlank = " \t\r\n";
-  for (std::size_t at = text.find_first_not_of(kBlank); at < text.size();) {
-    const std::size_t end = std::min(text.find_first_of(kBlank, at), text.size());
+  for (std::size_t position = text.find_first_not_of(kBlank); position < text.size();) {
+    const std::size_t end = std::min(text.find_first_of(kBlank, position), text.size());
     double time = 0;
-    if (!TextInput::parse(std::string_view(text).substr(at, end - at), time)) return {};
+    if (!TextInput::parse(std::string_view(text).substr(position, end - position), time)) return {};
     times.push_back(time);
-    at = text.find_first_not_of(kBlank, end);
+    position = text.find_first_not_of(kBlank, end);
   }
   return times;
 }

@@ -73,11 +73,10 @@ void Parser::attribute(EntryKind kind) {
     std::string word = lower_case(input_.word());
     if (word != "lookup_table") {
       if (!TextInput::parse(word, entry.components))
-        input_.fail(ErrorCode::corrupt,
-                    "the number of components or LOOKUP_TABLE should stand here");
+        input_.fail(ErrorCode::corrupt, "expected the number of components or LOOKUP_TABLE");
       word = lower_case(input_.word());
     }
-    if (word != "lookup_table") input_.fail(ErrorCode::corrupt, "LOOKUP_TABLE should stand here");
+    if (word != "lookup_table") input_.fail(ErrorCode::corrupt, "expected LOOKUP_TABLE");
     entry.second = input_.word();
   }
   values(std::move(entry));
@@ -92,11 +91,11 @@ void Parser::lookup_table() {
   values(std::move(entry));
 }
 
-// The values that `entry` announces, where the input stands behind the announcement.
+// Reads the values that `entry` announces. The input is right after the announcement.
 void Parser::values(Entry entry) {
   const ValueForm form = form_of_word(entry.type);
   if (form == ValueForm::unknown)
-    input_.fail(ErrorCode::corrupt, "'" + entry.type.substr(0, 40) + "' is no type of values");
+    input_.fail(ErrorCode::corrupt, "'" + entry.type.substr(0, 40) + "' is not a type of values");
   if (form == ValueForm::number) {
     numbers(entry, *scalar_of_word(entry.type, skeleton_.binary));
   } else {
@@ -138,11 +137,12 @@ void Parser::add_array(Entry& entry, Values column_values, std::string_view role
   info_.schema.arrays.push_back(std::move(array));
 }
 
-// An array with several roles stands in a file once for each, as VTK writes it: SCALARS and VECTORS
-// of one name and with the same values are one array here. Its index, where it has come before.
+// VTK writes an array with several roles once per role: SCALARS and VECTORS with one name and equal
+// values are one array here. Returns the index of the array if it has been read before under
+// another role.
 std::optional<std::size_t> Parser::written_before(EntryKind kind, const ArrayInfo& array,
                                                   Values& values) {
-  constexpr std::size_t kMostOfAName = 4;  // who has more has them for another reason
+  constexpr std::size_t kMostOfAName = 4;  // more arrays of one name are not repetitions for roles
   const auto& arrays = info_.schema.arrays;
   auto& of_name = named_[{array.location, array.name}];
   for (const std::size_t a : of_name)
@@ -163,8 +163,8 @@ bool Parser::is_per_element(const Entry& entry) const {
          entry.components <= kMostComponents;
 }
 
-// Strings, variants and bits: of points and cells they become arrays, others are kept as the bytes
-// or words that the file has.
+// Reads strings, variants and bits. Those of points and cells become arrays. Others are kept as the
+// bytes or words of the file.
 void Parser::other_values(Entry& entry, ValueForm form) {
   const std::uint64_t count = product(entry.tuples, entry.components);
   if (form == ValueForm::bit) return bits(entry, count);
@@ -177,14 +177,14 @@ void Parser::other_values(Entry& entry, ValueForm form) {
   info_.extras.push_back(text_extra(data_key(entry.index), data));
 }
 
-// Text: one number a bit. Binary: eight to a byte, the highest first.
+// Text: one number per bit. Binary: eight bits per byte, most significant bit first.
 void Parser::bits(Entry& entry, std::uint64_t count) {
   const bool array = is_per_element(entry);
   if (count > 0) next_line_is_binary();
   if (skeleton_.binary && count / 8 > input_.left())
     input_.fail(ErrorCode::truncated, "the file ends within the bits");
   PagedArray values(spool_, 1);
-  std::string kept;  // as it stands in the file
+  std::string kept;  // bits as stored in the file
   std::byte byte{};
   for (std::uint64_t i = 0; i < count; ++i) {
     if (skeleton_.binary && i % 8 == 0) {
@@ -203,10 +203,11 @@ void Parser::bits(Entry& entry, std::uint64_t count) {
   info_.extras.push_back(text_extra(data_key(entry.index), kept));
 }
 
-// Each different string once, in a list; the array has their places. So strings follow their points
-// and cells through any renumbering.
+// Lists each different string once; the array has indices into that list. So strings follow their
+// points and cells through any renumbering.
 void Parser::listed_strings(Entry& entry, ValueForm form, std::uint64_t count) {
-  StringLister strings(std::numeric_limits<std::uint64_t>::max());  // no more than the file has
+  // The list cannot be larger than the file.
+  StringLister strings(std::numeric_limits<std::uint64_t>::max());
   PagedArray values(spool_, sizeof(std::uint32_t));
   std::string one;
   for (std::uint64_t i = 0; i < count; ++i) {
@@ -221,9 +222,9 @@ void Parser::listed_strings(Entry& entry, ValueForm form, std::uint64_t count) {
   info_.extras.push_back(text_extra(strings_key(entry.index), strings.list()));
 }
 
-// A variant: its type and its %-encoded text, on a line. A string, text: one %-encoded line;
-// binary: a length in 1, 2, 4 or 8 bytes, whose first two bits are the number of bytes (3, 2, 1,
-// 0), then the characters.
+// Reads one string or variant. A variant is its type and its %-encoded text, on a line. A string of
+// a text file is one %-encoded line. A string of a binary file is its length in 1, 2, 4 or 8 bytes,
+// whose top two bits say how many bytes (3, 2, 1, 0), then its characters.
 void Parser::one_string(ValueForm form, std::string& out) {
   if (form == ValueForm::variant) {
     out.append(input_.word()).append(" ");

@@ -1,4 +1,5 @@
-// What other code may ask of VTK legacy files, and of meshes that came from them.
+// The Format of VTK legacy files: recognition, opening, writing, capabilities and losses.
+// hold.
 #include <set>
 #include <sstream>
 #include <string_view>
@@ -14,7 +15,7 @@ namespace shm::converters {
 namespace vtk {
 namespace {
 
-// Whether the lines of a METADATA have more than ranges.
+// Returns true if the lines of a METADATA contain more than ranges.
 bool has_more_than_ranges(const std::string& metadata) {
   std::istringstream lines(metadata);
   std::string line;
@@ -25,8 +26,8 @@ bool has_more_than_ranges(const std::string& metadata) {
   return false;
 }
 
-// The lines of a METADATA without those of ranges: a key is a line NAME with what follows it, up to
-// the next one; their number stands before the first.
+// Returns the lines of a METADATA without ranges. A key consists of its NAME line and all lines up
+// to the next NAME. The number of keys comes before the first key.
 std::string without_ranges(const std::string& metadata) {
   std::istringstream lines(metadata);
   std::string before, keys, line;
@@ -47,7 +48,7 @@ std::string without_ranges(const std::string& metadata) {
 void add_losses_of_skeleton(const Skeleton& skeleton, const Keys& used, LossList& losses) {
   const std::string dataset(dataset_word(skeleton.dataset));
   if (skeleton.dataset == Dataset::polydata) losses.push_back("kind of data set (" + dataset + ")");
-  std::set<EntryKind> attributes;  // of the points or cells whose arrays follow
+  std::set<EntryKind> attributes;  // kinds so far in this section
   for (const Entry& entry : skeleton.entries) {
     const std::string name = decode_name(entry.name);
     if (entry.kind == EntryKind::point_data || entry.kind == EntryKind::cell_data)
@@ -57,7 +58,7 @@ void add_losses_of_skeleton(const Skeleton& skeleton, const Keys& used, LossList
     if (has_more_than_ranges(entry.metadata))
       losses.push_back("metadata of " + (entry.name.empty() ? "points" : quoted_array(name)));
     if (entry.origin == Origin::array) {
-      if (is_attribute(entry.kind) && attributes.insert(entry.kind).second)  // VTK takes the first
+      if (is_attribute(entry.kind) && attributes.insert(entry.kind).second)  // VTK uses the first
         losses.push_back("attribute " + std::string(keyword(entry.kind)) + " of " +
                          quoted_array(name));
       if (form_of_word(entry.type) == ValueForm::bit)
@@ -65,7 +66,7 @@ void add_losses_of_skeleton(const Skeleton& skeleton, const Keys& used, LossList
     }
     if (entry.origin != Origin::extra || used.contains(data_key(entry.index))) continue;
     if (entry.kind >= EntryKind::x_coordinates && entry.kind <= EntryKind::z_coordinates)
-      continue;  // of the points
+      continue;  // the points of the mesh contain the axes
     const bool table = entry.kind == EntryKind::lookup_table;
     losses.push_back((table ? "lookup table" : "field data") + quoted(name));
   }
@@ -80,7 +81,7 @@ class LegacySource final : public FamilySource {
 
   bool describes_steps(const MeshInfo&) const override { return false; }
 
-  // The corners of a voxel run along the axes.
+  // The corners of a voxel are ordered along the axes.
   bool needs_corner_order(const MeshInfo& info) const override {
     for (const BlockInfo& block : info.schema.blocks)
       if (block.shape == CellShape::hexahedron && block.id == kVoxel) return true;

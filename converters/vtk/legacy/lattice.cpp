@@ -11,7 +11,7 @@
 namespace shm::converters::vtk {
 namespace {
 
-// The words of an entry as numbers; false when one is none.
+// Parses the words of an entry as numbers. Returns false if one of them is not a number.
 template <class T, std::size_t kCount>
 bool parse_words(std::string_view words, std::array<T, kCount>& numbers) {
   for (T& number : numbers) {
@@ -34,7 +34,8 @@ std::vector<double> wide_values(const Extra& extra) {
   return values;
 }
 
-// EXTENT a b ...: points a to b along an axis. DIMENSIONS n ...: 0 to n - 1.
+// Returns the numbers of the first and last point along each axis. EXTENT a b ... states points a
+// to b; DIMENSIONS n ... means 0 to n - 1.
 bool axis_ranges(const Entry& entry, std::array<std::int64_t, 6>& ranges) {
   constexpr std::int64_t kMost = std::numeric_limits<std::int32_t>::max();
   if (entry.kind == EntryKind::extent) {
@@ -54,7 +55,7 @@ bool axis_ranges(const Entry& entry, std::array<std::int64_t, 6>& ranges) {
   return true;
 }
 
-// What an entry has of evenly spaced points.
+// Sets origin, spacing or first point of evenly spaced axes if the entry states them.
 void place_axes(const Entry& entry, std::array<Axis, 3>& axes) {
   std::array<std::int64_t, 6> ranges{};
   std::array<double, 3> words{};
@@ -125,7 +126,8 @@ std::optional<Lattice> Lattice::of(const std::array<std::uint64_t, 3>& dimension
     lattice.cell_dimensions_[axis] = std::max<std::uint64_t>(size - 1, 1);
     lattice.cells_ *= lattice.cell_dimensions_[axis];
     if (size == 1) continue;
-    // The second axis turns back on itself, so that corners go round a face; the third repeats.
+    // The second axis adds the corners in reverse order, so that they go around the face. The third
+    // axis adds the face once more.
     const std::size_t n = lattice.nodes_;
     for (std::size_t i = 0; i < n; ++i)
       lattice.offsets_[n + i] = lattice.offsets_[n == 2 ? 1 - i : i] + stride;
@@ -155,12 +157,12 @@ std::span<const std::uint64_t> Lattice::corners(std::uint64_t cell) {
 void LatticePoints::read(const Lattice& lattice, std::uint64_t first, std::uint64_t count,
                          std::byte* out) const {
   if (count == 0) return;
-  std::array<std::uint64_t, 3> at{first % lattice.dimension(0),
-                                  first / lattice.dimension(0) % lattice.dimension(1),
-                                  first / lattice.dimension(0) / lattice.dimension(1)};
-  std::array<double, 3> xyz{0, axes[1](at[1]), axes[2](at[2])};
+  std::array<std::uint64_t, 3> index{first % lattice.dimension(0),
+                                     first / lattice.dimension(0) % lattice.dimension(1),
+                                     first / lattice.dimension(0) / lattice.dimension(1)};
+  std::array<double, 3> xyz{0, axes[1](index[1]), axes[2](index[2])};
   while (count-- > 0) {
-    xyz[0] = axes[0](at[0]);
+    xyz[0] = axes[0](index[0]);
     for (const double wide : xyz) {
       const auto narrow = static_cast<float>(wide);
       const bool is_narrow = type == ScalarType::float32;
@@ -168,15 +170,15 @@ void LatticePoints::read(const Lattice& lattice, std::uint64_t first, std::uint6
       std::memcpy(out, is_narrow ? static_cast<const void*>(&narrow) : &wide, bytes);
       out += bytes;
     }
-    if (++at[0] < lattice.dimension(0)) continue;
-    at[0] = 0;
-    if (++at[1] == lattice.dimension(1)) {
-      at[1] = 0;
-      ++at[2];
+    if (++index[0] < lattice.dimension(0)) continue;
+    index[0] = 0;
+    if (++index[1] == lattice.dimension(1)) {
+      index[1] = 0;
+      ++index[2];
     }
-    if (count == 0) return;  // the next row may lie beyond the last one
-    xyz[1] = axes[1](at[1]);
-    xyz[2] = axes[2](at[2]);
+    if (count == 0) return;  // after the last point, the next row may be outside the lattice
+    xyz[1] = axes[1](index[1]);
+    xyz[2] = axes[2](index[2]);
   }
 }
 

@@ -1,6 +1,6 @@
-// The structured data sets of VTK: points in rows, layers and a stack of them, cells between
-// neighbours. Cells are hexahedra; where one or two dimensions are 1, quads or lines; a single
-// point is a vertex. Points run x fastest, cells too.
+// The structured data sets of VTK: points in rows, rows in layers, layers in a stack, and cells
+// between neighbouring points. Cells are hexahedra; if one dimension is 1, quads; if two are 1,
+// lines; a single point is a vertex. Both points and cells are numbered with x fastest.
 #pragma once
 
 #include <array>
@@ -19,50 +19,52 @@ namespace shm::converters::vtk {
 
 class Lattice {
  public:
-  // Points along each axis. Nothing when there are more points than a file can have.
+  // `dimensions`: number of points along each axis. Returns nothing if there are more points than a
+  // file can have.
   static std::optional<Lattice> of(const std::array<std::uint64_t, 3>& dimensions);
 
   std::uint64_t dimension(std::size_t axis) const { return dimensions_[axis]; }
   std::uint64_t points() const { return points_; }
   std::uint64_t cells() const { return cells_; }
-  // The one block of its cells. Must not be called when there are none.
+  // The single block of its cells. Call it only if cells() > 0.
   BlockInfo block() const;
-  // The corners of a cell in VTK's order. Valid until the next call.
+  // The corners of a cell in VTK's order. The span is valid until the next call.
   std::span<const std::uint64_t> corners(std::uint64_t cell);
 
  private:
   std::array<std::uint64_t, 3> dimensions_{}, cell_dimensions_{};
   std::uint64_t points_ = 0, cells_ = 0;
-  std::size_t nodes_ = 1;                   // of a cell
-  std::array<std::uint64_t, 8> offsets_{};  // of its corners from the first one
+  std::size_t nodes_ = 1;                   // nodes per cell
+  std::array<std::uint64_t, 8> offsets_{};  // corners relative to the first corner
   std::array<std::uint64_t, 8> corners_{};
 };
 
-// Coordinates along one axis: given one by one, or evenly spaced ones without end.
+// Coordinates along one axis: listed, or evenly spaced and unbounded.
 struct Axis {
-  std::vector<double> values;  // empty: evenly spaced
+  std::vector<double> values;  // empty: points are evenly spaced
   double origin = 0, spacing = 1;
-  std::int64_t first = 0;  // number of the first point, counted from `origin`
+  std::int64_t first = 0;  // number of the first point; point 0 is at `origin`
   double operator()(std::uint64_t index) const {
     if (!values.empty()) return values[index];
-    // As vtkImageData does it.
+    // The same expression as in vtkImageData.
     return origin + static_cast<double>(first + static_cast<std::int64_t>(index)) * spacing;
   }
 };
 
-// Points of rectilinear and image data, made when they are asked for.
+// Points of rectilinear and image data, computed when they are read.
 struct LatticePoints {
   std::array<Axis, 3> axes;
   ScalarType type = ScalarType::float64;  // float32 or float64
-  // Fills `out` with `count` points of `lattice` from `first` on.
+  // Fills `out` with `count` points of `lattice`, starting at point `first`.
   void read(const Lattice& lattice, std::uint64_t first, std::uint64_t count, std::byte* out) const;
 };
 
-// What DIMENSIONS or EXTENT of a skeleton states; nothing when it is not possible.
+// The lattice that a DIMENSIONS or EXTENT of a skeleton states. Nothing if its numbers are invalid.
 std::optional<Lattice> lattice_of(const Entry& entry);
 
-// The points that a skeleton of rectilinear or image data states. `extra` finds an extra by its
-// key, null when it is absent. Nothing, and what is wrong in `problem`, when they do not fit.
+// The points that a skeleton of rectilinear or image data states. `extra` finds an extra by its key
+// and returns null if it is absent. If dimensions and axes are inconsistent, returns nothing and
+// describes the problem in `problem`.
 using FindExtra = std::function<const Extra*(const std::string& key)>;
 std::optional<LatticePoints> lattice_points_of(const Skeleton& skeleton, const FindExtra& extra,
                                                std::string& problem);

@@ -14,7 +14,7 @@
 namespace shm::converters::vtk {
 namespace {
 
-// Rows of binary files up to 4.x are 32-bit integers.
+// Rows of binary files up to version 4.x consist of 32-bit integers.
 constexpr std::uint64_t kMostClassic = std::numeric_limits<std::int32_t>::max();
 
 }  // namespace
@@ -32,7 +32,8 @@ FilePlan::FilePlan(MeshSource& mesh) : CellPlan(mesh) {
   choose_layout();
 }
 
-// A broken skeleton may have lists of cells that its data set has not, or one twice.
+// Rejects a damaged skeleton that has lists of cells which its data set does not have, or one list
+// twice.
 void FilePlan::check_lists() const {
   std::set<EntryKind> listed;
   for (const Entry& each : skeleton_.entries) {
@@ -44,7 +45,7 @@ void FilePlan::check_lists() const {
   }
 }
 
-// Must be one of the lists.
+// Returns a list. `kind` must be one of the lists.
 const FilePlan::CellList& FilePlan::cell_list(EntryKind kind) const {
   return *std::find_if(lists_.begin(), lists_.end(),
                        [&](const CellList& list) { return list.kind == kind; });
@@ -65,8 +66,8 @@ void FilePlan::plan_from_source(const Extra& text) {
   add_missing_time();
 }
 
-// A renumbered mesh does not follow from dimensions, nor moved cells from lists: it becomes an
-// unstructured grid.
+// If a mesh was renumbered, it no longer follows from its dimensions; if cells moved, they no
+// longer follow from the lists. Such a mesh becomes an unstructured grid.
 void FilePlan::settle_dataset() {
   if (skeleton_.dataset == Dataset::unstructured_grid) return;
   if (is_lattice(skeleton_.dataset) ? plan_lattice() : plan_polydata()) return;
@@ -83,7 +84,7 @@ bool FilePlan::plan_lattice() {
   for (const Entry& each : skeleton_.entries)
     if (each.kind == EntryKind::dimensions || each.kind == EntryKind::extent)
       lattice = lattice_of(each);
-  if (!lattice) fail_extra("vtk/skeleton", "has no dimensions that are possible");
+  if (!lattice) fail_extra("vtk/skeleton", "has no valid dimensions");
   if (!is_lattice_of(*lattice)) return false;
   if (skeleton_.dataset == Dataset::structured_grid) return true;
   std::string problem;
@@ -93,7 +94,7 @@ bool FilePlan::plan_lattice() {
   return has_points_of(*lattice, *points);
 }
 
-// Whether the mesh has the cells that follow from the dimensions, in their order.
+// Returns true if the mesh has exactly the cells that follow from the dimensions, in that order.
 bool FilePlan::is_lattice_of(const Lattice& lattice) {
   if (lattice.points() != info_.vertices || lattice.cells() != info_.cells()) return false;
   std::uint64_t cell = 0;
@@ -109,7 +110,8 @@ bool FilePlan::is_lattice_of(const Lattice& lattice) {
   return same;
 }
 
-// Rounded points stand for the exact ones, which follow from the axes.
+// Returns true if the axes describe the points. Rounded points always match, because the exact
+// points follow from the axes.
 bool FilePlan::has_points_of(const Lattice& lattice, const LatticePoints& points) {
   if (points.type != info_.schema.coordinate_type) return false;
   if (info_.schema.coordinate_quantization.lossy()) return true;
@@ -124,7 +126,8 @@ bool FilePlan::has_points_of(const Lattice& lattice, const LatticePoints& points
   return true;
 }
 
-// Cells come list by list, in VTK's order of numbering, and each is of a type of its list.
+// Returns true if the cells are ordered list by list, in VTK's order of numbering, and each cell
+// has a type of its list.
 bool FilePlan::plan_polydata() {
   std::uint64_t first = 0;
   for (const EntryKind kind :
@@ -149,7 +152,8 @@ bool FilePlan::plan_polydata() {
   return fits;
 }
 
-// False when the array that the entry names is not there, or no longer what it was.
+// Returns false if the array that the entry names is missing or no longer has the properties that
+// the entry states.
 bool FilePlan::place_array(const Entry& entry, Location location) {
   if (entry.index >= info_.schema.arrays.size()) return false;
   const ArrayInfo& array = info_.schema.arrays[entry.index];
@@ -228,7 +232,8 @@ void FilePlan::plan_for_foreign() {
   add_block_ids();
 }
 
-// The time of the last step as a field of its own. `index`: of an extra that is not there.
+// Entries for the time of the last step as a field of its own. `index`: number of an unused
+// vtk/data/<index>.
 std::vector<Entry> FilePlan::time_entries(std::size_t index) {
   time_ = Extra{data_key(index), ScalarType::float64, Reference::nothing, {1, 1}, {}};
   time_.data.resize(sizeof(double));
@@ -244,8 +249,9 @@ std::vector<Entry> FilePlan::time_entries(std::size_t index) {
            .tuples = 1}};
 }
 
-// Where the source has no time, as a file of a series whose times stand elsewhere. It goes into the
-// first field of the data set, if there is one: readers keep one alone.
+// Adds the time if the source has none, e.g. a file of a series whose times are in the collection.
+// The time goes into the first field of the data set if there is one, because readers keep only one
+// field.
 void FilePlan::add_missing_time() {
   auto& entries = skeleton_.entries;
   const auto end = std::find_if(entries.begin(), entries.end(), [](const Entry& each) {
@@ -266,7 +272,7 @@ void FilePlan::add_missing_time() {
     entries.insert(field + 1, added.back());
 }
 
-// VTK's readers take one line of at most 255 bytes.
+// VTK's readers accept one line of at most 255 bytes.
 void FilePlan::set_title(const Extra& title) {
   constexpr std::size_t kLongest = 255;
   const auto* begin = reinterpret_cast<const char*>(title.data.data());
@@ -290,10 +296,10 @@ void FilePlan::add_block_names() {
                                .tuples = names_.shape[0]});
 }
 
-// Blocks of other formats have numbers of their own; VTK has only types, so they become an array.
+// Block ids of other formats become an array, because VTK blocks have only a cell type.
 void FilePlan::add_block_ids() {
   const auto& blocks = info_.schema.blocks;
-  // Those of VTK's own files are types.
+  // In VTK's own files the block id is the cell type.
   if (info_.schema.source_format.starts_with("vt")) return;
   bool differ = false, wide = false;
   for (const BlockInfo& block : blocks) {
@@ -314,7 +320,8 @@ void FilePlan::add_block_ids() {
                      .tuples = info_.cells()});
 }
 
-// Counts the numbers of all cells, and takes the 5.x layout where the classic one is too small.
+// Counts the numbers of all cells and chooses the 5.x layout if they do not fit into the classic
+// one.
 void FilePlan::choose_layout() {
   bool all_fixed = !has_polyhedra() && lists_.size() == 1;
   std::uint64_t all_numbers = 0;

@@ -1,6 +1,6 @@
-// FilePlan: what a VTK legacy file of a mesh will look like, settled before its first byte: its
-// skeleton (the source's own, or a plain one for a mesh of another format), its cell types, and
-// what stands in it for each cell.
+// FilePlan: the layout of the VTK legacy file for a mesh, determined before its first byte is
+// written: the skeleton (that of the source, or a plain one for a mesh of another format), the cell
+// types, and the numbers of each cell.
 #pragma once
 
 #include <cstdint>
@@ -17,20 +17,21 @@ namespace shm::converters::vtk {
 
 class FilePlan : public CellPlan {
  public:
-  // `mesh` is borrowed. Walks its cells when their size is not known otherwise.
+  // `mesh` is borrowed. Walks its cells if their size is not known otherwise.
   explicit FilePlan(MeshSource& mesh);
 
   const Skeleton& skeleton() const { return skeleton_; }
-  // One of the lists of cells that the file has: CELLS with all of them, or one of polygonal data.
+  // One of the lists of cells in the file: CELLS with all cells, or one of the lists of polygonal
+  // data.
   struct CellList {
     EntryKind kind = EntryKind::cells;
     std::uint64_t first = 0, cells = 0;
-    // That the file has for all of them, without the counts of classic rows.
+    // Numbers in the file for all cells of the list, not counting the node counts of classic rows.
     std::uint64_t numbers = 0;
   };
   const CellList& cell_list(EntryKind kind) const;
-  // Calls body(numbers) for each cell of a list: its nodes in VTK's order, or the face stream of a
-  // polyhedron.
+  // Calls body(numbers) for each cell of a list. `numbers` are its nodes in VTK's order, or the
+  // face stream of a polyhedron.
   template <class Body>
   void for_each_cell_of(const CellList& list, Body&& body) {
     for_each_typed_cell([&](int, const auto& numbers) { body(numbers); }, list.first, list.cells);
@@ -58,9 +59,9 @@ class FilePlan : public CellPlan {
 
   Skeleton skeleton_;
   Extra time_, names_;
-  MadeExtras made_;               // for values that stand otherwise in the source
+  MadeExtras made_;               // extras for values that the source has in another form
   std::set<std::size_t> placed_;  // arrays that the skeleton has a place for
-  std::set<std::pair<std::size_t, EntryKind>> roles_;  // an array may stand once in each
+  std::set<std::pair<std::size_t, EntryKind>> roles_;  // an array may occur once as each kind
   std::vector<CellList> lists_;
 };
 

@@ -15,7 +15,8 @@ namespace {
 
 constexpr std::string_view kMagic = "# vtk datafile version";
 constexpr std::uint64_t kPointsAtOnce = 8192;
-// Of a data set that has no value for any of them: nothing else in the file accounts for so many.
+// Limit for a data set without any values, because then no bytes of the file account for the
+// points.
 constexpr std::uint64_t kMostPointsWithoutValues = std::uint64_t{1} << 30;
 
 std::string upper_case(std::string_view text) {
@@ -56,13 +57,13 @@ void VtkSource::read_array(std::size_t array, std::uint64_t, std::uint64_t first
 void VtkSource::read_points(std::uint64_t first, std::uint64_t count, std::byte* out) {
   if (makes_points_) return lattice_points_.read(*lattice_, first, count, out);
   if (is_float(points_.type())) return points_.read(first * 3, count * 3, out);
-  // Integer coordinates go out as double.
+  // Integer coordinates are returned as double.
   std::vector<std::byte> piece(kPointsAtOnce * scalar_bytes(points_.type()));
-  std::uint64_t at = first * 3;
+  std::uint64_t next = first * 3;
   const std::uint64_t end = (first + count) * 3;
-  while (at < end) {
-    const std::uint64_t n = std::min(end - at, kPointsAtOnce);
-    points_.read(at, n, piece.data());
+  while (next < end) {
+    const std::uint64_t n = std::min(end - next, kPointsAtOnce);
+    points_.read(next, n, piece.data());
     with_scalar(points_.type(), [&](auto zero) {
       for (std::uint64_t i = 0; i < n; ++i, out += sizeof(double)) {
         auto value = zero;
@@ -71,7 +72,7 @@ void VtkSource::read_points(std::uint64_t first, std::uint64_t count, std::byte*
         std::memcpy(out, &wide, sizeof wide);
       }
     });
-    at += n;
+    next += n;
   }
 }
 
@@ -83,7 +84,7 @@ void Parser::parse() {
     if (word.empty()) break;
     if (section_keyword(word) || attribute_keyword(word)) continue;
     input_.fail(ErrorCode::corrupt,
-                "'" + word.substr(0, 40) + "' is not a keyword that can stand here");
+                "'" + word.substr(0, 40) + "' is not a keyword that is allowed here");
   }
   finish();
 }
@@ -122,7 +123,7 @@ void Parser::dataset() {
   const std::string keyword = lower_case(input_.word());
   if (keyword == "field")
     input_.fail(ErrorCode::unsupported, "the file has a FIELD only, and no mesh");
-  if (keyword != "dataset") input_.fail(ErrorCode::corrupt, "DATASET should stand here");
+  if (keyword != "dataset") input_.fail(ErrorCode::corrupt, "expected DATASET");
   const std::string word = upper_case(input_.word());
   const auto dataset = dataset_of_word(word);
   if (!dataset)
@@ -138,7 +139,7 @@ bool Parser::section_keyword(const std::string& word) {
   if (word == "cell_data" || word == "point_data") {
     begin_section(word == "cell_data" ? EntryKind::cell_data : EntryKind::point_data);
   } else if (word == "metadata") {
-    std::string ignored;  // of nothing that VTK knows
+    std::string ignored;  // metadata that VTK does not attach to anything
     input_.skip_line();
     read_metadata(0, ignored);
   } else if (word == "field") {
@@ -174,14 +175,14 @@ std::uint64_t Parser::product(std::uint64_t a, std::uint64_t b) {
   return result;
 }
 
-// VTK reads no line end behind the announcement of an empty array.
+// VTK does not read a line end after the announcement of an empty array.
 Values Parser::column(ScalarType type, std::uint64_t count) {
   if (count > 0) next_line_is_binary();
   return Values(input_, binary_file_, spool_, type, count);
 }
 
-// METADATA, when it stands here, up to the empty line that ends it. Component names may be empty
-// lines themselves, and empty lines may stand before the keys of an INFORMATION.
+// Reads the METADATA if there is one, up to the empty line that ends it. Component names may be
+// empty lines too, and empty lines may come before the keys of an INFORMATION.
 void Parser::metadata(std::uint64_t components, std::string& out) {
   if (lower_case(input_.peek_word()) != "metadata") return;
   input_.skip_line();
@@ -198,7 +199,8 @@ void Parser::read_metadata(std::uint64_t components, std::string& out) {
       return;
     }
     out.append(line).append("\n");
-    // A number alone is a value, or how many strings follow, of which some may be empty.
+    // A single number after DATA is a value, or the number of strings that follow, some of
+    // which may be empty.
     if (strings > 0 && !line.starts_with("NAME ")) {
       for (; strings > 1; --strings) out.append(input_.line()).append("\n");
       strings = 0;
@@ -217,21 +219,21 @@ void Parser::read_metadata(std::uint64_t components, std::string& out) {
   }
 }
 
-// --- what comes before POINT_DATA and CELL_DATA: points and cells, or the dimensions and axes that
-// --- they follow from
+// --- sections before POINT_DATA and CELL_DATA: points and cells, or the dimensions and axes from
+// which they follow
 
-// False when a section of this kind cannot stand in the data set.
+// Reads a section. Returns false if the data set cannot have a section of this kind.
 bool Parser::geometry_keyword(EntryKind kind) {
   const Dataset dataset = skeleton_.dataset;
   const bool lattice = is_lattice(dataset);
   const bool makes_points =
       dataset == Dataset::structured_points || dataset == Dataset::rectilinear_grid;
   input_.enter(std::string(keyword(kind)));
-  const auto once = [&](bool may_stand) {
+  const auto once = [&](bool allowed) {
     bool& seen = seen_[static_cast<std::size_t>(kind)];
-    if (may_stand && std::exchange(seen, true))
-      input_.fail(ErrorCode::corrupt, std::string(keyword(kind)) + " stands here a second time");
-    return may_stand;
+    if (allowed && std::exchange(seen, true))
+      input_.fail(ErrorCode::corrupt, std::string(keyword(kind)) + " occurs twice");
+    return allowed;
   };
   switch (kind) {
     case EntryKind::points: return once(!makes_points) && (points(), true);
@@ -292,30 +294,30 @@ void Parser::cells(EntryKind kind) {
   skeleton_.entries.push_back(std::move(entry));
 }
 
-// OFFSETS or CONNECTIVITY of version 5.
+// Reads OFFSETS or CONNECTIVITY of version 5.
 Values Parser::cell_numbers(const char* keyword, std::string& word, std::uint64_t count) {
   input_.enter(std::string("CELLS, ") + keyword);
   if (lower_case(input_.word()) != keyword)
-    input_.fail(ErrorCode::corrupt, std::string("'") + keyword + "' should stand here");
+    input_.fail(ErrorCode::corrupt, std::string("expected '") + keyword + "'");
   word = input_.word();
   const auto type = scalar_of_word(word, skeleton_.binary);
   if (!type || is_float(*type))
-    input_.fail(ErrorCode::corrupt, "'" + word.substr(0, 40) + "' is no type of cell numbers");
+    input_.fail(ErrorCode::corrupt, "'" + word.substr(0, 40) + "' is not a type of cell numbers");
   Values result = column(*type, count);
-  std::string ignored;  // ranges of the numbers, which VTK finds by itself
+  std::string ignored;  // ranges of the numbers, which VTK computes itself
   metadata(1, ignored);
   return result;
 }
 
 void Parser::cell_types() {
   input_.enter("CELL_TYPES");
-  if (saw_types_) input_.fail(ErrorCode::corrupt, "CELL_TYPES stands here a second time");
+  if (saw_types_) input_.fail(ErrorCode::corrupt, "CELL_TYPES occurs twice");
   saw_types_ = true;
   const auto count = input_.number<std::uint64_t>();
   source_.lists_[0].set_types(column(ScalarType::int32, count));
 }
 
-// The words behind a keyword, one blank between them.
+// The words after a keyword, separated by one blank.
 std::string Parser::plain_words_of(EntryKind kind) {
   std::string words;
   for (std::size_t i = 0; i < plain_words(kind); ++i) {
@@ -323,7 +325,7 @@ std::string Parser::plain_words_of(EntryKind kind) {
     double number = 0;
     if (!TextInput::parse(word, number))
       input_.fail(ErrorCode::corrupt, "'" + std::string(word.substr(0, 40)) +
-                                          "' is not the number that should stand "
+                                          "' is not the number that is expected "
                                           "here");
     words.append(i > 0 ? " " : "").append(word);
   }
@@ -332,7 +334,7 @@ std::string Parser::plain_words_of(EntryKind kind) {
 
 // DIMENSIONS nx ny nz, or EXTENT with the first and last number along each axis.
 void Parser::dimensions(EntryKind kind) {
-  if (source_.lattice_) input_.fail(ErrorCode::corrupt, "the dimensions stand here a second time");
+  if (source_.lattice_) input_.fail(ErrorCode::corrupt, "the dimensions occur twice");
   Entry entry{.kind = kind, .type = plain_words_of(kind)};
   const auto lattice = lattice_of(entry);
   if (!lattice)
@@ -343,7 +345,7 @@ void Parser::dimensions(EntryKind kind) {
   skeleton_.entries.push_back(std::move(entry));
 }
 
-// Words stand here even in binary files: kept as they are, nothing is rounded.
+// Even binary files have these as words. They are kept verbatim, so nothing is rounded.
 void Parser::spacing(EntryKind kind) {
   skeleton_.entries.push_back(Entry{.kind = kind, .type = plain_words_of(kind)});
 }
@@ -358,13 +360,13 @@ void Parser::coordinates(EntryKind kind) {
   values(std::move(entry));
 }
 
-// Before version 4.0: one value for each point, 0 for those that are not there.
+// Before version 4.0: one value per point, 0 for blanked points.
 void Parser::blanking() {
   Entry entry{.kind = EntryKind::blanking, .name = "BLANKING", .components = 1};
   entry.tuples = input_.number<std::uint64_t>();
   entry.type = input_.word();
   if (!scalar_of_word(entry.type, skeleton_.binary))
-    input_.fail(ErrorCode::corrupt, "'" + entry.type.substr(0, 40) + "' is no type of numbers");
+    input_.fail(ErrorCode::corrupt, "'" + entry.type.substr(0, 40) + "' is not a type of numbers");
   if (!source_.lattice_ || source_.lattice_->points() != entry.tuples)
     input_.fail(ErrorCode::corrupt,
                 "does not have one value for each of the points that "

@@ -1,6 +1,6 @@
-// Reads VTK legacy files. Parser: one walk through a file, front to back, that records in a
-// VtkSource where everything stands; numbers are fetched later. Sections come in any order that
-// VTK's own readers take.
+// Reads VTK legacy files. The Parser walks through the file once, front to back, and records the
+// position of every column in a VtkSource, which reads numbers later, on demand. Sections may come
+// in any order that VTK's own readers accept.
 #pragma once
 
 #include <array>
@@ -35,15 +35,15 @@ class VtkSource : public MeshSource {
 
  private:
   friend class Parser;
-  // One list of cells; of polygonal data four, in VTK's order of numbering.
+  // Polygonal data have four lists of cells, in VTK's order of numbering; other data sets have one.
   static constexpr std::size_t kLists = 4;
 
   MeshInfo info_;
   Values points_;
-  LatticePoints lattice_points_;  // where the data set has no POINTS
+  LatticePoints lattice_points_;  // for data sets without POINTS
   std::array<CellTable, kLists> lists_;
   std::optional<Lattice> lattice_;
-  std::uint64_t lattice_cell_ = 0;  // the next one
+  std::uint64_t lattice_cell_ = 0;  // number of the next cell
   bool makes_points_ = false;
   std::vector<Values> arrays_;
 };
@@ -70,7 +70,7 @@ class Parser {
   void metadata(std::uint64_t components, std::string& out);
   void read_metadata(std::uint64_t components, std::string& out);
 
-  // Points and cells, or the dimensions and axes that they follow from.
+  // Points and cells, or the dimensions and axes from which they follow.
   bool geometry_keyword(EntryKind kind);
   void points();
   void cells(EntryKind kind);
@@ -111,11 +111,11 @@ class Parser {
   std::shared_ptr<RandomFile> binary_file_;
   Skeleton skeleton_;
   Section section_ = Section::dataset;
-  std::array<bool, kEntryKinds> seen_{};  // of sections that stand in a file once
+  std::array<bool, kEntryKinds> seen_{};  // sections that may occur only once
   bool saw_types_ = false;
   std::size_t data_count_ = 0;
-  std::set<std::pair<std::size_t, EntryKind>> roles_;  // of each array
-  // Arrays of a name: the first few.
+  std::set<std::pair<std::size_t, EntryKind>> roles_;  // kinds under which each array has occurred
+  // The first few arrays of each name.
   std::map<std::pair<Location, std::string>, std::vector<std::size_t>> named_;
 };
 

@@ -56,7 +56,7 @@ class Writer {
   FilePlan plan_;
   const Skeleton& skeleton_;
   NumberOutput out_;
-  std::vector<std::byte> raw_;  // of integers_out
+  std::vector<std::byte> raw_;  // buffer of integers_out()
 };
 
 void Writer::write() {
@@ -176,8 +176,8 @@ void Writer::extra_values(const Entry& entry) {
   }
 }
 
-// Calls take(bytes, elements) for some elements of an array after the other; but for the last call
-// their number can be divided by 8.
+// Calls take(bytes, elements) for one piece of an array after another. The number of elements is a
+// multiple of 8, except in the last call.
 template <class Take>
 void Writer::for_each_piece(std::size_t array, Take&& take) {
   const ArrayInfo& info = info_.schema.arrays[array];

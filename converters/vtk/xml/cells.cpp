@@ -17,7 +17,8 @@ const std::byte* bytes_of(const std::vector<std::int64_t>& values) {
   return reinterpret_cast<const std::byte*>(values.data());
 }
 
-// Points of faces that polyhedra may have: a face belongs to two of them, and rarely to more.
+// Limit for the points of all faces, per point in the array. A face usually belongs to two
+// polyhedra, rarely to more.
 constexpr std::uint64_t kMostFaceUses = 16, kFewFaceNodes = 1 << 20;
 
 }  // namespace
@@ -25,10 +26,10 @@ constexpr std::uint64_t kMostFaceUses = 16, kFewFaceNodes = 1 << 20;
 std::vector<std::int64_t> first_uses(const std::vector<std::int64_t>& stream) {
   std::vector<std::int64_t> nodes;
   std::unordered_set<std::int64_t> seen;
-  for (std::size_t at = 1; at < stream.size();) {
-    const auto size = static_cast<std::size_t>(stream[at++]);
-    for (std::size_t i = 0; i < size; ++i, ++at)
-      if (seen.insert(stream[at]).second) nodes.push_back(stream[at]);
+  for (std::size_t position = 1; position < stream.size();) {
+    const auto size = static_cast<std::size_t>(stream[position++]);
+    for (std::size_t i = 0; i < size; ++i, ++position)
+      if (seen.insert(stream[position]).second) nodes.push_back(stream[position]);
   }
   return nodes;
 }
@@ -51,7 +52,7 @@ CellCollector::Column::Column(CellCollector& owner, Node& array, std::uint64_t m
   });
 }
 
-// The first of that name: with several time steps there may be one for each.
+// Returns the first array of that name. With several time steps there may be one per step.
 Node* CellCollector::find(Node& cells, std::string_view name) const {
   for (Node& each : cells.children)
     if (each.is_array() && each.attribute_or("Name", "") == name) return &each;
@@ -76,7 +77,7 @@ void CellCollector::add_piece(Node& cells, const PieceRange& piece) {
   mark_rest(cells);
 }
 
-// The cells of later steps must be those of the first.
+// Checks that the cells of later steps equal the cells of the first step.
 void CellCollector::mark_steps(Node& cells) {
   std::map<std::string, Node*> firsts;
   for (Node& each : cells.children) {
@@ -90,7 +91,7 @@ void CellCollector::mark_steps(Node& cells) {
   }
 }
 
-// Arrays that nobody took: empty ones of their names, or others, which are kept.
+// Marks arrays that were not read: empty ones of the known names. Others are kept as extras.
 void CellCollector::mark_rest(Node& cells) {
   for (Node& each : cells.children) {
     if (!each.is_array()) continue;
@@ -172,7 +173,7 @@ void CellCollector::check_nodes(Node& array, const std::vector<std::int64_t>& no
                    "names point " + std::to_string(node) + " of " + std::to_string(piece.points));
 }
 
-// Arrays of faces that are not as any writer would lay them out again are kept as they are.
+// Arrays of faces in a layout that the writer would not produce again are kept as extras.
 void CellCollector::read_with_faces(Node& cells, Node& offsets, Node& connectivity,
                                     const PieceRange& piece) {
   face_nodes_ = 0;
@@ -212,94 +213,97 @@ void CellCollector::add_stream_face(Node& array, Column& nodes, std::uint64_t be
                                     std::uint64_t end) {
   if (end - begin > kMostFaceUses * nodes.size() + kFewFaceNodes - face_nodes_)
     loader_.fail(ErrorCode::over_limit, array,
-                 "its points are used by the faces of more than " + std::to_string(kMostFaceUses) +
-                     " polyhedra on the average");
+                 "the faces of more than " + std::to_string(kMostFaceUses) +
+                     " polyhedra use its points on average");
   face_nodes_ += end - begin;
   if (end - begin > kMaxNodesPerCell)
-    loader_.fail(ErrorCode::unsupported, array,
-                 "a face has " + std::to_string(end - begin) + " points; 65536 are the most");
+    loader_.fail(
+        ErrorCode::unsupported, array,
+        "a face has " + std::to_string(end - begin) + " points; at most 65536 are supported");
   std::vector<std::int64_t> face(1 + (end - begin));
   face[0] = static_cast<std::int64_t>(end - begin);
   nodes.values.read(begin, end - begin, reinterpret_cast<std::byte*>(face.data() + 1));
   streams_.append(face.size(), bytes_of(face));
 }
 
-// Up to file version 2.2: for each polyhedron number of faces, then size and points of each; where
-// the polyhedron ends, -1 for other cells. False when there are other numbers besides.
+// Up to file version 2.2: `faces` has for each polyhedron the number of faces, then size and points
+// of each face. `ends` has the end of each polyhedron, and -1 for other cells. Returns false if
+// `faces` has further numbers.
 bool CellCollector::face_streams(Node& faces, Node& ends, const PieceRange& piece) {
   Column numbers(*this, faces, kNoLimit), cell_ends(*this, ends, piece.cells);
   if (cell_ends.size() != piece.cells)
     loader_.fail(ErrorCode::truncated, ends, "has too few values");
   const std::uint64_t first_cell = types_.size() - piece.cells;
-  std::uint64_t at = 0;
+  std::uint64_t position = 0;
   bool standard = true;
   for (std::uint64_t c = 0; c < piece.cells; ++c) {
     const std::int64_t stated = cell_ends.at(c);
     if (types_.get<std::uint8_t>(first_cell + c) == vtk::kPolyhedron) {
       const auto end = static_cast<std::uint64_t>(stated);
-      if (stated <= static_cast<std::int64_t>(at) || end > numbers.size())
+      if (stated <= static_cast<std::int64_t>(position) || end > numbers.size())
         loader_.fail(ErrorCode::corrupt, ends,
-                     "cell " + std::to_string(c) + " ends where its faces cannot end");
-      const std::int64_t count = numbers.at(at++);
-      if (count < 0 || static_cast<std::uint64_t>(count) > end - at)
+                     "the faces of cell " + std::to_string(c) + " have an impossible end");
+      const std::int64_t count = numbers.at(position++);
+      if (count < 0 || static_cast<std::uint64_t>(count) > end - position)
         loader_.fail(ErrorCode::corrupt, faces,
                      "cell " + std::to_string(c) + " has an impossible number of faces");
       begin_stream(static_cast<std::uint64_t>(count));
       for (std::int64_t f = 0; f < count; ++f) {
-        const std::int64_t size = at < end ? numbers.at(at++) : -1;
-        if (size < 0 || static_cast<std::uint64_t>(size) > end - at)
+        const std::int64_t size = position < end ? numbers.at(position++) : -1;
+        if (size < 0 || static_cast<std::uint64_t>(size) > end - position)
           loader_.fail(ErrorCode::corrupt, faces,
                        "cell " + std::to_string(c) + " has a face beyond its end");
-        add_stream_face(faces, numbers, at, at + static_cast<std::uint64_t>(size));
-        at += static_cast<std::uint64_t>(size);
+        add_stream_face(faces, numbers, position, position + static_cast<std::uint64_t>(size));
+        position += static_cast<std::uint64_t>(size);
       }
-      standard &= at == end;
-      at = end;
+      standard &= position == end;
+      position = end;
     } else {
       standard &= stated == -1;
-      if (stated > static_cast<std::int64_t>(at)) at = static_cast<std::uint64_t>(stated);
+      if (stated > static_cast<std::int64_t>(position))
+        position = static_cast<std::uint64_t>(stated);
     }
     stream_ends_.set(c, static_cast<std::int64_t>(streams_.size()));
   }
-  return standard && at == numbers.size();
+  return standard && position == numbers.size();
 }
 
-// From version 2.3 on: polyhedra are lists of faces, faces are lists of points. False when faces
-// are shared or numbered in another order than they are used.
+// From version 2.3 on: polyhedra are lists of faces, faces are lists of points. Returns false if
+// polyhedra share faces or use them in an order different from their numbers.
 bool CellCollector::face_tables(Node& cells, const PieceRange& piece) {
   Node* arrays[4] = {find(cells, kFaceConnectivity), find(cells, kFaceEnds),
                      find(cells, kPolyhedronFaces), find(cells, kPolyhedronEnds)};
   if (std::find(std::begin(arrays), std::end(arrays), nullptr) != std::end(arrays))
-    loader_.fail(ErrorCode::corrupt, cells, "there are polyhedra, but no faces of them");
+    loader_.fail(ErrorCode::corrupt, cells, "there are polyhedra, but no arrays of faces");
   Column points(*this, *arrays[0], kNoLimit), face_ends(*this, *arrays[1], kNoLimit),
       face_ids(*this, *arrays[2], kNoLimit), cell_ends(*this, *arrays[3], piece.cells);
   if (cell_ends.size() != piece.cells)
     loader_.fail(ErrorCode::truncated, *arrays[3], "has too few values");
   const std::uint64_t first_cell = types_.size() - piece.cells;
   bool standard = face_ends.size() == face_ids.size();
-  std::uint64_t at = 0;
+  std::uint64_t position = 0;
   for (std::uint64_t c = 0; c < piece.cells; ++c) {
     const std::int64_t stated = cell_ends.at(c);
     const auto end = static_cast<std::uint64_t>(stated);
-    if (stated < static_cast<std::int64_t>(at) || end > face_ids.size())
+    if (stated < static_cast<std::int64_t>(position) || end > face_ids.size())
       loader_.fail(ErrorCode::corrupt, *arrays[3],
-                   "cell " + std::to_string(c) + " ends where its faces cannot end");
+                   "the faces of cell " + std::to_string(c) + " have an impossible end");
     const bool polyhedron = types_.get<std::uint8_t>(first_cell + c) == vtk::kPolyhedron;
-    standard &= polyhedron || end == at;
-    if (polyhedron) begin_stream(end - at);
-    for (; at < end; ++at) {
-      const std::int64_t id = face_ids.at(at);
+    standard &= polyhedron || end == position;
+    if (polyhedron) begin_stream(end - position);
+    for (; position < end; ++position) {
+      const std::int64_t id = face_ids.at(position);
       if (id < 0 || static_cast<std::uint64_t>(id) >= face_ends.size())
         loader_.fail(
             ErrorCode::corrupt, *arrays[2],
             "names face " + std::to_string(id) + " of " + std::to_string(face_ends.size()));
-      standard &= static_cast<std::uint64_t>(id) == at;
+      standard &= static_cast<std::uint64_t>(id) == position;
       const auto face = static_cast<std::uint64_t>(id);
       const std::int64_t from = face == 0 ? 0 : face_ends.at(face - 1);
       const std::int64_t to = face_ends.at(face);
       if (from < 0 || to < from || static_cast<std::uint64_t>(to) > points.size())
         loader_.fail(ErrorCode::corrupt, *arrays[1],
-                     "face " + std::to_string(id) + " ends where it cannot end");
+                     "face " + std::to_string(id) + " has an impossible end");
       if (polyhedron)
         add_stream_face(*arrays[0], points, static_cast<std::uint64_t>(from),
                         static_cast<std::uint64_t>(to));
@@ -307,7 +311,8 @@ bool CellCollector::face_tables(Node& cells, const PieceRange& piece) {
     stream_ends_.set(c, static_cast<std::int64_t>(streams_.size()));
   }
   const std::int64_t used = face_ends.size() == 0 ? 0 : face_ends.at(face_ends.size() - 1);
-  return standard && at == face_ids.size() && used == static_cast<std::int64_t>(points.size());
+  return standard && position == face_ids.size() &&
+         used == static_cast<std::int64_t>(points.size());
 }
 
 void CellCollector::Reordered::add(std::uint64_t cell, const std::vector<std::int64_t>& points,
@@ -331,7 +336,7 @@ void CellCollector::add_cells(Node& offsets, Node& connectivity, const PieceRang
     const std::int64_t end = ends.at(c);
     if (end < begin || static_cast<std::uint64_t>(end) > nodes.size())
       loader_.fail(ErrorCode::corrupt, offsets,
-                   "cell " + std::to_string(c) + " ends where its points cannot end");
+                   "cell " + std::to_string(c) + " has an impossible end");
     if (end - begin > static_cast<std::int64_t>(kMaxNodesPerCell))
       loader_.fail(ErrorCode::unsupported, connectivity,
                    "cell " + std::to_string(c) + " has more than 65536 points");
@@ -359,19 +364,20 @@ void CellCollector::add_cells(Node& offsets, Node& connectivity, const PieceRang
   }
 }
 
-// `numbers`: points, or a stream of faces, of which only the points count from the first piece on.
+// `numbers`: points, or a stream of faces. Only point numbers are shifted by the first point of the
+// piece, not face sizes.
 void CellCollector::add_cell(std::uint64_t cell, std::uint8_t type,
                              const std::vector<std::int64_t>& numbers, const PieceRange& piece) {
   std::vector<std::int64_t> moved = numbers;
   const auto first_point = static_cast<std::int64_t>(piece.first_point);
   if (type == vtk::kPolyhedron) {
-    for (std::size_t at = 1; at < moved.size();) {
-      const std::int64_t size = moved[at++];
-      for (std::int64_t i = 0; i < size; ++i, ++at) {
-        if (moved[at] < 0 || static_cast<std::uint64_t>(moved[at]) >= piece.points)
-          moved[at] = -1;  // the table complains of it
+    for (std::size_t position = 1; position < moved.size();) {
+      const std::int64_t size = moved[position++];
+      for (std::int64_t i = 0; i < size; ++i, ++position) {
+        if (moved[position] < 0 || static_cast<std::uint64_t>(moved[position]) >= piece.points)
+          moved[position] = -1;  // CellTable reports the error
         else
-          moved[at] += first_point;
+          moved[position] += first_point;
       }
     }
   } else {

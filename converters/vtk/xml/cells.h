@@ -1,5 +1,5 @@
-// CellCollector: the cells of all pieces of a VTU file as one table such as legacy files have:
-// numbers of points counted through all pieces, polyhedra as streams of faces.
+// CellCollector: joins the cells of all pieces of a VTU file into one table, in the form of legacy
+// files: point numbers count through all pieces, and polyhedra are streams of faces.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@
 
 namespace shm::converters::vtu {
 
-// The points of a stream of faces in the order of their first use.
+// Returns the points of a face stream in the order of their first use.
 std::vector<std::int64_t> first_uses(const std::vector<std::int64_t>& stream);
 
 struct PieceRange {
@@ -26,7 +26,8 @@ class CellCollector {
   CellCollector(ArrayLoader& loader, Spool& spool);
   // Takes the cells of the next piece and marks their arrays.
   void add_piece(Node& cells, const PieceRange& piece);
-  // Hands the table over, and adds what it cannot hold to `info`. Call once.
+  // Moves the cells into `table` and adds the extras that the table cannot express to `info`. Call
+  // it once.
   void finish(vtk::CellTable& table, MeshInfo& info);
 
  private:
@@ -38,7 +39,7 @@ class CellCollector {
     PagedArray values;
   };
   Node* find(Node& cells, std::string_view name) const;
-  bool read_types(Node& types, const PieceRange& piece);  // true: there are polyhedra
+  bool read_types(Node& types, const PieceRange& piece);  // returns true if there are polyhedra
   void read_plain(Node& offsets, Node& connectivity, const PieceRange& piece);
   void read_with_faces(Node& cells, Node& offsets, Node& connectivity, const PieceRange& piece);
   bool face_streams(Node& faces, Node& ends, const PieceRange& piece);
@@ -56,16 +57,17 @@ class CellCollector {
   ArrayLoader& loader_;
   Spool& spool_;
   PagedArray offsets_, connectivity_, types_;
-  // Streams of the faces of the piece under way: numbers of its own points.
+  // Face streams of the current piece, with point numbers of the piece.
   std::uint64_t face_nodes_ = 0;      // points of the faces of all polyhedra of a piece
-  PagedArray streams_, stream_ends_;  // ends: one for each cell, with those before it
-  // Polyhedra whose points stand in another order than one that all others have.
+  PagedArray streams_, stream_ends_;  // stream_ends_: for each cell the end of its stream
+  // Polyhedra whose points are in a different order than those of the other polyhedra.
   struct Reordered {
     std::vector<std::int64_t> cells, counts, nodes;
     void add(std::uint64_t cell, const std::vector<std::int64_t>& points,
              std::uint64_t first_point);
   };
-  // Not in the order in which their faces first use them; not ascending.
+  // unlike_faces_: points not in the order in which the faces first use them. not_ascending_:
+  // points not ascending.
   Reordered unlike_faces_, not_ascending_;
 };
 

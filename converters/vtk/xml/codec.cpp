@@ -11,7 +11,7 @@
 namespace shm::converters::vtu {
 namespace {
 
-// No level stands in a file. VTK's own default for zlib and LZMA is 5; LZ4 has none.
+// Files do not store the level. VTK's default is 5 for zlib and LZMA; LZ4 has no level.
 constexpr int kZlibLevel = 5;
 constexpr std::uint32_t kLzmaPreset = 5;
 constexpr std::uint64_t kLzmaMemory = std::uint64_t{128} << 20;  // the largest preset needs 65 MiB
@@ -65,7 +65,7 @@ std::size_t make_lz4_block(const std::byte* values, std::size_t size, std::vecto
   return static_cast<std::size_t>(made);
 }
 
-// The dictionary is no larger than the block: small ones take no time to set it up.
+// The dictionary is not larger than the block, so that setting it up for small blocks is fast.
 std::size_t make_lzma_block(const std::byte* values, std::size_t size,
                             std::vector<std::byte>& out) {
   lzma_options_lzma options;
@@ -115,11 +115,11 @@ std::vector<std::byte> compress(Compressor compressor, const std::byte* values, 
 }
 
 void append_base64(std::string& text, const std::byte* bytes, std::size_t count) {
-  for (std::size_t at = 0; at < count; at += 3) {
+  for (std::size_t offset = 0; offset < count; offset += 3) {
     std::uint32_t three = 0;
-    const std::size_t here = count - at < 3 ? count - at : 3;
+    const std::size_t here = count - offset < 3 ? count - offset : 3;
     for (std::size_t i = 0; i < 3; ++i)
-      three = three << 8 | (i < here ? static_cast<std::uint32_t>(bytes[at + i]) : 0U);
+      three = three << 8 | (i < here ? static_cast<std::uint32_t>(bytes[offset + i]) : 0U);
     for (std::size_t i = 0; i < 4; ++i)
       text += i <= here ? kBase64Digits[three >> (18 - 6 * i) & 63U] : '=';
   }

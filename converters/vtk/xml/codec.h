@@ -1,5 +1,5 @@
-// How the numbers of VTU files become bytes: the compressors that VTK knows, one block at a time,
-// base64, and what the head of a file states of them.
+// Byte encoding of the numbers in VTU files: VTK's compressors, applied block by block, base64, and
+// the properties of the encoding that the head of a file states.
 #pragma once
 
 #include <cstddef>
@@ -13,34 +13,36 @@ namespace shm::converters::vtu {
 
 enum class Compressor : std::uint8_t { none, zlib, lz4, lzma };
 
-// "vtkZLibDataCompressor", ...; nothing for other names.
+// Recognizes "vtkZLibDataCompressor", ...; returns nothing for other names.
 std::optional<Compressor> compressor_of_name(std::string_view name);
 
-// The same for all arrays of a file.
+// Encoding of all arrays of a file.
 struct ByteForm {
   bool big_endian = false;
-  std::size_t header_bytes = 8;  // of a number in headers: 4 or 8
+  std::size_t header_bytes = 8;  // size of a number in headers: 4 or 8
   Compressor compressor = Compressor::none;
 };
 
-// Most bytes that a compressed block of `size` bytes may have: more than any compressor makes.
+// Maximum size in bytes of a compressed block of `size` bytes. No compressor produces more.
 constexpr std::uint64_t most_compressed_bytes(std::uint64_t size) {
   return size + size / 8 + (std::uint64_t{1} << 16);
 }
 
-// False when the block is not exactly `size` bytes compressed, size <= kMostBlockBytes.
+// Returns false if the block does not decompress to exactly `size` bytes. Requires size <=
+// kMostBlockBytes.
 bool decompress(Compressor compressor, const std::vector<std::byte>& block, std::byte* out,
                 std::size_t size);
-// `size` > 0. Throws Failure (output) when memory is short.
+// Requires `size` > 0. Throws Failure (output) if memory runs out.
 std::vector<std::byte> compress(Compressor compressor, const std::byte* values, std::size_t size);
 
-// Three bytes as four characters; fewer are padded with '='. `text` gets them appended.
+// Appends the base64 form of `bytes` to `text`: four characters for three bytes, padded with '=' at
+// the end.
 void append_base64(std::string& text, const std::byte* bytes, std::size_t count);
 constexpr std::uint64_t base64_length(std::uint64_t bytes) { return (bytes + 2) / 3 * 4; }
-// Value of a character, 0 to 63; -1 for others.
+// Returns the value of a base64 character, 0 to 63, or -1 for other characters.
 int base64_value(char c);
 
-// Words of headers in the byte order of the file.
+// Header words in the byte order of the file.
 void append_word(std::vector<std::byte>& out, std::uint64_t word, const ByteForm& form);
 std::uint64_t word_at(const std::byte* bytes, const ByteForm& form);
 

@@ -1,4 +1,4 @@
-// Collections of VTK XML files (.pvd, as ParaView writes them): a file for each time step.
+// Collections of VTK XML files (.pvd, as written by ParaView): one file per time step.
 #pragma once
 
 #include <cstddef>
@@ -10,12 +10,12 @@ namespace shm::converters {
 
 struct CollectedFile {
   double time = 0;
-  std::string file;  // as the collection has it: relative to its folder, or absolute
+  std::string file;  // as written in the collection: relative to its folder, or absolute
 };
 
-// Whether a file that begins with `head` is one.
+// Returns true if a file that begins with `head` is a collection.
 bool looks_like_collection(std::span<const std::byte> head);
-// Its files, in the order of their times, which all differ. Throws Failure.
+// Returns the files of a collection, sorted by time. No two times are equal. Throws Failure.
 std::vector<CollectedFile> read_collection(const std::string& path);
 std::string collection_text(std::span<const CollectedFile> files);
 

@@ -1,4 +1,4 @@
-// What other code may ask of VTK XML files, and of meshes that came from them.
+// The Format of VTK XML files: recognition, opening, writing, capabilities and losses.
 #include <algorithm>
 #include <optional>
 #include <string_view>

@@ -13,7 +13,8 @@
 namespace shm::converters::vtu {
 namespace {
 
-// Extras are held in memory. Of a smaller file there may be fewer: so many for each of its bytes.
+// Extras are held in memory. The limit is kMostExtraBytes, and for small files kMostExtraExpansion
+// per byte of the file, but at least kFewExtraBytes.
 constexpr std::uint64_t kMostExtraBytes = std::uint64_t{1} << 30;
 constexpr std::uint64_t kFewExtraBytes = std::uint64_t{64} << 20;
 constexpr std::uint64_t kMostExtraExpansion = 64;
@@ -47,15 +48,15 @@ void ArrayLoader::read_head(Node& root) {
   double version = 0;
   const std::string version_word = root.attribute_or("version", "0.1");
   if (!TextInput::parse(version_word, version) || !(version >= 0))
-    fail(ErrorCode::corrupt, root, "'" + version_word.substr(0, 40) + "' is no version");
+    fail(ErrorCode::corrupt, root, "'" + version_word.substr(0, 40) + "' is not a version");
   if (version >= 3) fail(ErrorCode::unsupported, root, "versions beyond 2 are not known");
   ByteForm form;
   const std::string order = root.attribute_or("byte_order", "LittleEndian");
   const std::string header = root.attribute_or("header_type", "UInt32");
   if (order != "LittleEndian" && order != "BigEndian")
-    fail(ErrorCode::corrupt, root, "'" + order.substr(0, 40) + "' is no byte order");
+    fail(ErrorCode::corrupt, root, "'" + order.substr(0, 40) + "' is not a byte order");
   if (header != "UInt32" && header != "UInt64")
-    fail(ErrorCode::corrupt, root, "'" + header.substr(0, 40) + "' is no type of headers");
+    fail(ErrorCode::corrupt, root, "'" + header.substr(0, 40) + "' is not a type of headers");
   form.big_endian = order == "BigEndian";
   form.header_bytes = header == "UInt64" ? 8 : 4;
   const std::string compressor = root.attribute_or("compressor", "");
@@ -80,7 +81,7 @@ std::uint64_t ArrayLoader::count_attribute(const Node& node, std::string_view ke
   const auto count = parse_count(*text);
   if (!count)
     fail(ErrorCode::corrupt, node,
-         "'" + text->substr(0, 40) + "' is no count for " + std::string(key));
+         "'" + text->substr(0, 40) + "' is not a count for " + std::string(key));
   return *count;
 }
 
@@ -99,7 +100,7 @@ PayloadPlace ArrayLoader::place_of(Node& array) const {
       fail(ErrorCode::truncated, array, "its values are appended, but the file has none");
     const std::uint64_t offset = count_attribute(array, "offset");
     if (offset >= file_bytes_ - document_.appended_begin)
-      fail(ErrorCode::truncated, array, "its values begin behind the end of the file");
+      fail(ErrorCode::truncated, array, "its values begin after the end of the file");
     place.begin = document_.appended_begin + offset;
     place.end = file_bytes_;
     return place;
@@ -118,7 +119,7 @@ std::uint64_t ArrayLoader::read(Node& array, const ArrayType& type, std::uint64_
   if (most == 0) return 0;
   const PayloadPlace place = place_of(array);
   if (place.style == Style::base64 && place.begin == place.end) return 0;
-  // VTK writes the characters of strings as they are signed.
+  // VTK writes the characters of strings as signed numbers.
   const bool text = type.kind == ArrayKind::string && place.style == Style::ascii;
   const std::uint64_t found = payload_->read(place, text ? ScalarType::int8 : type.stored,
                                              type.kind == ArrayKind::bit, most, take);
@@ -132,8 +133,9 @@ void ArrayLoader::load(Node& array, const ArrayType& type, std::uint64_t count, 
     out.append(values.size() / width, values.data());
   });
   if (found != count)
-    fail(ErrorCode::truncated, array,
-         "has " + std::to_string(found) + " values where " + std::to_string(count) + " belong");
+    fail(
+        ErrorCode::truncated, array,
+        "has " + std::to_string(found) + " values, but " + std::to_string(count) + " are expected");
 }
 
 bool ArrayLoader::same_place(const Node& a, const Node& b) {
@@ -149,25 +151,25 @@ bool ArrayLoader::same_values(Node& a, Node& b, Spool& spool) {
   if (same_place(a, b)) return true;
   const auto type = type_of(a);
   if (!type || type != type_of(b)) return false;
-  // Of `a` no more is read than `b` has: many may be compared with it.
+  // Reads no more of `a` than `b` has, because many arrays may be compared with `a`.
   const std::size_t width = scalar_bytes(type->stored);
   PagedArray second(spool, width);
   read(b, *type, kNoLimit, [&](std::span<const std::byte> values) {
     second.append(values.size() / width, values.data());
   });
   bool same = true;
-  std::uint64_t at = 0;
+  std::uint64_t position = 0;
   std::vector<std::byte> other;
   read(a, *type, second.size() + 1, [&](std::span<const std::byte> values) {
     const std::uint64_t n = values.size() / width;
-    same = same && n <= second.size() - at;
+    same = same && n <= second.size() - position;
     if (!same) return;
     other.resize(values.size());
-    second.read(at, n, other.data());
+    second.read(position, n, other.data());
     same = std::equal(other.begin(), other.end(), values.begin());
-    at += n;
+    position += n;
   });
-  return same && at == second.size();
+  return same && position == second.size();
 }
 
 std::uint64_t ArrayLoader::read_integers(
@@ -176,13 +178,13 @@ std::uint64_t ArrayLoader::read_integers(
   const auto type = type_of(array);
   if (!type || type->kind != ArrayKind::number || is_float(type->stored))
     fail(ErrorCode::unsupported, array,
-         "'" + array.attribute_or("type", "").substr(0, 40) + "' is no type of cell numbers");
+         "'" + array.attribute_or("type", "").substr(0, 40) + "' is not a type of cell numbers");
   std::vector<std::int64_t> wide;
   return read(array, *type, most, [&](std::span<const std::byte> values) {
     with_scalar(type->stored, [&](auto value) {
       wide.clear();
-      for (std::size_t at = 0; at < values.size(); at += sizeof value) {
-        std::memcpy(&value, values.data() + at, sizeof value);
+      for (std::size_t offset = 0; offset < values.size(); offset += sizeof value) {
+        std::memcpy(&value, values.data() + offset, sizeof value);
         if constexpr (std::is_integral_v<decltype(value)>)
           wide.push_back(static_cast<std::int64_t>(value));
       }
@@ -193,7 +195,7 @@ std::uint64_t ArrayLoader::read_integers(
 
 void ArrayLoader::keep_as_extra(Node& array, std::uint64_t most) {
   const auto type = type_of(array);
-  if (!type) return mark(array, "none");  // VTK reads nothing of it
+  if (!type) return mark(array, "none");  // VTK does not read such an array
   std::string place;
   if (array.attribute_or("format", "") == "appended")
     place = array.attribute_or("offset", "") + ' ' + array.attribute_or("type", "") + ' ' +
@@ -214,7 +216,7 @@ void ArrayLoader::keep_as_extra(Node& array, std::uint64_t most) {
   });
   if (most != kNoLimit && type->kind != ArrayKind::string && found != most)
     fail(ErrorCode::truncated, array,
-         "has " + std::to_string(found) + " values where " + std::to_string(most) + " belong");
+         "has " + std::to_string(found) + " values, but " + std::to_string(most) + " are expected");
   extra.shape = {found};
   info_.extras.push_back(std::move(extra));
   mark(array, 'x' + std::to_string(extras_++));
@@ -226,12 +228,12 @@ void ArrayLoader::mark_like(Node& array, const std::string& text) {
   mark(array, text);
 }
 
-void ArrayLoader::mark(Node& array, const std::string& what) {
+void ArrayLoader::mark(Node& array, const std::string& word) {
   Node* values = array.values();
   if (values == nullptr)
     values =
         &*array.children.insert(array.children.begin(), Node{.kind = NodeKind::values, .name = {}});
-  values->text = what;
+  values->text = word;
   const auto block = block_bytes_.find(&array);
   if (block != block_bytes_.end() && block->second > 0 && block->second != kUsualBlockBytes)
     values->text += " b" + std::to_string(block->second);

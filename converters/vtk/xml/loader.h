@@ -1,5 +1,5 @@
-// ArrayLoader: finds and reads the arrays of a VTU file as its tree lists them, and notes in the
-// tree what became of their numbers.
+// ArrayLoader: finds and reads the arrays that the tree of a VTU file lists, and notes in the tree
+// in which array or extra their numbers are stored.
 #pragma once
 
 #include <cstdint>
@@ -23,32 +23,33 @@ inline constexpr std::uint64_t kNoLimit = ~std::uint64_t{0};
 
 class ArrayLoader {
  public:
-  // Borrows all. Throws Failure when the head of the document makes no sense.
+  // Borrows all arguments. Throws Failure if the head of the document is invalid.
   ArrayLoader(std::string path, Document& document, MeshInfo& info);
 
   std::optional<ArrayType> type_of(const Node& array) const;
   std::uint64_t components_of(const Node& array) const;
-  // An attribute that must be a count.
+  // Returns the value of an attribute that must be a count. Throws Failure otherwise.
   std::uint64_t count_attribute(const Node& node, std::string_view key) const;
 
-  // At most `most` numbers, in pieces; returns how many there were.
+  // Reads at most `most` numbers in pieces. Returns how many there were.
   std::uint64_t read(Node& array, const ArrayType& type, std::uint64_t most,
                      const PayloadReader::Take& take);
-  // Exactly `count` numbers, which `out` gets appended.
+  // Reads exactly `count` numbers and appends them to `out`.
   void load(Node& array, const ArrayType& type, std::uint64_t count, PagedArray& out);
-  // Whether both stand at the same place in the file, as arrays that do not change from step to
-  // step do.
+  // Returns true if both arrays have the same place in the file. Arrays that do not change from
+  // step to step share their place.
   static bool same_place(const Node& a, const Node& b);
-  // Whether they have the same values, however they stand.
+  // Returns true if both arrays have the same values, in whatever encoding.
   bool same_values(Node& a, Node& b, Spool& spool);
-  // As integers of 64 bits, in pieces.
+  // Reads numbers as 64-bit integers, in pieces.
   std::uint64_t read_integers(Node& array, std::uint64_t most,
                               const std::function<void(std::span<const std::int64_t>)>& take);
-  // All numbers, at most `most`, become an extra of their own.
+  // Stores all numbers, at most `most`, as an extra.
   void keep_as_extra(Node& array, std::uint64_t most);
-  // Notes what the numbers of an array are (see vtu.h). After reading them, when they are read.
-  void mark(Node& array, const std::string& what);
-  void mark_like(Node& array, const std::string& text);  // `text`: of another array's mark
+  // Notes the word for the numbers of an array (see vtu.h). If the array is read, call it
+  // afterwards.
+  void mark(Node& array, const std::string& word);
+  void mark_like(Node& array, const std::string& text);  // `text`: mark of the other array
 
   [[noreturn]] void fail(ErrorCode code, const Node& node, std::string detail) const;
 
@@ -63,9 +64,9 @@ class ArrayLoader {
   std::uint64_t file_bytes_ = 0;
   Style appended_style_ = Style::base64;
   std::optional<PayloadReader> payload_;
-  std::map<std::string, std::string> kept_;  // appended extras by their place
+  std::map<std::string, std::string> kept_;  // appended extras by their place in the file
   std::uint64_t extras_ = 0, extra_bytes_ = 0;
-  std::map<const Node*, std::uint64_t> block_bytes_;  // of each array that was read
+  std::map<const Node*, std::uint64_t> block_bytes_;  // block size of each array read so far
 };
 
 }  // namespace shm::converters::vtu

@@ -16,22 +16,23 @@ namespace {
 
 constexpr std::size_t kPieceBytes = std::size_t{1} << 18;
 constexpr std::size_t kFileBytes = std::size_t{1} << 16, kFirstFileBytes = std::size_t{1} << 12;
-// Read and unpacked for each byte of the file, all arrays together: deflate makes at most 1032
-// bytes of one; text makes four, and some arrays are read twice. And what any file may have.
+// Limits for the bytes read and unpacked by all arrays together, per byte of the file. Deflate
+// expands a byte to at most 1032 bytes; a character of text yields at most four bytes; some arrays
+// are read twice. Every file may use kAlwaysAllowed.
 constexpr std::uint64_t kMostExpansion = 1100, kMostPlainExpansion = 16;
 constexpr std::uint64_t kAlwaysAllowed = std::uint64_t{256} << 20;
 constexpr std::size_t kLongestWord = 400;  // a double written out in full has some 350 digits
 
 bool is_space(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
 
-// Bytes `at` to `end` of a file.
+// A range of bytes of a file, read front to back.
 class FileRange {
  public:
   FileRange(std::shared_ptr<vtk::RandomFile> file, std::uint64_t begin, std::uint64_t end)
       : file_(std::move(file)), at_(begin), end_(std::max(begin, end)) {}
 
   std::uint64_t left() const { return end_ - at_; }
-  // Bytes that were read or looked at since the last call.
+  // Returns the bytes read since the last call, counting those read ahead.
   std::uint64_t newly_read() { return std::exchange(newly_read_, 0); }
   std::size_t read(std::byte* out, std::size_t count) {
     const std::size_t n = std::min<std::uint64_t>(count, left());
@@ -41,7 +42,7 @@ class FileRange {
     return n;
   }
   void skip(std::uint64_t count) { at_ += std::min(count, left()); }
-  // The next character; false at the end.
+  // Returns the next character in `c`, or false at the end.
   bool next(char& c) {
     if (taken_ == buffer_.size()) {
       const std::size_t more = buffer_.empty() ? kFirstFileBytes : kFileBytes;
@@ -64,7 +65,7 @@ class FileRange {
   std::uint64_t newly_read_ = 0;
 };
 
-// A word of a text file as a number. As VTK does, bytes keep the low 8 bits: 200 may mean -56.
+// Parses a word of a text file as a number. As in VTK, bytes keep the low 8 bits: 200 may mean -56.
 template <class T>
 bool parse_word(std::string_view word, T& value) {
   if constexpr (sizeof(T) == 1) {
@@ -79,8 +80,8 @@ bool parse_word(std::string_view word, T& value) {
 
 }  // namespace
 
-// Raw or base64 bytes. Base64 may be padded anywhere, as between header and data, and ends at the
-// first character that is none of its own. Copies go on by themselves.
+// Raw or base64 bytes. Base64 may be padded anywhere, e.g. between header and data, and ends at the
+// first character outside its alphabet. A copy reads independently of the original.
 class PayloadReader::Bytes {
  public:
   Bytes(FileRange range, bool base64) : range_(std::move(range)), base64_(base64) {}
@@ -94,7 +95,7 @@ class PayloadReader::Bytes {
     }
     return done;
   }
-  // False when there are not as many.
+  // Returns false if fewer bytes are left.
   bool skip(std::uint64_t count) {
     if (!base64_) {
       const bool enough = count <= range_.left();
@@ -110,7 +111,7 @@ class PayloadReader::Bytes {
     return true;
   }
   std::uint64_t newly_read() { return range_.newly_read(); }
-  // At least as many bytes as are left: what a stated size may not exceed.
+  // Upper bound of the bytes left. Sizes stated in the file may not exceed it.
   std::uint64_t most_left() const { return range_.left() + kFileBytes; }
 
  private:
@@ -155,8 +156,8 @@ PayloadReader::PayloadReader(std::shared_ptr<vtk::RandomFile> file, std::string 
 void PayloadReader::spend(const PayloadPlace& place, std::uint64_t bytes) {
   if (bytes > room_)
     fail(ErrorCode::over_limit, place,
-         "up to here the arrays unpack to more bytes than a file of " +
-             std::to_string(file_bytes_) + " may have");
+         "the arrays so far unpack to more bytes than the limit for a file of " +
+             std::to_string(file_bytes_) + " bytes");
   room_ -= bytes;
 }
 
@@ -199,8 +200,8 @@ void PayloadReader::decode_plain(const PayloadPlace& place, Bytes& bytes, const 
   }
 }
 
-// Header: number of blocks, bytes of each, bytes of the last one (0: full), then how many bytes
-// each has compressed. The blocks follow.
+// Header: number of blocks, size of a block, size of the last block (0: a full block), then the
+// compressed size of each block. The blocks follow.
 void PayloadReader::decode_blocks(const PayloadPlace& place, Bytes& sizes, const TakeBytes& take) {
   std::array<std::byte, 24> head;
   const std::size_t word = form_.header_bytes;
@@ -230,7 +231,7 @@ void PayloadReader::decode_blocks(const PayloadPlace& place, Bytes& sizes, const
     const std::uint64_t packed = word_at(head.data(), form_);
     if (packed > most_compressed_bytes(size))
       fail(ErrorCode::corrupt, place,
-           "block " + std::to_string(b) + " states more bytes compressed than it can have");
+           "block " + std::to_string(b) + " has an impossible compressed size");
     spend(place, packed + size + sizes.newly_read() + data.newly_read());
     block.resize(packed);
     if (data.read(block.data(), packed) != packed)
@@ -246,7 +247,7 @@ std::uint64_t PayloadReader::read_binary(const PayloadPlace& place, ScalarType t
                                          std::uint64_t most, const Take& take) {
   const std::size_t width = scalar_bytes(type);
   std::uint64_t done = 0;
-  std::vector<std::byte> values;  // begins with what was left of a cut number
+  std::vector<std::byte> values;  // begins with the bytes of a number that the last piece cut
   decode(place, [&](std::span<const std::byte> piece) {
     values.insert(values.end(), piece.begin(), piece.end());
     const std::uint64_t n = std::min<std::uint64_t>(values.size() / width, most - done);
@@ -291,8 +292,7 @@ std::uint64_t PayloadReader::read_text(const PayloadPlace& place, ScalarType typ
       }
       if (word.empty()) continue;
       if (!parse_word(word, value))
-        fail(ErrorCode::corrupt, place,
-             "'" + word.substr(0, 40) + "' is not the number that should stand here");
+        fail(ErrorCode::corrupt, place, "'" + word.substr(0, 40) + "' is not a valid number");
       word.clear();
       ++done;
       const auto* bytes = reinterpret_cast<const std::byte*>(&value);

@@ -1,6 +1,7 @@
-// The numbers of one array of a VTU file, read front to back wherever and however they stand:
-// text or base64 within the XML, raw or base64 appended bytes, compressed or not. Bounded memory:
-// pieces of 256 KiB, or one compressed block; no stated size counts before its bytes are there.
+// Reads the numbers of one VTU array front to back, in every place and encoding: text or base64
+// within the XML, raw or base64 appended bytes, compressed or not. Memory is bounded: pieces of 256
+// KiB, or one compressed block. The reader allocates memory for bytes that are present, never for a
+// size that the file only states.
 #pragma once
 
 #include <cstddef>
@@ -20,29 +21,30 @@ namespace shm::converters::vtu {
 enum class Style : std::uint8_t { ascii, base64, raw };
 
 struct PayloadPlace {
-  std::string array;  // what errors name
+  std::string array;  // name of the array in errors
   Style style = Style::raw;
-  std::uint64_t begin = 0, end = 0;  // in the file
+  std::uint64_t begin = 0, end = 0;  // byte range in the file
 };
 
 class PayloadReader {
  public:
-  // `path`: the file of `file_bytes`, for errors. What all arrays together take is limited by
-  // its size: they may share their bytes, and bytes may unpack to very many (over_limit).
+  // `path` and `file_bytes` (the size of the file) are for errors and limits. The size of the file
+  // limits how much all arrays together may read and unpack, because arrays may share their bytes,
+  // and bytes may unpack to very many. More is over_limit.
   PayloadReader(std::shared_ptr<vtk::RandomFile> file, std::string path, ByteForm form,
                 std::uint64_t file_bytes);
 
-  // Calls take(values) with at most `most` numbers in host order, in pieces; returns how many
-  // there were. Bits (`bits`, with type uint8) come as 0 and 1. Throws Failure.
+  // Calls take(values) with at most `most` numbers in host byte order, in pieces. Returns how many
+  // there were. Bits (`bits`, with type uint8) are passed as 0 and 1. Throws Failure.
   using Take = std::function<void(std::span<const std::byte>)>;
   std::uint64_t read(const PayloadPlace& place, ScalarType type, bool bits, std::uint64_t most,
                      const Take& take);
-  // Bytes of a block of the payload read last; 0 when it was not compressed.
+  // Block size in bytes of the last payload read; 0 if it was not compressed.
   std::uint64_t block_bytes() const { return block_bytes_; }
 
  private:
   class Bytes;
-  using TakeBytes = std::function<bool(std::span<const std::byte>)>;  // false: enough
+  using TakeBytes = std::function<bool(std::span<const std::byte>)>;  // returns false to stop
   [[noreturn]] void fail(ErrorCode code, const PayloadPlace& place, std::string detail) const;
   void spend(const PayloadPlace& place, std::uint64_t bytes);
   void decode(const PayloadPlace& place, const TakeBytes& take);
@@ -57,7 +59,7 @@ class PayloadReader {
   std::shared_ptr<vtk::RandomFile> file_;
   std::string path_;
   ByteForm form_;
-  std::uint64_t file_bytes_, room_;  // bytes that may still be read and unpacked
+  std::uint64_t file_bytes_, room_;  // room_: bytes that may still be read and unpacked
   std::uint64_t block_bytes_ = 0;
 };
 

@@ -1,5 +1,5 @@
-// PayloadWriter: the numbers of one array of a VTU file on their way into it, as text, base64 or
-// raw bytes, compressed block by block. The counterpart of PayloadReader.
+// PayloadWriter: writes the numbers of one VTU array as text, base64 or raw bytes, compressed block
+// by block. The counterpart of PayloadReader.
 #pragma once
 
 #include <array>
@@ -20,14 +20,15 @@ class PayloadWriter {
   PayloadWriter(NumberOutput& out, ByteForm form) : out_(out), form_(form) {}
 
   struct Head {
-    std::string array;  // what errors name
+    std::string array;  // name of the array in errors
     Style style = Style::raw;
     ScalarType type = ScalarType::float64;
     bool bits = false;        // uint8 of 0 and 1
-    std::uint64_t count = 0;  // of all numbers
+    std::uint64_t count = 0;  // number of values of the array
     std::uint64_t block_bytes = kUsualBlockBytes;
   };
-  // begin(), as many numbers in host order as it was given, end().
+  // Call begin(), then numbers() until all `count` numbers in host byte order are passed, then
+  // end().
   void begin(const Head& head);
   void numbers(const std::byte* values, std::size_t count);
   void end();
@@ -48,9 +49,9 @@ class PayloadWriter {
   std::uint64_t seen_ = 0, header_at_ = 0;
   std::vector<std::byte> swapped_, block_, bits_;
   std::vector<std::uint64_t> block_sizes_;
-  std::array<std::byte, 3> group_{};  // base64: bytes of a group that is not full
+  std::array<std::byte, 3> group_{};  // base64: bytes of an incomplete group
   std::size_t grouped_ = 0;
-  std::uint8_t group_bits_ = 0;  // bits of a byte that is not full
+  std::uint8_t group_bits_ = 0;  // bits of an incomplete byte
   unsigned bit_count_ = 0;
   std::uint64_t last_block_ = 0;
   std::string text_;

@@ -70,8 +70,7 @@ void VtuPlan::plan_from_source(const Extra& text) {
 void VtuPlan::read_head() {
   Node& root = document_.root();
   const auto compressor = compressor_of_name(root.attribute_or("compressor", ""));
-  if (!compressor)
-    vtk::fail_extra(std::string(kSkeletonKey), "names a compressor that is not known");
+  if (!compressor) vtk::fail_extra(std::string(kSkeletonKey), "names an unknown compressor");
   form_.compressor = *compressor;
   form_.big_endian = root.attribute_or("byte_order", "") == "BigEndian";
   form_.header_bytes = root.attribute_or("header_type", "") == "UInt64" ? 8 : 4;
@@ -82,30 +81,31 @@ void VtuPlan::read_head() {
   }
 }
 
-// Where pieces no longer are what they were, there is one.
+// Finds the ranges of the pieces. If they no longer match the mesh, joins the pieces into one.
 void VtuPlan::find_pieces() {
   PieceRange next;
-  bool good = true;
+  bool valid = true;
   std::size_t count = 0;
   for (Node& piece : grid().children) {
     if (!is_piece(piece)) continue;
     ++count;
     const auto points = parse_count(piece.attribute_or("NumberOfPoints", ""));
     const auto cells = parse_count(piece.attribute_or("NumberOfCells", ""));
-    good = good && points && cells && *points <= info_.vertices - next.first_point &&
-           *cells <= info_.cells() - next.first_cell;
-    if (!good) break;
+    valid = valid && points && cells && *points <= info_.vertices - next.first_point &&
+            *cells <= info_.cells() - next.first_cell;
+    if (!valid) break;
     next.points = *points;
     next.cells = *cells;
     pieces_.push_back(next);
     next.first_point += next.points;
     next.first_cell += next.cells;
   }
-  good = good && next.first_point == info_.vertices && next.first_cell == info_.cells();
-  if (!good || (count > 1 && info_.schema.order != Order::keep)) join_pieces();
+  valid = valid && next.first_point == info_.vertices && next.first_cell == info_.cells();
+  if (!valid || (count > 1 && info_.schema.order != Order::keep)) join_pieces();
 }
 
-// The first piece that is not empty stands for all; what it has of its own alone goes.
+// Keeps the first non-empty piece and makes it the piece of the whole mesh. Arrays with values of
+// this piece only are removed.
 void VtuPlan::join_pieces() {
   pieces_ = {{0, info_.vertices, 0, info_.cells()}};
   auto& nodes = grid().children;
@@ -129,12 +129,13 @@ void VtuPlan::fit_arrays(Node& data, Location location) {
                 [&](Node& each) { return each.is_array() && !fits(each, location); });
 }
 
-// False when the array that an element names is not there, or no longer what it was.
+// Returns false if the array that an element names is missing or no longer has the stated
+// properties.
 bool VtuPlan::fits(Node& array, Location location) {
   Node* node = array.values();
   const auto word = node == nullptr ? std::nullopt : parse_values_word(node->text);
   if (!word) return false;
-  // Values that are no array of the schema stand in the order of the source.
+  // Values that are not an array of the schema are in the order of the source.
   if (word->kind != ValuesWord::Kind::array) return info_.schema.order == Order::keep;
   if (word->index >= info_.schema.arrays.size()) return false;
   const ArrayInfo& info = info_.schema.arrays[word->index];
@@ -145,12 +146,12 @@ bool VtuPlan::fits(Node& array, Location location) {
       info.per_step != word->step.has_value() || !info.blocks.empty())
     return false;
   if (word->step && *word->step >= info_.step_times.size()) return false;
-  if (info.quantization.lossy()) forget_ranges(array);  // they are no longer true
+  if (info.quantization.lossy()) forget_ranges(array);  // ranges of rounded values may be wrong
   placed_.insert(word->index);
   return true;
 }
 
-// Strings are places in a list, and have no steps.
+// Strings are indices into a list and have no steps.
 bool VtuPlan::is_of_type(const ArrayInfo& info, const ArrayType& type) const {
   if (type.kind == ArrayKind::string) return info.role == vtk::kStringRole && !info.per_step;
   return info.role.empty() && (!info.per_step || !info_.step_times.empty()) &&
@@ -162,7 +163,7 @@ bool VtuPlan::is_written(std::size_t array) const {
   return info.role.empty() && (!info.per_step || !info_.step_times.empty());
 }
 
-// The points of later steps may be arrays of their own.
+// The points of later steps may be separate arrays.
 void VtuPlan::fit_points(Node& points) {
   std::erase_if(points.children, [&](Node& each) {
     if (!each.is_array()) return false;
@@ -177,8 +178,8 @@ void VtuPlan::fit_points(Node& points) {
   });
 }
 
-// Points, and the arrays that make the cells. Where cells stand in another order, arrays of faces
-// that were kept as they were are made anew.
+// Adds points and the arrays that describe cells if they are missing. If the cells have a new
+// order, face arrays that were kept as extras are computed again.
 void VtuPlan::fit_cells(Node& piece, const PieceRange& range) {
   if (own_ && range.points == 0 && piece.child("Points") == nullptr) return;
   Node& points = child_of(piece, "Points");
@@ -191,7 +192,7 @@ void VtuPlan::fit_cells(Node& piece, const PieceRange& range) {
     for (Node& each : points.children)
       if (each.is_array()) forget_ranges(each);
   if (own_ && range.cells == 0) return;
-  Node& cells = child_of(piece, "Cells");  // VTK wants it even where there are none
+  Node& cells = child_of(piece, "Cells");  // VTK requires the element even without cells
   const auto need = [&](std::string_view name, const char* type) {
     Node* found = array_named(cells, name);
     if (found == nullptr)
@@ -279,7 +280,7 @@ void VtuPlan::plan_from_others(Node& grid_node, Node& piece) {
   }
 }
 
-// That of the last step, where nothing says it.
+// Adds the time of the last step if the tree does not have it.
 void VtuPlan::add_time(Node& grid) const {
   Node* field = grid.child("FieldData");
   if (info_.step_times.empty() || grid.attribute("TimeValues") != nullptr ||
@@ -298,9 +299,9 @@ void VtuPlan::add_strings(Node& grid, const std::string& name, const Extra& stri
       .children.push_back(strings_element(name, {text, strings.data.size()}, format_, made_));
 }
 
-// Blocks of other formats have numbers of their own; VTK has only types, so they become an array.
+// Block ids of other formats become an array, because VTK blocks have only a cell type.
 void VtuPlan::add_block_ids(Node& data) const {
-  if (info_.schema.source_format.starts_with("vt")) return;  // those are types
+  if (info_.schema.source_format.starts_with("vt")) return;  // VTK's own block ids are cell types
   bool differ = false, wide = false;
   for (const BlockInfo& block : info_.schema.blocks) {
     differ |= block.id != info_.schema.blocks.front().id || !block.name.empty();

@@ -1,5 +1,5 @@
-// VtuPlan: the tree of a VTU file to be written, settled before its first byte: the source's own,
-// made to fit the mesh as it is now, or a plain one for a mesh of another format.
+// VtuPlan: the tree of the VTU file to be written, complete before its first byte is written. It is
+// the tree of the source, adapted to the current mesh, or a plain one for a mesh of another format.
 #pragma once
 
 #include <cstdint>
@@ -28,9 +28,10 @@ class VtuPlan : public vtk::CellPlan {
   Document& document() { return document_; }
   const ByteForm& form() const { return form_; }
   bool raw_appended() const { return raw_appended_; }
-  // Legacy files have the points of a polyhedron by its faces alone; VTK makes them ascend.
+  // Returns true if the points of polyhedra are listed in ascending order. Legacy files list only
+  // the points of faces, and VTK then sorts the points of the polyhedron.
   bool sorts_points() const { return !own_ || extra("vtu/polyhedron/ascending") != nullptr; }
-  // Points and cells of a <Piece>; null for all other nodes.
+  // Points and cells of a <Piece>. Null for all other nodes.
   const PieceRange* piece_of(const Node& node) const {
     const auto found = by_node_.find(&node);
     return found == by_node_.end() ? nullptr : &pieces_[found->second];
@@ -60,11 +61,11 @@ class VtuPlan : public vtk::CellPlan {
   Document document_;
   ByteForm form_;
   bool raw_appended_ = true, own_ = false;
-  std::string format_ = "appended";  // of arrays that the source did not have
-  std::vector<PieceRange> pieces_;   // they follow each other
+  std::string format_ = "appended";  // format of arrays that the source did not have
+  std::vector<PieceRange> pieces_;   // consecutive ranges
   std::map<const Node*, std::size_t> by_node_;
   std::set<std::size_t> placed_;
-  vtk::MadeExtras made_;  // for values that stand otherwise in the source
+  vtk::MadeExtras made_;  // extras for values that the source has in another form
 };
 
 }  // namespace shm::converters::vtu

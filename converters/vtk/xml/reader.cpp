@@ -47,19 +47,19 @@ class VtuSource : public MeshSource {
   MeshInfo info_;
   PagedArray points_;
   vtk::CellTable cells_;
-  std::vector<std::vector<PagedArray>> arrays_;  // of each array, its steps
+  std::vector<std::vector<PagedArray>> arrays_;  // indexed by array, then by step
 };
 
-// An array of one piece, or one for each step.
+// An array of one piece, with one node, or one node per step.
 struct Column {
   std::string name;
-  std::uint64_t occurrence = 0;  // among those of the same name
+  std::uint64_t occurrence = 0;  // counts earlier columns of the same name
   ArrayType type;
   std::uint64_t components = 1;
   bool per_step = false;
-  bool constant = false;  // the nodes of all steps stand for the same values
+  bool constant = false;  // all steps have the same values
   std::vector<Node*> nodes;
-  // Of columns of several pieces that are one array. No two of a piece are alike.
+  // Columns of several pieces with equal keys are one array. Keys within a piece are distinct.
   auto key() const {
     return std::tuple(std::string_view(name), occurrence, type.kind, type.stored, components,
                       per_step, constant);
@@ -147,12 +147,12 @@ std::uint64_t Parser::product(const Node& node, std::uint64_t a, std::uint64_t b
 
 void Parser::find_steps(const Node& grid) {
   const std::string text = grid.attribute_or("TimeValues", "");
-  for (std::size_t at = 0; at < text.size();) {
-    const std::size_t begin = text.find_first_not_of(" \t\r\n", at);
+  for (std::size_t position = 0; position < text.size();) {
+    const std::size_t begin = text.find_first_not_of(" \t\r\n", position);
     if (begin == std::string::npos) break;
-    at = std::min(text.find_first_of(" \t\r\n", begin), text.size());
+    position = std::min(text.find_first_of(" \t\r\n", begin), text.size());
     double time = 0;
-    if (!TextInput::parse(std::string_view(text).substr(begin, at - begin), time))
+    if (!TextInput::parse(std::string_view(text).substr(begin, position - begin), time))
       loader_.fail(ErrorCode::corrupt, grid, "TimeValues are not numbers");
     times_.push_back(time);
   }
@@ -170,16 +170,16 @@ void Parser::find_pieces(Node& grid) {
     pieces_.push_back({&each, next});
     next.first_point += next.points;
     next.first_cell += next.cells;
-    // Before anything is unpacked.
+    // Checked before anything is unpacked.
     if (std::max(next.first_point, next.first_cell) > spool_.limits().most)
-      loader_.fail(ErrorCode::over_limit, each,
-                   "makes it more points or cells than the limit of " +
-                       std::to_string(spool_.limits().most));
+      loader_.fail(
+          ErrorCode::over_limit, each,
+          "exceeds the limit for points or cells, " + std::to_string(spool_.limits().most));
   }
   info_.vertices = next.first_point;
 }
 
-// All pieces go with the first that has points, as VTK has it.
+// All pieces follow the first piece that has points, as in VTK.
 void Parser::points() {
   source_.points_ = PagedArray(spool_, scalar_bytes(ScalarType::float64));
   std::optional<ArrayType> type;
@@ -196,7 +196,7 @@ void Parser::points() {
       first = &each;
       const auto own = loader_.type_of(each);
       if (!own || own->kind != ArrayKind::number)
-        loader_.fail(ErrorCode::unsupported, each, "is of no type that coordinates can have");
+        loader_.fail(ErrorCode::unsupported, each, "has a type that coordinates cannot have");
       if (piece.range.points > 0) {
         if (!type) begin_points(*own);
         if (type && *type != *own)
@@ -207,7 +207,7 @@ void Parser::points() {
       loader_.mark(each, "points");
     }
     if (first == nullptr && piece.range.points > 0)
-      loader_.fail(ErrorCode::corrupt, *piece.node, "has points, but no array of them");
+      loader_.fail(ErrorCode::corrupt, *piece.node, "has points, but no array of points");
   }
 }
 
@@ -217,7 +217,7 @@ void Parser::begin_points(const ArrayType& type) {
   source_.points_ = PagedArray(spool_, scalar_bytes(info_.schema.coordinate_type));
 }
 
-// Points of a later step: those of the first, or an array of their own.
+// Points of a later step: equal to those of the first step, or a separate array.
 void Parser::points_of_step(Node& array, Node& first, const PieceRange& piece) {
   if (piece.points == 0 || loader_.same_values(first, array, spool_))
     return loader_.mark_like(array, first.values()->text);
@@ -236,7 +236,7 @@ void Parser::load_points(Node& array, const ArrayType& type, const PieceRange& p
     loader_.fail(ErrorCode::corrupt, array, "points do not have 3 components");
   const std::uint64_t count = product(array, piece.points, 3);
   if (is_float(type.stored)) return loader_.load(array, type, count, source_.points_);
-  // Integer coordinates go out as double.
+  // Integer coordinates are stored as double.
   std::vector<std::byte> wide;
   const std::size_t width = scalar_bytes(type.stored);
   const std::uint64_t found = loader_.read(array, type, count, [&](auto values) {
@@ -248,7 +248,8 @@ void Parser::load_points(Node& array, const ArrayType& type, const PieceRange& p
   if (found != count) loader_.fail(ErrorCode::truncated, array, "has too few values");
 }
 
-// Arrays that name a step, when there is one for each step, become one column.
+// Joins the arrays that name a step into one column. Returns false unless there is one for each
+// step.
 bool Parser::join_steps(std::vector<Column>& columns, Column& column, std::vector<Node*>& nodes) {
   column.nodes.assign(times_.size(), nullptr);
   for (Node* node : nodes) {
@@ -287,7 +288,7 @@ std::vector<Column> Parser::columns_of(Node& data) {
     if (!times_.empty() && each.attribute("TimeStep") != nullptr) {
       if (!stepped.contains(column.name)) {
         order.push_back(column.name);
-        columns.push_back(column);  // its place
+        columns.push_back(column);  // placeholder for its position
       }
       stepped[column.name].push_back(&each);
       continue;
@@ -335,7 +336,7 @@ void Parser::data(Location location, const char* element_name) {
   if (leader == pieces_.size()) return;
   struct Parts {
     std::vector<std::pair<Column, Piece>> list;
-    std::size_t found = 0;  // in pieces that must have it
+    std::size_t found = 0;  // number of pieces with elements that have the column
   };
   std::map<decltype(Column().key()), Parts> parts_of;
   for (const Column& column : of_piece[leader]) parts_of.try_emplace(column.key());
@@ -355,7 +356,7 @@ void Parser::data(Location location, const char* element_name) {
     else
       load_column(location, parts.list, {});
   }
-  // What is left has no place in the schema.
+  // The remaining arrays do not fit into the schema.
   for (std::size_t p = 0; p < pieces_.size(); ++p) {
     Node* node = pieces_[p].node->child(element_name);
     if (node == nullptr) continue;
@@ -401,7 +402,7 @@ void Parser::load_column(Location location, const std::vector<std::pair<Column, 
   }
 }
 
-// Each different string once, in a list; the array has their places, as in legacy files.
+// Lists each different string once; the array has indices into that list, as for legacy files.
 void Parser::load_strings(Location location, const std::vector<std::pair<Column, Piece>>& parts) {
   const Column& column = parts.front().first;
   const std::size_t index = info_.schema.arrays.size();
@@ -427,7 +428,7 @@ void Parser::load_strings(Location location, const std::vector<std::pair<Column,
         loader_.fail(ErrorCode::unsupported, node, "has more different strings than 1 GiB holds");
       if (found++ == wanted)
         loader_.fail(ErrorCode::corrupt, node,
-                     "has more than the " + std::to_string(wanted) + " strings that belong");
+                     "has more than the expected " + std::to_string(wanted) + " strings");
       places.append(1, reinterpret_cast<const std::byte*>(&*place));
       one.clear();
     };
@@ -440,9 +441,9 @@ void Parser::load_strings(Location location, const std::vector<std::pair<Column,
       }
     });
     if (found != wanted || !one.empty())
-      loader_.fail(
-          ErrorCode::truncated, node,
-          "has " + std::to_string(found) + " strings where " + std::to_string(wanted) + " belong");
+      loader_.fail(ErrorCode::truncated, node,
+                   "has " + std::to_string(found) + " strings, but " + std::to_string(wanted) +
+                       " are expected");
     loader_.mark(node, 'a' + std::to_string(index));
     for (Node* same : part.nodes)
       if (same != &node) loader_.mark_like(*same, node.values()->text);
@@ -450,7 +451,7 @@ void Parser::load_strings(Location location, const std::vector<std::pair<Column,
   info_.extras.push_back(text_extra(vtk::strings_key(index), strings.list()));
 }
 
-// Field data, and arrays at places that VTK does not look at.
+// Keeps field data, and arrays in places that VTK ignores.
 void Parser::keep_rest(Node& node) {
   for (Node& each : node.children) {
     if (!each.is_array()) {
@@ -467,7 +468,7 @@ void Parser::keep_rest(Node& node) {
   }
 }
 
-// They belong to this file, and are made anew for each.
+// Removes offsets into appended data. They belong to this file; the writer computes them again.
 void Parser::forget_offsets(Node& node) {
   if (node.is_array()) node.remove_attribute("offset");
   for (Node& each : node.children) forget_offsets(each);

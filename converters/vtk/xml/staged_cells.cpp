@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::uint64_t kPieceNumbers = 8192;
 
-// Numbers one by one, handed on in pieces.
+// Collects numbers and passes them on in pieces.
 class Buffer {
  public:
   explicit Buffer(const StagedCells::Take& take) : take_(take) {}
@@ -31,7 +31,7 @@ class Buffer {
   std::vector<std::int64_t> numbers_;
 };
 
-// Points of polyhedra that do not stand in the order of their first use (see vtu.h), by cell.
+// By cell: points of polyhedra with another order than the rule of the file (see vtu.h).
 class ReorderedPolyhedra {
  public:
   explicit ReorderedPolyhedra(const VtuPlan& plan)
@@ -152,12 +152,12 @@ void StagedCells::faces_of(const PieceRange& piece,
                     reinterpret_cast<std::byte*>(stream.data()));
     }
     head(c, stream.empty() ? -1 : stream[0]);
-    for (std::size_t at = 1; at < stream.size();) {
-      const auto size = static_cast<std::size_t>(stream[at++]);
+    for (std::size_t position = 1; position < stream.size();) {
+      const auto size = static_cast<std::size_t>(stream[position++]);
       for (std::size_t i = 0; i < size; ++i)
-        stream[at + i] -= static_cast<std::int64_t>(piece.first_point);
-      face(std::span(stream).subspan(at, size));
-      at += size;
+        stream[position + i] -= static_cast<std::int64_t>(piece.first_point);
+      face(std::span(stream).subspan(position, size));
+      position += size;
     }
   }
 }
@@ -165,7 +165,8 @@ void StagedCells::faces_of(const PieceRange& piece,
 void StagedCells::face_numbers(std::string_view name, const PieceRange& piece, const Take& take) {
   Buffer out(take);
   std::int64_t stream_end = 0, faces = 0, points = 0;
-  std::int64_t waiting = -2;  // faceoffsets: -1 or the end of the cell under way; -2: none yet
+  // For faceoffsets: -1, or the end of the current cell; -2: no cell yet.
+  std::int64_t waiting = -2;
   faces_of(
       piece,
       [&](std::uint64_t, std::int64_t count) {

@@ -1,4 +1,4 @@
-// StagedCells: the cells of a mesh as the arrays that VTU files hold them in, for any piece.
+// StagedCells: the cells of a mesh as the arrays of a VTU file, for any piece.
 #pragma once
 
 #include <cstdint>
@@ -14,17 +14,18 @@ namespace shm::converters::vtu {
 
 class StagedCells {
  public:
-  // Walks all cells once, into `spool`.
+  // Walks all cells once and stores them in `spool`.
   StagedCells(VtuPlan& plan, Spool& spool);
 
-  // How many numbers the array `name` (kConnectivity, ...) of a piece has; the numbers, in order.
+  // count(): how many numbers the array `name` (kConnectivity, ...) of a piece has. numbers():
+  // these numbers, in order.
   using Take = std::function<void(std::span<const std::int64_t>)>;
   std::uint64_t count(std::string_view name, const PieceRange& piece);
   void numbers(std::string_view name, const PieceRange& piece, const Take& take);
 
  private:
-  // Face by face of the polyhedra of a piece: body(cell, faces of the cell, its number among them,
-  // points), after head(cell, faces) for each cell, no faces for those that are none.
+  // Calls head(cell, faces) for each cell of a piece, with faces = -1 if it is not a polyhedron,
+  // then face(points) for each face of the cell.
   void faces_of(const PieceRange& piece,
                 const std::function<void(std::uint64_t, std::int64_t)>& head,
                 const std::function<void(std::span<const std::int64_t>)>& face);
@@ -35,7 +36,7 @@ class StagedCells {
   }
 
   PagedArray nodes_, node_ends_, types_;
-  PagedArray streams_, stream_ends_;  // of polyhedra; none when there are none
+  PagedArray streams_, stream_ends_;  // face streams of polyhedra; empty if there are none
   bool polyhedra_;
 };
 

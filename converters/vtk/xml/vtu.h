@@ -2,38 +2,39 @@
 // appended data, raw or base64; headers of 32 or 64 bits; both byte orders; zlib, LZ4 and LZMA.
 //
 // Blocks, voxels and pixels, and polyhedra are as in vtk.h, with the same extras: vtk/cell_types,
-// vtk/polyhedron/*. Points and cells of several pieces follow each other, numbers of points count
+// vtk/polyhedron/*. Points and cells of several pieces are concatenated; point numbers count
 // through all pieces.
+//
 // Arrays: those of PointData and CellData that have numbers (or bits: uint8, 0 or 1) for every
 // point or cell, with the same name, type and components in all pieces that have points or cells;
-// role "". Arrays with a TimeStep for each of the file's TimeValues are one array per step.
-// Strings are uint32, role "vtk:string": places in vtk/strings/<i>.
+// role "". Arrays with a TimeStep for each of the file's TimeValues are one stepped array. Strings
+// are uint32, role "vtk:string": indices into vtk/strings/<i>.
 //
 // Extras:
 //   vtu/skeleton             text: the file's XML without its numbers (below)
-//   vtk/strings/<i>          uint8: the different strings of array i of the schema, each ended by a
-//   0 vtu/data/<k>             values of the array that the skeleton calls x<k>, in their own type;
-//                            strings as their bytes, each ended by a 0
-//   vtu/polyhedron/ascending  int32[1]: points of polyhedra ascend, but of those that follow; else
-//                            they stand in the order in which their faces first use them
-//   vtu/polyhedron/cells     int64[n], refers to cells: polyhedra whose points do not stand in the
-//                            order in which their faces first name them
+//   vtk/strings/<i>          uint8: the different strings of array i of the schema, each ended by 0
+//   vtu/data/<k>             values of the array that the skeleton calls x<k>, in their own type;
+//                            strings as their bytes, each ended by 0
+//   vtu/polyhedron/ascending int32[1]: if present, the points of a polyhedron ascend, otherwise
+//   they
+//                            are in the order in which its faces first use them; exceptions follow
+//   vtu/polyhedron/cells     int64[n], refers to cells: polyhedra whose points have another order
 //   vtu/polyhedron/counts    int64[n]: number of points of each
 //   vtu/polyhedron/points    int64, refers to vertices: their points in the file's order
 //
 // The skeleton: all elements with all attributes in file order, texts, comments and instructions.
-// In each DataArray and Array an instruction <?shm-values WORD?>, or <?shm-values WORD bBYTES?>,
-// stands for its numbers, where they stood:
+// In each DataArray and Array, an instruction <?shm-values WORD?> or <?shm-values WORD bBYTES?>
+// replaces the numbers. WORD is
 //   a<i>, a<i>s<t>           array i of the schema; its step t
 //   x<k>                     vtu/data/<k>
 //   points                   the coordinates
 //   connectivity, offsets, types, faces, faceoffsets, face_connectivity, face_offsets,
-//   polyhedron_to_faces, polyhedron_offsets    made from the cells
-//   block_ids                number of the block of each cell; only in files of other formats
+//   polyhedron_to_faces, polyhedron_offsets    computed from the cells
+//   block_ids                block number of each cell; only in files of meshes of other formats
 //   time                     time of the last step; likewise
 //   none                     nothing: VTK does not read an array of that type
-// BYTES: size of the blocks that were compressed one by one, when it is not 32768.
-// Offsets into appended data, and blanks between attributes and elements, are left out.
+// BYTES: size of the blocks that are compressed one by one, if it is not 32768. The skeleton omits
+// offsets into appended data, and blanks between attributes and elements.
 #pragma once
 
 #include <cstddef>
@@ -47,18 +48,18 @@
 
 namespace shm::converters {
 
-// True when a file that starts with `head` is a VTK XML file, of whatever data set.
+// Returns true if a file that starts with `head` is a VTK XML file, of any data set.
 bool looks_like_vtu(std::span<const std::byte> head);
 
-// Reads the whole file, and all numbers into `spool`, which must outlive the result. A DOCTYPE is
-// refused: no entity is ever resolved. Throws Failure.
+// Reads the whole file, with all numbers into `spool`, which must outlive the result. Refuses a
+// DOCTYPE, so entities are never resolved. Throws Failure.
 std::unique_ptr<MeshSource> open_vtu(const std::string& path, Spool& spool);
 
 // Writes `mesh` front to back. A mesh that came from VTU gets its XML, encoding and compressor
-// back as they were; any other one becomes version 1.0 (2.2 for Lagrange hexahedra of legacy 5.1),
-// appended raw, zlib, 64-bit headers, little endian, with the last time step's values and time; one
-// from a legacy file with all that XML can hold of it (vtu_from_vtk.h).
-// Throws Failure (output) when the disk fails.
+// back. A mesh of another format becomes version 1.0 (2.2 for Lagrange hexahedra of legacy 5.1),
+// appended raw, zlib, 64-bit headers, little endian, with the values and the time of the last time
+// step; a mesh from a legacy file keeps everything that XML can hold of it (vtu_from_vtk.h). Throws
+// Failure (output) if the disk fails.
 void write_vtu(MeshSource& mesh, const std::string& path, Spool& spool);
 
 extern const Format kVtuFormat;

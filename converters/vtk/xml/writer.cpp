@@ -1,5 +1,5 @@
-// Writes VTU files: walks the tree of a VtuPlan once, filling in the numbers. Appended data come
-// last, and the offsets to them are put in where room was left.
+// Writes VTU files: walks the tree of a VtuPlan once and fills in the numbers. Appended data come
+// last; their offsets are then written into the space reserved in the tags.
 #include <algorithm>
 #include <cstring>
 #include <map>
@@ -37,7 +37,7 @@ class Writer {
   void write();
 
  private:
-  // An array whose numbers are appended: the room for its offset.
+  // An array whose numbers are appended, with the position reserved for its offset.
   struct Waiting {
     Node* array;
     PieceRange piece;
@@ -82,7 +82,7 @@ void Writer::write() {
 void Writer::node(Node& node, int depth) {
   switch (node.kind) {
     case NodeKind::text: return out_.text(escaped_text(node.text));
-    case NodeKind::values: return;  // with its array
+    case NodeKind::values: return;  // array_node() writes the values
     case NodeKind::comment: indent(depth); return out_.line("<!--" + node.text + "-->");
     case NodeKind::instruction:
       indent(depth);
@@ -104,7 +104,7 @@ void Writer::node(Node& node, int depth) {
   if (piece != nullptr) in_piece_ = false;
 }
 
-// Texts stay as they are: nothing is put between them and what stands around them.
+// Elements with text are written verbatim: no white space is added around the text.
 void Writer::element_node(Node& node_to_write, int depth) {
   const auto is_text = [](const Node& each) { return each.kind == NodeKind::text; };
   auto& children = node_to_write.children;
@@ -150,8 +150,8 @@ void Writer::appended(Node& node_to_write, int depth) {
   indent(depth);
   out_.text(" _");
   const std::uint64_t begin = out_.position();
-  // Arrays that do not change from step to step stand here once; but strings: VTK 9.1 crashes where
-  // it need not read them again.
+  // Arrays that do not change from step to step are written once. Strings are the exception:
+  // VTK 9.1 crashes when it need not read them again.
   std::map<std::string, std::string> places;
   for (const Waiting& each : waiting_) {
     const Node* values = each.array->values();
@@ -181,7 +181,7 @@ void Writer::payload(Node& array, Style style, const PieceRange& piece, bool in_
   PayloadWriter::Head head;
   head.array = array.name + " '" + array.attribute_or("Name", "") + "'";
   head.style = style;
-  if (!word) vtk::fail_extra("vtu/skeleton", "has nothing that is known for " + head.array);
+  if (!word) vtk::fail_extra("vtu/skeleton", "has an unknown word for " + head.array);
   head.block_bytes = word->block_bytes;
   if (type) {
     head.type = type->stored;
@@ -206,7 +206,8 @@ void Writer::payload(Node& array, Style style, const PieceRange& piece, bool in_
 void Writer::array_values(const ValuesWord& word, PayloadWriter::Head head, const PieceRange& piece,
                           bool in_piece) {
   if (!in_piece || word.index >= info_.schema.arrays.size())
-    vtk::fail_extra("vtu/skeleton", "puts " + head.array + " where it cannot stand");
+    vtk::fail_extra("vtu/skeleton",
+                    "has " + head.array + " outside of pieces or for an unknown array");
   const ArrayInfo& info = info_.schema.arrays[word.index];
   const bool strings = info.role == vtk::kStringRole;
   if ((head.type != info.type && !strings) || info.per_step != word.step.has_value() ||
@@ -236,7 +237,7 @@ void Writer::array_values(const ValuesWord& word, PayloadWriter::Head head, cons
   payload_.end();
 }
 
-// Twice through the places: their strings are counted first.
+// Goes through the indices twice. The first pass counts the bytes of their strings.
 void Writer::string_values(std::size_t array, PayloadWriter::Head head, std::uint64_t begin,
                            std::uint64_t total) {
   const std::string key = vtk::strings_key(array);
@@ -245,7 +246,7 @@ void Writer::string_values(std::size_t array, PayloadWriter::Head head, std::uin
   const auto list =
       vtk::split_strings({reinterpret_cast<const char*>(found->data.data()), found->data.size()},
                          vtk::StringForm::zeros);
-  if (!list || head.type != ScalarType::uint8) vtk::fail_extra(key, "is no list of strings");
+  if (!list || head.type != ScalarType::uint8) vtk::fail_extra(key, "is not a list of strings");
   const std::uint32_t components = info_.schema.arrays[array].components;
   const std::uint64_t at_once = std::max<std::uint64_t>(kWrittenBytes / (components * 4ULL), 1);
   std::vector<std::uint32_t> places(std::min(at_once, total) * components);
