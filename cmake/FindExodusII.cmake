@@ -1,9 +1,9 @@
 # Finds the Exodus II library, which has no pkg-config file and no CMake package, and the netCDF
-# library that it is linked to. Gives the target ExodusII::ExodusII.
+# library that it is linked to. Defines the target ExodusII::ExodusII.
 #
-# Debian builds Exodus on the MPI flavour of netCDF. A program must not load the serial flavour
-# beside it (same symbols, other HDF5), and the MPI flavour's development package is not needed:
-# the header is the same, so the run-time library is linked by its file name.
+# Debian builds Exodus with the MPI flavour of netCDF. A program must not also load the serial flavour,
+# which has the same symbols but another HDF5. The development package of the MPI flavour is not needed,
+# because its header is the same; the run-time library is linked by its file name.
 find_path(ExodusII_INCLUDE_DIR exodusII.h)
 find_path(ExodusII_NETCDF_INCLUDE_DIR netcdf.h)
 find_library(ExodusII_LIBRARY NAMES exoIIv2c exodus)

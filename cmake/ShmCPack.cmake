@@ -1,8 +1,8 @@
-# What differs between the packages and the archive: read by cpack, once for each.
+# Settings that differ between the packages and the archive. cpack reads this file once for each of them.
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "") # each package has its own
 if(CPACK_GENERATOR STREQUAL "TGZ")
   set(CPACK_COMPONENTS_ALL archive)
   set(CPACK_ARCHIVE_COMPONENT_INSTALL ON)
   set(CPACK_COMPONENT_INCLUDE_TOPLEVEL_DIRECTORY ON)
-  set(CPACK_STRIP_FILES OFF) # packaging/bundle does, before it looks for libraries
+  set(CPACK_STRIP_FILES OFF) # packaging/bundle strips the files before it searches for libraries
 endif()

@@ -1,15 +1,15 @@
-# shm_loaded(TARGET IMPORTED [MACRO LIBRARY]...): what TARGET, a static library of this build, uses of IMPORTED
-# it opens when it needs it (base/loaded_library), as if programs were linked to it: linked, it would be
-# most of what each start of the tool takes. LIBRARY is the file of a shared library, MACRO becomes the name
-# by which the loader finds it. TARGET gets the include folders of IMPORTED.
-#   Where a loader would not find one of them by its name alone, and with SHM_LOAD_LIBRARIES=OFF, TARGET is
-# linked to IMPORTED, and there are no macros.
-#   The global property SHM_LOADED_LIBRARIES lists all that are opened so, folder and name: a program does not
-# say that it needs them, and packages have to.
+# shm_loaded(TARGET IMPORTED [MACRO LIBRARY]...): lets TARGET, a static library of this build, open the libraries
+# of IMPORTED on demand (base/loaded_library) instead of linking to them. Linked libraries would take most of the
+# start-up time of the tool. LIBRARY is the file of a shared library; MACRO is defined as the name by which the
+# loader finds it. TARGET gets the include folders of IMPORTED.
+#   If the loader would not find one of the libraries by its name, or if SHM_LOAD_LIBRARIES is OFF, TARGET is
+# linked to IMPORTED, and the macros are not defined.
+#   The global property SHM_LOADED_LIBRARIES lists the libraries that are opened on demand, with folder and name,
+# because programs do not record them as dependencies and packages have to.
 
-option(SHM_LOAD_LIBRARIES "Open libraries of some formats when they are needed; OFF: programs are linked to them" ON)
+option(SHM_LOAD_LIBRARIES "Open libraries of some formats on demand; OFF: link programs to them" ON)
 
-# Empty where it has none, or the loader does not look where it is.
+# Returns the soname of a library; empty if it has none, or if the loader does not search its folder.
 function(shm_soname library result)
   set(${result} "" PARENT_SCOPE)
   get_filename_component(file "${library}" REALPATH)

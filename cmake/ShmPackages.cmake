@@ -1,8 +1,8 @@
-# With SHM_PACKAGES what is installed is cut into four Debian packages and an archive that runs where it is
-# unpacked; cpack makes them (decision 0072). Without it one component, library, has all of the library,
-# and tool the tool.
+# With SHM_PACKAGES, the installed files are divided into four Debian packages and an archive that runs where it
+# is unpacked; cpack makes them (decision 0072). Without it, the component library contains the whole library,
+# and the component tool contains the tool.
 
-set(SHM_RUNTIME_COMPONENT library) # of what programs need that are linked to the C interface
+set(SHM_RUNTIME_COMPONENT library) # for files that programs linked to the C interface need
 set(SHM_ZSH_FOLDER zsh/site-functions)
 if(SHM_PACKAGES)
   if(NOT SHM_BUILD_SHARED OR NOT SHM_BUILD_TOOL)
@@ -10,7 +10,7 @@ if(SHM_PACKAGES)
   endif()
   set(SHM_RUNTIME_COMPONENT runtime)
   set(SHM_ZSH_FOLDER zsh/vendor-completions)
-  # So that GNUInstallDirs has the folders of Debian.
+  # With this prefix GNUInstallDirs selects the folders of Debian.
   set(CMAKE_INSTALL_PREFIX /usr)
   set(CMAKE_INSTALL_DOCDIR share/doc/libshmformat-dev)
   add_compile_options("-ffile-prefix-map=${PROJECT_SOURCE_DIR}=." -fstack-protector-strong
@@ -18,7 +18,7 @@ if(SHM_PACKAGES)
   add_link_options(LINKER:-z,relro,-z,now)
 endif()
 
-# shm_package(COMPONENT PACKAGE SECTION SUMMARY DESCRIPTION): a Debian package of its own.
+# shm_package(COMPONENT PACKAGE SECTION SUMMARY DESCRIPTION): makes a Debian package from a component.
 macro(shm_package component package section summary description)
   set(folder "${CMAKE_INSTALL_DATADIR}/doc/${package}")
   install(FILES "${PROJECT_BINARY_DIR}/debian/copyright" DESTINATION "${folder}" COMPONENT ${component})
@@ -40,16 +40,16 @@ macro(shm_package component package section summary description)
   list(APPEND CPACK_COMPONENTS_ALL ${component})
 endmacro()
 
-# shm_loaded_packages(RESULT): the Debian packages of the libraries that the tool opens, "a, b".
+# shm_loaded_packages(RESULT): lists the Debian packages of the libraries that the tool opens on demand, "a, b".
 function(shm_loaded_packages result)
   get_property(libraries GLOBAL PROPERTY SHM_LOADED_LIBRARIES)
   set(packages "")
   foreach(library IN LISTS libraries)
-    # Folders of /usr are known by their older names, too.
+    # dpkg may know a file by its path before Debian moved /lib into /usr.
     string(REGEX REPLACE "^/usr/" "/" older "${library}")
     execute_process(COMMAND dpkg-query -S "/usr${older}" "${older}" OUTPUT_VARIABLE found ERROR_QUIET)
     if(NOT found MATCHES "^([^:]+):")
-      message(FATAL_ERROR "no Debian package has ${library}")
+      message(FATAL_ERROR "no Debian package contains ${library}")
     endif()
     list(APPEND packages "${CMAKE_MATCH_1}")
   endforeach()
@@ -58,11 +58,11 @@ function(shm_loaded_packages result)
   set(${result} "${packages}" PARENT_SCOPE)
 endfunction()
 
-# The last thing in CMakeLists.txt: includes CPack.
+# Configures the packages and includes CPack. Must be the last call in CMakeLists.txt.
 macro(shm_packages)
   set(CPACK_PACKAGE_CONTACT "libshmformat authors <authors@shmformat.invalid>"
-      CACHE STRING "Who answers for the packages")
-  set(CPACK_DEBIAN_PACKAGE_RELEASE 0.1) # one of Debian's own, -1, is newer
+      CACHE STRING "Contact address of the packages")
+  set(CPACK_DEBIAN_PACKAGE_RELEASE 0.1) # older than -1, the release of an official Debian package
   set(SHM_DEBIAN_VERSION "${PROJECT_VERSION}-${CPACK_DEBIAN_PACKAGE_RELEASE}")
   string(TIMESTAMP SHM_DEBIAN_DATE "%a, %d %b %Y %H:%M:%S +0000" UTC)
   file(READ "${PROJECT_SOURCE_DIR}/LICENSE" SHM_LICENSE)
@@ -74,27 +74,25 @@ macro(shm_packages)
     configure_file("packaging/debian/${file}.in" "debian/${file}" @ONLY)
   endforeach()
 
-  set(about "Files with the suffix .shm hold meshes of hexahedra with their data
+  set(about "Files with the suffix .shm store hexahedral meshes with their data
 arrays, time steps and sets, several times smaller, without loss or within
-bounds that were asked for.")
+requested error bounds.")
   shm_package(runtime libshmformat-c1 libs "compressed hexahedral meshes, the C interface" "${about}
 .
-This package has the shared library that programs are linked to which use
-the C interface.")
+This package has the shared library for programs that use the C interface.")
   shm_package(library libshmformat-dev libdevel "compressed hexahedral meshes, for development" "${about}
 .
 This package has the headers of the C++ library and of its C interface, the
-C++ library as a static one, the specification of the format and the
-documents.")
+static C++ library, the specification of the format and the documents.")
   shm_package(tool shmformat-tools science "compressed hexahedral meshes, the tool shm" "${about}
 .
-This package has the tool shm, which compresses Exodus II, VTK, Gmsh and AVS
-UCD files and gives them back, verifies, compares, repairs, joins, splits and
-draws them. Desktops and file(1) know .shm files by it.")
+This package has the tool shm, which compresses and decompresses Exodus II,
+VTK, Gmsh and AVS UCD files, and verifies, compares, repairs, joins, splits
+and draws them. It also lets desktops and file(1) recognize .shm files.")
   shm_package(python python3-shmformat python "compressed hexahedral meshes, for Python" "${about}
 .
-This package has the Python module shmformat: NumPy arrays out of .shm files
-and into them, and plugins for meshio and VTK.")
+This package has the Python module shmformat, which reads .shm files into
+NumPy arrays and writes them, and plugins for meshio and VTK.")
 
   set(CPACK_PACKAGE_NAME shmformat)
   set(CPACK_PACKAGE_VENDOR "libshmformat authors")
@@ -124,7 +122,7 @@ and into them, and plugins for meshio and VTK.")
   set(CPACK_DEBIAN_LIBRARY_PACKAGE_DEPENDS
       "libshmformat-c1 ${same}, libzstd-dev, libxxhash-dev, pkg-config")
   set(CPACK_DEBIAN_TOOL_PACKAGE_SHLIBDEPS ON)
-  # Opened when there is such a file; and where a picture is to be drawn.
+  # Libraries that the tool opens on demand: those of file formats are required, that of pictures is optional.
   shm_loaded_packages(CPACK_DEBIAN_TOOL_PACKAGE_DEPENDS)
   set(CPACK_DEBIAN_TOOL_PACKAGE_SUGGESTS librsvg2-2)
   set(CPACK_DEBIAN_TOOL_PACKAGE_CONTROL_EXTRA "${debian}/tools/postinst;${debian}/tools/postrm;${debian}/tools/triggers")
@@ -140,8 +138,8 @@ and into them, and plugins for meshio and VTK.")
   include(CPack)
 endmacro()
 
-# The modules and the header, which they parse; the library is that of libshmformat-c1. What there is to
-# know about the package, as setup.py says it.
+# Installs the modules, the C header that they parse, and the metadata that setup.py generates. The library
+# comes with the package libshmformat-c1.
 function(shm_python_package)
   set(python "${PROJECT_SOURCE_DIR}/bindings/python")
   set(folder lib/python3/dist-packages)
@@ -168,7 +166,7 @@ function(shm_python_package)
           COMPONENT archive EXCLUDE_FROM_ALL)
 endfunction()
 
-# An archive with all shared libraries in it, for where nothing can be installed.
+# Makes an archive with all shared libraries, for systems on which users cannot install packages.
 function(shm_archive)
   set(into COMPONENT archive EXCLUDE_FROM_ALL)
   install(PROGRAMS "$<TARGET_FILE:shm>" DESTINATION bin ${into})

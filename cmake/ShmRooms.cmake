@@ -1,15 +1,15 @@
-# A room is a folder of sources; its CMakeLists.txt is one call of shm_room. The sources of a room are
-# compiled as one translation unit, with common headers that are compiled once: a build from nothing
-# takes a third of the time. Names in their unnamed namespaces must therefore differ.
-# Rooms that SHM_SMALL_ROOMS lists are compiled for size, each source alone.
-# With SHM_SEPARATE_SOURCES each source is compiled alone, so that one that lacks an include is found.
+# Each folder of sources (module) has a CMakeLists.txt that calls shm_room. All sources of a module are
+# compiled as one translation unit, with a precompiled header of common headers. A full build then takes a
+# third of the time. Names in unnamed namespaces must therefore differ within a module.
+# Modules listed in SHM_SMALL_ROOMS are optimized for size, and their sources are compiled separately.
+# With SHM_SEPARATE_SOURCES all sources are compiled separately, to find missing includes.
 
 set(SHM_COMMON_HEADERS
     <algorithm> <array> <cmath> <cstddef> <cstdint> <cstring> <functional> <map> <memory> <optional>
     <span> <string> <string_view> <unordered_map> <utility> <variant> <vector>)
 
-# shm_precompile(TARGET [LIKE]): the common headers are compiled once for TARGET, or taken from LIKE,
-# which must have the same flags.
+# shm_precompile(TARGET [LIKE]): precompiles the common headers for TARGET, or reuses those of LIKE, which must
+# have the same flags.
 function(shm_precompile target)
   if(SHM_SEPARATE_SOURCES)
     return()
@@ -20,13 +20,13 @@ function(shm_precompile target)
     target_precompile_headers(${target} PRIVATE ${SHM_COMMON_HEADERS})
   endif()
   set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
-  # g++ takes sources that are included for headers, whose classes should have no members of unnamed
-  # namespaces.
+  # g++ takes the sources that a unity build includes for headers, and warns about their classes with members
+  # from unnamed namespaces.
   target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
 endfunction()
 
-# shm_room(TARGET [ONLY SOURCE...] [WITHOUT SOURCE...] [ALONE SOURCE...]): the sources of this folder
-# belong to TARGET, or these only. ALONE: these are translation units of their own.
+# shm_room(TARGET [ONLY SOURCE...] [WITHOUT SOURCE...] [ALONE SOURCE...]): adds the sources of this folder to
+# TARGET, restricted to ONLY and without WITHOUT. Sources in ALONE become separate translation units.
 function(shm_room target)
   cmake_parse_arguments(arg "" "" "ONLY;WITHOUT;ALONE" ${ARGN})
   file(GLOB sources CONFIGURE_DEPENDS "${CMAKE_CURRENT_SOURCE_DIR}/*.cpp")

@@ -1,7 +1,8 @@
-# shm_warnings(TARGET): the warnings that all code of ours is clean of.
-# Off, with reasons: sign conversions, because sizes and offsets of the standard library mix both
-# signs; missing field initializers, because g++ counts members that a designated initializer
-# leaves to their defaults; restrict, because g++ 12 sees overlaps in "text" + std::string.
+# shm_warnings(TARGET): enables the warnings that our code must not cause.
+# Some are disabled: sign conversions, because sizes and offsets of the standard library mix signed and
+# unsigned types; missing field initializers, because g++ also warns about members that a designated
+# initializer leaves at their defaults; restrict, because g++ 12 falsely reports overlaps in
+# "text" + std::string.
 function(shm_warnings target)
   target_compile_options(
     ${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion

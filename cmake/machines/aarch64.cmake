@@ -1,4 +1,4 @@
-# Little-endian, 64 bits, char unsigned, fused multiply-add, memory ordered weakly.
+# Little-endian, 64 bits, unsigned char, fused multiply-add, weak memory ordering.
 set(SHM_PROCESSOR aarch64)
 set(SHM_TRIPLET aarch64-linux-gnu)
 set(SHM_EMULATOR qemu-aarch64)

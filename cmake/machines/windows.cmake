@@ -1,9 +1,9 @@
-# Little-endian, 64 bits, `long` of 32, no POSIX. Programs run under Wine.
+# Little-endian, 64 bits, but `long` has 32 bits; no POSIX. Programs run under Wine.
 set(SHM_PROCESSOR x86_64)
 set(SHM_SYSTEM Windows)
 set(SHM_TRIPLET x86_64-w64-mingw32)
 set(SHM_EMULATOR "${CMAKE_CURRENT_LIST_DIR}/wine")
 include("${CMAKE_CURRENT_LIST_DIR}/cross.cmake")
-# Debian has two of each; std::thread needs the one with POSIX threads.
+# Debian has two variants of each compiler; std::thread needs the variant with POSIX threads.
 set(CMAKE_C_COMPILER ${SHM_TRIPLET}-gcc-posix)
 set(CMAKE_CXX_COMPILER ${SHM_TRIPLET}-g++-posix)
