@@ -1,5 +1,4 @@
-// The value columns of a segment whose cells are shifts: one for the coordinates, one for each
-// static array.
+// The value columns of a segment in shifts: one for the coordinates, one for each static array.
 // spec: "Values as differences"
 #pragma once
 
@@ -15,11 +14,12 @@
 
 namespace shm {
 
-/// Column 0 is geometry, the others the static arrays in schema order.
+/// Column 0 is geometry, the static arrays follow in schema order.
 std::vector<DifferenceColumn> difference_columns(const Schema& schema);
 
-/// The same columns over neighbourhoods; none in place of those that are left out or must not be in
-/// differences: either takes memory by number, whatever there is of numbers.
+/// Returns the same columns over neighbourhoods. A column is null if it is left out or must not be
+/// coded as differences. Either kind of column keeps values by number in memory, whatever the
+/// numbers of the mesh are.
 template <class Coder>
 std::vector<std::unique_ptr<ValueColumn<Coder>>> predicted_columns(
     const Schema& schema, std::span<const DifferenceColumn> columns, const DecodedParts& parts) {

@@ -8,7 +8,8 @@
 namespace shm {
 namespace {
 
-/// In one pass. Nothing where a number is infinite, which ranges have no place for.
+/// One pass over all points. Returns nothing if a coordinate is infinite, since a range cannot
+/// represent it.
 template <class T>
 std::optional<std::array<ValueRange, 3>> finite_box(const std::byte* points, std::size_t count,
                                                     std::size_t stride) {
@@ -19,7 +20,7 @@ std::optional<std::array<ValueRange, 3>> finite_box(const std::byte* points, std
   for (std::size_t i = 0; i < count; ++i, points += stride) {
     std::array<T, 3> point;
     std::memcpy(point.data(), points, sizeof point);
-    for (std::size_t c = 0; c < 3; ++c) {  // no NaN is less or more
+    for (std::size_t c = 0; c < 3; ++c) {  // comparisons with NaN are false
       least[c] = point[c] < least[c] ? point[c] : least[c];
       most[c] = point[c] > most[c] ? point[c] : most[c];
     }
