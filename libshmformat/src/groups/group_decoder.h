@@ -1,7 +1,7 @@
 // GroupDecoder: takes the groups of one segment, gives out blocks of vertices and cells. The
 // interface is the same for cells over an active surface, shifts and patterns, and the code that
-// they share is here. It needs nothing from other segments. The mirror of segment_encoder.h. spec:
-// "Segments", "Decoding a group"
+// they share is here. It needs nothing from other segments. The mirror of segment_encoder.h.
+// spec: "Segments", "Decoding a group"
 #pragma once
 
 #include <array>

@@ -1,7 +1,7 @@
 // MeshStreams: the bitstreams of one segment and the coders that write or read them. Here
 // connectivity, corner order, numbers, geometry and static arrays are kept in step. The same code
-// runs in both directions: Coder is a RangeEncoder or a RangeDecoder. spec: "Segments", "Group",
-// "Tiles", "Value columns", "Decoding a group"
+// runs in both directions: Coder is a RangeEncoder or a RangeDecoder.
+// spec: "Segments", "Group", "Tiles", "Value columns", "Decoding a group"
 #pragma once
 
 #include <array>

@@ -1,5 +1,6 @@
 // PatternGroupDecoder: decodes the groups of a segment in patterns. The mirror of
-// pattern_segment_encoder.h. spec: "Patterns", "Values by terms"
+// pattern_segment_encoder.h.
+// spec: "Patterns", "Values by terms"
 #pragma once
 
 #include <cstdint>

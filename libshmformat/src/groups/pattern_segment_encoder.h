@@ -1,6 +1,7 @@
 // PatternSegmentEncoder: encodes the cells of a segment as patterns, and values by the terms of
 // their vertices. It uses neither an active surface nor neighbourhoods: it is fast, on meshes of
-// any kind. spec: "Patterns", "Values by terms"
+// any kind.
+// spec: "Patterns", "Values by terms"
 #pragma once
 
 #include <cstdint>

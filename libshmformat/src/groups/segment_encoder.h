@@ -1,6 +1,6 @@
 // SegmentEncoder: takes the cells of one segment, gives out the bitstreams of its groups. It needs
-// nothing from other segments, so several can work at once. The mirror of group_decoder.h. spec:
-// "Segments", "Group"
+// nothing from other segments, so several can work at once. The mirror of group_decoder.h.
+// spec: "Segments", "Group"
 #pragma once
 
 #include <array>

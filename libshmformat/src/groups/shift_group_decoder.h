@@ -1,5 +1,6 @@
 // ShiftGroupDecoder: decodes the groups of a segment in shifts. The mirror of
-// shift_segment_encoder.h. spec: "Shifts", "Values as differences"
+// shift_segment_encoder.h.
+// spec: "Shifts", "Values as differences"
 #pragma once
 
 #include <array>

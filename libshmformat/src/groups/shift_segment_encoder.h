@@ -1,6 +1,7 @@
 // ShiftSegmentEncoder: encodes the cells of a segment as shifts, and values as differences along
 // their numbers. It uses no active surface and finds neighbours by number: it is fast, on meshes
-// whose numbers run in rows and layers. spec: "Shifts", "Values as differences"
+// whose numbers run in rows and layers.
+// spec: "Shifts", "Values as differences"
 #pragma once
 
 #include <array>

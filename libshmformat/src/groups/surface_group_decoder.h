@@ -1,6 +1,6 @@
 // SurfaceGroupDecoder: decodes the groups of a segment whose cells are encoded over an active
-// surface. The mirror of surface_segment_encoder.h. spec: "Connectivity stream", "Value columns",
-// "Decoding a group"
+// surface. The mirror of surface_segment_encoder.h.
+// spec: "Connectivity stream", "Value columns", "Decoding a group"
 #pragma once
 
 #include <cstddef>

@@ -1,6 +1,6 @@
 // SurfaceSegmentEncoder: encodes the cells of a segment over an active surface, and values with
-// neighbourhoods. The mirror of surface_group_decoder.h. spec: "Connectivity stream", "Value
-// columns"
+// neighbourhoods. The mirror of surface_group_decoder.h.
+// spec: "Connectivity stream", "Value columns"
 #pragma once
 
 #include <cstddef>

@@ -1,7 +1,8 @@
 // MeshDecoder: takes chunk groups, gives out blocks of vertices and cells in coding order. It joins
 // the segments: numbers continue from one to the next, and a vertex that a segment imports must be
 // left alive by an earlier one. Segments are decoded one after the other, or in advance by threads.
-// The mirror of mesh_encoder.h. spec: "Segments", "Decoding a group"
+// The mirror of mesh_encoder.h.
+// spec: "Segments", "Decoding a group"
 #pragma once
 
 #include <cstddef>

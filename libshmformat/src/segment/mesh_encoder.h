@@ -1,7 +1,7 @@
 // MeshEncoder: takes vertices and cells, gives out chunk groups. It checks what the caller adds,
 // holds what the active surface and the delay buffer need, decides where segments begin, and gives
-// out the groups of the segment encoders in order. The mirror of mesh_decoder.h. spec: "Segments",
-// "Group"
+// out the groups of the segment encoders in order. The mirror of mesh_decoder.h.
+// spec: "Segments", "Group"
 #pragma once
 
 #include <cstdint>

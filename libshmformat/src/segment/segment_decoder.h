@@ -1,7 +1,8 @@
 // SegmentDecoder: takes the groups of one segment as the file stores them, gives out blocks of
 // vertices and cells. It checks the header of a group before the group decoder sees it. It needs
 // nothing from other segments, so several segments can be decoded at once: a DecodingQueue does
-// that. spec: "Segments", "Decoding a group"
+// that.
+// spec: "Segments", "Decoding a group"
 #pragma once
 
 #include <cstddef>
