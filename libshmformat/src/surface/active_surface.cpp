@@ -15,9 +15,9 @@ void ActiveSurface::sweep_introduced() {
 }
 
 std::uint32_t ActiveSurface::slot_of(std::uint64_t id) const {
-  const auto found =
-      std::lower_bound(introduced_.begin(), introduced_.end(), id,
-                       [](const Introduced& entry, std::uint64_t wanted) { return entry.id < wanted; });
+  const auto found = std::lower_bound(
+      introduced_.begin(), introduced_.end(), id,
+      [](const Introduced& entry, std::uint64_t wanted) { return entry.id < wanted; });
   return found != introduced_.end() && found->id == id && alive(*found) ? found->slot : kNone;
 }
 

@@ -46,7 +46,8 @@ void PolyhedronSurface::add_edge(std::uint32_t a, std::uint32_t b) {
   make_room(vertices_, std::max(a, b));
   const auto find = [&](std::uint32_t from, std::uint32_t to) {
     auto& edges = vertices_[from].edges;
-    return std::find_if(edges.begin(), edges.end(), [&](const Edge& edge) { return edge.to == to; });
+    return std::find_if(edges.begin(), edges.end(),
+                        [&](const Edge& edge) { return edge.to == to; });
   };
   if (const auto there = find(a, b); there != vertices_[a].edges.end()) {
     there->cells = std::min(there->cells + 1, kMostCells);
