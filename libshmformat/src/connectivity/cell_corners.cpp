@@ -250,7 +250,8 @@ void CellCorners<Coder>::gather_shared(const CellTopology& cell, const ShapeFace
   faces_.around(cell.slots[ours.at[anchor]], [&](const OpenFaces::Face& face, std::uint32_t index) {
     if (face.size != n) return;
     if (std::find(owners_.begin(), owners_.end(), faces_.number_of(face)) != owners_.end()) return;
-    for (std::uint32_t direction : {1u, 2u}) {  // 1: against ours, as faces of neighbours run
+    for (std::uint32_t direction :
+         {1u, 2u}) {  // 1: against the side of this cell, the usual direction of a neighbour's face
       const auto node = [&](std::uint32_t k) {
         const std::uint32_t steps = (k + n - anchor) % n;
         return face.node[(index + (direction == 1 ? n - steps : steps)) % n];

@@ -57,13 +57,13 @@ class CellCorners {
   /// A vertex that the node at a position may be, and the reasons for it.
   struct Candidate {
     std::uint32_t slot = kNone;
-    std::uint8_t guesses = 0;  ///< number of guesses with it at this place, at most 2
-    bool shift = false;        ///< it continues the numbers of the block's last cell
-    std::uint8_t shared = 0;   ///< known nodes of the open faces that it would close
+    std::uint8_t guesses = 0;  ///< number of guesses that have it at this position, at most 2
+    bool shift = false;        ///< true: it continues the numbers of the block's last cell
+    std::uint8_t shared = 0;   ///< number of known nodes of open faces that it would close
     std::uint8_t directions =
-        0;                       ///< 1: such a face runs against the side of this cell, 2: along it
-    std::uint8_t beside = 0;     ///< edges of open faces that lead to it
-    std::uint8_t place = kMost;  ///< in the last cell; kMost: none
+        0;  ///< 1 if such a face runs against the side of this cell, plus 2 if along it
+    std::uint8_t beside = 0;     ///< number of edges of open faces that lead to it
+    std::uint8_t place = kMost;  ///< its position in the last cell; kMost: none
     std::uint32_t chance = 0;    ///< probability that it is right, in parts of 65536
     MixedBit* model = nullptr;
     /// Returns a context of its reasons.
@@ -77,7 +77,7 @@ class CellCorners {
   /// The last cell of a block.
   struct Past {
     std::vector<std::uint64_t> ids;
-    std::uint64_t step = 0;  ///< of the first node's id, from the cell before
+    std::uint64_t step = 0;  ///< difference of the first node's id to that of the cell before
     std::array<std::uint64_t, kMost> behind;
     std::vector<Guess> guesses;
     Past() { behind.fill(OpenFaces::kNever); }
@@ -85,19 +85,20 @@ class CellCorners {
   struct ShapeModels {
     /// By position, then guesses 3, shift 2, shared 4, place 9, beside 2.
     std::array<std::vector<MixedBit>, kPositions> which;
-    std::array<std::array<MixedBit, 3>, kPositions> is_new, among;  // by position, gates
-    std::array<std::array<MixedBit, 8>, kPositions> last;           // by position, bare faces
-    std::array<std::array<AdaptiveBit, 6>, kPositions> lead;        // by position, guesses, shift
+    std::array<std::array<MixedBit, 3>, kPositions> is_new, among;  // by position, number of gates
+    std::array<std::array<MixedBit, 8>, kPositions> last;  // by position, number of bare faces
+    std::array<std::array<AdaptiveBit, 6>, kPositions>
+        lead;  // by position, then reasons: guesses, shift
     AdaptiveBit repeated;
     NumberModel repeat;
-    std::array<SignedModel<NumberModel>, 2> step;  // of the first corner, of other corners
+    std::array<SignedModel<NumberModel>, 2> step;  // models of the first corner, of other corners
     std::array<std::uint32_t, 6> before{};         // outcomes of the last cells, newest first
-    std::uint32_t finals = 0;                      // last uses of the last cell
+    std::uint32_t finals = 0;                      // last uses in the last cell, as bits
   };
   /// The corner that is being coded.
   struct Corner {
-    std::uint32_t position = 0, model = 0;  ///< model: the position, below kPositions
-    std::uint64_t expected = 0;             ///< the id, if it continues as in the last cell
+    std::uint32_t position = 0, model = 0;  ///< model: the position, capped below kPositions
+    std::uint64_t expected = 0;             ///< its id if it continues as in the last cell
     std::uint32_t lead = kNone;             ///< the slot that is likely before faces are examined
     AdaptiveBit* lead_model = nullptr;
     std::uint32_t repeats = kNone;  ///< encoding: the earlier position of its vertex

@@ -171,7 +171,7 @@ bool Connectivity<Coder>::code_count(Coder& symbols, CellTopology& cell) {
 template <class Coder>
 bool Connectivity<Coder>::code_nodes(Coder& symbols, CellTopology& cell, std::uint32_t first) {
   auto& last = node_ids_[cell.block];
-  std::uint64_t shift = 0;  // by how much the id of the previous node changed
+  std::uint64_t shift = 0;  // change of the previous node's id since the last cell
   const std::size_t count = cell.slots.size();
   for (std::uint32_t i = 0; i < count; ++i) {
     if (i >= first) {

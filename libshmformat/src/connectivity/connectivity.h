@@ -110,7 +110,7 @@ class Connectivity {
                std::unique_ptr<ReplayHexahedra<Coder>>, std::unique_ptr<PaperHexahedra<Coder>>>
       hexahedra_;
   bool has_codec_ = false;
-  bool finds_by_number_ = false;                 // true for the coder in hexahedra_
+  bool finds_by_number_ = false;  // true: hexahedra_ holds a coder that finds vertices by number
   std::unique_ptr<CellCorners<Coder>> others_;   // set if there are blocks of other cells
   std::optional<MidNodes<Coder>> mid_nodes_;     // set if there are second-order cells
   std::unique_ptr<Polyhedra<Coder>> polyhedra_;  // set if there are polyhedra stored by faces

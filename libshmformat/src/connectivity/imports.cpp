@@ -28,7 +28,7 @@ AdaptiveBit& ImportFlags<Coder>::model(const CellTopology& cell, std::uint32_t p
     return at_edge_[3u * state(cell, cell.framed_position(edge[0])) +
                     state(cell, cell.framed_position(edge[1]))];
   }
-  std::size_t context = 0;  // bit 0: an own vertex is among the nodes; bit 1: an imported vertex is
+  std::size_t context = 0;  // bit 0: own vertices are among the nodes; bit 1: imported vertices are
   for (std::size_t i = 0; i < std::min<std::size_t>(cell.slots.size(), 64); ++i)
     if (const State other = state_[cell.slots[i]]; other != unknown) context |= other;
   return at_node_[std::min<std::uint32_t>(position, 31)][context];

@@ -41,15 +41,17 @@ class MidNodeNumbers {
   };
   struct Place {
     std::array<std::uint64_t, kRules> step{};
-    std::array<std::uint32_t, kRules> missed{};  ///< mean bits of the error, in parts of 256
+    std::array<std::uint32_t, kRules>
+        missed{};  ///< moving mean of the bits of the error, in parts of 256
     std::uint64_t last = 0;
   };
   void add(Rule rule, std::uint64_t base, std::uint64_t step);
 
   std::array<Place, kMostLayoutNodes> places_{};
-  std::array<std::uint64_t, MidNode::kKinds> last_{};  // by kind
+  std::array<std::uint64_t, MidNode::kKinds> last_{};  // last number, by kind
   // The current node
-  std::uint32_t position_ = 0, kind_ = 0, applied_ = 0;  // applied_: rules that apply, as bits
+  std::uint32_t position_ = 0, kind_ = 0,
+                applied_ = 0;  // applied_: the rules that apply to it, as bits
   std::array<std::uint64_t, kRules> base_{}, expected_{};
 };
 

@@ -60,9 +60,9 @@ class MiddleTable {
   void erase(std::uint32_t slot);
 
   const ActiveSurface* surface_;
-  std::vector<Entry> entries_;  // by slot of the vertex in the middle
+  std::vector<Entry> entries_;  // entries by slot of the vertex in the middle
   std::array<IdMap, 2>
-      by_place_;  // of edges, of faces: from the slots of a place to the vertex there
+      by_place_;  // maps for edges and for faces: from the slots of a place to its vertex
 };
 
 template <class Coder>
@@ -98,14 +98,15 @@ class MidNodes {
 
   // Contexts
   std::array<std::uint8_t, MidNode::kKinds>
-      missed_{};  // by kind: whether the last node was not as expected
-  std::array<std::uint8_t, kMostLayoutNodes> ended_{};  // by position: the last answer
+      missed_{};  // by kind: 1 if the last node was not as expected
+  std::array<std::uint8_t, kMostLayoutNodes>
+      ended_{};  // by position: 1 if the last answer was last use
 
   // Models
   /// By kind, whether a known vertex is expected, whether the last one was missed.
   std::array<std::array<std::array<AdaptiveBit, 2>, 2>, MidNode::kKinds> as_expected_;
   AdaptiveBit body_ends_;
-  std::array<AdaptiveBit, 2> ends_with_corner_;  // for edges, for faces
+  std::array<AdaptiveBit, 2> ends_with_corner_;  // models for edges, for faces
   std::array<std::array<AdaptiveBit, 2>, 3>
       face_ends_;  // by uses, the last answer at this position
   std::array<std::array<std::array<AdaptiveBit, 2>, 8>, 2>

@@ -59,7 +59,7 @@ void Polyhedra<Coder>::begin_cell(CellTopology& cell) {
   block_ = &past_[cell.block];
   shift_ = block_->step;
   ++cell_round_;
-  ++face_round_;  // no vertex counts as one of the previous face
+  ++face_round_;  // so that no vertex counts as part of a previous face
   behind_.fill(OpenFaces::kNever);
   behind_count_ = 0;
   vertex_count_ = 0;

@@ -46,9 +46,11 @@ class Polyhedra {
  private:
   static constexpr std::size_t kCandidates = 24;
   static constexpr std::size_t kLooked =
-      64;  // vertices of the cell that are tried as first node of a face
-  static constexpr std::size_t kLookedFaces = 16;  // newest open faces of each that are tried
-  static constexpr std::size_t kMostEdges = 32;    // of the cell, at one vertex
+      64;  // most vertices of a cell that are tried as first node of a face
+  static constexpr std::size_t kLookedFaces =
+      16;  // most open faces, the newest, that are tried for each
+  static constexpr std::size_t kMostEdges =
+      32;  // most edges of the cell that are noted at one vertex
   enum Question : std::uint32_t { kEnd, kClose, kNew, kAmong, kWhich, kLast, kQuestions };
   /// How a node was coded, for contexts.
   enum Outcome : std::uint32_t { kCloses = 1, kIsNew = 2, kIsMissed = 3, kIsTaken = 4 };
@@ -56,22 +58,22 @@ class Polyhedra {
   /// A vertex that the next node of a face may be, and the reasons for it.
   struct Candidate {
     std::uint32_t slot = kNone;
-    std::uint8_t open = 0;  ///< beginning() in an open face that it continues
+    std::uint8_t open = 0;  ///< beginning() of the current face in an open face that it continues
     /// Next node of a face: how often the cell has the edge to it, at most 2. First node of a later
     /// face: edges at it that the cell has on one side only, at most 2. First node of the cell: 1
     /// if it is the first node of an open face.
     std::uint8_t inside = 0;
     std::uint8_t edge = 0;   ///< number of polyhedra with the edge to it, or of open faces at it
-    bool shift = false;      ///< it continues the numbers of the block's last cell
-    bool ours = false;       ///< it is a vertex of the cell
-    std::uint8_t place = 0;  ///< in the face before, from 1
+    bool shift = false;      ///< true: it continues the numbers of the block's last cell
+    bool ours = false;       ///< true: it is a vertex of the cell
+    std::uint8_t place = 0;  ///< its place in the previous face, from 1; 0: none
     std::uint32_t chance = 0;
     MixedBit* model = nullptr;
     std::uint32_t why() const { return clue(open, inside, edge, shift, ours); }
   };
   /// An open face that contains all nodes of the current face so far, in this order.
   struct Match {
-    std::uint32_t face = kNone, at = 0;  ///< at: place of our first node in it
+    std::uint32_t face = kNone, at = 0;  ///< at: place of the current face's first node in it
     bool along = false;
   };
   struct CellVertex {
@@ -130,15 +132,16 @@ class Polyhedra {
   MixingCoder<Coder> mixing_{kQuestions};
   std::map<std::uint32_t, Past> past_;  // by block
   AdaptiveBit by_faces_;
-  std::array<std::array<MixedBit, 16>, 2> end_;                   // by closed, faces
-  std::array<std::array<std::array<MixedBit, 16>, 3>, 3> close_;  // by match, edge, nodes
-  std::array<std::array<MixedBit, 4>, 3> is_new_, among_;  // by nodes, kind of the best candidate
-  std::array<std::vector<MixedBit>, 3> which_;             // by nodes, reasons
-  std::array<std::array<MixedBit, 8>, 8> last_;            // by open faces, edges
-  std::array<SignedModel<NumberModel>, 2> step_;           // of a cell's first node, of other nodes
-  std::uint32_t before_ = 0;                               // outcomes of the last cell
-  std::uint32_t last_finals_ = 0;                          // of the last cell
-  std::vector<std::uint32_t> last_outcomes_;               // of the last cell, by position
+  std::array<std::array<MixedBit, 16>, 2> end_;                   // by closed, number of faces
+  std::array<std::array<std::array<MixedBit, 16>, 3>, 3> close_;  // by match, edge, number of nodes
+  std::array<std::array<MixedBit, 4>, 3> is_new_,
+      among_;                                     // by number of nodes, kind of the best candidate
+  std::array<std::vector<MixedBit>, 3> which_;    // by number of nodes, reasons
+  std::array<std::array<MixedBit, 8>, 8> last_;   // by number of open faces, number of edges
+  std::array<SignedModel<NumberModel>, 2> step_;  // models of a cell's first node, of other nodes
+  std::uint32_t before_ = 0;                      // outcomes of the last cell
+  std::uint32_t last_finals_ = 0;                 // last uses in the last cell, as bits
+  std::vector<std::uint32_t> last_outcomes_;      // outcomes of the last cell, by position
 
   // The current cell
   const std::function<void(std::uint32_t)>* add_vertex_ = nullptr;
@@ -147,15 +150,16 @@ class Polyhedra {
   std::array<std::uint64_t, OpenFaces::kMost> behind_{};
   std::size_t behind_count_ = 0;
   std::vector<CellVertex>
-      vertices_;  // in order of their first use; the first vertex_count_ are valid
+      vertices_;  // vertices in order of first use; the first vertex_count_ are valid
   std::size_t vertex_count_ = 0;
   std::uint32_t position_ = 0, faces_ = 0, open_edges_ = 0, outcomes_ = 0;
   std::uint32_t last_size_ = 0;  // of the face before
   std::uint64_t shift_ = 0;
   std::vector<std::uint32_t> cell_outcomes_;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> cell_edges_;
-  std::vector<std::uint32_t> new_cycles_, cycle_ends_;              // faces that were not open
-  std::vector<std::pair<std::uint64_t, std::uint32_t>> positions_;  // encoding: sorted by number
+  std::vector<std::uint32_t> new_cycles_, cycle_ends_;  // faces of the cell that were not open
+  std::vector<std::pair<std::uint64_t, std::uint32_t>>
+      positions_;  // encoding: positions sorted by number
 
   // The current face
   std::vector<std::uint32_t> path_;

@@ -11,8 +11,9 @@ namespace {
 constexpr std::uint64_t kEarlierCells = 256;  // frozen: part of the format
 constexpr std::uint64_t kLeastSlots = 1024;
 constexpr std::uint32_t kRepeatedStrays =
-    4;  // encoder: number of cells with strays before these are followed
-constexpr std::uint64_t kSearch = 64;  // encoder: how far new distances are tried from a known one
+    4;  // encoder: number of cells with strays after which strays are followed
+constexpr std::uint64_t kSearch =
+    64;  // encoder: largest difference of a new distance to a known one that is tried
 
 constexpr std::uint8_t bit(std::uint32_t i) { return static_cast<std::uint8_t>(1u << i); }
 

@@ -102,19 +102,20 @@ class ReplayHexahedra {
   using Numbers = std::array<std::uint64_t, 8>;
   using Slots = std::array<std::uint32_t, 8>;
   static constexpr std::size_t kMissSlots = 1024;
-  static constexpr std::uint32_t kDistances = 6;  // the most that trees of 3 bits can choose from
+  static constexpr std::uint32_t kDistances = 6;  // the most for which trees of 3 bits suffice
   static constexpr std::uint32_t kFollowStrays =
-      7;  // coded once in place of a place: strays are followed from here on
+      7;  // coded once instead of a place: strays are followed from then on
   static constexpr int kFollowerBits = 12;  // frozen: part of the format
   enum Kind : std::uint8_t { kExpected, kBeyond, kTop, kPrevious, kEarlier, kFromPrevious, kStep };
 
   using Halves = std::array<std::uint32_t, 8>;
   struct Past {
-    Halves number{};           // the lower half of each
-    std::uint8_t next = 0;     // corners that introduced a number above the largest
-    std::uint8_t marks = 0;    // corners marked as last use, as coded
-    std::uint8_t strays = 0;   // corners that were not as guessed; if none, those of its model cell
-    bool guessed = false;      // all of it was as expected
+    Halves number{};         // lower halves of the numbers
+    std::uint8_t next = 0;   // set of corners that introduced a number above the largest
+    std::uint8_t marks = 0;  // set of corners marked as last use
+    std::uint8_t strays =
+        0;  // set of corners that were not as guessed; if none, that of the model cell
+    bool guessed = false;      // true: all of it was as expected
     std::uint32_t beside = 1;  // distance of the cell whose shift it had
   };
   struct Named {
@@ -133,9 +134,9 @@ class ReplayHexahedra {
   };
   /// The guess to take.
   struct Choice {
-    std::uint32_t place = 0;     // in distances_; kDistances: a new distance
-    std::uint64_t distance = 0;  // if new
-    bool old_shift = false;      // the shift is taken over the distance used last
+    std::uint32_t place = 0;     // index in distances_; kDistances: a new distance
+    std::uint64_t distance = 0;  // the new distance
+    bool old_shift = false;      // true: the shift is taken over the distance used last
     std::uint32_t beside = 0;    // the cell whose shift is taken: 0 as for the model cell, 1 the
                                  // last cell, from 2 on the cell at distances_[beside - 2]
   };
@@ -186,19 +187,19 @@ class ReplayHexahedra {
   bool keep_, may_follow_;
 
   LastRing<Past> pasts_;
-  LastRing<Halves> upper_;      // of the numbers, from the first nonzero one on
-  LastRing<Slots> slots_;       // decoder: for fewer cells
+  LastRing<Halves> upper_;      // upper halves of the numbers, from the first nonzero one on
+  LastRing<Slots> slots_;       // decoder: slots of the last cells, fewer than in pasts_
   std::uint64_t sequence_ = 0;  // of the current hexahedron
   std::array<std::uint64_t, kDistances> distances_{1};  // the distance used last comes first
   bool marks_shift_ = false;
 
   std::vector<Named> named_;  // by vertex slot
   std::vector<std::uint64_t>
-      introduced_;  // encoder, by vertex slot: the hexahedron that introduced it
+      introduced_;  // encoder: by vertex slot, the hexahedron that introduced the vertex
   std::vector<std::uint64_t>
-      misses_;           // encoder, by step_key: the last hexahedron that was not as expected
-  bool clash_ = false;   // two live vertices had the same number
-  NumberMap by_number_;  // Order::keep
+      misses_;           // encoder: by step_key(), the last hexahedron that was not as expected
+  bool clash_ = false;   // true: two live vertices had the same number
+  NumberMap by_number_;  // used in Order::keep only
   std::uint64_t largest_ = ~std::uint64_t{0};
   Numbers top_{};  // largest number of each corner that was not as expected
   std::array<std::array<Source, 2>, 8>
@@ -207,7 +208,8 @@ class ReplayHexahedra {
   std::uint8_t strays_ = 0;  // of the current hexahedron
   std::uint64_t beside_now_ = 1;
   bool follows_strays_ = false;
-  std::uint32_t repeated_strays_ = 0;  // encoder: number of cells with strays at likely corners
+  std::uint32_t repeated_strays_ =
+      0;  // encoder: number of cells so far with strays at likely corners
   // Number of the last stray, its step from the stray before it, and for each step and corner
   // the step that came next there.
   std::uint64_t last_stray_ = 0, stray_step_ = 0;

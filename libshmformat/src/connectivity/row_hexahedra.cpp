@@ -393,7 +393,7 @@ std::uint32_t RowHexahedra<Coder>::open_faces_of_others(std::uint32_t slot) cons
 template <class Coder>
 void RowHexahedra<Coder>::code_last_use(Coder& symbols, CellTopology& cell) {
   Record& record = records_[cell.cell_slot];
-  list_candidates();  // of the next hexahedron: vertices that it probably uses stay alive
+  list_candidates();  // gates of the next hexahedron: the vertices that it probably uses stay alive
   const std::uint32_t owner_finals = work_.owner != nullptr ? owner_.finals : 0;
   for (std::uint32_t i = 0; i < 8; ++i) {
     const std::uint32_t b = kCornerBits[i];

@@ -88,7 +88,7 @@ class RowHexahedra {
   template <std::size_t kSize>
   using Choice = ChoiceModel<kSize, Bit>;
 
-  using Corners = std::array<std::uint32_t, 8>;  // by corner bits x + 2y + 4z of the frame
+  using Corners = std::array<std::uint32_t, 8>;  // vertices by corner bits x + 2y + 4z in the frame
   enum Kind : std::uint8_t { kCandidate, kPrevious, kChain, kAtEdge, kRecent, kStart, kKinds };
 
   /// Data of a hexahedron, kept while one of its faces is active.
@@ -96,12 +96,12 @@ class RowHexahedra {
     std::uint64_t sequence = ~std::uint64_t{0};
     std::uint32_t successor = kNone;  // cell slot of the hexahedron coded next
     std::array<std::uint32_t, 6> face{kNone, kNone, kNone, kNone, kNone, kNone};
-    std::uint8_t orientation = 0;  // of the stored corners in the frame
-    std::uint8_t shared = 0;       // faces that were shared when it was coded
-    std::uint8_t introduced = 0;   // corners that it introduced
-    std::uint8_t finals = 0;       // corners that it finalized
-    std::uint8_t repeats = 0;      // corners with the same vertex as an earlier corner
-    bool guessed = false;          // its gate was a candidate
+    std::uint8_t orientation = 0;  // orientation of the stored corners in the frame
+    std::uint8_t shared = 0;       // set of faces that were shared when it was coded
+    std::uint8_t introduced = 0;   // set of corners that it introduced
+    std::uint8_t finals = 0;       // set of corners that it finalized
+    std::uint8_t repeats = 0;      // set of corners with the vertex of an earlier corner
+    bool guessed = false;          // true: its gate was a candidate
   };
   /// The hexahedron across a shared face of the hexahedron coded last, and the side of the face
   /// there.
@@ -117,9 +117,10 @@ class RowHexahedra {
   };
   /// The current hexahedron.
   struct Work {
-    Corners corner{};                       // of known corners
-    Corners target{};                       // encoder: of all corners, kNone if new
-    std::array<std::uint64_t, 8> number{};  // encoder: equal for the same vertex
+    Corners corner{};  // vertices of the known corners
+    Corners target{};  // encoder: vertices of all corners, kNone if new
+    std::array<std::uint64_t, 8>
+        number{};  // encoder: numbers of the corners, equal for the same vertex
     std::uint32_t known = 0;
     std::uint8_t introduced = 0;
     std::array<std::uint32_t, 6> shared{kNone, kNone, kNone, kNone, kNone, kNone};
@@ -218,8 +219,9 @@ class RowHexahedra {
 
   ActiveSurface* surface_;
   const OpenFaces* open_;
-  std::vector<Record> records_;  // by cell slot
-  std::vector<Coded> coded_;  // in coding order; entries without a record are removed now and then
+  std::vector<Record> records_;  // records by cell slot
+  std::vector<Coded>
+      coded_;  // hexahedra in coding order; those without a record are removed now and then
   Work work_;
   Record owner_;  // a copy of the record of the hexahedron across the gate
 
@@ -231,7 +233,7 @@ class RowHexahedra {
   struct Candidate {
     std::uint32_t face = kNone;
     std::uint32_t support = 0;  // number of other candidates that meet it at an edge
-    bool guessed = false;       // the gate of its hexahedron was a candidate, too
+    bool guessed = false;       // true: the gate of its hexahedron was a candidate, too
   };
   std::array<Candidate, 6> candidates_{};
   std::uint32_t candidate_count_ = 0;

@@ -335,7 +335,7 @@ std::uint8_t RowHexahedra<Coder>::orientation_across(std::uint32_t side) const {
   const auto& face = surface_->face(work_.shared[side]);
   const auto& stored = kOrientedBits[records_[face.cell].orientation];
   std::array<std::uint32_t, 4> here{},
-      there{};  // here: corner bits in this frame; there: as stored in that cell
+      there{};  // here: corner bits in this frame; there: corner bits as stored in that cell
   for (std::uint32_t i : {0u, 1u, 3u}) {
     here[i] = 8;
     for (std::uint32_t b : kFaceBits[side])

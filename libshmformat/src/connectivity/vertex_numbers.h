@@ -37,7 +37,7 @@ class VertexNumbers {
     std::uint64_t near = 0, second = 0;  // second: may equal near
     std::uint32_t kind = 0;
     std::uint32_t direction = kNone;
-    std::uint32_t from = kNone;  // slot, if there is a direction
+    std::uint32_t from = kNone;  // slot of the vertex it is predicted from, if there is a direction
   };
 
   Expectation expect(const CellTopology& cell, std::uint32_t position, const Stencil& stencil,
@@ -47,12 +47,14 @@ class VertexNumbers {
   static std::uint32_t direction_of(const CellTopology& cell, std::uint32_t position,
                                     const Stencil& stencil);
 
-  std::vector<std::uint64_t> numbers_;                                    // by vertex slot
-  std::uint64_t last_ = ~std::uint64_t{0}, largest_ = ~std::uint64_t{0};  // -1: before the first
-  std::array<std::uint64_t, 6> stride_{1, 1, 1, 1, 1, 1};  // last step along each side
+  std::vector<std::uint64_t> numbers_;  // numbers by vertex slot
+  std::uint64_t last_ = ~std::uint64_t{0},
+                largest_ = ~std::uint64_t{0};  // -1 before the first vertex
+  std::array<std::uint64_t, 6> stride_{1, 1, 1,
+                                       1, 1, 1};  // last step of the numbers along each side
   MidNodeNumbers mid_node_numbers_;
   std::array<std::uint64_t, kKinds> miss_{};  // last error of `near`, by kind
-  std::array<std::uint32_t, 2> history_{};    // of mid nodes: [1]; of other vertices: [0]
+  std::array<std::uint32_t, 2> history_{};    // history of other vertices, of mid nodes
   std::array<std::array<std::array<AdaptiveBit, 4>, 64>, kKinds> guess_;
   std::array<std::array<AdaptiveBit, 4>, kKinds> missed_as_before_;
   std::array<SignedModel<NumberModel>, kKinds> residual_;

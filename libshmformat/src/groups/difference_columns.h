@@ -18,8 +18,7 @@ namespace shm {
 std::vector<DifferenceColumn> difference_columns(const Schema& schema);
 
 /// Returns the same columns over neighbourhoods. A column is null if it is left out or must not be
-/// coded as differences. Either kind of column keeps values by number in memory, whatever the
-/// numbers of the mesh are.
+/// coded as differences, because both kinds need memory by number, however few elements there are.
 template <class Coder>
 std::vector<std::unique_ptr<ValueColumn<Coder>>> predicted_columns(
     const Schema& schema, std::span<const DifferenceColumn> columns, const DecodedParts& parts) {

@@ -25,8 +25,8 @@ namespace shm {
 /// One step of decoding a segment.
 struct DecodedBlock {
   MeshBlock mesh;
-  SegmentStart segment;      ///< that the block belongs to
-  std::uint64_t offset = 0;  ///< of its group's chunk in the file
+  SegmentStart segment;      ///< the segment of the block
+  std::uint64_t offset = 0;  ///< offset of its group's chunk in the file
   ConnectivityCodec connectivity = ConnectivityCodec::automatic;
   /// Numbers of vertices that earlier segments own: those that cells of this block are the first of
   /// their segment to use, and those that cells of this block finalize.
@@ -194,8 +194,8 @@ class GroupDecoder {
   bool has_its_box() const;
   std::size_t element_bytes(std::size_t column) const;
 
-  std::vector<std::uint32_t> arrays_;   // of the columns from 1 on
-  std::vector<std::uint8_t> left_out_;  // by vertex of the block: 1 if imported
+  std::vector<std::uint32_t> arrays_;   // schema indices of the arrays in columns 1, 2, ...
+  std::vector<std::uint8_t> left_out_;  // for each vertex of the block: 1 if it is imported
 };
 
 }  // namespace shm

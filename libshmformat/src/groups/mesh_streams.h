@@ -34,8 +34,9 @@ struct SegmentStart {
 /// The parts of a group to decode. Cells are always decoded.
 struct DecodedParts {
   bool geometry = true;
-  std::optional<std::vector<bool>> arrays{};  ///< by array of the schema; nothing: all
-  bool vertex_numbers = true;                 ///< if they are stored and no cell needs them
+  std::optional<std::vector<bool>>
+      arrays{};                ///< by array of the schema, true if included; nothing: all
+  bool vertex_numbers = true;  ///< includes numbers that are stored and that no cell needs
   /// True if blocks include vertices that an earlier segment owns, with their values.
   bool imported_vertices = false;
   /// Neighbourhoods to find with the reach of step values, in addition to those that the values
@@ -100,7 +101,8 @@ class TileEnds {
   }
 
  private:
-  std::uint64_t cells_ = 0, begin_ = 0;  // of the tile: cells so far; bytes of the group before it
+  std::uint64_t cells_ = 0,
+                begin_ = 0;  // cells of the tile so far; bytes of the group before the tile
 };
 
 /// Coordinates and static arrays of one segment, each in its own bitstream. It follows the mesh

@@ -36,8 +36,8 @@ struct SegmentPiece {
     std::uint32_t new_vertices = 0;
   };
   struct Vertex {
-    std::uint64_t number = 0;  ///< as the caller numbers it
-    std::uint32_t handle = 0;  ///< as `nodes` refers to it; reused after the vertex is finalized
+    std::uint64_t number = 0;  ///< the caller's number of the vertex
+    std::uint32_t handle = 0;  ///< its number in `nodes`, reused after it is finalized
     std::uint32_t ticket = kNone;
     bool imported = false;
   };
@@ -71,18 +71,19 @@ struct EncodedGroup {
   container::GroupHeader header;
   std::vector<std::vector<std::byte>> streams;  ///< the streams listed in the header
   std::uint64_t hexahedra = 0;
-  std::vector<std::uint64_t> cell_numbers;  ///< in coding order, if wanted
+  std::vector<std::uint64_t> cell_numbers;  ///< cell numbers in coding order, if with_order is set
 
   struct Vertex {
     std::uint64_t number = 0;
     std::uint32_t ticket = kNone;
   };
-  std::vector<Vertex> own;  ///< own vertices in the order of their introduction, if wanted
+  std::vector<Vertex> own;  ///< own vertices in the order of introduction, if with_order is set
   struct Import {
     std::uint32_t ticket = kNone, slot = 0;
     Stencil stencil;
   };
-  std::vector<Import> imports;  ///< in the order of their introduction; not in Order::keep
+  std::vector<Import>
+      imports;  ///< imported vertices in the order of introduction; unused in Order::keep
 
   std::size_t bytes() const {
     std::size_t sum =
@@ -102,9 +103,9 @@ inline EncodedGroup group_like(const EncodedGroup& before) {
 
 /// Approximate bytes of a segment so far.
 struct SegmentSize {
-  std::uint64_t topology = 0;  ///< connectivity, corner order, vertex numbers
-  std::uint64_t values = 0;    ///< coordinates and arrays, including stream headers
-  std::uint64_t besides = 0;   ///< imports, and the headers of all other streams
+  std::uint64_t topology = 0;  ///< bytes of connectivity, corner order and vertex numbers
+  std::uint64_t values = 0;    ///< bytes of coordinates and arrays with their stream headers
+  std::uint64_t besides = 0;   ///< bytes of imports and of all other stream headers
   std::uint64_t all() const { return topology + values + besides; }
 
   /// Adds a stream of `bytes` bytes and its header.
@@ -117,9 +118,9 @@ using ValueChoices = std::vector<std::vector<DomainChoice>>;
 struct SegmentOptions {
   std::uint32_t group_cells = 65536;
   ConnectivityCodec codec = ConnectivityCodec::rows;
-  Level level = Level::standard;  ///< at which values are coded
-  bool values = true;             ///< false, for measuring: coordinates and arrays are left out
-  bool with_order = true;         ///< whether groups have `own` and `cell_numbers`
+  Level level = Level::standard;  ///< level of the value coders
+  bool values = true;             ///< false: coordinates and arrays are left out, for measuring
+  bool with_order = true;         ///< true: groups get `own` and `cell_numbers`
 };
 
 /// Coordinates and static arrays of a group, as the caller gave them. It locates the values of each

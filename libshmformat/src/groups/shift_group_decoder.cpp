@@ -205,7 +205,8 @@ bool ShiftGroupDecoder::count_run(const CellMarks& marks, std::span<const std::u
   for (std::size_t i = 0; i < nodes; ++i) {
     if (numbers[nodes + i] != first[i] + 1 || first[i] > ~std::uint64_t{0} - 64) return false;
     LiveNumbers::Run run = live_.run(first[i], length);
-    bool again = false;  // an earlier node of the cell is the same vertex, also marked as last use
+    bool again =
+        false;  // true: an earlier node of the cell is the same vertex, also marked as last use
     for (std::size_t j = 0; j < nodes; ++j) {
       const std::uint64_t ahead = first[j] - first[i];  // cells until node i is there, too
       if (ahead >= count) continue;

@@ -54,20 +54,21 @@ class ShiftGroupDecoder final : public GroupDecoder {
   bool introduce(std::uint64_t number, bool imported, DecodedBlock& decoded);
   void name_imports(std::vector<std::uint64_t>& corners);
 
-  bool names_imports_;  // imported vertices get their stream numbers
+  bool names_imports_;  // true: imported vertices get their stream numbers
   ShiftDecoder shifts_;
   std::vector<DifferenceColumn> columns_;
   std::vector<std::unique_ptr<ValueColumn<SplitDecoder>>>
-      predicted_;                           // empty until a group has neighbourhoods
-  std::vector<std::uint8_t> is_predicted_;  // in the current group, by column
+      predicted_;  // predicted columns; empty until a group has neighbourhoods
+  std::vector<std::uint8_t> is_predicted_;  // by column: 1 if predicted in the current group
   ShiftNeighbours neighbours_;
-  bool has_neighbours_ = false;  // in the current group
+  bool has_neighbours_ = false;  // true: the current group has neighbourhoods
   DifferenceScratch scratch_;
   ZstdDecompressor zstd_;
   std::size_t next_column_ = 0;
   std::size_t most_cell_bytes_ = 0;
   LiveNumbers live_;
-  std::array<std::size_t, kMostShiftNodes> hints_{};  // by node: last place of its number in live_
+  std::array<std::size_t, kMostShiftNodes>
+      hints_{};  // by node: the last place of its number in live_
 
   // If vertices are numbered by their order
   std::uint64_t next_own_, next_import_ = kFirstImport;
@@ -77,8 +78,9 @@ class ShiftGroupDecoder final : public GroupDecoder {
   RangeDecoder import_coder_{std::span<const std::byte>()};
 
   // The current block
-  std::vector<std::uint64_t> new_numbers_;  // of vertices, including imported and unused vertices
-  std::vector<std::uint64_t> cells_;        // covered by an array
+  std::vector<std::uint64_t>
+      new_numbers_;                   // numbers of new vertices, including imported and unused ones
+  std::vector<std::uint64_t> cells_;  // numbers of the cells that an array covers
   std::vector<Neighbourhood> vertex_items_, cell_items_;
 };
 

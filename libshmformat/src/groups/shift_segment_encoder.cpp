@@ -107,7 +107,7 @@ bool ShiftSegmentEncoder::encode_cell(const SegmentPiece& piece, const SegmentPi
   note_active(active_);
   for (std::uint64_t left = cell.last_use; left != 0; left &= left - 1) {
     const auto i = static_cast<std::size_t>(std::countr_zero(left));
-    bool again = false;  // an earlier corner is the same vertex, also marked as last use
+    bool again = false;  // true: an earlier corner is the same vertex, also marked as last use
     for (std::size_t j = 0; j < i; ++j)
       again = again || (nodes[j] == nodes[i] && (cell.last_use >> j & 1) != 0);
     active_ -= again ? 0 : 1;
@@ -190,7 +190,7 @@ void ShiftSegmentEncoder::find_neighbours(std::span<const std::byte> shifts) {
   for (std::size_t left = group.cells; left > 0;) {
     const auto [marks, count] =
         decoder_.next_cells(numbers.data(), std::min(left, kShiftedCellsAtOnce));
-    if (marks == nullptr) return;  // the memory for the bitstream was not available either
+    if (marks == nullptr) return;  // only if memory ran out, which then also affects the bitstream
     const std::size_t nodes = count * decoder_.nodes(marks->block);
     neighbours_.add_cells(*marks, std::span(numbers).first(nodes), count, vertices_.items,
                           cells_.items);

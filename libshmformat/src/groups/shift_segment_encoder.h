@@ -47,29 +47,31 @@ class ShiftSegmentEncoder final : public SegmentEncoder {
   bool numbered_by_order_;
   ShiftEncoder shifts_;
   std::vector<DifferenceColumn> columns_;
-  std::vector<std::unique_ptr<ValueColumn<SplitEncoder>>> predicted_;  // empty at level fast
+  std::vector<std::unique_ptr<ValueColumn<SplitEncoder>>>
+      predicted_;  // predicted columns; empty at level fast
   // Cells are decoded again from their bitstream, which takes less memory and time than keeping
   // them.
   ShiftDecoder decoder_;
   ShiftNeighbours neighbours_;
-  bool has_rings_ = false;  // whether groups have neighbourhoods, for values here or for steps
+  bool has_rings_ = false;  // true: groups have neighbourhoods, for values here or for steps
   DifferenceScratch scratch_;
   ZstdCompressor packing_;
   ZstdDecompressor unpacking_;
 
   std::vector<std::uint64_t> number_of_;  // by handle
-  std::vector<std::uint64_t> corners_;    // of the current cell
+  std::vector<std::uint64_t> corners_;    // corner numbers of the current cell
   std::uint64_t active_ = 0;
 
   // The current group
-  std::vector<std::uint64_t> introduced_;  // numbers, including imported and unused vertices
+  std::vector<std::uint64_t>
+      introduced_;  // numbers of introduced vertices, including imported and unused ones
   std::vector<std::uint32_t> cell_blocks_;
   TiledItems vertices_, cells_;
   std::vector<std::uint32_t> by_vertex_, by_cell_;  // lags, ascending
   struct Lag {
     std::uint64_t lag = 0, weight = 0;
   };
-  std::vector<Lag> lags_;  // between the corners of a cell
+  std::vector<Lag> lags_;  // differences between corner numbers in a cell
   std::array<std::uint32_t, 65>
       spreads_{};  // number of cells, by the bit length of the span of their numbers
 

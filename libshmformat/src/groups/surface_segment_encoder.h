@@ -21,8 +21,8 @@ class SurfaceSegmentEncoder final : public SegmentEncoder {
  private:
   /// The vertex that a handle refers to.
   struct Handle {
-    std::uint64_t number = 0;    // as the caller numbers it
-    std::uint32_t slot = kNone;  // on the active surface, once encoded
+    std::uint64_t number = 0;    // the caller's number of the vertex
+    std::uint32_t slot = kNone;  // slot on the active surface, once encoded
     std::uint32_t vertex = 0;    // index in the current piece, until it is encoded
   };
 

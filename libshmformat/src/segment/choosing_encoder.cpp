@@ -17,7 +17,7 @@ namespace shm {
 namespace {
 
 /// Shifts qualify if a cell needs at most kShiftBits bits; if size matters, 1 / kShiftPart of that.
-/// Then the cells follow each other in numbers with few exceptions.
+/// So few bits mean that numbers continue from cell to cell with few exceptions.
 constexpr std::uint64_t kShiftBits = 1, kShiftPart = 2;
 constexpr std::size_t kFirstPieces = 3;
 /// If size matters, a segment in shifts may be larger than in another codec by one part in
@@ -29,12 +29,11 @@ constexpr std::uint64_t kShiftShare = 25, kShiftShareOfLayer = 12;
 constexpr std::uint64_t kMixedSavesTenths = 4;
 /// A round of the race before the last one, which covers the whole sample.
 struct Round {
-  std::size_t pieces;   ///< of the sample; a piece has 1024 cells as a rule
-  std::uint64_t share;  ///< a codec drops out if it exceeds the smallest by more than 1 / share
-  std::uint64_t
-      bytes;    ///< plus this many bytes: what codecs learn first costs the same at any length
-  bool values;  ///< whether the values of each codec are estimated
-  bool mixes;   ///< whether mixed takes part; on few cells it has not learnt enough to save
+  std::size_t pieces;   ///< pieces of the sample coded in it; a piece usually has 1024 cells
+  std::uint64_t share;  ///< a codec that exceeds the smallest by 1 / share and
+  std::uint64_t bytes;  ///< by this many bytes drops out: the cost of first learning is constant
+  bool values;          ///< true: the values of each codec are estimated
+  bool mixes;           ///< true: codec mixed takes part; on few cells it has not learnt enough
 };
 constexpr std::array<Round, 3> kRounds = {
     {{1, 10, 256, false, false}, {3, 20, 256, true, true}, {10, 50, 128, true, true}}};
@@ -273,7 +272,7 @@ Result<void> ChoosingEncoder::run(std::vector<Runner>& runners, std::size_t piec
                                   bool mixes) const {
   using enum ConnectivityCodec;
   const std::uint64_t bytes = value_bytes(pieces);
-  Runner* first = find(runners, rows);  // its values are sized in any case; never shifts
+  Runner* first = find(runners, rows);  // the runner whose values are always sized; never shifts
   if (!first) first = &runners.back();
   ValueChoices choices;
   const auto size_of = [&](Runner& runner, bool estimates) -> Result<void> {

@@ -24,14 +24,14 @@ namespace shm {
 
 /// Codecs to try, and the rules of choice.
 struct CodecTrial {
-  Level level = Level::standard;          ///< at which values are coded
-  bool with_order = true;                 ///< as in SegmentOptions
-  std::vector<ConnectivityCodec> codecs;  ///< to try, the fastest first; not empty
-  /// Whether the shifts codec is tried as well. It is taken only if its cells need almost no bytes.
+  Level level = Level::standard;          ///< level of the value coders
+  bool with_order = true;                 ///< the same as in SegmentOptions
+  std::vector<ConnectivityCodec> codecs;  ///< codecs to try, the fastest first; not empty
+  /// Whether the shifts codec is tried as well. It qualifies if its cells need almost no bytes.
   enum class Shifts : std::uint8_t {
     no,
-    for_speed,  ///< and then it is taken
-    for_size,   ///< and then it is taken if its values are about as small: it is faster
+    for_speed,  ///< taken if it qualifies
+    for_size,   ///< taken if it qualifies and its values are about as small, since it is faster
   };
   Shifts shifts = Shifts::no;
   /// Number of cells of a segment on which codecs are tried. A shorter segment is the sample
@@ -44,7 +44,7 @@ struct CodecTrial {
   std::uint64_t spare_bits = 32;
 };
 
-/// Returns what to try at `level`, the fastest codec first. A `codec` other than automatic is the
+/// Returns the codecs to try at `level`, the fastest first. If `codec` is not automatic, it is the
 /// only one.
 CodecTrial trial_for(const Schema& schema, ConnectivityCodec codec, Level level);
 
@@ -61,19 +61,19 @@ class ChoosingEncoder {
   Result<void> end(std::vector<EncodedGroup>& done);
 
  private:
-  /// A codec in the race. What it has coded is kept: the groups of the winner are written.
+  /// A codec in the race. Its groups are kept, since those of the winner are written.
   struct Runner {
     ConnectivityCodec codec = ConnectivityCodec::rows;
     std::unique_ptr<SegmentEncoder> encoder{};
-    std::size_t taken = 0;  ///< of the sample, coded so far
+    std::size_t taken = 0;  ///< pieces of the sample coded so far
     std::vector<EncodedGroup> done{};
-    SegmentSize size{};             ///< approximate, as of its last round
+    SegmentSize size{};             ///< approximate size after its last round
     std::uint64_t value_bytes = 0;  ///< raw bytes of the values in these pieces
   };
 
   /// How a round determines the size of the runners' values.
   enum class Values : std::uint8_t {
-    grown,  ///< in proportion to the raw bytes, since the last round
+    grown,  ///< grown in proportion to the raw bytes since the last round
     estimated,
     estimated_last,  ///< estimated, and no later round estimates again
   };
@@ -108,8 +108,8 @@ class ChoosingEncoder {
   SegmentStart start_;
   std::vector<SegmentPiece> sample_;
   std::size_t sample_cells_ = 0;
-  Runner shifts_{ConnectivityCodec::shifts};  // after they have left the race
-  std::unique_ptr<SegmentEncoder> encoder_;   // set once the codec is chosen
+  Runner shifts_{ConnectivityCodec::shifts};  // the shifts runner after it has left the race
+  std::unique_ptr<SegmentEncoder> encoder_;   // encoder of the chosen codec
 };
 
 }  // namespace shm

@@ -134,7 +134,7 @@ Result<void> MeshEncoder::add_imported_vertex(std::uint64_t number, std::span<co
   if (start_.segment == 0) return misuse_error("the first segment cannot import vertices", "mesh");
   if (auto status = add_vertex(number, xyz, data); !status) return status;
   const std::uint32_t e = by_number_.find(number);
-  in_segment_[e] = 0;  // any earlier segment; it does not matter which
+  in_segment_[e] = 0;  // any earlier segment will do
   entries_[e].used = true;
   ++live_;
   if (schema_->order != Order::keep) foreign_tickets_.push_back(entries_[e].ticket = new_ticket());
@@ -176,7 +176,7 @@ Result<void> MeshEncoder::add_cell(std::uint32_t block, std::span<const std::uin
 Result<void> MeshEncoder::enter_cell(std::uint32_t block, std::span<const std::uint32_t> entries,
                                      std::uint64_t last_use, std::span<const std::byte> data) {
   std::uint64_t introduced = 0;
-  bool gives = false;  // the cell passes vertices to the segment
+  bool gives = false;  // true: the cell passes vertices to the segment
   for (const std::uint32_t entry : entries) {
     if (in_segment_[entry] == start_.segment) continue;
     gives = true;
@@ -555,7 +555,8 @@ void MeshEncoder::report_order(const EncodedGroup& group) const {
 
 namespace {
 
-/// Returns the most that steps may refer to. A trend needs a key step and another step before it.
+/// Returns the furthest reference that the options allow. A trend needs two steps since the last
+/// key step, which counts as one of them.
 StepReference most_referred(const Schema& schema, const WriteOptions& options) {
   if (!has_steps(schema) || options.key_steps > 2) return StepReference::trend;
   return options.key_steps == 2 ? StepReference::before : StepReference::nothing;

@@ -71,10 +71,10 @@ class MeshEncoder {
   struct Entry {
     std::uint64_t number = 0;
     std::uint32_t ticket = kNone;
-    std::uint32_t waiting : 30 = 0;  // uses by cells in the delay buffer
-    bool used : 1 = false;           // by some cell
-    bool ends : 1 = false;           // no cell will use it except waiting cells
-    bool named = false;              // by_number_ contains it
+    std::uint32_t waiting : 30 = 0;  // number of uses by cells in the delay buffer
+    bool used : 1 = false;           // true: some cell has used it
+    bool ends : 1 = false;           // true: only waiting cells will still use it
+    bool named = false;              // true: by_number_ contains it
   };
   struct WaitingCell {
     std::uint64_t number = 0;
@@ -84,7 +84,7 @@ class MeshEncoder {
   };
   /// Counts of the current segment, for the cut rule.
   struct Run {
-    std::uint64_t cells = 0;       // added: coded or waiting
+    std::uint64_t cells = 0;       // cells added, whether coded or waiting
     std::uint64_t introduced = 0;  // vertices that no cell had used before
   };
 
@@ -130,7 +130,7 @@ class MeshEncoder {
   std::vector<Entry> entries_;
   /// The last segment that each entry was given to. It is kept apart because each cell reads it.
   std::vector<std::uint32_t> in_segment_;
-  std::vector<std::byte> values_;  // xyz and point data of each entry
+  std::vector<std::byte> values_;  // coordinates and point data of each entry
   std::vector<std::uint32_t> free_entries_;
   NumberMap by_number_;
   std::uint64_t live_ = 0;  // vertices used by a cell and not finalized
@@ -156,7 +156,7 @@ class MeshEncoder {
   std::vector<std::uint64_t> tickets_;
   std::vector<std::uint32_t> free_tickets_;
   std::deque<std::pair<std::uint64_t, std::uint32_t>>
-      ending_tickets_;  // the cell of the last use, and the ticket
+      ending_tickets_;  // the cell of its last use, and the ticket
   std::uint32_t segment_given_out_ = 0;
   NumberColumn<RangeEncoder> import_numbers_;
   RangeEncoder import_coder_;

@@ -83,18 +83,18 @@ class DecodingQueue {
  public:
   /// Either a block, or the end of its segment.
   struct Output {
-    std::size_t segment = 0;  ///< as passed to begin_segment()
-    std::uint64_t group = 0;  ///< of a block: the number of its group
+    std::size_t segment = 0;  ///< the number passed to begin_segment()
+    std::uint64_t group = 0;  ///< number of the group of a block
     std::optional<DecodedBlock> block;
     std::vector<std::uint64_t>
-        left_alive;  ///< at the end: numbers of vertices that are not finalized
+        left_alive;  ///< numbers of vertices that are not finalized at the end
   };
 
  private:
   using Tasks = OrderedTasks<container::GroupChunk, Output>;
 
  public:
-  /// Checks the header of a group before its blocks are decoded, in any thread.
+  /// Check of a group's header before its blocks are decoded. It is called in any thread.
   using Check =
       std::function<Result<void>(std::uint64_t group, const container::GroupHeader& header)>;
 

@@ -24,13 +24,13 @@ struct SparseGroup {
     std::uint32_t items_end = 0, skipped_end = 0, uncovered = 0;
   };
 
-  std::vector<Neighbourhood> items;    ///< covered elements; slots are renumbered
+  std::vector<Neighbourhood> items;    ///< covered elements, with renumbered slots
   std::vector<std::uint32_t> skipped;  ///< slots of uncovered elements
-  std::vector<Tile> tiles;             ///< the tiles with covered elements
-  std::vector<std::uint64_t> numbers;  ///< of the covered elements, if known
-  std::uint32_t slots = 0;             ///< above every slot named up to here
-  std::uint32_t all_slots = 0;         ///< the same for all elements up to here
-  std::uint32_t uncovered_behind = 0;  ///< uncovered elements after the last tile
+  std::vector<Tile> tiles;             ///< tiles with covered elements
+  std::vector<std::uint64_t> numbers;  ///< numbers of the covered elements, if known
+  std::uint32_t slots = 0;             ///< upper bound of the slots named up to here
+  std::uint32_t all_slots = 0;         ///< upper bound of the slots of all elements up to here
+  std::uint32_t uncovered_behind = 0;  ///< number of uncovered elements after the last tile
 
   std::size_t bytes() const {
     return sizeof(SparseGroup) + items.capacity() * sizeof(Neighbourhood) +

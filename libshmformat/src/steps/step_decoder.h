@@ -35,7 +35,7 @@ class StepDecoder {
   /// The last step of an array.
   struct Last {
     bool begun = false;
-    std::uint64_t step = 0, first = 0;  // first: the element after the last one read
+    std::uint64_t step = 0, first = 0;  // first: the next element to read
     std::size_t groups = 0;             // number of groups read
     StepMemory values;
     std::uint64_t step_before = 0;

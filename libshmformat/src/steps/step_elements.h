@@ -24,7 +24,7 @@ inline constexpr std::uint32_t kMostStepComponents = 256;
 /// Elements of a group, as a column needs them.
 struct ColumnElements {
   const TiledItems* items = nullptr;
-  std::uint32_t slots = 0;  ///< above every slot named by an item
+  std::uint32_t slots = 0;  ///< upper bound of the slots named by items
   /// The same for all elements of the mesh, if some are left out.
   std::uint32_t all_slots = 0;
   /// Numbers of the covered elements in a Reader, if the StepTopology was asked for them.
@@ -69,12 +69,12 @@ class StepElements {
  private:
   /// Arrays that cover the same elements.
   struct Cover {
-    std::uint32_t array = 0;          // one of them
-    bool is_sparse = false;           // they have few elements
-    bool made = false;                // `sparse` has been built
-    std::vector<OfGroup> groups;      // that have elements
+    std::uint32_t array = 0;          // one of these arrays
+    bool is_sparse = false;           // true: they cover few elements
+    bool made = false;                // true: `sparse` has been built
+    std::vector<OfGroup> groups;      // groups that have elements
     std::size_t counted = 0;          // number of groups counted
-    std::vector<SparseGroup> sparse;  // of `groups`, once made
+    std::vector<SparseGroup> sparse;  // sparse elements of `groups`, once made
 
     /// Returns the index in `groups` of the first group that is not before `group`.
     std::size_t nth(std::size_t group) const;

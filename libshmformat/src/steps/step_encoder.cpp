@@ -81,7 +81,7 @@ Result<void> StepEncoder::begin_step(std::uint32_t array, std::uint64_t step) {
   most_here_ = most_next(array);
   before.next_step = step + 1;
   if (elements_[array] > 0)
-    steps_ = std::max(steps_, step + 1);  // otherwise the file does not know of it
+    steps_ = std::max(steps_, step + 1);  // without elements the file has no trace of the step
   array_ = array;
   step_ = step;
   first_ = 0;

@@ -67,11 +67,11 @@ class StepEncoder {
  private:
   /// State of an array between its steps.
   struct Before {
-    std::uint64_t next_step = 0;  ///< the lowest step that may come
+    std::uint64_t next_step = 0;  ///< lowest step that may come next
     std::uint32_t run = 0;        ///< number of steps from the last key step on
     StepMemory values;
-    StepReference liked = StepReference::nothing;  ///< reference in terms, as last chosen
-    std::size_t liked_bytes = 0;                   ///< bytes of the first group at that time
+    StepReference liked = StepReference::nothing;  ///< reference last chosen in codec terms
+    std::size_t liked_bytes = 0;                   ///< bytes of the first group when it was chosen
   };
   using Column = StepColumn<SplitEncoder>;
 
@@ -112,9 +112,10 @@ class StepEncoder {
   std::optional<StepReference> reference_;  // once chosen
   bool has_referred_ = false;
   std::optional<Column> column_;
-  std::size_t groups_ = 0;   // that have elements of the array, including the current group
-  std::size_t group_ = 0;    // the current group
-  std::uint64_t count_ = 0;  // elements of the current group; 0: none has begun
+  std::size_t groups_ =
+      0;  // number of groups with elements of the array, including the current group
+  std::size_t group_ = 0;    // index of the current group
+  std::uint64_t count_ = 0;  // number of elements in the current group; 0: no group has begun
   std::vector<std::byte> pending_;
   TermScratch scratch_;
 };

@@ -26,7 +26,7 @@ struct GroupElements {
   /// imported.
   TiledItems vertices;
   TiledItems cells;
-  std::uint32_t slots = 0;  ///< above every slot named by an item
+  std::uint32_t slots = 0;  ///< upper bound of the slots named by items
   /// Numbers in a Reader: of the vertices that are not imported, and of the cells.
   std::vector<std::uint64_t> vertex_numbers, cell_numbers;
 
@@ -119,12 +119,13 @@ class StepTopology {
   CellBytes cell_bytes_;
   std::vector<Group> groups_;
   std::uint64_t cells_in_all_ = 0, vertices_in_all_ = 0, most_active_ = 0;
-  std::unique_ptr<GroupDecoder> decoder_;  // of the segment of group next_ - 1, and past that group
+  std::unique_ptr<GroupDecoder>
+      decoder_;  // decoder of the segment of group next_ - 1, positioned after that group
   std::size_t next_ = 0;
   GroupElements elements_;  // of group next_ - 1
   bool has_elements_ = false;
 
-  bool keeps_ = true;  // the elements of all groups so far are kept
+  bool keeps_ = true;  // true: the elements of all groups so far are kept
   std::vector<GroupElements> kept_;
   std::size_t kept_bytes_ = 0;
 };

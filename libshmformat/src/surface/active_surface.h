@@ -42,12 +42,13 @@ class ActiveSurface {
   };
   struct Face {
     Quad quad{};
-    std::array<FaceCorner, 4> next{}, previous{};  ///< other faces around each vertex
-    std::array<FaceEdge, 4> mate{};                ///< across the edge from quad[i] to quad[i + 1]
-    std::array<std::uint8_t, 4> fan{};  ///< hexahedra between here and the mate, 255: or more
+    std::array<FaceCorner, 4> next{}, previous{};  ///< lists of faces around each vertex
+    std::array<FaceEdge, 4> mate{};  ///< mate across the edge from quad[i] to quad[i + 1]
+    std::array<std::uint8_t, 4>
+        fan{};  ///< number of hexahedra between here and the mate, at most 255
     std::array<std::uint8_t, 4> owner_corner{};  ///< corner of each vertex in its owner
     std::uint32_t cell = kNone;                  ///< cell slot of its owner
-    std::uint8_t side = 0;                       ///< which of its owner's faces it is
+    std::uint8_t side = 0;                       ///< number of the face in its owner
     bool alive = false;
   };
 
@@ -153,7 +154,7 @@ class ActiveSurface {
   std::vector<Face> faces_;
   std::vector<std::uint8_t> cell_faces_;  // active faces of each cell slot
   static constexpr std::size_t kRestingSlots = 256;
-  std::deque<std::uint32_t> free_vertices_;  // the slot that was freed first in front
+  std::deque<std::uint32_t> free_vertices_;  // the slot that was freed first is in front
   std::vector<std::uint32_t> free_faces_, free_cells_;
   std::vector<Introduced> introduced_;
   std::size_t oldest_ = 0;  // index in introduced_: no vertex before it is alive

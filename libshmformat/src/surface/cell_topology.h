@@ -51,7 +51,8 @@ struct CellTopology {
   /// Corner as stored -> position. Set if there is a layout.
   std::array<std::uint8_t, 8> framed{0, 1, 2, 3, 4, 5, 6, 7};
 
-  bool by_faces = false;  ///< a polyhedron, face by face, each closed by its first vertex
+  bool by_faces =
+      false;  ///< true: a polyhedron given face by face, each face closed by its first vertex
   std::uint32_t cell_slot = kNone;
   std::uint8_t face_mask = 0;  ///< bit k: face k was active before this cell (not with replay)
 

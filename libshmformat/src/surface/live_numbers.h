@@ -85,8 +85,8 @@ class LiveNumbers {
 
  private:
   struct Word {
-    std::uint64_t number = 0;  // its first vertex number / 64
-    std::uint64_t live = 0;    // 0: the place is free
+    std::uint64_t number = 0;  // first vertex number of the word / 64
+    std::uint64_t live = 0;    // bits of the live numbers; 0: the place is free
     std::uint64_t imported = 0;
     std::uint64_t unused = 0;  // padding to 32 bytes
   };

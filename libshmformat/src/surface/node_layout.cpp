@@ -15,9 +15,9 @@ using Face = std::array<std::uint8_t, 4>;
 struct Solid {
   std::uint8_t corners;
   std::span<const Edge> edges;
-  std::span<const Face> faces;  ///< in the order of their nodes; quadrilaterals first
+  std::span<const Face> faces;  ///< faces in the order of their nodes, quadrilaterals first
   std::uint8_t quads;           ///< number of quadrilaterals
-  bool is_flat = false;         ///< a cell of a surface, which is its own face
+  bool is_flat = false;         ///< true: a cell of a surface, which is its own face
 };
 
 constexpr std::array<Face, 6> kHexahedronFaces = {kFaceCorners[1], kFaceCorners[3],

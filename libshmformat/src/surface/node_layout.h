@@ -32,7 +32,7 @@ struct MidNode {
   /// these. Face: the node of the opposite face of the cell.
   std::array<std::uint8_t, 3> parallel{};
   std::array<std::uint8_t, 3>
-      beside{};  ///< for each, the corner that corresponds to corner[0] here
+      beside{};  ///< for each parallel node, the corner that corresponds to corner[0] here
   std::uint8_t parallels = 0;
   /// Edge: the two faces of its cell that meet there, as indices of NodeLayout::sides. Valid if
   /// has_sides is set.
@@ -42,8 +42,8 @@ struct MidNode {
 
 struct NodeLayout {
   std::uint8_t corners = 0;
-  std::uint8_t nodes = 0;                       ///< corners, and nodes in `mid`
-  std::array<MidNode, kMostLayoutNodes> mid{};  ///< by position
+  std::uint8_t nodes = 0;                       ///< number of corners and of nodes in `mid`
+  std::array<MidNode, kMostLayoutNodes> mid{};  ///< mid nodes by position
   /// Corners of the faces of a solid. A face has three corners if the last is the first.
   std::array<std::array<std::uint8_t, 4>, 6> sides{};
   std::uint8_t side_count = 0;

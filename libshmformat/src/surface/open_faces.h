@@ -28,8 +28,8 @@ struct ShapeFace {
 /// Sides of a cell of some shape. A flat cell is itself a face: its first side.
 struct CellSides {
   std::span<const ShapeFace> sides;
-  bool flat = false;  ///< it covers the face that it lies on
-  bool opens = true;  ///< its sides stay open after it
+  bool flat = false;  ///< true: the cell covers the face that it lies on
+  bool opens = true;  ///< true: its sides stay open after it
 };
 
 class OpenFaces {
@@ -39,15 +39,15 @@ class OpenFaces {
   static constexpr std::uint32_t kMost = 8;
 
   struct Face {
-    std::array<std::uint32_t, 4> node{};              ///< vertex slots around it
-    std::array<std::uint32_t, 4> next{}, previous{};  ///< face * 4 + place, by place
+    std::array<std::uint32_t, 4> node{};              ///< vertex slots around the face
+    std::array<std::uint32_t, 4> next{}, previous{};  ///< list links by place: face * 4 + place
     std::uint32_t cell = kNone;                       ///< index of its owner
     std::uint8_t size = 0;                            ///< 2: an edge
-    bool flat = false;                                ///< it is a cell itself
-    bool covered = false;                             ///< a flat cell lies on it
+    bool flat = false;                                ///< true: it is a cell itself
+    bool covered = false;                             ///< true: a flat cell lies on it
   };
   struct Cell {
-    std::uint64_t number = kNever;  ///< counts cells of all shapes, from 0
+    std::uint64_t number = kNever;  ///< its number among cells of all shapes, from 0
     std::uint32_t open = 0;         ///< number of its faces that are open
     std::uint32_t size = 0;
     std::array<std::uint32_t, kMost> node{};  ///< vertex slots, as stored

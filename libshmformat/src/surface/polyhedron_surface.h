@@ -25,7 +25,7 @@ class PolyhedronSurface {
     std::uint32_t face = kNone, at = 0;
   };
   struct Edge {
-    std::uint32_t to = kNone;  ///< slot
+    std::uint32_t to = kNone;  ///< slot of the other end
     std::uint32_t cells = 0;   ///< number of polyhedra that had it, at most kMostCells
   };
 
