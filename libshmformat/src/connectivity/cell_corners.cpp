@@ -319,9 +319,9 @@ void CellCorners<Coder>::take_note(const CellTopology& cell, CellShape shape, bo
   if (!cell.hexahedral) make_guesses(past_[cell.block], nodes);
 }
 
-/// Guesses the neighbours of the next cell of the block from a neighbour of this cell. One guess is
-/// the cell after this neighbour. Another is as many cells after it as it comes after the
-/// corresponding neighbour of the cell before.
+/// Guesses the neighbours of the next cell of the block. For each neighbour of this cell, one guess
+/// is the cell after it. Another is the cell as far after it as it is after the corresponding
+/// neighbour of the previous cell.
 template <class Coder>
 void CellCorners<Coder>::make_guesses(Past& past, std::span<const std::uint32_t> corners) {
   const auto before = past.behind;

@@ -22,7 +22,7 @@ void Connectivity<Coder>::set_codec(ConnectivityCodec codec) {
       break;
     case ConnectivityCodec::automatic:
     case ConnectivityCodec::shifts:
-    case ConnectivityCodec::patterns:  // these two need no surface
+    case ConnectivityCodec::patterns:  // shifts and patterns need no surface
     case ConnectivityCodec::rows:
       hexahedra_ = std::make_unique<RowHexahedra<Coder>>(surface_, open);
       break;

@@ -49,7 +49,7 @@ class Connectivity {
   Connectivity& operator=(const Connectivity&) = delete;
 
   /// Sets the codec of hexahedra; rows by default. Call it before the first cell. Must hold:
-  /// `codec` needs the active surface, i.e. it is not automatic, shifts or patterns.
+  /// `codec` is not automatic, shifts or patterns.
   void set_codec(ConnectivityCodec codec);
 
   /// Codes one cell. Encoding: cell.block, slots (kNone: new), numbers and last_use are set, in

@@ -30,7 +30,8 @@ class MidNodeNumbers {
   enum Rule : std::uint8_t {
     follows,       ///< the last coded number plus 1
     follows_kind,  ///< the last number of the same kind (edge, face or body) plus 1
-    transport,     ///< the node of a parallel edge, plus the difference of a corner of each edge
+    transport,     ///< the node of a parallel edge, plus the difference between corners of the two
+                   ///< edges
     parallel,      ///< the node of a parallel edge, plus a step
     square,        ///< from the nodes of three parallel edges
     from_first,    ///< the first end, plus a step

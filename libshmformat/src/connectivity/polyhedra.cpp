@@ -258,7 +258,8 @@ void Polyhedra<Coder>::take(std::uint32_t slot) {
   }
 }
 
-/// Returns the vertex that our node `i` would be in an open face; kNone beyond its end.
+/// Returns the vertex that node `i` of the current face would be in an open face; kNone beyond its
+/// end.
 template <class Coder>
 std::uint32_t Polyhedra<Coder>::node_of(const Match& match, std::size_t i) const {
   const auto cycle = open_.cycle(match.face);

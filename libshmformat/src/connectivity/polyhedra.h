@@ -121,7 +121,8 @@ class Polyhedra {
   void add_expected();
   Candidate* add(std::uint32_t slot);
   void rank();
-  /// Rates the place of our first node in an open face of n nodes: 3 first, 2 last, otherwise 1.
+  /// Rates the place of the current face's first node in an open face of n nodes: 3 first, 2 last,
+  /// otherwise 1.
   static std::uint8_t beginning(std::size_t place, std::size_t n) {
     return place == 0 ? 3 : place + 1 == n ? 2 : 1;
   }

@@ -125,7 +125,7 @@ class RowHexahedra {
     std::uint8_t introduced = 0;
     std::array<std::uint32_t, 6> shared{kNone, kNone, kNone, kNone, kNone, kNone};
     const Record* owner = nullptr;
-    std::uint32_t gate_side = 0;  // its own face at the gate
+    std::uint32_t gate_side = 0;  // the hexahedron's own face at the gate
     Kind kind = kStart;
   };
   struct Coded {

@@ -23,7 +23,7 @@ class SpiralReorderer {
   void push_hexahedron(std::uint32_t handle, const Corners& corners);
   void push_other(std::uint32_t handle);
   std::size_t waiting() const { return by_age_.size(); }
-  /// Removes and returns the best waiting cell. Must hold: waiting() > 0.
+  /// Removes and returns the waiting cell that comes next. Must hold: waiting() > 0.
   std::uint32_t pop();
 
  private:

@@ -24,10 +24,10 @@ std::vector<std::unique_ptr<ValueColumn<Coder>>> predicted_columns(
     const Schema& schema, std::span<const DifferenceColumn> columns, const DecodedParts& parts) {
   std::vector<std::unique_ptr<ValueColumn<Coder>>> predicted;
   const std::vector<bool> included = parts.columns(schema);
-  for_each_static_column(schema, [&](const auto&... what) {
+  for_each_static_column(schema, [&](const auto&... arguments) {
     const std::size_t c = predicted.size();
     const bool may_be = included[c] && columns[c].takes(Codec::differences);
-    predicted.push_back(may_be ? std::make_unique<ValueColumn<Coder>>(what...) : nullptr);
+    predicted.push_back(may_be ? std::make_unique<ValueColumn<Coder>>(arguments...) : nullptr);
   });
   return predicted;
 }

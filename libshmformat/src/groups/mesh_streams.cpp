@@ -103,9 +103,9 @@ ValueStreams<Coder>::ValueStreams(const Schema& schema, const DecodedParts& part
   for (const ArrayInfo& info : schema.arrays)
     if (!info.per_step) is_of_cells_.push_back(info.location == Location::cell);
   const std::vector<bool> included = parts.columns(schema);
-  for_each_static_column(schema, [&](auto&&... what) {
+  for_each_static_column(schema, [&](auto&&... arguments) {
     auto& column = columns_.emplace_back();
-    if (included[columns_.size() - 1]) column.emplace(what...);
+    if (included[columns_.size() - 1]) column.emplace(arguments...);
   });
   if constexpr (Coder::kDecodes) {
     memory_ = std::make_unique<ColumnMemory>();

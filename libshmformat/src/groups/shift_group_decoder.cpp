@@ -208,7 +208,8 @@ bool ShiftGroupDecoder::count_run(const CellMarks& marks, std::span<const std::u
     bool again =
         false;  // true: an earlier node of the cell is the same vertex, also marked as last use
     for (std::size_t j = 0; j < nodes; ++j) {
-      const std::uint64_t ahead = first[j] - first[i];  // cells until node i is there, too
+      const std::uint64_t ahead =
+          first[j] - first[i];  // number of cells after which node i has the first number of node j
       if (ahead >= count) continue;
       if (has_bit(marks.introduced, j)) {
         if (j != i && has_bit(marks.introduced, i)) return false;  // introduced twice

@@ -67,7 +67,7 @@ class MeshDecoder {
   std::uint32_t segments_begun_ = 0;
   DecodingQueue queue_;
 
-  /// Vertices that a later segment may import, and the last segment that used each.
+  /// Vertices that a later segment may import, with the last segment that owned or imported each.
   std::unordered_map<std::uint64_t, std::uint32_t> alive_;
   std::uint64_t groups_ = 0;
   std::uint64_t vertices_ = 0, cells_ = 0, hexahedra_ = 0, max_active_vertices_ = 0,

@@ -119,7 +119,7 @@ void SparseGroupBuilder::put_skipped(std::span<SparseGroup> groups) {
   }
 }
 
-/// Renumbers slots by first use, so that no group names more slots than all elements up to it.
+/// Renumbers slots by first use, so that a group names no more slots than all elements up to it do.
 void SparseGroupBuilder::number_by_first_use(std::span<SparseGroup> groups) const {
   std::vector<std::uint32_t> new_slots(slots_, kNone);
   std::uint32_t slots = 0;

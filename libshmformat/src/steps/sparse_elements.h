@@ -37,7 +37,7 @@ struct SparseGroup {
            skipped.capacity() * sizeof(std::uint32_t) + tiles.capacity() * sizeof(Tile) +
            numbers.capacity() * sizeof(std::uint64_t);
   }
-  /// Expands the group to the items that a column which covers block `covered` takes.
+  /// Expands the group to items for a column that covers block `covered`.
   void unfold(std::uint32_t covered, TiledItems& out) const;
 };
 

@@ -26,8 +26,8 @@ void go_on_of_integers(std::span<const std::byte> last, std::span<const std::byt
   }
 }
 
-/// Keeps the last value if it or the result is not finite. This works on bits, so that no NaN
-/// changes and there is no branch.
+/// Keeps the last value if the result is not finite. This works on bits, so that a NaN does not
+/// change and no branch is needed.
 template <class T, class Bits>
 void go_on_of_floats(std::span<const std::byte> last, std::span<const std::byte> before,
                      std::span<std::byte> out) {

@@ -197,7 +197,7 @@ std::uint64_t StepTopology::expected_bytes() const {
   std::uint64_t bytes = 0;
   for (const Group& group : groups_) {
     bytes += group.header.cells * cell;
-    // A damaged group may state more vertices than exist, and the product would overflow.
+    // A damaged group may state so large a number of vertices that the product would overflow.
     if (vertex > 0 && group.header.vertices > most_kept_) return group.header.vertices;
     bytes += group.header.vertices * vertex;
     if (bytes > most_kept_) break;

@@ -134,7 +134,7 @@ class LiveNumbers {
     count_ -= static_cast<std::uint64_t>(std::popcount(bits));
     if (word.live == 0) close(place);
   }
-  /// Moves words that had been placed beyond `hole`, which is free now, back.
+  /// Moves words back that had been placed beyond `hole`, which is now free.
   void close(std::size_t hole) {
     --used_;
     for (std::size_t i = (hole + 1) & mask_; words_[i].live != 0; i = (i + 1) & mask_) {
