@@ -1,6 +1,7 @@
 // Imports: codes which of the vertices that a segment introduces are owned by an earlier segment,
 // and predicts the numbers of these. A cut goes along faces, so its vertices are neighbours:
-// usually a vertex is imported if its known neighbours in the cell are. spec: "Imports"
+// usually a vertex is imported if its known neighbours in the cell are.
+// spec: "Imports"
 #pragma once
 
 #include <array>

@@ -82,7 +82,7 @@ Result<void> MeshDecoder::check_imports(const DecodedBlock& block) {
     const auto found = alive_.find(number);
     if (found == alive_.end() || found->second == block.segment.segment)
       return damaged(
-          "imports vertex " + std::to_string(number) + ", which no earlier segment has left to it",
+          "imports vertex " + std::to_string(number) + ", which no earlier segment has left alive",
           groups_, block.offset);
     found->second = block.segment.segment;
   }
