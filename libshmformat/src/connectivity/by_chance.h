@@ -6,7 +6,8 @@
 
 namespace shm {
 
-/// By their `chance`; equals keep their order. Insertion is quick for so few.
+/// Sorts candidates by `chance`, largest first. Equal candidates keep their order. Candidates are
+/// few, so insertion sort is fast.
 template <class Candidate>
 void sort_by_chance(std::vector<Candidate>& candidates) {
   for (std::size_t i = 1; i < candidates.size(); ++i) {

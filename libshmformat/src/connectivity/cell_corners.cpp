@@ -9,7 +9,7 @@
 namespace shm {
 namespace {
 
-/// What happened at a corner, for contexts.
+/// How a corner was coded, for contexts.
 enum Outcome : std::uint32_t { kIntroduced = 1, kRepeats = 2, kMissed = 3, kTaken = 4 };
 
 constexpr std::uint32_t least(std::uint32_t a, std::uint32_t b) { return a < b ? a : b; }
@@ -18,11 +18,11 @@ constexpr std::uint32_t least(std::uint32_t a, std::uint32_t b) { return a < b ?
 
 template <class Coder>
 auto CellCorners<Coder>::models_of(CellShape shape) -> ShapeModels& {
-  const auto at = static_cast<std::size_t>(shape) - static_cast<std::size_t>(CellShape::line);
-  auto& models = all_models_[at];
+  const auto index = static_cast<std::size_t>(shape) - static_cast<std::size_t>(CellShape::line);
+  auto& models = all_models_[index];
   if (!models) {
     models = std::make_unique<ShapeModels>();
-    for (auto& it : models->which) it.resize(std::size_t{3} * 2 * 4 * 9 * 2);
+    for (auto& list : models->which) list.resize(std::size_t{3} * 2 * 4 * 9 * 2);
   }
   return *models;
 }
@@ -44,11 +44,11 @@ bool CellCorners<Coder>::code(Coder& symbols, CellTopology& cell, CellShape shap
 
   std::uint64_t shift = block_->step;
   for (std::uint32_t i = 0; i < corners; ++i) {
-    Corner it;
-    it.position = i;
-    it.model = least(i, kPositions - 1);
-    it.expected = block_->ids[i] + shift;
-    if (!code_corner(symbols, cell, it, add_vertex)) return false;
+    Corner corner;
+    corner.position = i;
+    corner.model = least(i, kPositions - 1);
+    corner.expected = block_->ids[i] + shift;
+    if (!code_corner(symbols, cell, corner, add_vertex)) return false;
     const std::uint64_t id = surface_->vertex(cell.slots[i]).id;
     shift = id - block_->ids[i];
     if (i == 0) block_->step = shift;
@@ -61,13 +61,13 @@ bool CellCorners<Coder>::code(Coder& symbols, CellTopology& cell, CellShape shap
 }
 
 template <class Coder>
-bool CellCorners<Coder>::code_corner(Coder& symbols, CellTopology& cell, Corner& it,
+bool CellCorners<Coder>::code_corner(Coder& symbols, CellTopology& cell, Corner& corner,
                                      const std::function<void(std::uint32_t)>& add_vertex) {
-  const std::uint32_t i = it.position;
-  gather(cell, it);
+  const std::uint32_t i = corner.position;
+  gather(cell, corner);
   if constexpr (!Coder::kDecodes)
-    for (std::uint32_t j = 0; j < i && it.repeats == kNone; ++j)
-      if (cell.numbers[j] == cell.numbers[i]) it.repeats = j;
+    for (std::uint32_t j = 0; j < i && corner.repeats == kNone; ++j)
+      if (cell.numbers[j] == cell.numbers[i]) corner.repeats = j;
 
   std::uint32_t shared = 0, guesses = 0;
   for (const Candidate& c : candidates_) {
@@ -80,33 +80,33 @@ bool CellCorners<Coder>::code_corner(Coder& symbols, CellTopology& cell, Corner&
                   clue(shape_, i, outcomes_, models_->before[0]),
                   clue(shape_, i, outcomes_, six_cells_),
                   clue(shape_, i, chance, candidates_.size(), gates_));
-    return mixing_.bit(models[it.model][least(gates_, 2)], value);
+    return mixing_.bit(models[corner.model][least(gates_, 2)], value);
   };
   std::uint32_t outcome = kIntroduced;
-  if (code_bit(kNew, models_->is_new, cell.slots[i] == kNone && it.repeats == kNone)) {
+  if (code_bit(kNew, models_->is_new, cell.slots[i] == kNone && corner.repeats == kNone)) {
     add_vertex(i);
   } else {
     bool among = false;
     if constexpr (!Coder::kDecodes)
-      among = it.repeats == kNone &&
+      among = corner.repeats == kNone &&
               std::any_of(candidates_.begin(), candidates_.end(),
                           [&](const Candidate& c) { return c.slot == cell.slots[i]; });
     if (!candidates_.empty() && code_bit(kAmong, models_->among, among)) {
-      outcome = code_taken(cell, it);
+      outcome = code_taken(cell, corner);
     } else {
-      outcome = code_missed(symbols, cell, it);
+      outcome = code_missed(symbols, cell, corner);
       if (outcome == 0) return false;
     }
   }
-  if (it.lead_model != nullptr) it.lead_model->update(cell.slots[i] == it.lead);
+  if (corner.lead_model != nullptr) corner.lead_model->update(cell.slots[i] == corner.lead);
   outcomes_ = mixing::hash(outcomes_, outcome + 1);
   return true;
 }
 
-/// Which candidate; returns the outcome.
+/// Codes which candidate it is. Returns the outcome.
 template <class Coder>
-std::uint32_t CellCorners<Coder>::code_taken(CellTopology& cell, const Corner& it) {
-  const std::uint32_t i = it.position;
+std::uint32_t CellCorners<Coder>::code_taken(CellTopology& cell, const Corner& corner) {
+  const std::uint32_t i = corner.position;
   std::uint32_t r = 0;
   for (; r + 1 < candidates_.size(); ++r) {
     const Candidate& c = candidates_[r];
@@ -124,23 +124,23 @@ std::uint32_t CellCorners<Coder>::code_taken(CellTopology& cell, const Corner& i
   return kTaken + (c.place < kMost ? c.place : kMost + least(c.shared, 2));
 }
 
-/// No candidate: a vertex of this cell again, or any live one. Returns the outcome, 0 where
-/// damaged data have none.
+/// Codes a corner that is not a candidate: an earlier vertex of this cell, or any live vertex.
+/// Returns the outcome, 0 if damaged data have none.
 template <class Coder>
 std::uint32_t CellCorners<Coder>::code_missed(Coder& symbols, CellTopology& cell,
-                                              const Corner& it) {
-  const std::uint32_t i = it.position;
-  if (i > 0 && symbols.bit(models_->repeated, it.repeats != kNone)) {
-    const std::uint64_t back = code_number(symbols, models_->repeat, i - 1 - it.repeats);
+                                              const Corner& corner) {
+  const std::uint32_t i = corner.position;
+  if (i > 0 && symbols.bit(models_->repeated, corner.repeats != kNone)) {
+    const std::uint64_t back = code_number(symbols, models_->repeat, i - 1 - corner.repeats);
     if (back >= i) return 0;
     cell.slots[i] = cell.slots[i - 1 - static_cast<std::uint32_t>(back)];
     return kRepeats;
   }
   std::uint64_t id = 0;
   if constexpr (!Coder::kDecodes) id = surface_->vertex(cell.slots[i]).id;
-  id = it.expected +
+  id = corner.expected +
        static_cast<std::uint64_t>(code_signed(symbols, models_->step[i > 0 ? 1 : 0],
-                                              static_cast<std::int64_t>(id - it.expected)));
+                                              static_cast<std::int64_t>(id - corner.expected)));
   cell.slots[i] = surface_->slot_of(id);
   return cell.slots[i] == kNone ? 0u : static_cast<std::uint32_t>(kMissed);
 }
@@ -158,29 +158,30 @@ auto CellCorners<Coder>::add(const CellTopology& cell, std::uint32_t position, s
   for (std::uint32_t j = 0; j < position; ++j)
     if (cell.slots[j] == slot) return nullptr;
   listed.candidate = static_cast<std::uint32_t>(candidates_.size());
-  Candidate& it = candidates_.emplace_back();
-  it.slot = slot;
-  return &it;
+  Candidate& candidate = candidates_.emplace_back();
+  candidate.slot = slot;
+  return &candidate;
 }
 
 template <class Coder>
-void CellCorners<Coder>::gather(const CellTopology& cell, Corner& it) {
+void CellCorners<Coder>::gather(const CellTopology& cell, Corner& corner) {
   candidates_.clear();
   ++round_;
-  gather_likely(cell, it);
-  if (it.lead_model == nullptr || it.lead_model->probability_of_one() <= kSure) {
-    if (it.position == 0)
-      gather_beside(cell, it.position);
+  gather_likely(cell, corner);
+  if (corner.lead_model == nullptr || corner.lead_model->probability_of_one() <= kSure) {
+    if (corner.position == 0)
+      gather_beside(cell, corner.position);
     else
-      gather_faces(cell, it.position);
+      gather_faces(cell, corner.position);
   }
-  rank(it);
+  rank(corner);
 }
 
-/// What is known without looking at faces; the first one with the best reasons leads.
+/// Gathers the candidates that are known without looking at faces. The first one with the best
+/// reasons becomes the lead.
 template <class Coder>
-void CellCorners<Coder>::gather_likely(const CellTopology& cell, Corner& it) {
-  const std::uint32_t i = it.position;
+void CellCorners<Coder>::gather_likely(const CellTopology& cell, Corner& corner) {
+  const std::uint32_t i = corner.position;
   if (i < kMost)
     for (const Guess& guess : block_->guesses) {
       const OpenFaces::Cell* behind = faces_.cell(guess.number);
@@ -188,7 +189,7 @@ void CellCorners<Coder>::gather_likely(const CellTopology& cell, Corner& it) {
       if (Candidate* c = add(cell, i, behind->node[guess.place[i]]); c != nullptr && c->guesses < 2)
         ++c->guesses;
     }
-  const std::uint32_t next = surface_->slot_of(it.expected);
+  const std::uint32_t next = surface_->slot_of(corner.expected);
   if (next != kNone)
     if (Candidate* c = add(cell, i, next)) c->shift = true;
   std::uint32_t best = 0;
@@ -196,15 +197,15 @@ void CellCorners<Coder>::gather_likely(const CellTopology& cell, Corner& it) {
     const std::uint32_t reasons = 2u * c.guesses + (c.shift ? 1 : 0);
     if (reasons <= best) continue;
     best = reasons;
-    it.lead = c.slot;
-    it.lead_model = &models_->lead[it.model][reasons];
+    corner.lead = c.slot;
+    corner.lead_model = &models_->lead[corner.model][reasons];
   }
   for (std::uint32_t k = 0; k < last_size_; ++k)
     if (Candidate* c = add(cell, i, last_cell_[k]); c != nullptr && c->place == kMost)
       c->place = static_cast<std::uint8_t>(k);
 }
 
-/// Nodes of open faces at the last cell.
+/// Gathers the nodes of open faces at the last cell.
 template <class Coder>
 void CellCorners<Coder>::gather_beside(const CellTopology& cell, std::uint32_t position) {
   for (std::uint32_t k = 0; k < last_size_; ++k)
@@ -213,7 +214,8 @@ void CellCorners<Coder>::gather_beside(const CellTopology& cell, std::uint32_t p
     });
 }
 
-/// Nodes that close open faces with known ones, or stand beside known ones along edges of theirs.
+/// Gathers nodes that close open faces together with known nodes, and nodes next to known nodes
+/// along edges of open faces.
 template <class Coder>
 void CellCorners<Coder>::gather_faces(const CellTopology& cell, std::uint32_t position) {
   std::uint32_t beside = 0;  // known positions at the other ends of edges
@@ -230,59 +232,61 @@ void CellCorners<Coder>::gather_faces(const CellTopology& cell, std::uint32_t po
   }
   for (; beside != 0; beside &= beside - 1) {
     const std::uint32_t from = cell.slots[static_cast<std::size_t>(std::countr_zero(beside))];
-    faces_.around(from, [&](const OpenFaces::Face& face, std::uint32_t at) {
-      for (std::uint32_t k : {at + 1, at + face.size - 1})
+    faces_.around(from, [&](const OpenFaces::Face& face, std::uint32_t index) {
+      for (std::uint32_t k : {index + 1, index + face.size - 1})
         count_beside(add(cell, position, face.node[k % face.size]));
     });
   }
 }
 
-/// Open faces of the size of ours that have its known nodes in the same places, in either
-/// direction.
+/// Gathers nodes of open faces that have the size of `ours` and its known nodes in the same places,
+/// in either direction.
 template <class Coder>
 void CellCorners<Coder>::gather_shared(const CellTopology& cell, const ShapeFace& ours,
                                        std::uint32_t place, std::uint32_t known) {
   const std::uint32_t n = ours.size, position = ours.at[place];
   std::uint32_t anchor = 0;
   while (ours.at[anchor] >= position) ++anchor;
-  faces_.around(cell.slots[ours.at[anchor]], [&](const OpenFaces::Face& face, std::uint32_t at) {
+  faces_.around(cell.slots[ours.at[anchor]], [&](const OpenFaces::Face& face, std::uint32_t index) {
     if (face.size != n) return;
     if (std::find(owners_.begin(), owners_.end(), faces_.number_of(face)) != owners_.end()) return;
-    for (std::uint32_t direction : {1u, 2u}) {  // 1: against ours, as faces of neighbours run
+    for (std::uint32_t direction :
+         {1u, 2u}) {  // 1: against the side of this cell, the usual direction of a neighbour's face
       const auto node = [&](std::uint32_t k) {
         const std::uint32_t steps = (k + n - anchor) % n;
-        return face.node[(at + (direction == 1 ? n - steps : steps)) % n];
+        return face.node[(index + (direction == 1 ? n - steps : steps)) % n];
       };
       bool fits = true;
       for (std::uint32_t k = 0; k < n && fits; ++k)
         fits = ours.at[k] >= position || node(k) == cell.slots[ours.at[k]];
       if (!fits) continue;
-      if (Candidate* it = add(cell, position, node(place))) {
-        it->shared = static_cast<std::uint8_t>(least(it->shared + known, 7));
-        it->directions |= static_cast<std::uint8_t>(direction);
+      if (Candidate* candidate = add(cell, position, node(place))) {
+        candidate->shared = static_cast<std::uint8_t>(least(candidate->shared + known, 7));
+        candidate->directions |= static_cast<std::uint8_t>(direction);
       }
       if (n == 2) break;
     }
   });
 }
 
-/// Models of all candidates, and their order: those that have been right most often first.
+/// Chooses the models of all candidates, and sorts them: those most often right first.
 template <class Coder>
-void CellCorners<Coder>::rank(const Corner& it) {
-  auto& which = models_->which[it.model];
+void CellCorners<Coder>::rank(const Corner& corner) {
+  auto& which = models_->which[corner.model];
   for (Candidate& c : candidates_) {
-    std::size_t at = c.guesses;
-    at = 2 * at + (c.shift ? 1 : 0);
-    at = 4 * at + least(c.shared, 3);
-    at = 9 * at + c.place;
-    at = 2 * at + (c.beside > 0 ? 1 : 0);
-    c.model = &which[at];
+    std::size_t index = c.guesses;
+    index = 2 * index + (c.shift ? 1 : 0);
+    index = 4 * index + least(c.shared, 3);
+    index = 9 * index + c.place;
+    index = 2 * index + (c.beside > 0 ? 1 : 0);
+    c.model = &which[index];
     c.chance = c.model->adaptive.probability_of_one();
   }
   sort_by_chance(candidates_);
 }
 
-/// Who is behind the sides of the cell that are known now that the node at `position` is.
+/// Finds the cells across the sides of the cell that are complete now that the node at `position`
+/// is known.
 template <class Coder>
 void CellCorners<Coder>::find_owners(const CellTopology& cell, std::uint32_t position) {
   std::array<std::uint32_t, 4> cycle{};
@@ -315,8 +319,9 @@ void CellCorners<Coder>::take_note(const CellTopology& cell, CellShape shape, bo
   if (!cell.hexahedral) make_guesses(past_[cell.block], nodes);
 }
 
-/// The next cell of the block may be beside the next cell of a neighbour as this one is beside the
-/// neighbour; or as many cells on as the neighbour is from that of the cell before.
+/// Guesses the neighbours of the next cell of the block. For each neighbour of this cell, one guess
+/// is the cell after it. Another is the cell as far after it as it is after the corresponding
+/// neighbour of the previous cell.
 template <class Coder>
 void CellCorners<Coder>::make_guesses(Past& past, std::span<const std::uint32_t> corners) {
   const auto before = past.behind;
@@ -334,7 +339,7 @@ void CellCorners<Coder>::make_guesses(Past& past, std::span<const std::uint32_t>
     const auto add_guess = [&](std::uint64_t next) {
       guess.number = next;
       if (std::none_of(past.guesses.begin(), past.guesses.end(),
-                       [&](const Guess& it) { return it.number == next; }))
+                       [&](const Guess& known) { return known.number == next; }))
         past.guesses.push_back(guess);
     };
     add_guess(number + 1);

@@ -22,7 +22,7 @@ void Connectivity<Coder>::set_codec(ConnectivityCodec codec) {
       break;
     case ConnectivityCodec::automatic:
     case ConnectivityCodec::shifts:
-    case ConnectivityCodec::patterns:  // which need no surface
+    case ConnectivityCodec::patterns:  // shifts and patterns need no surface
     case ConnectivityCodec::rows:
       hexahedra_ = std::make_unique<RowHexahedra<Coder>>(surface_, open);
       break;
@@ -71,10 +71,10 @@ bool Connectivity<Coder>::code_cell(Coder& symbols, Coder& corner_order, CellTop
   if (!cell.hexahedral && corners > 0 &&
       !others_->code(symbols, cell, block.shape, [&](std::uint32_t i) { add_vertex(cell, i); }))
     return false;
-  // Of corners alone nobody reads the ids.
+  // If the cell has only corners, nothing reads their ids.
   if (!cell.by_faces && cell.slots.size() > corners && !code_nodes(symbols, cell, corners))
     return false;
-  // A coder that finds vertices by number needs no uses, and has coded the last ones.
+  // A coder that finds vertices by number needs no uses, and has already coded the last uses.
   const std::size_t done = cell.hexahedral && finds_by_number_ ? 8 : 0;
   for (std::size_t i = done; i < cell.slots.size(); ++i) surface_.count_use(cell.slots[i]);
   if (others_) {
@@ -101,7 +101,7 @@ void Connectivity<Coder>::finish_cell(const CellTopology& cell) {
     surface_.finalize(slot);
   };
   std::size_t i = 0;
-  for (; i + 8 <= cell.slots.size(); i += 8) {  // as a rule one of eight
+  for (; i + 8 <= cell.slots.size(); i += 8) {  // usually one of eight is marked
     std::uint32_t marks = 0;
     for (std::size_t k = 0; k < 8; ++k) marks |= std::uint32_t{cell.last_use[i + k]} << k;
     for (; marks != 0; marks &= marks - 1)
@@ -119,7 +119,7 @@ bool Connectivity<Coder>::code_hexahedron(Coder& symbols, Coder& corner_order, C
       [&](auto& hexahedra) { return hexahedra.code(symbols, corner_order, cell, in_order); });
 }
 
-/// Its faces and nodes, or how many nodes it has.
+/// Codes a polyhedron by its faces and nodes, or only its number of nodes.
 template <class Coder>
 bool Connectivity<Coder>::code_polyhedron(Coder& symbols, CellTopology& cell) {
   if (!polyhedra_) polyhedra_ = std::make_unique<Polyhedra<Coder>>(surface_);
@@ -146,7 +146,7 @@ bool Connectivity<Coder>::code_block(Coder& symbols, CellTopology& cell) {
   }
   if (cell.block >= schema_->blocks.size()) return false;
   last_block_ = cell.block;
-  // Of polyhedra it follows from their faces.
+  // The number of nodes of a polyhedron follows from its faces.
   return schema_->blocks[cell.block].shape == CellShape::faces || code_count(symbols, cell);
 }
 
@@ -166,12 +166,12 @@ bool Connectivity<Coder>::code_count(Coder& symbols, CellTopology& cell) {
   return true;
 }
 
-/// Nodes that are no corners of a hexahedron: as their place in the cell lets expect, else by their
-/// step from the last cell of the block.
+/// Codes nodes that are not corners. They are predicted from their position in the cell if the
+/// layout is known, otherwise as a step from the last cell of the block.
 template <class Coder>
 bool Connectivity<Coder>::code_nodes(Coder& symbols, CellTopology& cell, std::uint32_t first) {
   auto& last = node_ids_[cell.block];
-  std::uint64_t shift = 0;  // how far the node before this one moved
+  std::uint64_t shift = 0;  // change of the previous node's id since the last cell
   const std::size_t count = cell.slots.size();
   for (std::uint32_t i = 0; i < count; ++i) {
     if (i >= first) {
@@ -202,7 +202,8 @@ bool Connectivity<Coder>::code_nodes(Coder& symbols, CellTopology& cell, std::ui
   return true;
 }
 
-/// Encoding: the first of the positions shortly before this one that has the same vertex.
+/// Encoding: returns the first of the kMaxLastUse positions before this one that has the same
+/// vertex.
 template <class Coder>
 std::uint32_t Connectivity<Coder>::earlier_position(const CellTopology& cell, std::uint32_t i) {
   for (std::uint32_t j = i > kMaxLastUse ? i - kMaxLastUse : 0; j < i; ++j)
@@ -210,7 +211,8 @@ std::uint32_t Connectivity<Coder>::earlier_position(const CellTopology& cell, st
   return kNone;
 }
 
-/// Encoding: in cells of so many nodes that repeats are not coded, which positions have a number.
+/// Encoding: sorts positions by number, for cells with so many nodes that far repeats are not
+/// coded.
 template <class Coder>
 void Connectivity<Coder>::sort_numbers(const CellTopology& cell) {
   positions_.clear();
@@ -219,7 +221,8 @@ void Connectivity<Coder>::sort_numbers(const CellTopology& cell) {
   std::sort(positions_.begin(), positions_.end());
 }
 
-/// Encoding: a vertex that was new at `i` is found by its number at positions far behind it.
+/// Encoding: fills in the vertex that was new at `i` at the positions with its number that are far
+/// after `i`.
 template <class Coder>
 void Connectivity<Coder>::fill_farther_repeats(CellTopology& cell, std::uint32_t i) {
   const std::pair<std::uint64_t, std::uint32_t> from{cell.numbers[i], i + kMaxLastUse};
@@ -228,20 +231,20 @@ void Connectivity<Coder>::fill_farther_repeats(CellTopology& cell, std::uint32_t
     cell.slots[it->second] = cell.slots[i];
 }
 
-/// Before the first node that is no corner.
+/// Call it before the first node that is not a corner.
 template <class Coder>
 void Connectivity<Coder>::begin_layout(CellTopology& cell) {
   for (std::uint8_t i = 0; i < 8; ++i) cell.framed[cell.stored_corner[i]] = i;
   mid_nodes_->begin_cell(cell);
 }
 
-/// The vertex at `position` is new.
+/// Introduces a new vertex at `position`.
 template <class Coder>
 void Connectivity<Coder>::add_vertex(CellTopology& cell, std::uint32_t position) {
   cell.new_positions.push_back(position);
   const std::uint32_t slot = cell.slots[position] = surface_.add_vertex();
   if (finds_by_number_ && schema_->order != Order::keep) set_number(slot, surface_.vertex(slot).id);
-  // Farther repeats than the models know are found by their number from here on.
+  // The models do not know repeats farther away; these find the vertex by its number from here on.
   if constexpr (!Coder::kDecodes) fill_farther_repeats(cell, position);
 }
 
@@ -279,7 +282,7 @@ bool Connectivity<Coder>::code_node(Coder& symbols, CellTopology& cell, std::uin
   return true;
 }
 
-/// Of corners that a coder has models for; how many these are.
+/// Codes last uses of corners that a coder has models for. Returns the number of these corners.
 template <class Coder>
 std::size_t Connectivity<Coder>::code_last_use_of_corners(Coder& symbols, CellTopology& cell) {
   if (cell.hexahedral)

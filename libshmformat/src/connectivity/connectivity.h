@@ -27,14 +27,14 @@
 
 namespace shm {
 
-/// Coders of hexahedra differ in this. Some find vertices by number: they are given the number of
-/// each, put no cell on the active surface, and code last uses along with corners.
+/// Coders of hexahedra that find vertices by number. They need the number of each vertex, put no
+/// cell on the active surface, and code last uses together with corners.
 template <class Hexahedra>
 concept FindsByNumber = requires(Hexahedra& hexahedra, std::uint32_t slot) {
   hexahedra.set_number(slot, std::uint64_t{});
   hexahedra.forget(slot);
 };
-/// Some have models of their own for which corners are used last.
+/// Coders of hexahedra with models of their own for the last uses of corners.
 template <class Hexahedra, class Coder>
 concept CodesLastUse = requires(Hexahedra& hexahedra, Coder& symbols, CellTopology& cell) {
   hexahedra.code_last_use(symbols, cell);
@@ -43,29 +43,31 @@ concept CodesLastUse = requires(Hexahedra& hexahedra, Coder& symbols, CellTopolo
 template <class Coder>
 class Connectivity {
  public:
-  /// `schema` is borrowed.
+  /// `schema` must outlive this object.
   explicit Connectivity(const Schema& schema);
   Connectivity(const Connectivity&) = delete;  // the coders point to the surface
   Connectivity& operator=(const Connectivity&) = delete;
 
-  /// How hexahedra are coded. Before the first cell; rows if never called. Neither automatic nor
-  /// shifts.
+  /// Sets the codec of hexahedra; rows by default. Call it before the first cell. Must hold:
+  /// `codec` is not automatic, shifts or patterns.
   void set_codec(ConnectivityCodec codec);
 
   /// Codes one cell. Encoding: cell.block, slots (kNone: new), numbers and last_use are set, in
-  /// stored order, and come back in the coder's frame. New vertices get slots either way.
-  /// False only when decoding damaged data. Follow with finish_cell.
+  /// stored order. They come back in the coder's frame. New vertices get slots in both directions.
+  /// Returns false only when decoding damaged data. Call finish_cell() next.
   bool code_cell(Coder& symbols, Coder& corner_order, CellTopology& cell);
-  /// Finalizes what the cell finalizes. Until then all its vertices and neighbours are valid.
+  /// Finalizes the vertices whose last use the cell is. Until then all its vertices and neighbours
+  /// are valid.
   void finish_cell(const CellTopology& cell);
 
-  /// Whether the numbers of a hexahedron's corners are coded with it: cell.original is read when
-  /// encoding, filled when decoding.
+  /// Returns true if the numbers of a hexahedron's corners are coded with it: cell.original is then
+  /// read when encoding, set when decoding.
   bool codes_numbers() const { return schema_->order == Order::keep && finds_by_number_; }
-  /// Must hold: codes_numbers(). The number of a new vertex that is no hexahedron's corner.
+  /// Sets the number of a new vertex that is not a corner of a hexahedron. Must hold:
+  /// codes_numbers().
   void set_number(std::uint32_t slot, std::uint64_t number);
 
-  /// A vertex that no cell uses: introduced and finalized at once.
+  /// Introduces a vertex that no cell uses. remove_unused_vertex() finalizes it.
   std::uint32_t add_unused_vertex() { return surface_.add_vertex(); }
   void remove_unused_vertex(std::uint32_t slot) { surface_.finalize(slot); }
 
@@ -89,7 +91,7 @@ class Connectivity {
   bool code_polyhedron(Coder& symbols, CellTopology& cell);
   bool code_hexahedron(Coder& symbols, Coder& corner_order, CellTopology& cell);
   bool code_nodes(Coder& symbols, CellTopology& cell, std::uint32_t first_position);
-  /// Whether it is coded how the corners of hexahedra of this block are stored.
+  /// Returns true if the stored order of the corners is coded for hexahedra of this block.
   bool order_matters(const BlockInfo& block) const {
     return schema_->corner_order || block.nodes_per_cell != 8;
   }
@@ -108,25 +110,25 @@ class Connectivity {
                std::unique_ptr<ReplayHexahedra<Coder>>, std::unique_ptr<PaperHexahedra<Coder>>>
       hexahedra_;
   bool has_codec_ = false;
-  bool finds_by_number_ = false;                 // what hexahedra_ does
-  std::unique_ptr<CellCorners<Coder>> others_;   // where there are blocks of other cells
-  std::optional<MidNodes<Coder>> mid_nodes_;     // where there are second-order cells
-  std::unique_ptr<Polyhedra<Coder>> polyhedra_;  // where there are polyhedra told by faces
+  bool finds_by_number_ = false;  // true: hexahedra_ holds a coder that finds vertices by number
+  std::unique_ptr<CellCorners<Coder>> others_;   // set if there are blocks of other cells
+  std::optional<MidNodes<Coder>> mid_nodes_;     // set if there are second-order cells
+  std::unique_ptr<Polyhedra<Coder>> polyhedra_;  // set if there are polyhedra stored by faces
 
-  // contexts
+  // Contexts
   std::uint32_t last_block_ = 0;
   std::array<std::uint8_t, 8> last_finalized_{};
-  /// Of the last cell of each block that came.
+  /// Vertex ids by position in the last cell, by block.
   std::map<std::uint32_t, std::vector<std::uint64_t>> node_ids_;
   bool last_new_ = false;
 
-  std::vector<std::pair<std::uint64_t, std::uint32_t>> positions_;  // encoding: by number
+  std::vector<std::pair<std::uint64_t, std::uint32_t>> positions_;  // encoding: sorted by number
 
-  // models
+  // Models
   AdaptiveBit same_block_;
   NumberModel block_number_, node_count_;
   std::vector<std::unique_ptr<NodeModel>> nodes_;
-  /// By: corner of a hexahedron or not, active faces, uses, whether the one before was one.
+  /// By: corner of a hexahedron or not, active faces, uses, the last answer at this position.
   std::array<std::array<std::array<std::array<AdaptiveBit, 2>, 9>, 6>, 2> last_use_;
 };
 

@@ -28,7 +28,7 @@ AdaptiveBit& ImportFlags<Coder>::model(const CellTopology& cell, std::uint32_t p
     return at_edge_[3u * state(cell, cell.framed_position(edge[0])) +
                     state(cell, cell.framed_position(edge[1]))];
   }
-  std::size_t context = 0;  // whether an own, whether an imported one is among the nodes
+  std::size_t context = 0;  // bit 0: own vertices are among the nodes; bit 1: imported vertices are
   for (std::size_t i = 0; i < std::min<std::size_t>(cell.slots.size(), 64); ++i)
     if (const State other = state_[cell.slots[i]]; other != unknown) context |= other;
   return at_node_[std::min<std::uint32_t>(position, 31)][context];
@@ -49,7 +49,8 @@ Stencil ImportFlags<Coder>::stencil(const CellTopology& cell, std::uint32_t posi
     if (i != position && cell.slots[i] != cell.slots[position] && state_[cell.slots[i]] == imported)
       known |= std::uint64_t{1} << i;
   const Stencil stencil = stencil_of(cell, position, known);
-  return stencil.kind == Stencil::midpoint ? Stencil{} : stencil;  // corners need not be imported
+  return stencil.kind == Stencil::midpoint ? Stencil{}
+                                           : stencil;  // the corners may not be imported
 }
 
 template class ImportFlags<RangeEncoder>;

@@ -1,7 +1,6 @@
-// Imports: which of the vertices that a segment introduces are owned by an earlier segment, and
-// how the numbers of these are predicted.
-// A cut goes along faces, so its vertices are neighbours: as a rule the next vertex is what its
-// known neighbours in the cell are.
+// Imports: codes which of the vertices that a segment introduces are owned by an earlier segment,
+// and predicts the numbers of these. A cut goes along faces, so its vertices are neighbours:
+// usually a vertex is imported if its known neighbours in the cell are.
 // spec: "Imports"
 #pragma once
 
@@ -19,12 +18,12 @@ namespace shm {
 template <class Coder>
 class ImportFlags {
  public:
-  /// Comes before the vertices of the cell: nothing is known of the new ones yet.
+  /// Call it before the vertices of a cell: the states of its new vertices become unknown.
   void begin_cell(const CellTopology& cell);
-  /// Codes whether the new vertex at `position` is imported; the cell's new vertices come in order
-  /// of new_positions.
+  /// Codes whether the new vertex at `position` is imported. Call it for the new vertices of a cell
+  /// in the order of new_positions.
   bool code(Coder& coder, const CellTopology& cell, std::uint32_t position, bool imported);
-  /// The stencil at `position` where only imported vertices are known.
+  /// Returns the stencil at `position` when only imported vertices count as known.
   Stencil stencil(const CellTopology& cell, std::uint32_t position) const;
 
  private:

@@ -1,4 +1,5 @@
-// Mixed rows: the decisions of RowHexahedra, each coded by a mix of predictions. Smaller, slower.
+// Mixed rows: the decisions of RowHexahedra, each coded by a mix of predictions. Smaller and slower
+// than rows.
 // spec: "Mixed rows"
 #pragma once
 
@@ -10,11 +11,11 @@ namespace shm {
 template <class Coder>
 class MixedRows {
  public:
-  /// As RowHexahedra.
+  /// The same as RowHexahedra.
   explicit MixedRows(ActiveSurface& surface, const OpenFaces* open = nullptr)
       : rows_(surface, open) {}
 
-  // As those of RowHexahedra.
+  // The same functions as in RowHexahedra.
   bool code(Coder& symbols, Coder& corner_order, CellTopology& cell, bool order_matters) {
     symbols_.use(symbols);
     corner_order_.use(corner_order);

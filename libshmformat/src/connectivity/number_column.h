@@ -1,5 +1,5 @@
-// NumberColumn: the stream numbers of imported vertices, predicted as the paper predicts
-// coordinates, from imported neighbours in the cell.
+// NumberColumn: the stream numbers of imported vertices. They are predicted from imported
+// neighbours in the cell, by the rules of the paper for coordinates.
 // spec: "Imports"
 #pragma once
 
@@ -14,7 +14,8 @@ namespace shm {
 template <class Coder>
 class NumberColumn {
  public:
-  /// Codes the number of the vertex at `slot`: read when encoding, returned either way.
+  /// Codes the number of the vertex at `slot`. Encoding: `number` is that number. Returns it in
+  /// both directions.
   std::uint64_t code(Coder& coder, const Stencil& stencil, std::uint32_t slot,
                      std::uint64_t number) {
     if (slot >= numbers_.size()) numbers_.resize(std::size_t{slot} * 2 + 1);

@@ -7,11 +7,11 @@
 namespace shm {
 namespace {
 
-// A set of faces is a mask with a bit for each.
+// A set of faces is a mask with one bit for each face.
 constexpr std::uint32_t face_bit(std::uint32_t face) { return 1u << face; }
 
-// Faces of the previous hexahedron in the order in which a gate is looked for there: straight on
-// first, back last.
+// Faces of the previous hexahedron in the order in which they are tried as gate: straight on first,
+// back last.
 constexpr std::array<std::uint8_t, 6> kGateOrder = {5, 3, 1, 4, 2, 0};
 
 template <std::size_t kCount>
@@ -22,8 +22,8 @@ bool all_different(const std::array<std::uint32_t, kCount>& slots) {
   return true;
 }
 
-/// Which operation codes a hexahedron whose active faces, seen in some rotation, are `mask`; none
-/// where the rotation does not bring them to where the operations look.
+/// Operation that codes a hexahedron whose active faces, seen in some rotation, are `mask`. None if
+/// the rotation does not bring the faces to where the operations expect them.
 enum class Fit : std::uint8_t { none, hut, roof, step, bridge };
 constexpr Fit fit_of(std::uint32_t mask) {
   const auto has = [&](std::uint32_t faces) { return (mask & faces) == faces; };
@@ -37,7 +37,7 @@ constexpr Fit fit_of(std::uint32_t mask) {
   return (count == 3 || tunnel) && has(face_bit(1) | face_bit(3)) ? Fit::bridge : Fit::none;
 }
 
-/// The rotations to try for each set of active faces as stored.
+/// A rotation to try for a set of active faces as stored.
 struct RotationFit {
   std::uint8_t rotation = 0;
   Fit fit = Fit::none;
@@ -59,7 +59,7 @@ constexpr auto kFits = [] {
   return table;
 }();
 
-// Corners by face, for 6 faces of a hexahedron whose corners may be unknown (kNone).
+// Returns true if all corners of the face are known. `corners`: of a hexahedron, kNone if unknown.
 bool known(const std::array<std::uint32_t, 8>& corners, std::uint32_t face) {
   for (std::uint8_t c : kFaceCorners[face])
     if (corners[c] == kNone) return false;
@@ -108,7 +108,7 @@ auto PaperHexahedra<Coder>::choose_plan(const CellTopology& cell) const -> Plan 
   return best;
 }
 
-/// How the gate would be coded, and a guess of what it costs; smaller is better.
+/// Determines how the gate would be coded, and estimates the cost; smaller is better.
 template <class Coder>
 void PaperHexahedra<Coder>::rate_gate(Plan& plan, const Corners& target) const {
   const bool turns = plan.operation == kStep || plan.operation == kBridge;
@@ -146,9 +146,9 @@ void PaperHexahedra<Coder>::rate_gate(Plan& plan, const Corners& target) const {
   const std::uint64_t last = gate_reference_.last;
   const std::uint64_t step = id > last ? id - last : last - id;
   std::uint64_t position = 0;
-  for (FaceCorner at = surface_.vertex(target[0]).first_face; at != kNone;
-       at = surface_.next_around(at), ++position)
-    if (at / 4 == plan.gate_face) break;
+  for (FaceCorner corner = surface_.vertex(target[0]).first_face; corner != kNone;
+       corner = surface_.next_around(corner), ++position)
+    if (corner / 4 == plan.gate_face) break;
   plan.cost = 4000 + std::min(step, id - surface_.oldest_id()) * 16 + position;
 }
 
@@ -195,16 +195,16 @@ bool PaperHexahedra<Coder>::code(Coder& symbols, Coder& corner_order, CellTopolo
   for (std::uint32_t i = 0; i < 4; ++i)
     cell.slots[i] = surface_.around(gate.at, gate.mirrored ? (4 - i) % 4 : i);
 
-  bool good = true;
-  if (operation_ == kRoof) good = code_roof(symbols, plan, target, cell);
+  bool ok = true;
+  if (operation_ == kRoof) ok = code_roof(symbols, plan, target, cell);
   if (operation_ == kStep || operation_ == kBridge)
-    good = code_second_face(symbols, plan, target, gate.at, cell);
+    ok = code_second_face(symbols, plan, target, gate.at, cell);
   if (operation_ == kHut)
-    for (std::uint32_t i : {4u, 7u, 5u, 6u}) good = good && code_corner(symbols, target, cell, i);
+    for (std::uint32_t i : {4u, 7u, 5u, 6u}) ok = ok && code_corner(symbols, target, cell, i);
   last_operation_ = operation_;
-  good = good && (!order_matters || code_corner_order(corner_order, gate, cell, plan.rotation));
-  if (good) attach(cell, order_matters);
-  return good;
+  ok = ok && (!order_matters || code_corner_order(corner_order, gate, cell, plan.rotation));
+  if (ok) attach(cell, order_matters);
+  return ok;
 }
 
 template <class Coder>
@@ -218,8 +218,8 @@ bool PaperHexahedra<Coder>::on_previous(std::uint32_t face) const {
   return surface_.face(face).alive && surface_.face(face).cell == previous_cell_;
 }
 
-/// Faces at the previous hexahedron's edges that are not its own: (corner of the edge's first
-/// vertex, edge), edges in order, newest face first.
+/// Lists faces at edges of the previous hexahedron that are not its own, as pairs (corner of the
+/// edge's first vertex, edge): edges in order, newest face first.
 template <class Coder>
 void PaperHexahedra<Coder>::list_edge_gates(
     std::vector<std::pair<FaceCorner, std::uint32_t>>& out) const {
@@ -228,11 +228,12 @@ void PaperHexahedra<Coder>::list_edge_gates(
   for (std::uint32_t e = 0; e < 12; ++e) {
     const std::uint32_t a = kEdgeCorners[e][0], b = kEdgeCorners[e][1];
     if (!previous_alive(a) || !previous_alive(b)) continue;
-    for (FaceCorner at = surface_.vertex(previous_[a]).first_face; at != kNone;
-         at = surface_.next_around(at))
-      if ((surface_.around(at, 1) == previous_[b] || surface_.around(at, 3) == previous_[b]) &&
-          !on_previous(at / 4))
-        out.emplace_back(at, e);
+    for (FaceCorner corner = surface_.vertex(previous_[a]).first_face; corner != kNone;
+         corner = surface_.next_around(corner))
+      if ((surface_.around(corner, 1) == previous_[b] ||
+           surface_.around(corner, 3) == previous_[b]) &&
+          !on_previous(corner / 4))
+        out.emplace_back(corner, e);
   }
 }
 
@@ -243,9 +244,9 @@ void PaperHexahedra<Coder>::list_vertex_gates(
   if (!has_previous_) return;
   for (std::uint32_t c = 0; c < 8; ++c) {
     if (!previous_alive(c)) continue;
-    for (FaceCorner at = surface_.vertex(previous_[c]).first_face; at != kNone;
-         at = surface_.next_around(at))
-      if (!on_previous(at / 4)) out.emplace_back(at, c);
+    for (FaceCorner corner = surface_.vertex(previous_[c]).first_face; corner != kNone;
+         corner = surface_.next_around(corner))
+      if (!on_previous(corner / 4)) out.emplace_back(corner, c);
   }
 }
 
@@ -255,18 +256,18 @@ bool PaperHexahedra<Coder>::code_gate(Coder& symbols, const Plan& plan, const Co
   bool mirrored = false;
   if constexpr (!Coder::kDecodes) {
     const Quad& quad = surface_.face(plan.gate_face).quad;
-    const auto at =
+    const auto turn =
         static_cast<std::uint32_t>(std::find(quad.begin(), quad.end(), target[0]) - quad.begin());
-    mirrored = quad[(at + 1) % 4] != target[1];
+    mirrored = quad[(turn + 1) % 4] != target[1];
   }
   gate.mirrored = symbols.bit(mirrored_[operation_], mirrored);
   return code_gate_face(symbols, plan, target, gate.at, gate.mirrored);
 }
 
-/// Where the gate is, in the order in which it is looked for; where there is no face, it cannot be.
+/// Codes the gate. The modes are tried in order; a mode without any face is left out.
 template <class Coder>
 bool PaperHexahedra<Coder>::code_gate_face(Coder& symbols, const Plan& plan, const Corners& target,
-                                           FaceCorner& at, bool mirrored) {
+                                           FaceCorner& corner, bool mirrored) {
   auto& models = modes_[operation_][mode_history_];
   const auto is_mode = [&](GateMode mode, bool possible) {
     const bool is = mode == kAnywhere || (possible && symbols.bit(models[mode], plan.mode == mode));
@@ -277,24 +278,25 @@ bool PaperHexahedra<Coder>::code_gate_face(Coder& symbols, const Plan& plan, con
   for (std::uint32_t k : kGateOrder)
     if (previous_face_[k] != kNone && on_previous(previous_face_[k])) ++previous_faces;
   if (is_mode(kOnFace, previous_faces > 0)) {
-    at = code_gate_on_face(symbols, plan, target, previous_faces);
+    corner = code_gate_on_face(symbols, plan, target, previous_faces);
     return true;
   }
   list_edge_gates(scratch_);
   if (is_mode(kAtEdge, !scratch_.empty())) {
-    at = code_gate_at_edge(symbols, plan, target, mirrored);
+    corner = code_gate_at_edge(symbols, plan, target, mirrored);
     return true;
   }
   list_vertex_gates(scratch_);
   if (is_mode(kAtVertex, !scratch_.empty())) {
-    at = code_gate_at_vertex(symbols, plan, target);
+    corner = code_gate_at_vertex(symbols, plan, target);
     return true;
   }
   is_mode(kAnywhere, true);
-  return code_gate_anywhere(symbols, plan, target, at);
+  return code_gate_anywhere(symbols, plan, target, corner);
 }
 
-/// A face of the previous hexahedron, one of `left`, and where corner 0 stands in it.
+/// Codes the gate as one of the `left` faces of the previous hexahedron, and the place of corner 0
+/// in it.
 template <class Coder>
 FaceCorner PaperHexahedra<Coder>::code_gate_on_face(Coder& symbols, const Plan& plan,
                                                     const Corners& target, std::uint32_t left) {
@@ -317,7 +319,8 @@ FaceCorner PaperHexahedra<Coder>::code_gate_on_face(Coder& symbols, const Plan& 
   return kNone;
 }
 
-/// One of `scratch_`: a face at an edge of the previous hexahedron, which becomes the edge 0-3.
+/// Codes the gate as one of the faces in `scratch_`, at edges of the previous hexahedron. The edge
+/// becomes the edge 0-3.
 template <class Coder>
 FaceCorner PaperHexahedra<Coder>::code_gate_at_edge(Coder& symbols, const Plan& plan,
                                                     const Corners& target, bool mirrored) {
@@ -334,7 +337,8 @@ FaceCorner PaperHexahedra<Coder>::code_gate_at_edge(Coder& symbols, const Plan& 
   return kNone;
 }
 
-/// One of `scratch_`: a face at a vertex of the previous hexahedron, which becomes corner 0.
+/// Codes the gate as one of the faces in `scratch_`, at vertices of the previous hexahedron. The
+/// vertex becomes corner 0.
 template <class Coder>
 FaceCorner PaperHexahedra<Coder>::code_gate_at_vertex(Coder& symbols, const Plan& plan,
                                                       const Corners& target) {
@@ -347,10 +351,10 @@ FaceCorner PaperHexahedra<Coder>::code_gate_at_vertex(Coder& symbols, const Plan
   return kNone;
 }
 
-/// Any live vertex by its number, then one of its faces.
+/// Codes the gate by the number of a live vertex, then which of its faces it is.
 template <class Coder>
 bool PaperHexahedra<Coder>::code_gate_anywhere(Coder& symbols, const Plan& plan,
-                                               const Corners& target, FaceCorner& at) {
+                                               const Corners& target, FaceCorner& corner) {
   std::uint32_t vertex = target[0];
   if (!code_reference(symbols, gate_reference_, vertex)) return false;
   scratch_.clear();
@@ -361,31 +365,31 @@ bool PaperHexahedra<Coder>::code_gate_anywhere(Coder& symbols, const Plan& plan,
   }
   if (scratch_.empty()) return false;
   index = code_choice(symbols, gate_anywhere_, static_cast<std::uint32_t>(scratch_.size()), index);
-  at = scratch_[index].first;
+  corner = scratch_[index].first;
   return true;
 }
 
-/// The face at the edge from-along other than `not_face`; gives the vertices above both.
+/// Codes the face at the edge from-along that is not `not_face`. Sets the vertices above both ends.
 template <class Coder>
 bool PaperHexahedra<Coder>::code_side(Coder& symbols, std::uint32_t along, std::uint32_t from,
                                       std::uint32_t not_face, std::uint32_t side_face, int model,
                                       std::uint32_t& above_from, std::uint32_t& above_along) {
   scratch_.clear();
   std::uint32_t index = 0;
-  for (FaceCorner at = surface_.vertex(from).first_face; at != kNone;
-       at = surface_.next_around(at)) {
-    if (at / 4 == not_face) continue;
-    if (surface_.around(at, 1) != along && surface_.around(at, 3) != along) continue;
-    if (at / 4 == side_face) index = static_cast<std::uint32_t>(scratch_.size());
-    scratch_.emplace_back(at, 0);
+  for (FaceCorner corner = surface_.vertex(from).first_face; corner != kNone;
+       corner = surface_.next_around(corner)) {
+    if (corner / 4 == not_face) continue;
+    if (surface_.around(corner, 1) != along && surface_.around(corner, 3) != along) continue;
+    if (corner / 4 == side_face) index = static_cast<std::uint32_t>(scratch_.size());
+    scratch_.emplace_back(corner, 0);
   }
   if (scratch_.empty()) return false;
   index = code_choice(symbols, side_[static_cast<std::size_t>(model)],
                       static_cast<std::uint32_t>(scratch_.size()), index);
-  const FaceCorner at = scratch_[index].first;
-  const bool forward = surface_.around(at, 1) == along;
-  above_from = surface_.around(at, forward ? 3 : 1);
-  above_along = surface_.around(at, 2);
+  const FaceCorner corner = scratch_[index].first;
+  const bool forward = surface_.around(corner, 1) == along;
+  above_from = surface_.around(corner, forward ? 3 : 1);
+  above_along = surface_.around(corner, 2);
   return true;
 }
 
@@ -400,7 +404,7 @@ bool PaperHexahedra<Coder>::code_second_face(Coder& symbols, const Plan& plan,
   return code_corners_left(symbols, target, cell);
 }
 
-/// After a STEP: corners 5 and 6, deduced from active faces where there are any.
+/// Codes corners 5 and 6 after a STEP: deduced from active faces if there are any.
 template <class Coder>
 bool PaperHexahedra<Coder>::code_corners_left(Coder& symbols, const Corners& target,
                                               CellTopology& cell) {
@@ -413,9 +417,9 @@ bool PaperHexahedra<Coder>::code_corners_left(Coder& symbols, const Corners& tar
       const std::array<std::array<std::uint32_t, 3>, 3> paths = {
           {{v[2], v[1], v[5]}, {v[2], v[3], v[7]}, {v[5], v[4], v[7]}}};
       for (std::size_t i = 0; i < 3; ++i) {
-        const FaceCorner at = surface_.find_path(paths[i][0], paths[i][1], paths[i][2]);
-        if (at == kNone) continue;
-        const std::uint32_t sixth = surface_.around(at, 2);
+        const FaceCorner corner = surface_.find_path(paths[i][0], paths[i][1], paths[i][2]);
+        if (corner == kNone) continue;
+        const std::uint32_t sixth = surface_.around(corner, 2);
         if (!symbols.bit(confirm_[i + 1], sixth == target[6])) continue;
         v[6] = sixth;
         return true;
@@ -434,16 +438,16 @@ bool PaperHexahedra<Coder>::code_roof(Coder& symbols, const Plan& plan, const Co
   if (!code_reference(symbols, join_reference_, v[4])) return false;
   scratch_.clear();
   std::uint32_t index = 0;
-  for (FaceCorner at = surface_.vertex(v[4]).first_face; at != kNone;
-       at = surface_.next_around(at)) {
-    if (at / 4 == plan.far_face) index = static_cast<std::uint32_t>(scratch_.size());
-    scratch_.emplace_back(at, 0);
+  for (FaceCorner corner = surface_.vertex(v[4]).first_face; corner != kNone;
+       corner = surface_.next_around(corner)) {
+    if (corner / 4 == plan.far_face) index = static_cast<std::uint32_t>(scratch_.size());
+    scratch_.emplace_back(corner, 0);
   }
   if (scratch_.empty()) return false;
   index = code_choice(symbols, roof_face_, static_cast<std::uint32_t>(scratch_.size()), index);
-  const FaceCorner at = scratch_[index].first;
-  const bool turned = symbols.bit(roof_turned_, surface_.around(at, 1) == target[5]);
-  for (std::uint32_t i = 1; i < 4; ++i) v[4 + i] = surface_.around(at, turned ? i : 4 - i);
+  const FaceCorner corner = scratch_[index].first;
+  const bool turned = symbols.bit(roof_turned_, surface_.around(corner, 1) == target[5]);
+  for (std::uint32_t i = 1; i < 4; ++i) v[4 + i] = surface_.around(corner, turned ? i : 4 - i);
   return true;
 }
 
@@ -458,7 +462,7 @@ std::uint32_t PaperHexahedra<Coder>::add_vertex(CellTopology& cell, std::uint32_
 template <class Coder>
 bool PaperHexahedra<Coder>::code_corner(Coder& symbols, const Corners& target, CellTopology& cell,
                                         std::uint32_t position) {
-  // In a START a corner may be an earlier one again; elsewhere corners are all different.
+  // In a START a corner may repeat an earlier one. In other operations all corners are different.
   std::uint32_t repeats = 8;
   if constexpr (!Coder::kDecodes) {
     if (operation_ == kStart)
@@ -510,7 +514,7 @@ bool PaperHexahedra<Coder>::code_reference(Coder& symbols, ReferenceModel& model
 template <class Coder>
 bool PaperHexahedra<Coder>::code_corner_order(Coder& corner_order, const Gate& gate,
                                               CellTopology& cell, std::uint32_t rotation) {
-  // Expected: the numbering of the gate's owner, moved across the gate.
+  // Expected: the rotation of the gate's owner, moved across the gate.
   std::uint32_t expected = kRotationCount;
   if (!gate.mirrored) {
     const auto& owner = surface_.face(gate.at / 4).owner_corner;
@@ -536,7 +540,7 @@ bool PaperHexahedra<Coder>::code_corner_order(Coder& corner_order, const Gate& g
   return true;
 }
 
-/// Takes the shared faces off the surface and puts the others on it.
+/// Removes the shared faces from the surface, and adds the other faces to it.
 template <class Coder>
 void PaperHexahedra<Coder>::attach(CellTopology& cell, bool order_matters) {
   cell.cell_slot = surface_.begin_cell();
@@ -558,17 +562,17 @@ void PaperHexahedra<Coder>::attach(CellTopology& cell, bool order_matters) {
     const auto& c = kFaceCorners[k];
     const Quad quad = {v[c[0]], v[c[1]], v[c[2]], v[c[3]]};
     if (!distinct && !all_different(quad)) continue;
-    // Only a hexahedron with repeated corners can meet the same face twice and must look again.
+    // Only a hexahedron with repeated corners can meet the same face twice, and must look again.
     const std::uint32_t now =
         distinct ? present[k] : surface_.find_face(quad[0], quad[1], quad[2], quad[3]);
     if (now != kNone) {
       for (std::uint32_t& face : previous_face_)
-        if (face == now) face = kNone;  // its slot may be taken by another one
+        if (face == now) face = kNone;  // its slot may be reused
       surface_.remove_face(now);
     } else if (std::all_of(quad.begin(), quad.end(), [&](std::uint32_t vertex) {
                  return surface_.vertex(vertex).face_count < kMaxFacesAtVertex;
                })) {
-      // As a reader has it: where the order does not matter, corners come back as in the frame.
+      // The same as for a reader: if the order does not matter, corners come back as in the frame.
       const auto stored = [&](std::uint8_t i) { return order_matters ? cell.stored_corner[i] : i; };
       previous_face_[k] =
           surface_.add_face(quad, {stored(c[0]), stored(c[1]), stored(c[2]), stored(c[3])},

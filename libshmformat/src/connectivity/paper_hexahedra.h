@@ -1,15 +1,15 @@
-// Paper hexahedra: the published scheme, whole; the baseline of every comparison.
+// Paper hexahedra: the complete published scheme, the baseline of every comparison.
 // in:    hexahedra in coding order            out: symbols for "connectivity" and "corner order"
 // keeps: the previous hexahedron, the models; the same in encoder and decoder
 //
-// A hexahedron is attached to the active surface by one of five operations; which further faces it
-// shares is deduced and confirmed:
-//   START   no face shared, or none of the others fits: eight corners, each new, live or repeated
+// A hexahedron is attached to the active surface by one of five operations. Further shared faces
+// are deduced and confirmed:
+//   START   no face shared, or no other operation fits: eight corners, each new, live or repeated
 //   HUT     one face f0                          ROOF  f0 and the opposite f5
-//   STEP    f0 and f1 at an edge; then, deduced, f2 (CORNER) and more (GAP, PIT, DEN)
+//   STEP    f0 and f1 at an edge; then f2 (CORNER) and more (GAP, PIT, DEN) are deduced
 //   BRIDGE  f0, f1 and the opposite f3; TUNNEL follows
-// The face f0 (the gate) is looked for on the previous hexahedron, at its edges, at its vertices,
-// and only then coded by the number of a live vertex.
+// The face f0 (the gate) is looked for on the previous hexahedron, at its edges, and at its
+// vertices. If it is not found there, it is coded by the number of a live vertex.
 // source: paper section 3.1; spec: "Connectivity stream", "Corner order stream"
 #pragma once
 
@@ -27,18 +27,18 @@ namespace shm {
 template <class Coder>
 class PaperHexahedra {
  public:
-  /// `surface` is borrowed.
+  /// `surface` must outlive this object.
   explicit PaperHexahedra(ActiveSurface& surface) : surface_(surface) {}
 
-  /// Codes corners, and their order if it matters, of one hexahedron, and attaches it.
-  /// False only when decoding damaged data.
+  /// Codes the corners of one hexahedron, and their order if it matters, and attaches the
+  /// hexahedron. Returns false only when decoding damaged data.
   bool code(Coder& symbols, Coder& corner_order, CellTopology& cell, bool order_matters);
 
  private:
   enum Operation : std::uint8_t { kStart, kHut, kRoof, kStep, kBridge, kOperations };
   enum GateMode : std::uint8_t { kOnFace, kAtEdge, kAtVertex, kAnywhere, kGateModes };
 
-  /// How a hexahedron is attached: found by the encoder, coded for the decoder.
+  /// How a hexahedron is attached: chosen by the encoder, decoded step by step by the decoder.
   struct Plan {
     Operation operation = kStart;
     std::uint32_t rotation = 0;
@@ -46,13 +46,14 @@ class PaperHexahedra {
     std::uint32_t gate_face = kNone, side_face = kNone, far_face = kNone;
     std::uint64_t cost = ~std::uint64_t{0};
   };
-  /// Where vertex 0 stands in the gate face, and which way the others follow.
+  /// The corner of the gate face with vertex 0, and the direction of the other vertices.
   struct Gate {
     FaceCorner at = kNone;
     bool mirrored = false;
   };
   using Corners = std::array<std::uint32_t, 8>;
-  /// A number coded relative to the last one of its kind or to the oldest live vertex.
+  /// Models for a number coded relative to the last number of its kind or to the oldest live
+  /// vertex.
   struct ReferenceModel {
     AdaptiveBit from_last;
     SignedModel<NumberModel> step;
@@ -60,21 +61,22 @@ class PaperHexahedra {
     std::uint64_t last = 0;
   };
 
-  // choosing (encoder)
+  // Choosing (encoder)
   Plan choose_plan(const CellTopology& cell) const;
   void rate_gate(Plan& plan, const Corners& target) const;
   static void rotate(CellTopology& cell, std::uint32_t rotation);
 
-  // coding, in the order in which it happens
+  // Coding, in the order of the calls
   bool code_gate(Coder& symbols, const Plan& plan, const Corners& target, Gate& gate);
-  bool code_gate_face(Coder& symbols, const Plan& plan, const Corners& target, FaceCorner& at,
+  bool code_gate_face(Coder& symbols, const Plan& plan, const Corners& target, FaceCorner& corner,
                       bool mirrored);
   FaceCorner code_gate_on_face(Coder& symbols, const Plan& plan, const Corners& target,
                                std::uint32_t left);
   FaceCorner code_gate_at_edge(Coder& symbols, const Plan& plan, const Corners& target,
                                bool mirrored);
   FaceCorner code_gate_at_vertex(Coder& symbols, const Plan& plan, const Corners& target);
-  bool code_gate_anywhere(Coder& symbols, const Plan& plan, const Corners& target, FaceCorner& at);
+  bool code_gate_anywhere(Coder& symbols, const Plan& plan, const Corners& target,
+                          FaceCorner& corner);
   bool code_second_face(Coder& symbols, const Plan& plan, const Corners& target, FaceCorner gate,
                         CellTopology& cell);
   bool code_roof(Coder& symbols, const Plan& plan, const Corners& target, CellTopology& cell);
@@ -97,19 +99,19 @@ class PaperHexahedra {
 
   ActiveSurface& surface_;
 
-  // the previous hexahedron, in its frame
+  // The previous hexahedron, in its frame
   Corners previous_{};
   std::array<std::uint64_t, 8> previous_id_{};
   std::array<std::uint32_t, 6> previous_face_{kNone, kNone, kNone, kNone, kNone, kNone};
   std::uint32_t previous_cell_ = kNone;
   bool has_previous_ = false;
 
-  // contexts
-  Operation operation_ = kStart;  // of the cell at hand
+  // Contexts
+  Operation operation_ = kStart;  // of the current cell
   std::uint32_t last_operation_ = kStart, mode_history_ = 0, last_face_ = 5, last_turn_ = 0;
   std::uint32_t rotation_history_ = 0;
 
-  // models
+  // Models
   std::array<std::array<TreeModel<3>, 16>, kOperations> operations_;
   std::array<std::array<std::array<AdaptiveBit, 3>, 16>, kOperations> modes_;
   std::array<std::array<AdaptiveBit, 6>, 6> gate_on_face_;

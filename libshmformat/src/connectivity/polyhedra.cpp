@@ -14,8 +14,8 @@ constexpr std::uint32_t at_most(std::size_t a, std::uint32_t b) {
 
 }  // namespace
 
-/// Encoding: whether it consists of faces of three or more vertices, all different, each face
-/// closed by its first one.
+/// Encoding: returns true if the cell consists of faces of three or more vertices, all different,
+/// each face closed by its first vertex.
 template <class Coder>
 bool Polyhedra<Coder>::told_by_faces(const CellTopology& cell) {
   const auto& numbers = cell.numbers;
@@ -54,12 +54,12 @@ bool Polyhedra<Coder>::code(Coder& symbols, CellTopology& cell, std::uint64_t nu
 
 template <class Coder>
 void Polyhedra<Coder>::begin_cell(CellTopology& cell) {
-  for (auto& it : which_)
-    if (it.empty()) it.resize(std::size_t{4} * 3 * 4 * 2 * 2);
+  for (auto& models : which_)
+    if (models.empty()) models.resize(std::size_t{4} * 3 * 4 * 2 * 2);
   block_ = &past_[cell.block];
   shift_ = block_->step;
   ++cell_round_;
-  ++face_round_;  // nothing was in the face before the first one
+  ++face_round_;  // so that no vertex counts as part of a previous face
   behind_.fill(OpenFaces::kNever);
   behind_count_ = 0;
   vertex_count_ = 0;
@@ -111,13 +111,13 @@ bool Polyhedra<Coder>::code_face(CellTopology& cell) {
   return true;
 }
 
-/// Whether the face ends here.
+/// Codes whether the face ends here.
 template <class Coder>
 bool Polyhedra<Coder>::code_close(bool ends) {
   const std::size_t n = path_.size();
   std::uint32_t match = matches_.empty() ? 0 : 1;
-  for (const Match& it : matches_)
-    if (open_.cycle(it.face).size() == n) match = 2;
+  for (const Match& found : matches_)
+    if (open_.cycle(found.face).size() == n) match = 2;
   const std::uint32_t inside = times(path_.back(), path_[0]);
   const std::uint32_t edge = inside == 1                                                 ? 1
                              : inside == 0 && open_.cells_at(path_.back(), path_[0]) > 0 ? 2
@@ -129,7 +129,7 @@ bool Polyhedra<Coder>::code_close(bool ends) {
   return mixing_.bit(close_[match][edge][i], ends);
 }
 
-/// Whether the cell ends behind this face.
+/// Codes whether the cell ends after this face.
 template <class Coder>
 bool Polyhedra<Coder>::code_end(const CellTopology& cell) {
   const bool closed = open_edges_ == 0;
@@ -184,7 +184,7 @@ bool Polyhedra<Coder>::code_node(CellTopology& cell) {
   return true;
 }
 
-/// Which candidate; returns the outcome.
+/// Codes which candidate it is. Returns the outcome.
 template <class Coder>
 std::uint32_t Polyhedra<Coder>::code_taken(CellTopology& cell) {
   const std::uint32_t q = position_, i = at_most(path_.size(), 2);
@@ -201,7 +201,8 @@ std::uint32_t Polyhedra<Coder>::code_taken(CellTopology& cell) {
   return kIsTaken + c.open + 4u * at_most(c.inside, 1) + 8u * c.place;
 }
 
-/// No candidate: any live vertex that is not in the face. False where damaged data have none.
+/// Codes a node that is not a candidate: any live vertex that is not in the face. Returns false if
+/// damaged data have none.
 template <class Coder>
 bool Polyhedra<Coder>::code_missed(CellTopology& cell) {
   const std::uint32_t q = position_;
@@ -220,7 +221,7 @@ void Polyhedra<Coder>::note_outcome(std::uint32_t outcome) {
   cell_outcomes_.push_back(outcome);
 }
 
-/// Encoding: a vertex that is new at this position is known wherever the cell has it.
+/// Encoding: sets the vertex that is new at this position wherever else the cell has it.
 template <class Coder>
 void Polyhedra<Coder>::fill_repeats(CellTopology& cell) {
   const std::uint64_t number = cell.numbers[position_];
@@ -230,23 +231,23 @@ void Polyhedra<Coder>::fill_repeats(CellTopology& cell) {
     cell.slots[it->second] = cell.slots[position_];
 }
 
-// --- the cell and the face at hand
+// --- the current cell and face
 
-/// The next node of the face.
+/// Appends the next node of the face.
 template <class Coder>
 void Polyhedra<Coder>::take(std::uint32_t slot) {
-  Seen& it = seen(slot);
-  if (it.cell != cell_round_) {
-    it.cell = cell_round_;
-    it.vertex = static_cast<std::uint32_t>(vertex_count_++);
+  Seen& vertex = seen(slot);
+  if (vertex.cell != cell_round_) {
+    vertex.cell = cell_round_;
+    vertex.vertex = static_cast<std::uint32_t>(vertex_count_++);
     if (vertices_.size() < vertex_count_) vertices_.emplace_back();
-    vertices_[it.vertex].slot = slot;
-    vertices_[it.vertex].edges.clear();
+    vertices_[vertex.vertex].slot = slot;
+    vertices_[vertex.vertex].edges.clear();
   }
   const std::size_t i = path_.size();
   path_.push_back(slot);
-  it.face = face_round_;
-  it.place = at_most(i + 1, 7);
+  vertex.face = face_round_;
+  vertex.place = at_most(i + 1, 7);
   if (i == 0) {
     const auto places = open_.faces_at(slot);
     for (std::size_t k = places.size(); k-- > 0;)
@@ -257,7 +258,8 @@ void Polyhedra<Coder>::take(std::uint32_t slot) {
   }
 }
 
-/// Of an open face, what our node `i` would be; kNone behind its end.
+/// Returns the vertex that node `i` of the current face would be in an open face; kNone beyond its
+/// end.
 template <class Coder>
 std::uint32_t Polyhedra<Coder>::node_of(const Match& match, std::size_t i) const {
   const auto cycle = open_.cycle(match.face);
@@ -285,7 +287,7 @@ void Polyhedra<Coder>::note_edge(std::uint32_t a, std::uint32_t b) {
   auto& to = vertices_[seen(b).vertex].edges;
   const auto find = [](auto& edges, std::uint32_t end) {
     return std::find_if(edges.begin(), edges.end(),
-                        [&](const auto& it) { return it.first == end; });
+                        [&](const auto& edge) { return edge.first == end; });
   };
   if (const auto there = find(from, b); there != from.end()) {
     if (there->second == 1) --open_edges_;
@@ -298,7 +300,7 @@ void Polyhedra<Coder>::note_edge(std::uint32_t a, std::uint32_t b) {
   }
 }
 
-/// How often the cell has an edge so far: 2 is twice or more.
+/// Returns how often the cell has an edge so far; 2 stands for twice or more.
 template <class Coder>
 std::uint32_t Polyhedra<Coder>::times(std::uint32_t a, std::uint32_t b) {
   if (seen(a).cell != cell_round_) return 0;
@@ -311,17 +313,20 @@ std::uint32_t Polyhedra<Coder>::times(std::uint32_t a, std::uint32_t b) {
 
 template <class Coder>
 auto Polyhedra<Coder>::add(std::uint32_t slot) -> Candidate* {
-  Seen& it = seen(slot);
-  if (it.node == node_round_) return it.candidate == kNone ? nullptr : &candidates_[it.candidate];
-  it.node = node_round_;
-  it.candidate = kNone;
-  if (candidates_.size() == kCandidates || it.face == face_round_ || !surface_->vertex(slot).alive)
+  Seen& vertex = seen(slot);
+  if (vertex.node == node_round_)
+    return vertex.candidate == kNone ? nullptr : &candidates_[vertex.candidate];
+  vertex.node = node_round_;
+  vertex.candidate = kNone;
+  if (candidates_.size() == kCandidates || vertex.face == face_round_ ||
+      !surface_->vertex(slot).alive)
     return nullptr;
-  it.candidate = static_cast<std::uint32_t>(candidates_.size());
+  vertex.candidate = static_cast<std::uint32_t>(candidates_.size());
   Candidate& c = candidates_.emplace_back();
   c.slot = slot;
-  c.ours = it.cell == cell_round_;
-  c.place = it.face + 1 == face_round_ ? static_cast<std::uint8_t>(it.place) : std::uint8_t{0};
+  c.ours = vertex.cell == cell_round_;
+  c.place =
+      vertex.face + 1 == face_round_ ? static_cast<std::uint8_t>(vertex.place) : std::uint8_t{0};
   return &c;
 }
 
@@ -338,7 +343,7 @@ void Polyhedra<Coder>::gather() {
   rank();
 }
 
-/// Of the first node of a cell.
+/// Gathers candidates for the first node of a cell.
 template <class Coder>
 void Polyhedra<Coder>::gather_first() {
   add_expected();
@@ -349,12 +354,13 @@ void Polyhedra<Coder>::gather_first() {
     if (c == nullptr) continue;
     const auto places = open_.faces_at(slot);
     c->edge = static_cast<std::uint8_t>(at_most(places.size(), 3));
-    if (std::any_of(places.begin(), places.end(), [](const auto& it) { return it.at == 0; }))
+    if (std::any_of(places.begin(), places.end(), [](const auto& place) { return place.at == 0; }))
       c->inside = 1;
   }
 }
 
-/// Of the first node of a further face: where the cell is open, and beside it.
+/// Gathers candidates for the first node of a later face: vertices with open edges of the cell, and
+/// their neighbours.
 template <class Coder>
 void Polyhedra<Coder>::gather_beginnings() {
   const std::size_t looked = std::min(vertex_count_, kLooked);
@@ -382,7 +388,8 @@ void Polyhedra<Coder>::gather_beginnings() {
       if (seen(edge.to).cell != cell_round_) add(edge.to);
 }
 
-/// Of a further node: along open faces, the cell's open edges, and edges of the mesh.
+/// Gathers candidates for a later node of a face: along open faces, the cell's open edges, and
+/// edges of the mesh.
 template <class Coder>
 void Polyhedra<Coder>::gather_next() {
   const std::uint32_t from = path_.back();
@@ -400,8 +407,9 @@ void Polyhedra<Coder>::gather_next() {
       c->edge = static_cast<std::uint8_t>(at_most(edge.cells, 3));
   add_expected();
   for (const auto& [to, count] : edges)
-    if (const Seen& it = seen(to); count > 1 && it.node == node_round_ && it.candidate != kNone)
-      candidates_[it.candidate].inside = 2;
+    if (const Seen& vertex = seen(to);
+        count > 1 && vertex.node == node_round_ && vertex.candidate != kNone)
+      candidates_[vertex.candidate].inside = 2;
 }
 
 template <class Coder>
@@ -410,17 +418,17 @@ void Polyhedra<Coder>::add_expected() {
   if (Candidate* const c = slot == kNone ? nullptr : add(slot)) c->shift = true;
 }
 
-/// Models of all candidates, and their order: those that have been right most often first.
+/// Chooses the models of all candidates, and sorts them: those most often right first.
 template <class Coder>
 void Polyhedra<Coder>::rank() {
   auto& which = which_[at_most(path_.size(), 2)];
   for (Candidate& c : candidates_) {
-    std::size_t at = c.open;
-    at = 3 * at + c.inside;
-    at = 4 * at + c.edge;
-    at = 2 * at + (c.shift ? 1 : 0);
-    at = 2 * at + (c.ours ? 1 : 0);
-    c.model = &which[at];
+    std::size_t index = c.open;
+    index = 3 * index + c.inside;
+    index = 4 * index + c.edge;
+    index = 2 * index + (c.shift ? 1 : 0);
+    index = 2 * index + (c.ours ? 1 : 0);
+    c.model = &which[index];
     c.chance = c.model->adaptive.probability_of_one();
   }
   sort_by_chance(candidates_);

@@ -1,8 +1,8 @@
 // Polyhedra: codes polyhedra face by face, and each face node by node, in stored order. A node is
-// new, or one of some candidates: what continues an open face of an earlier polyhedron, an edge
-// that the cell has on one side only, or an edge of the mesh; or what continues the numbers of the
-// last cell of the block. So a face that is there costs next to nothing behind its first nodes, and
-// where a face ends, and the cell, follows as a rule.
+// new, or one of several candidates: the next node along an open face of an earlier polyhedron, an
+// edge that the cell has on one side only, or an edge of the mesh; or the node that continues the
+// numbers of the last cell of the block. So a face that an earlier polyhedron has costs almost
+// nothing after its first nodes, and the ends of faces and cells can usually be predicted.
 //   in     the nodes of a polyhedron
 //   out    decisions for "connectivity"
 //   keeps  open faces and edges, last cells, models; the same in encoder and decoder
@@ -27,59 +27,65 @@ namespace shm {
 template <class Coder>
 class Polyhedra {
  public:
-  /// `surface` is borrowed.
+  /// `surface` must outlive this object.
   [[gnu::cold]] explicit Polyhedra(ActiveSurface& surface) : surface_(&surface) {}
 
-  /// Codes whether a cell is told by its faces, and if it is, its nodes: slots, new_positions and
-  /// cell.by_faces. `number`: of the cell in the segment. `add_vertex(position)` makes the new
-  /// vertex. Decoding, the cell has no nodes before. False only when decoding damaged data.
+  /// Codes whether a cell is given by its faces. If it is, codes its nodes: slots, new_positions
+  /// and cell.by_faces. `number`: of the cell in the segment. `add_vertex(position)` creates the
+  /// new vertex. When decoding, the cell has no nodes before the call. Returns false only when
+  /// decoding damaged data.
   bool code(Coder& symbols, CellTopology& cell, std::uint64_t number,
             const std::function<void(std::uint32_t)>& add_vertex);
-  /// Codes last_use of a cell that code() found to be by faces.
+  /// Codes last_use of a cell that is given by its faces.
   void code_last_use(Coder& symbols, CellTopology& cell);
   void forget(std::uint32_t vertex) { open_.forget(vertex); }
-  /// Of the last cell that was told by its faces: the numbers of those that had its faces before,
-  /// the first eight, then OpenFaces::kNever.
+  /// Numbers of the polyhedra that had faces of the last polyhedron before: the first eight, then
+  /// OpenFaces::kNever.
   const std::array<std::uint64_t, OpenFaces::kMost>& behind() const { return behind_; }
 
  private:
   static constexpr std::size_t kCandidates = 24;
-  static constexpr std::size_t kLooked = 64;       // vertices of the cell that a face may begin at
-  static constexpr std::size_t kLookedFaces = 16;  // of each, the newest ones
-  static constexpr std::size_t kMostEdges = 32;    // of the cell, at a vertex
+  static constexpr std::size_t kLooked =
+      64;  // most vertices of a cell that are tried as first node of a face
+  static constexpr std::size_t kLookedFaces =
+      16;  // most open faces, the newest, that are tried for each
+  static constexpr std::size_t kMostEdges =
+      32;  // most edges of the cell that are noted at one vertex
   enum Question : std::uint32_t { kEnd, kClose, kNew, kAmong, kWhich, kLast, kQuestions };
-  /// What happened at a node, for contexts.
+  /// How a node was coded, for contexts.
   enum Outcome : std::uint32_t { kCloses = 1, kIsNew = 2, kIsMissed = 3, kIsTaken = 4 };
 
-  /// What the next node of a face may be, and why.
+  /// A vertex that the next node of a face may be, and the reasons for it.
   struct Candidate {
     std::uint32_t slot = kNone;
-    std::uint8_t open =
-        0;  ///< of an open face that it continues: where our first node stands there
-    std::uint8_t inside = 0;  ///< edges that the cell has on one side only
-    std::uint8_t edge = 0;    ///< polyhedra that had the edge to it
-    bool shift = false;       ///< it goes on as the block's last cell did
-    bool ours = false;        ///< a vertex of the cell
-    std::uint8_t place = 0;   ///< in the face before, from 1
+    std::uint8_t open = 0;  ///< beginning() of the current face in an open face that it continues
+    /// Next node of a face: how often the cell has the edge to it, at most 2. First node of a later
+    /// face: edges at it that the cell has on one side only, at most 2. First node of the cell: 1
+    /// if it is the first node of an open face.
+    std::uint8_t inside = 0;
+    std::uint8_t edge = 0;   ///< number of polyhedra with the edge to it, or of open faces at it
+    bool shift = false;      ///< true: it continues the numbers of the block's last cell
+    bool ours = false;       ///< true: it is a vertex of the cell
+    std::uint8_t place = 0;  ///< its place in the previous face, from 1; 0: none
     std::uint32_t chance = 0;
     MixedBit* model = nullptr;
     std::uint32_t why() const { return clue(open, inside, edge, shift, ours); }
   };
-  /// An open face that all nodes of ours so far are in, one behind the other.
+  /// An open face that contains all nodes of the current face so far, in this order.
   struct Match {
-    std::uint32_t face = kNone, at = 0;  ///< where our first node stands
+    std::uint32_t face = kNone, at = 0;  ///< at: place of the current face's first node in it
     bool along = false;
   };
   struct CellVertex {
     std::uint32_t slot = kNone;
-    std::vector<std::pair<std::uint32_t, std::uint32_t>> edges;  ///< to, how often
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> edges;  ///< to, and how often
   };
   /// The last cell of a block.
   struct Past {
     std::vector<std::uint64_t> ids;
     std::uint64_t step = 0;
   };
-  /// What is known of a vertex by slot, in the rounds that it says.
+  /// Data of a vertex, by slot. Each is valid only in the round stored here.
   struct Seen {
     std::uint64_t cell = 0, face = 0, node = 0;  ///< rounds
     std::uint32_t vertex = 0, candidate = kNone;
@@ -96,7 +102,7 @@ class Polyhedra {
   std::uint32_t code_taken(CellTopology& cell);
   bool code_missed(CellTopology& cell);
   void note_outcome(std::uint32_t outcome);
-  /// Of the last cell at this position.
+  /// Outcome at this position in the last cell.
   std::uint32_t last_outcome() const {
     return position_ < last_outcomes_.size() ? last_outcomes_[position_] : 0;
   }
@@ -115,9 +121,10 @@ class Polyhedra {
   void add_expected();
   Candidate* add(std::uint32_t slot);
   void rank();
-  /// How a face of n nodes that begins at the one at `at` stands to an open one.
-  static std::uint8_t beginning(std::size_t at, std::size_t n) {
-    return at == 0 ? 3 : at + 1 == n ? 2 : 1;
+  /// Rates the place of the current face's first node in an open face of n nodes: 3 first, 2 last,
+  /// otherwise 1.
+  static std::uint8_t beginning(std::size_t place, std::size_t n) {
+    return place == 0 ? 3 : place + 1 == n ? 2 : 1;
   }
   Seen& seen(std::uint32_t slot) { return at_slot(seen_, slot); }
 
@@ -126,37 +133,40 @@ class Polyhedra {
   MixingCoder<Coder> mixing_{kQuestions};
   std::map<std::uint32_t, Past> past_;  // by block
   AdaptiveBit by_faces_;
-  std::array<std::array<MixedBit, 16>, 2> end_;                   // by closed, faces
-  std::array<std::array<std::array<MixedBit, 16>, 3>, 3> close_;  // by match, edge, nodes
-  std::array<std::array<MixedBit, 4>, 3> is_new_, among_;         // by nodes, what is best
-  std::array<std::vector<MixedBit>, 3> which_;                    // by nodes, reasons
-  std::array<std::array<MixedBit, 8>, 8> last_;                   // by open faces, edges
-  std::array<SignedModel<NumberModel>, 2> step_;  // of a cell's first node, of others
+  std::array<std::array<MixedBit, 16>, 2> end_;                   // by closed, number of faces
+  std::array<std::array<std::array<MixedBit, 16>, 3>, 3> close_;  // by match, edge, number of nodes
+  std::array<std::array<MixedBit, 4>, 3> is_new_,
+      among_;                                     // by number of nodes, kind of the best candidate
+  std::array<std::vector<MixedBit>, 3> which_;    // by number of nodes, reasons
+  std::array<std::array<MixedBit, 8>, 8> last_;   // by number of open faces, number of edges
+  std::array<SignedModel<NumberModel>, 2> step_;  // models of a cell's first node, of other nodes
   std::uint32_t before_ = 0;                      // outcomes of the last cell
-  std::uint32_t last_finals_ = 0;                 // of it
-  std::vector<std::uint32_t> last_outcomes_;      // of it, by position
+  std::uint32_t last_finals_ = 0;                 // last uses in the last cell, as bits
+  std::vector<std::uint32_t> last_outcomes_;      // outcomes of the last cell, by position
 
-  // the cell at hand
+  // The current cell
   const std::function<void(std::uint32_t)>* add_vertex_ = nullptr;
   Past* block_ = nullptr;
   std::uint64_t number_ = 0;
   std::array<std::uint64_t, OpenFaces::kMost> behind_{};
   std::size_t behind_count_ = 0;
-  std::vector<CellVertex> vertices_;  // in order of their first use; the first vertex_count_
+  std::vector<CellVertex>
+      vertices_;  // vertices in order of first use; the first vertex_count_ are valid
   std::size_t vertex_count_ = 0;
   std::uint32_t position_ = 0, faces_ = 0, open_edges_ = 0, outcomes_ = 0;
   std::uint32_t last_size_ = 0;  // of the face before
   std::uint64_t shift_ = 0;
   std::vector<std::uint32_t> cell_outcomes_;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> cell_edges_;
-  std::vector<std::uint32_t> new_cycles_, cycle_ends_;              // faces that were not open
-  std::vector<std::pair<std::uint64_t, std::uint32_t>> positions_;  // encoding: by number
+  std::vector<std::uint32_t> new_cycles_, cycle_ends_;  // faces of the cell that were not open
+  std::vector<std::pair<std::uint64_t, std::uint32_t>>
+      positions_;  // encoding: positions sorted by number
 
-  // the face at hand
+  // The current face
   std::vector<std::uint32_t> path_;
   std::vector<Match> matches_;
 
-  // the node at hand
+  // The current node
   std::vector<Candidate> candidates_;
   std::uint64_t expected_ = 0;
   std::vector<Seen> seen_;  // by slot

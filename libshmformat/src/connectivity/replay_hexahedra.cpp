@@ -10,8 +10,10 @@ namespace {
 
 constexpr std::uint64_t kEarlierCells = 256;  // frozen: part of the format
 constexpr std::uint64_t kLeastSlots = 1024;
-constexpr std::uint32_t kRepeatedStrays = 4;  // encoder: cells, before strays are followed
-constexpr std::uint64_t kSearch = 64;  // encoder: how far from a known distance a new one is sought
+constexpr std::uint32_t kRepeatedStrays =
+    4;  // encoder: number of cells with strays after which strays are followed
+constexpr std::uint64_t kSearch =
+    64;  // encoder: largest difference of a new distance to a known one that is tried
 
 constexpr std::uint8_t bit(std::uint32_t i) { return static_cast<std::uint8_t>(1u << i); }
 
@@ -45,32 +47,32 @@ bool ReplayHexahedra<Coder>::code(Coder& symbols, Coder&, CellTopology& cell, bo
   return true;
 }
 
-/// What is expected of a cell that stands to the one `beside` before as the one `distance` before
-/// stood to its own; the shift between the two is taken `over` a distance.
+/// Returns the expected cell. It relates to the cell `beside` before as the cell `distance` before
+/// related to its own. The shift between the two is taken over the distance `over`.
 template <class Coder>
 auto ReplayHexahedra<Coder>::guess(std::uint64_t distance, std::uint64_t over,
                                    std::uint64_t beside) const -> Guess {
   if (kept() == 0) return {};
-  Guess it;
+  Guess expected;
   if (!reaches(distance) || over + beside > kept()) {
-    it.number = numbers(1);
-    it.marks = past(1).marks;
-    return it;
+    expected.number = numbers(1);
+    expected.marks = past(1).marks;
+    return expected;
   }
   const Past& model = past(distance);
-  it.number = numbers(distance);
+  expected.number = numbers(distance);
   const Numbers here = numbers(beside), there = numbers(over + beside);
-  for (std::size_t c = 0; c < 8; ++c) it.number[c] += here[c] - there[c];
+  for (std::size_t c = 0; c < 8; ++c) expected.number[c] += here[c] - there[c];
   std::uint64_t next = largest_ + 1;
   for (std::uint32_t left = model.next; left != 0; left &= left - 1)
-    it.number[static_cast<std::size_t>(std::countr_zero(left))] = next++;
-  it.marks = model.marks;
+    expected.number[static_cast<std::size_t>(std::countr_zero(left))] = next++;
+  expected.marks = model.marks;
   if (marks_shift_)
-    it.marks ^= static_cast<std::uint8_t>(past(beside).marks ^ past(over + beside).marks);
-  return it;
+    expected.marks ^= static_cast<std::uint8_t>(past(beside).marks ^ past(over + beside).marks);
+  return expected;
 }
 
-/// Encoder: the corners' numbers and marks.
+/// Encoder: sets the numbers and marks of the corners.
 template <class Coder>
 void ReplayHexahedra<Coder>::take(const CellTopology& cell, Numbers& number,
                                   std::uint8_t& marks) const {
@@ -92,7 +94,7 @@ void ReplayHexahedra<Coder>::take(const CellTopology& cell, Numbers& number,
   }
 }
 
-// --- what is not as expected
+// --- cells that are not as expected
 
 template <class Coder>
 bool ReplayHexahedra<Coder>::code_miss(Coder& symbols, CellTopology& cell, Numbers& number,
@@ -105,17 +107,18 @@ bool ReplayHexahedra<Coder>::code_miss(Coder& symbols, CellTopology& cell, Numbe
   }
   const std::uint64_t before = distances_[0];
   if (!code_choice_of_guess(symbols, choice)) return false;
-  const Guess it = guess(distances_[0], choice.old_shift ? before : distances_[0], beside_now_);
-  if (symbols.bit(as_guessed_[choice.place], it.number == number))
-    number = it.number;
-  else if (!code_corners(symbols, it, number))
+  const Guess expected =
+      guess(distances_[0], choice.old_shift ? before : distances_[0], beside_now_);
+  if (symbols.bit(as_guessed_[choice.place], expected.number == number))
+    number = expected.number;
+  else if (!code_corners(symbols, expected, number))
     return false;
   if (!resolve(cell, number)) return false;
-  code_marks(symbols, it.marks, marks);
+  code_marks(symbols, expected.marks, marks);
   return true;
 }
 
-/// Encoder: the guess that leaves least to code.
+/// Encoder: returns the guess that leaves least to code.
 template <class Coder>
 auto ReplayHexahedra<Coder>::choose(const CellTopology& cell, const Numbers& number,
                                     std::uint8_t marks) const -> Choice {
@@ -126,10 +129,10 @@ auto ReplayHexahedra<Coder>::choose(const CellTopology& cell, const Numbers& num
         choice.place < kDistances ? distances_[choice.place] : choice.distance;
     if (choice.place != 0 && !reaches(distance)) return;
     if (choice.old_shift && !reaches(distances_[0])) return;
-    const Guess it = guess(distance, choice.old_shift ? distances_[0] : distance,
-                           beside_of(distance, choice.beside));
-    for (std::size_t c = 0; c < 8; ++c) cost += it.number[c] != number[c] ? 8 : 0;
-    cost += it.marks != marks ? 7 : 0;
+    const Guess expected = guess(distance, choice.old_shift ? distances_[0] : distance,
+                                 beside_of(distance, choice.beside));
+    for (std::size_t c = 0; c < 8; ++c) cost += expected.number[c] != number[c] ? 8 : 0;
+    cost += expected.marks != marks ? 7 : 0;
     if (cost >= least) return;
     least = cost;
     best = choice;
@@ -150,12 +153,13 @@ auto ReplayHexahedra<Coder>::choose(const CellTopology& cell, const Numbers& num
     rate({kDistances, distance, false, 0}, cost);
     rate({kDistances, distance, true, 0}, cost);
   };
-  // The cells that introduced its vertices: in a scan, those below and beside it are among them.
+  // Try the cells that introduced its vertices: in a scan, the cells below and beside it are among
+  // them.
   for (std::uint32_t c = 0; c < 8; ++c)
     if (cell.slots[c] < introduced_.size()) try_new(sequence_ - introduced_[cell.slots[c]], 12);
-  // Parts that come again: where a step like this one was not as expected before.
+  // Recurring parts: try the cell at which an equal step was not as expected before.
   if (!misses_.empty()) try_new(sequence_ - misses_[step_key(number)], 12);
-  // Layers with holes: a little more or less than the distance used last.
+  // Layers with holes: try distances a little larger or smaller than the last one.
   if (!reaches(distances_[0])) return best;
   const auto first = [&](std::uint64_t distance) { return numbers(distance)[0]; };
   const std::uint64_t moved = number[0] - first(1);
@@ -168,7 +172,7 @@ auto ReplayHexahedra<Coder>::choose(const CellTopology& cell, const Numbers& num
   return best;
 }
 
-/// Encoder: a hash of the step from the last cell to this one.
+/// Encoder: returns a hash of the step from the last cell to this one.
 template <class Coder>
 std::size_t ReplayHexahedra<Coder>::step_key(const Numbers& number) const {
   if (kept() == 0) return 0;
@@ -229,7 +233,7 @@ bool ReplayHexahedra<Coder>::code_corners(Coder& symbols, const Guess& guess, Nu
     std::uint32_t kind = kStep, corner = 0;
     std::uint64_t age = 0;
     if constexpr (!Coder::kDecodes) {
-      const auto at = [&](const Numbers& list) {
+      const auto corner_of = [&](const Numbers& list) {
         return static_cast<std::uint32_t>(std::find(list.begin(), list.end(), number[c]) -
                                           list.begin());
       };
@@ -239,7 +243,7 @@ bool ReplayHexahedra<Coder>::code_corners(Coder& symbols, const Guess& guess, Nu
         kind = kBeyond;
       } else if (number[c] == top_[c] + 1) {
         kind = kTop;
-      } else if ((corner = at(previous)) < 8) {
+      } else if ((corner = corner_of(previous)) < 8) {
         kind = kPrevious;
       } else {
         const auto far = [](std::uint64_t d) {
@@ -249,7 +253,7 @@ bool ReplayHexahedra<Coder>::code_corners(Coder& symbols, const Guess& guess, Nu
         if (a < b) kind = kFromPrevious;
         if (std::min(a, b) > 7)
           for (std::uint64_t n = 0; n < kEarlierCells && n + 2 <= kept(); ++n)
-            if ((corner = at(numbers(n + 2))) < 8) {
+            if ((corner = corner_of(numbers(n + 2))) < 8) {
               kind = kEarlier;
               age = n;
               break;
@@ -305,7 +309,7 @@ void ReplayHexahedra<Coder>::code_marks(Coder& symbols, std::uint8_t expected,
 
 template <class Coder>
 bool ReplayHexahedra<Coder>::resolve(CellTopology& cell, const Numbers& number) {
-  std::uint32_t left = 0;  // corners that are no vertices yet
+  std::uint32_t left = 0;  // corners without a vertex so far
   if constexpr (Coder::kDecodes) {
     left = kept() == 0 ? 0xffu : look_up_hints(cell, number);
   } else {
@@ -317,8 +321,8 @@ bool ReplayHexahedra<Coder>::resolve(CellTopology& cell, const Numbers& number) 
   return true;
 }
 
-/// The common case, in short: each vertex where the corner's was found last time. Returns the
-/// corners where it is not.
+/// The common case: takes each vertex from where the corner's vertex was found last time. Returns
+/// the corners for which that fails.
 template <class Coder>
 std::uint32_t ReplayHexahedra<Coder>::look_up_hints(CellTopology& cell,
                                                     const Numbers& number) const {
@@ -340,7 +344,7 @@ bool ReplayHexahedra<Coder>::resolve_corner(CellTopology& cell, const Numbers& n
   if constexpr (Coder::kDecodes) {
     slot = find(number[corner], corner);
   } else {
-    for (std::uint32_t c = 0; c < corner && slot == kNone; ++c)  // new in this cell
+    for (std::uint32_t c = 0; c < corner && slot == kNone; ++c)  // a new vertex of this cell
       if (cell.numbers[c] == cell.numbers[corner]) slot = cell.slots[c];
   }
   if (slot == kNone) {
@@ -354,11 +358,11 @@ bool ReplayHexahedra<Coder>::resolve_corner(CellTopology& cell, const Numbers& n
   return true;
 }
 
-/// Decoder: the vertex of a corner that is not where it was found last time.
+/// Decoder: returns the vertex of a corner that is not where it was found last time.
 template <class Coder>
 std::uint32_t ReplayHexahedra<Coder>::find(std::uint64_t number, std::uint32_t corner) {
   const std::uint32_t slot = find_anywhere(number);
-  if (slot == kNone) return slot;  // as a rule: one that the cell introduces
+  if (slot == kNone) return slot;  // usually a vertex that the cell introduces
   auto& sources = sources_[corner];
   std::swap(sources[0], sources[1]);
   if (sources[0].distance <= slots_.kept() &&
@@ -368,10 +372,10 @@ std::uint32_t ReplayHexahedra<Coder>::find(std::uint64_t number, std::uint32_t c
     const std::uint64_t distance = n == 0 ? 1 : distances_[n - 1];
     if (distance == 0 || distance >= slots_.kept()) continue;
     const Slots& slots = slots_[distance];
-    const auto at = std::find(slots.begin(), slots.end(), slot);
-    if (at == slots.end()) continue;
+    const auto found = std::find(slots.begin(), slots.end(), slot);
+    if (found == slots.end()) continue;
     sources[0] = {static_cast<std::uint32_t>(distance),
-                  static_cast<std::uint8_t>(at - slots.begin())};
+                  static_cast<std::uint8_t>(found - slots.begin())};
     break;
   }
   return slot;
@@ -404,7 +408,7 @@ void ReplayHexahedra<Coder>::forget(std::uint32_t slot) {
 
 template <class Coder>
 void ReplayHexahedra<Coder>::finish(CellTopology& cell, const Numbers& number, std::uint8_t marks) {
-  // Which guess of marks was right, where the two differ.
+  // If the two guesses of marks differ, note which one was right.
   if (reaches(distances_[0]) && distances_[0] + beside_now_ <= kept()) {
     const std::uint8_t moved = static_cast<std::uint8_t>(past(beside_now_).marks ^
                                                          past(distances_[0] + beside_now_).marks);
@@ -412,17 +416,17 @@ void ReplayHexahedra<Coder>::finish(CellTopology& cell, const Numbers& number, s
     if (moved != 0 && (away == 0 || away == moved)) marks_shift_ = away != 0;
   }
   if (!follows_strays_ && (strays_ & likely_strays()) != 0) ++repeated_strays_;
-  // In a cell that was as guessed those of its model cell go on.
+  // A cell that was as guessed takes over the strays of its model cell.
   if (strays_ == 0) strays_ = likely_strays();
   if (follows_strays_) follow_strays(number);
-  Past& it = remember(cell, number);
-  it.strays = strays_;
-  it.next = next_;
-  it.marks = marks;
-  it.guessed = (hits_ & 1) != 0;
-  it.beside = static_cast<std::uint32_t>(beside_now_);
+  Past& record = remember(cell, number);
+  record.strays = strays_;
+  record.next = next_;
+  record.marks = marks;
+  record.guessed = (hits_ & 1) != 0;
+  record.beside = static_cast<std::uint32_t>(beside_now_);
   if (Coder::kDecodes && keep_) cell.original = number;
-  // A vertex that stands at several corners ends once.
+  // A vertex that is at several corners ends once.
   std::fill_n(cell.last_use.begin(), 8, std::uint8_t{0});
   for (std::uint32_t left = marks; left != 0; left &= left - 1) {
     const auto c = static_cast<std::uint32_t>(std::countr_zero(left));
@@ -449,15 +453,15 @@ void ReplayHexahedra<Coder>::follow_strays(const Numbers& number) {
   }
 }
 
-/// A place for the hexahedron at hand, with its numbers. The ring grows with the mesh and with its
-/// active surface: what is farther back has nothing in common with what comes. Vertices that live
-/// were used a layer ago at most, as a rule; so of slots fewer do.
+/// Returns a place for the current hexahedron, with its numbers. The ring grows with the mesh and
+/// its active surface: cells further back do not help prediction. Live vertices were usually used
+/// within the last layer, so the ring of slots can be smaller.
 template <class Coder>
 auto ReplayHexahedra<Coder>::remember(const CellTopology& cell, const Numbers& number) -> Past& {
   const std::uint64_t active = surface_->active_vertices();
   const std::uint64_t least = std::clamp(4 * active, kReplayLeast, kReplayWindow);
   std::uint64_t all = 0;
-  for (std::uint64_t it : number) all |= it;
+  for (std::uint64_t one : number) all |= one;
   if (all >> 32 != 0 && upper_.kept() == 0) upper_.begin_as(pasts_);
   if (all >> 32 != 0 || upper_.kept() > 0) {
     Halves& upper = upper_.push(least);
@@ -468,9 +472,9 @@ auto ReplayHexahedra<Coder>::remember(const CellTopology& cell, const Numbers& n
     std::copy_n(cell.slots.begin(), 8, slots.begin());
   }
   ++sequence_;
-  Past& it = pasts_.push(least);
-  for (std::size_t c = 0; c < 8; ++c) it.number[c] = static_cast<std::uint32_t>(number[c]);
-  return it;
+  Past& record = pasts_.push(least);
+  for (std::size_t c = 0; c < 8; ++c) record.number[c] = static_cast<std::uint32_t>(number[c]);
+  return record;
 }
 
 template class ReplayHexahedra<RangeEncoder>;

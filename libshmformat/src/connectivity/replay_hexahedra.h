@@ -1,19 +1,20 @@
-// Replay hexahedra: each hexahedron repeats, in other numbers, one that came some cells earlier.
+// Replay hexahedra: each hexahedron repeats, with other numbers, one that came some cells earlier.
 // in:    hexahedra in coding order            out: symbols for "connectivity"
 // keeps: the last cells in a ring, the numbers of live vertices, the models; the same in
 //        encoder and decoder
 //
-// Layouts that a program enumerated go on as they began: with a distance d, corner by corner,
+// Cells that a program enumerated continue as they began: with a distance d, corner by corner,
 //   number[i] = number[i - d] + (number[i - 1] - number[i - 1 - d])
-// and the cell finalizes what cell i - d finalized. One decision codes that all of it is so. The
-// numbers are the source's own (Order::keep) or stream numbers; a number that no live vertex has
-// is a new vertex. So numbers, order and corner order come back at no cost, and no face is ever
-// looked at. What is not so is coded corner by corner.
+// and the cell finalizes the corners that cell i - d finalized. One decision codes that all of this
+// holds. The numbers are the source's own (Order::keep) or stream numbers; a number that no live
+// vertex has is a new vertex. So numbers, order and corner order come back at no cost, and no face
+// is ever looked up. A cell for which this does not hold is coded corner by corner.
 //
-// Cells that a refinement made have corners of the refined cell among new ones: such a corner
-// strays from what the model cell lets expect, and stands where it stood in the model cell. Where
-// that is seen, strays are followed: which corners are likely to be some, and their numbers, each a
-// step from the stray before, which repeats what came after an equal step before.
+// A refinement makes cells with corners of the refined cell among new vertices. Such a corner
+// strays from the number that the model cell predicts, and is the same corner as in the model
+// cell. When the encoder has seen this, it follows strays: it guesses which corners are strays,
+// and their numbers. Each number is a step from the stray before it, and the step is the one that
+// came after an equal step earlier.
 // spec: "Replay hexahedra"
 #pragma once
 
@@ -31,29 +32,30 @@
 
 namespace shm {
 
-/// Cells that are remembered: these at least, and these at most. Frozen: part of the format.
+/// Least and largest number of cells that are remembered. Frozen: part of the format.
 inline constexpr std::uint64_t kReplayLeast = std::uint64_t{1} << 14;
 inline constexpr std::uint64_t kReplayWindow = std::uint64_t{1} << 18;
 
-/// The last of a sequence, as many as a power of two, by how long ago they came.
+/// The last elements of a sequence, by how long ago they came. The ring has a power of two of
+/// places.
 template <class T>
 class LastRing {
  public:
-  /// How many there are.
+  /// Number of elements.
   std::uint64_t kept() const { return kept_; }
-  /// The one `distance` before the next. Any distance is safe once there is one; those from 1 to
-  /// kept() have a meaning.
+  /// The element `distance` before the next one. Any distance is safe once there is an element;
+  /// only distances from 1 to kept() have a meaning.
   const T& operator[](std::uint64_t distance) const { return ring_[place(sequence_ - distance)]; }
-  /// The place of the next one. A full ring that is narrower than `least` becomes twice as wide;
-  /// else the oldest one leaves.
+  /// Returns the place of the next element. A full ring with fewer than `least` places becomes
+  /// twice as large; otherwise the oldest element is dropped.
   T& push(std::uint64_t least) {
     if (kept_ == ring_.size() && ring_.size() < std::max(least, kFirst))
       widen(std::max<std::size_t>(2 * ring_.size(), kFirst));
-    T& it = ring_[place(sequence_++)];
+    T& entry = ring_[place(sequence_++)];
     kept_ = std::min<std::uint64_t>(kept_ + 1, ring_.size());
-    return it;
+    return entry;
   }
-  /// Becomes as wide as another, with as many that are nothing.
+  /// Becomes as large as another ring, with the same number of empty elements.
   template <class Other>
   void begin_as(const LastRing<Other>& other) {
     ring_.assign(other.ring_.size(), T{});
@@ -83,58 +85,60 @@ class LastRing {
 template <class Coder>
 class ReplayHexahedra {
  public:
-  /// `surface` is borrowed. `keep`: corners are coded by the source's numbers, in
-  /// cell.original; else by stream numbers. `strays`: whether those may be followed.
+  /// `surface` must outlive this object. `keep`: corners are coded by the source's numbers, in
+  /// cell.original; otherwise by stream numbers. `strays`: whether strays may be followed.
   ReplayHexahedra(ActiveSurface& surface, bool keep, bool strays)
       : surface_(&surface), keep_(keep), may_follow_(strays) {}
 
-  /// Codes corners as stored, and which of them are used last, of one hexahedron. False when
-  /// decoding damaged data, or when two live vertices have the same number.
+  /// Codes the corners of one hexahedron as stored, and their last uses. Returns false when
+  /// decoding damaged data, or if two live vertices have the same number.
   bool code(Coder& symbols, Coder& corner_order, CellTopology& cell, bool order_matters);
-  /// The number of a vertex that no hexahedron has as a corner so far.
+  /// Sets the number of a vertex that is not yet a corner of a hexahedron.
   void set_number(std::uint32_t slot, std::uint64_t number);
-  /// Before any vertex is finalized.
+  /// Call it before any vertex is finalized.
   void forget(std::uint32_t slot);
 
  private:
   using Numbers = std::array<std::uint64_t, 8>;
   using Slots = std::array<std::uint32_t, 8>;
   static constexpr std::size_t kMissSlots = 1024;
-  static constexpr std::uint32_t kDistances = 6;     // as many as trees of 3 bits can choose from
-  static constexpr std::uint32_t kFollowStrays = 7;  // in place of a place: once, from here on
-  static constexpr int kFollowerBits = 12;           // frozen: part of the format
+  static constexpr std::uint32_t kDistances = 6;  // the most for which trees of 3 bits suffice
+  static constexpr std::uint32_t kFollowStrays =
+      7;  // coded once instead of a place: strays are followed from then on
+  static constexpr int kFollowerBits = 12;  // frozen: part of the format
   enum Kind : std::uint8_t { kExpected, kBeyond, kTop, kPrevious, kEarlier, kFromPrevious, kStep };
 
   using Halves = std::array<std::uint32_t, 8>;
   struct Past {
-    Halves number{};           // the lower half of each
-    std::uint8_t next = 0;     // corners that introduced the number above the largest
-    std::uint8_t marks = 0;    // corners that it used last, as coded
-    std::uint8_t strays = 0;   // corners that were not as guessed; if none, its model cell's
-    bool guessed = false;      // all of it was as expected
+    Halves number{};         // lower halves of the numbers
+    std::uint8_t next = 0;   // set of corners that introduced a number above the largest
+    std::uint8_t marks = 0;  // set of corners marked as last use
+    std::uint8_t strays =
+        0;  // set of corners that were not as guessed; if none, that of the model cell
+    bool guessed = false;      // true: all of it was as expected
     std::uint32_t beside = 1;  // distance of the cell whose shift it had
   };
   struct Named {
     std::uint64_t number = 0;
-    bool known = false;  // the number leads here
+    bool known = false;  // the number leads to this vertex
   };
-  /// Where a corner's vertex was found before: a corner of the cell `distance` before.
+  /// Where the vertex of a corner was found before: a corner of the cell `distance` before.
   struct Source {
     std::uint32_t distance = 1;
     std::uint8_t corner = 0;
   };
-  /// What a cell is expected to be.
+  /// Expected numbers and marks of a cell.
   struct Guess {
     Numbers number{};
     std::uint8_t marks = 0;
   };
-  /// Which guess to take.
+  /// The guess to take.
   struct Choice {
-    std::uint32_t place = 0;     // in distances_; kDistances: a new one
-    std::uint64_t distance = 0;  // if new
-    bool old_shift = false;      // the shift is over the distance used last
-    std::uint32_t beside = 0;    // whose shift: 0 as the model's, 1 the last cell's,
-                                 // 2.. that of the cell at distances_[beside - 2]
+    std::uint32_t place = 0;     // index in distances_; kDistances: a new distance
+    std::uint64_t distance = 0;  // the new distance
+    bool old_shift = false;      // true: the shift is taken over the distance used last
+    std::uint32_t beside = 0;    // the cell whose shift is taken: 0 as for the model cell, 1 the
+                                 // last cell, from 2 on the cell at distances_[beside - 2]
   };
 
   const Past& past(std::uint64_t distance) const { return pasts_[distance]; }
@@ -167,12 +171,12 @@ class ReplayHexahedra {
   std::uint32_t find(std::uint64_t number, std::uint32_t corner);
   std::uint32_t find_anywhere(std::uint64_t number) const;
   void finish(CellTopology& cell, const Numbers& number, std::uint8_t marks);
-  /// Corners that are likely not to be as guessed, once the model cell is known.
+  /// Corners that are probably not as guessed. Must hold: the model cell is known.
   std::uint8_t likely_strays() const {
     return reaches(distances_[0]) ? past(distances_[0]).strays : std::uint8_t{0};
   }
   static std::size_t place_of_follower(std::uint64_t step, std::size_t corner);
-  // While strays are followed.
+  // Only while strays are followed.
   std::uint64_t next_stray(std::size_t corner) const {
     return last_stray_ + followers_[place_of_follower(stray_step_, corner)];
   }
@@ -183,36 +187,39 @@ class ReplayHexahedra {
   bool keep_, may_follow_;
 
   LastRing<Past> pasts_;
-  LastRing<Halves> upper_;      // of their numbers, from the first one on that has any
-  LastRing<Slots> slots_;       // decoder: of fewer of them
-  std::uint64_t sequence_ = 0;  // of the hexahedron at hand
-  std::array<std::uint64_t, kDistances> distances_{1};  // the one used last first
+  LastRing<Halves> upper_;      // upper halves of the numbers, from the first nonzero one on
+  LastRing<Slots> slots_;       // decoder: slots of the last cells, fewer than in pasts_
+  std::uint64_t sequence_ = 0;  // of the current hexahedron
+  std::array<std::uint64_t, kDistances> distances_{1};  // the distance used last comes first
   bool marks_shift_ = false;
 
-  std::vector<Named> named_;               // by vertex slot
-  std::vector<std::uint64_t> introduced_;  // encoder, by vertex slot: the hexahedron at hand then
+  std::vector<Named> named_;  // by vertex slot
   std::vector<std::uint64_t>
-      misses_;           // encoder, by step_key: the last hexahedron that was not as expected
-  bool clash_ = false;   // two live vertices had the same number
-  NumberMap by_number_;  // Order::keep
+      introduced_;  // encoder: by vertex slot, the hexahedron that introduced the vertex
+  std::vector<std::uint64_t>
+      misses_;           // encoder: by step_key(), the last hexahedron that was not as expected
+  bool clash_ = false;   // true: two live vertices had the same number
+  NumberMap by_number_;  // used in Order::keep only
   std::uint64_t largest_ = ~std::uint64_t{0};
-  Numbers top_{};  // largest number of each corner, where it was not as expected
-  std::array<std::array<Source, 2>, 8> sources_{};  // decoder: the one that was right last first
-  std::uint8_t next_ = 0;                           // of the hexahedron at hand
-  std::uint8_t strays_ = 0;                         // of the hexahedron at hand
+  Numbers top_{};  // largest number of each corner that was not as expected
+  std::array<std::array<Source, 2>, 8>
+      sources_{};            // decoder: the source that was right last comes first
+  std::uint8_t next_ = 0;    // of the current hexahedron
+  std::uint8_t strays_ = 0;  // of the current hexahedron
   std::uint64_t beside_now_ = 1;
   bool follows_strays_ = false;
-  std::uint32_t repeated_strays_ = 0;  // encoder: cells with strays where they were likely
-  // The number of the last stray, its step from the one before it, and by a step and a corner which
-  // step came next there.
+  std::uint32_t repeated_strays_ =
+      0;  // encoder: number of cells so far with strays at likely corners
+  // Number of the last stray, its step from the stray before it, and for each step and corner
+  // the step that came next there.
   std::uint64_t last_stray_ = 0, stray_step_ = 0;
   std::vector<std::uint64_t> followers_;  // empty until strays are followed
 
-  // contexts
+  // Contexts
   std::uint32_t hits_ = 0;
   std::uint32_t last_place_ = 0, last_kind_ = 0;
 
-  // models
+  // Models
   std::array<std::array<AdaptiveBit, 8>, 2> hit_;
   std::array<TreeModel<3>, kDistances + 1> place_;
   SignedModel<NumberModel> distance_;

@@ -8,20 +8,21 @@ namespace {
 
 constexpr std::size_t kMaxJoins = 24;
 
-/// Which vertices of the face at edge `at` stand above the edge's ends `a` and `b`.
+/// The face at an edge: its vertices above the edge's ends `a` and `b`, and its other edges.
 struct Above {
   std::uint32_t a = kNone, b = kNone;
   FaceEdge beside_a = kNone, beside_b = kNone, top = kNone;
 };
-Above above(const ActiveSurface& surface, FaceEdge at, std::uint32_t a) {
-  const std::uint32_t face = at / 4 * 4, i = at % 4;
-  const Quad& quad = surface.face(at / 4).quad;
+Above above(const ActiveSurface& surface, FaceEdge edge, std::uint32_t a) {
+  const std::uint32_t face = edge / 4 * 4, i = edge % 4;
+  const Quad& quad = surface.face(edge / 4).quad;
   const std::uint32_t two = (i + 2) % 4, three = (i + 3) % 4, one = (i + 1) % 4;
   if (quad[i] == a) return {quad[three], quad[two], face + three, face + one, face + two};
   return {quad[two], quad[three], face + one, face + three, face + two};
 }
 
-/// Cells of eight corners are hexahedra: their faces are on the active surface.
+/// Returns true if the face is of a cell other than a hexahedron. Cells of eight corners are
+/// hexahedra: their faces are on the active surface.
 bool is_of_other_cell(const OpenFaces& open, const OpenFaces::Face& face) {
   return open.owner(face).size < 8;
 }
@@ -57,8 +58,8 @@ bool RowHexahedra<Coder>::code(Coder& symbols, Coder& corner_order, CellTopology
   if (kind != kStart && !code_orientation(corner_order, symbols, order_matters, orientation))
     return false;
 
-  // Out, in the frame. The encoder's caller counts on corners where it had them, whatever a
-  // reader gets.
+  // Return the cell in the frame. The encoder's caller relies on the corners that it stored,
+  // whatever order a reader gets.
   std::array<std::uint8_t, 8> last_use{};
   if constexpr (!Coder::kDecodes) std::copy_n(cell.last_use.begin(), 8, last_use.begin());
   const auto& stored = kOrientedBits[Coder::kDecodes ? orientation : gate.orientation];
@@ -81,7 +82,7 @@ bool RowHexahedra<Coder>::code(Coder& symbols, Coder& corner_order, CellTopology
 
 // --- faces
 
-/// Codes whether the face, whose vertices above corners a and b are given, is shared.
+/// Codes whether the face is shared. `above_a`, `above_b`: its vertices above corners a and b.
 template <class Coder>
 bool RowHexahedra<Coder>::share(Coder& symbols, Bit& model, std::uint32_t side, std::uint32_t face,
                                 std::uint32_t a, std::uint32_t b, std::uint32_t above_a,
@@ -100,9 +101,10 @@ void RowHexahedra<Coder>::code_sides(Coder& symbols, std::uint32_t gate) {
   const std::uint32_t k = face.side;
   std::array<std::uint8_t, 4> order{};  // largest fans first
   for (std::uint8_t i = 0; i < 4; ++i) {
-    std::uint32_t at = i;
-    for (; at > 0 && face.fan[order[at - 1]] < face.fan[i]; --at) order[at] = order[at - 1];
-    order[at] = i;
+    std::uint32_t place = i;
+    for (; place > 0 && face.fan[order[place - 1]] < face.fan[i]; --place)
+      order[place] = order[place - 1];
+    order[place] = i;
   }
   std::array<Above, 4> sides{};
   std::uint32_t yes = 0;  // by edge of the gate
@@ -111,30 +113,30 @@ void RowHexahedra<Coder>::code_sides(Coder& symbols, std::uint32_t gate) {
     const std::uint32_t side = kAdjacentFace[k][i];
     if (mate == kNone || is_shared(mate / 4)) continue;
     const std::uint32_t a = kFaceBits[k][i], b = kFaceBits[k][(i + 1) % 4];  // above the gate
-    Above& it = sides[i];
-    it = above(*surface_, mate, face.quad[i]);
-    if ((work_.known >> a & 1) != 0 && work_.corner[a] != it.a) continue;
-    if ((work_.known >> b & 1) != 0 && work_.corner[b] != it.b) continue;
-    // What the neighbouring sides let expect.
-    std::uint32_t for_it = 0, against = 0;
+    Above& upper = sides[i];
+    upper = above(*surface_, mate, face.quad[i]);
+    if ((work_.known >> a & 1) != 0 && work_.corner[a] != upper.a) continue;
+    if ((work_.known >> b & 1) != 0 && work_.corner[b] != upper.b) continue;
+    // Evidence from the neighbouring sides.
+    std::uint32_t in_favour = 0, against = 0;
     const auto count_evidence = [&](std::uint32_t other, FaceEdge edge) {
       if ((yes >> other & 1) == 0) return;
       const FaceEdge across = edge == kNone ? kNone : surface_->mate(edge);
-      ++(across != kNone && across / 4 == mate / 4 ? for_it : against);
+      ++(across != kNone && across / 4 == mate / 4 ? in_favour : against);
     };
     const std::uint32_t before = (i + 3) % 4, after = (i + 1) % 4;
     count_evidence(before, sides[before].beside_b);
     count_evidence(after, sides[after].beside_a);
     constexpr std::array<std::array<std::uint8_t, 3>, 3> kEvidence = {
         {{0, 3, 5}, {1, 4, 4}, {2, 2, 2}}};
-    const std::uint32_t evidence = kEvidence[for_it][against];
+    const std::uint32_t evidence = kEvidence[in_favour][against];
     bool candidate = false;
     for (std::uint32_t n = 0; n < candidate_count_; ++n)
       candidate |= candidates_[n].face == mate / 4;
     auto& model = side_[std::min<std::uint32_t>(face.fan[i], 7)][evidence]
                        [work_.owner->shared >> side & 1][candidate ? 1 : 0][hits_ & 1];
     if constexpr (Coder::kMixes) about_side(symbols, gate * 4 + i, evidence, candidate, yes);
-    if (share(symbols, model, side, mate / 4, a, b, it.a, it.b)) yes |= bit(i);
+    if (share(symbols, model, side, mate / 4, a, b, upper.a, upper.b)) yes |= bit(i);
   }
   // The far face, across the top edges of shared sides.
   if (yes == 0 || (work_.known == 0xff)) return;
@@ -143,12 +145,12 @@ void RowHexahedra<Coder>::code_sides(Coder& symbols, std::uint32_t gate) {
     if ((yes >> i & 1) == 0) continue;
     const FaceEdge mate = surface_->mate(sides[i].top);
     if (mate == kNone || is_shared(mate / 4)) continue;
-    // Edge i of the far face runs over corners a and b; c and d lie across it.
+    // Edge i of the far face runs from corner a to corner b; c and d are opposite this edge.
     const std::uint32_t a = kFaceBits[k][i];
     const std::uint32_t c = kFaceBits[k][(i + 3) % 4], d = kFaceBits[k][(i + 2) % 4];
-    const Above it = above(*surface_, mate, work_.corner[a]);
-    if ((work_.known >> c & 1) != 0 && work_.corner[c] != it.a) continue;
-    if ((work_.known >> d & 1) != 0 && work_.corner[d] != it.b) continue;
+    const Above upper = above(*surface_, mate, work_.corner[a]);
+    if ((work_.known >> c & 1) != 0 && work_.corner[c] != upper.a) continue;
+    if ((work_.known >> d & 1) != 0 && work_.corner[d] != upper.b) continue;
     std::uint32_t support = 0;
     for (std::uint32_t j = 0; j < 4; ++j)
       if ((yes >> j & 1) != 0) {
@@ -159,19 +161,19 @@ void RowHexahedra<Coder>::code_sides(Coder& symbols, std::uint32_t gate) {
         far_[std::min<std::uint32_t>(surface_->fan(sides[i].top), 7)][support]
             [static_cast<std::uint32_t>(std::popcount(yes))][work_.owner->shared >> far_side & 1];
     if constexpr (Coder::kMixes) about_far(symbols, sides[i].top, mate);
-    share(symbols, model, far_side, mate / 4, c, d, it.a, it.b);
+    share(symbols, model, far_side, mate / 4, c, d, upper.a, upper.b);
     return;
   }
 }
 
 // --- corners
 
-/// How many known neighbours of the corner have an edge on the surface in its direction that leads
-/// out of the hexahedron: times two, plus one when a face leads from one to another around the
-/// corner.
+/// Returns 2 for each known neighbour of the corner that has an edge on the surface in the corner's
+/// direction leading out of the hexahedron, plus 1 if a face leads from one neighbour to another
+/// around the corner.
 template <class Coder>
 std::uint32_t RowHexahedra<Coder>::count_leads(std::uint32_t corner) const {
-  Corners known{};  // with nothing where unknown
+  Corners known{};  // kNone if unknown
   for (std::uint32_t b = 0; b < 8; ++b)
     known[b] = (work_.known >> b & 1) != 0 ? work_.corner[b] : kNone;
   const auto inside = [&](std::uint32_t slot) {
@@ -187,23 +189,23 @@ std::uint32_t RowHexahedra<Coder>::count_leads(std::uint32_t corner) const {
     const std::uint32_t q = known[corner ^ (axis == 1 ? 2 : 1)];
     const std::uint32_t r = known[corner ^ (axis == 4 ? 2 : 4)];
     bool leads_out = false;
-    for (FaceCorner at = surface_->vertex(p).first_face; at != kNone;
-         at = surface_->next_around(at)) {
-      const auto& face = surface_->face(at / 4);
-      const auto& towards = kEdgesTowards[face.side][at % 4];
+    for (FaceCorner face_corner = surface_->vertex(p).first_face; face_corner != kNone;
+         face_corner = surface_->next_around(face_corner)) {
+      const auto& face = surface_->face(face_corner / 4);
+      const auto& towards = kEdgesTowards[face.side][face_corner % 4];
       const Quad& quad = face.quad;
-      if (!leads_out && ((towards[0] == direction && !inside(quad[(at + 1) % 4])) ||
-                         (towards[1] == direction && !inside(quad[(at + 3) % 4]))))
+      if (!leads_out && ((towards[0] == direction && !inside(quad[(face_corner + 1) % 4])) ||
+                         (towards[1] == direction && !inside(quad[(face_corner + 3) % 4]))))
         leads_out = true;
-      const std::uint32_t across = quad[(at + 2) % 4];
-      if ((across == q || across == r) && !is_shared(at / 4)) around = 1;
+      const std::uint32_t across = quad[(face_corner + 2) % 4];
+      if ((across == q || across == r) && !is_shared(face_corner / 4)) around = 1;
     }
     leads += leads_out ? 2 : 0;
   }
   return leads + around;
 }
 
-/// Live vertices that may be this corner: next to its known neighbours on the surface.
+/// Lists live vertices that may be this corner: those next to its known neighbours on the surface.
 template <class Coder>
 void RowHexahedra<Coder>::list_joins(std::uint32_t corner) {
   joins_.clear();
@@ -225,18 +227,18 @@ void RowHexahedra<Coder>::list_joins(std::uint32_t corner) {
     if (!known(p)) continue;
     const std::uint32_t vertex = work_.corner[p];
     const std::uint32_t direction = kFaceAt[axis][(corner & axis) != 0];
-    for (FaceCorner at = surface_->vertex(vertex).first_face; at != kNone;
-         at = surface_->next_around(at)) {
-      const auto& face = surface_->face(at / 4);
-      if (is_shared(at / 4)) continue;  // only corners of this hexahedron
-      const std::uint32_t i = at % 4;
+    for (FaceCorner face_corner = surface_->vertex(vertex).first_face; face_corner != kNone;
+         face_corner = surface_->next_around(face_corner)) {
+      const auto& face = surface_->face(face_corner / 4);
+      if (is_shared(face_corner / 4)) continue;  // it has only corners of this hexahedron
+      const std::uint32_t i = face_corner % 4;
       for (std::uint32_t step : {1u, 3u}) {
         const std::uint32_t j = (i + step) % 4;
         const std::uint32_t here = kFaceBits[face.side][i], there = kFaceBits[face.side][j];
         const bool same = kFaceAt[here ^ there][(there & ~here) != 0] == direction;
         add(face.quad[j], same ? 3 : 1);
       }
-      // A face around p that holds another known neighbour of the corner across p's diagonal.
+      // A face at p whose opposite vertex is another known neighbour of the corner.
       for (std::uint32_t other : {1u, 2u, 4u}) {
         if (other == axis || !known(corner ^ other)) continue;
         if (face.quad[(i + 2) % 4] == work_.corner[corner ^ other]) {
@@ -246,7 +248,7 @@ void RowHexahedra<Coder>::list_joins(std::uint32_t corner) {
       }
     }
   }
-  // First met first among equals: a stable sort would allocate.
+  // Equal scores keep the order in which they were met. A stable sort would allocate memory.
   for (std::uint32_t i = 0; i < joins_.size(); ++i) joins_[i].met = i;
   std::sort(joins_.begin(), joins_.end(), [](const Join& a, const Join& b) {
     return a.score != b.score ? a.score > b.score : a.met < b.met;
@@ -339,10 +341,11 @@ bool RowHexahedra<Coder>::code_reference(Coder& symbols, std::uint32_t& slot) {
   return slot != kNone;
 }
 
-// --- beside cells of other shapes: their open quadrilaterals
+// --- next to cells of other shapes: their open quadrilaterals
 
-/// For an edge from a known corner next to this one to one across a side: a quadrilateral that has
-/// them side by side, and what else of the side is known.
+/// Returns the vertex that closes most open quadrilaterals at this corner. A quadrilateral counts
+/// if it has an edge from a known neighbour p of the corner to the known corner r next to p in a
+/// side of the hexahedron, and agrees with the fourth corner q of this side if q is known.
 template <class Coder>
 auto RowHexahedra<Coder>::find_closing_vertex(std::uint32_t corner) -> ClosingVertex {
   joins_.clear();
@@ -350,9 +353,9 @@ auto RowHexahedra<Coder>::find_closing_vertex(std::uint32_t corner) -> ClosingVe
   const auto add = [&](std::uint32_t slot, std::uint32_t score) {
     for (std::uint32_t b = 0; b < 8; ++b)
       if (known(b) && work_.corner[b] == slot) return;
-    for (Join& it : joins_)
-      if (it.slot == slot) {
-        it.score += score;
+    for (Join& join : joins_)
+      if (join.slot == slot) {
+        join.score += score;
         return;
       }
     joins_.push_back({slot, score, 0});
@@ -362,22 +365,22 @@ auto RowHexahedra<Coder>::find_closing_vertex(std::uint32_t corner) -> ClosingVe
       if (other == axis || !known(corner ^ axis) || !known(corner ^ axis ^ other)) continue;
       const std::uint32_t p = work_.corner[corner ^ axis], r = work_.corner[corner ^ axis ^ other];
       const std::uint32_t q = known(corner ^ other) ? work_.corner[corner ^ other] : kNone;
-      open_->around(p, [&](const OpenFaces::Face& face, std::uint32_t at) {
+      open_->around(p, [&](const OpenFaces::Face& face, std::uint32_t place) {
         if (face.size != 4 || !is_of_other_cell(*open_, face)) return;
-        if (q != kNone && face.node[(at + 2) % 4] != q) return;
+        if (q != kNone && face.node[(place + 2) % 4] != q) return;
         for (std::uint32_t step : {1u, 3u})
-          if (face.node[(at + step) % 4] == r)
-            add(face.node[(at + 4 - step) % 4], q == kNone ? 2 : 3);
+          if (face.node[(place + step) % 4] == r)
+            add(face.node[(place + 4 - step) % 4], q == kNone ? 2 : 3);
       });
     }
   ClosingVertex best;
-  for (const Join& it : joins_)
-    if (it.score > best.score) best = {it.slot, it.score, 0};
+  for (const Join& join : joins_)
+    if (join.score > best.score) best = {join.slot, join.score, 0};
   best.others = joins_.empty() ? 0 : static_cast<std::uint32_t>(joins_.size() - 1);
   return best;
 }
 
-/// How many open faces that are no hexahedra's a vertex has, at most 3.
+/// Returns the number of open faces at a vertex that do not belong to hexahedra, at most 3.
 template <class Coder>
 std::uint32_t RowHexahedra<Coder>::open_faces_of_others(std::uint32_t slot) const {
   if (open_ == nullptr) return 0;
@@ -390,7 +393,7 @@ std::uint32_t RowHexahedra<Coder>::open_faces_of_others(std::uint32_t slot) cons
 template <class Coder>
 void RowHexahedra<Coder>::code_last_use(Coder& symbols, CellTopology& cell) {
   Record& record = records_[cell.cell_slot];
-  list_candidates();  // of the next hexahedron: what it is likely to use stays
+  list_candidates();  // gates of the next hexahedron: the vertices that it probably uses stay alive
   const std::uint32_t owner_finals = work_.owner != nullptr ? owner_.finals : 0;
   for (std::uint32_t i = 0; i < 8; ++i) {
     const std::uint32_t b = kCornerBits[i];

@@ -3,16 +3,16 @@
 // keeps: the active surface, a record for each hexahedron on it, the models; the same in encoder
 //        and decoder
 //
-// Every hexahedron has a frame: three axes, carried from one to the next across the face that
-// they share, so that "the same side" means something along rows and layers and no rotation is
-// encoded. A hexahedron is encoded in this order:
-//   gate       an active face that it is attached to. Guess: where the one before was attached to
-//              A, this one is attached to the one that came after A, at the same side.
-//   sides      which of the four faces around the gate are shared: as a rule this follows from the
+// Every hexahedron has a frame: three axes, carried from one hexahedron to the next across the face
+// that they share. So a side keeps its name along rows and layers, and no rotation is encoded. A
+// hexahedron is encoded in this order:
+//   gate       the active face that it is attached to. Guess: if the hexahedron before was attached
+//              to A, this one is attached to the one that came after A, at the same side.
+//   sides      which of the four faces around the gate are shared: this usually follows from the
 //              fan of hexahedra around the edge
-//   far face   the face across from the gate
+//   far face   the face opposite the gate
 //   corners    those that are still unknown: new, a live vertex nearby, or any live vertex
-//   last use   which corners no later cell uses
+//   last use   the corners that no later cell uses
 // spec: "Row hexahedra"
 #pragma once
 
@@ -33,7 +33,7 @@ namespace shm {
 template <class Coder>
 class RowHexahedra {
  public:
-  /// What a decision is about. Frozen: part of the format.
+  /// The subject of a decision. Frozen: part of the format.
   enum Question : std::uint8_t {
     kHit = 0,
     kWhich = 1,
@@ -65,19 +65,20 @@ class RowHexahedra {
     kQuestions = 27
   };
 
-  /// Both are borrowed. `open`: faces of cells of all shapes; null in meshes of hexahedra alone.
-  [[gnu::cold]]  // or each of thousands of models is begun by code of its own
+  /// Both must outlive this object. `open`: faces of cells of all shapes; null in meshes of
+  /// hexahedra only.
+  [[gnu::cold]]  // otherwise each of thousands of models is initialized by code of its own
   explicit RowHexahedra(ActiveSurface& surface, const OpenFaces* open = nullptr)
       : surface_(&surface), open_(open) {}
 
-  /// Codes corners, corner order (if `order_matters`; else only handedness) of one hexahedron,
-  /// and attaches it to the surface.
+  /// Codes the corners of one hexahedron, and their order (with `order_matters`; otherwise only its
+  /// handedness), and attaches it to the surface. Returns false only when decoding damaged data.
   bool code(Coder& symbols, Coder& corner_order, CellTopology& cell, bool order_matters);
-  /// After everything else of the cell. Finalizing is left to the caller.
+  /// Call it after everything else of the cell. The caller finalizes the vertices.
   void code_last_use(Coder& symbols, CellTopology& cell);
 
  private:
-  /// The bit of one member of a set of corners or faces.
+  /// Returns the bit of one corner or face in a set.
   static constexpr std::uint32_t bit(std::uint32_t i) { return 1u << i; }
 
   using Bit = typename Coder::Bit;
@@ -87,42 +88,44 @@ class RowHexahedra {
   template <std::size_t kSize>
   using Choice = ChoiceModel<kSize, Bit>;
 
-  using Corners = std::array<std::uint32_t, 8>;  // by corner bits x + 2y + 4z of the frame
+  using Corners = std::array<std::uint32_t, 8>;  // vertices by corner bits x + 2y + 4z in the frame
   enum Kind : std::uint8_t { kCandidate, kPrevious, kChain, kAtEdge, kRecent, kStart, kKinds };
 
-  /// What is remembered of a hexahedron while one of its faces is active.
+  /// Data of a hexahedron, kept while one of its faces is active.
   struct Record {
     std::uint64_t sequence = ~std::uint64_t{0};
     std::uint32_t successor = kNone;  // cell slot of the hexahedron coded next
     std::array<std::uint32_t, 6> face{kNone, kNone, kNone, kNone, kNone, kNone};
-    std::uint8_t orientation = 0;  // how corners as stored stand in the frame
-    std::uint8_t shared = 0;       // faces that were shared when it was coded
-    std::uint8_t introduced = 0;   // corners that it introduced
-    std::uint8_t finals = 0;       // corners that it finalized
-    std::uint8_t repeats = 0;      // corners that are an earlier corner again
-    bool guessed = false;          // its gate was a candidate
+    std::uint8_t orientation = 0;  // orientation of the stored corners in the frame
+    std::uint8_t shared = 0;       // set of faces that were shared when it was coded
+    std::uint8_t introduced = 0;   // set of corners that it introduced
+    std::uint8_t finals = 0;       // set of corners that it finalized
+    std::uint8_t repeats = 0;      // set of corners with the vertex of an earlier corner
+    bool guessed = false;          // true: its gate was a candidate
   };
-  /// A face of the hexahedron coded last that was shared: behind it stands `owner`.
+  /// The hexahedron across a shared face of the hexahedron coded last, and the side of the face
+  /// there.
   struct Owner {
     std::uint32_t cell = kNone;
     std::uint64_t sequence = 0;
     std::uint8_t side = 0;
   };
-  /// A gate for the encoder: an active face, and how the hexahedron lies against it.
+  /// A gate for the encoder: an active face, and the orientation of the hexahedron at it.
   struct Fit {
     std::uint32_t face = kNone;
     std::uint8_t orientation = 0;
   };
-  /// The hexahedron at hand.
+  /// The current hexahedron.
   struct Work {
-    Corners corner{};                       // known ones
-    Corners target{};                       // encoder: all, kNone where new
-    std::array<std::uint64_t, 8> number{};  // encoder: equal where the vertex is the same
+    Corners corner{};  // vertices of the known corners
+    Corners target{};  // encoder: vertices of all corners, kNone if new
+    std::array<std::uint64_t, 8>
+        number{};  // encoder: numbers of the corners, equal for the same vertex
     std::uint32_t known = 0;
     std::uint8_t introduced = 0;
     std::array<std::uint32_t, 6> shared{kNone, kNone, kNone, kNone, kNone, kNone};
     const Record* owner = nullptr;
-    std::uint32_t gate_side = 0;  // H's own face at the gate
+    std::uint32_t gate_side = 0;  // the hexahedron's own face at the gate
     Kind kind = kStart;
   };
   struct Coded {
@@ -132,14 +135,16 @@ class RowHexahedra {
   struct Join {
     std::uint32_t slot = 0, score = 0, met = 0;
   };
-  /// The vertex that closes a quadrilateral of a cell of another shape with known corners.
+  /// A vertex that closes an open quadrilateral of a cell of another shape together with known
+  /// corners.
   struct ClosingVertex {
     std::uint32_t slot = kNone;
-    std::uint32_t score = 0;   ///< two for each edge that it closes so, more for three corners
-    std::uint32_t others = 0;  ///< other vertices that would, too
+    std::uint32_t score =
+        0;  ///< 2 for each edge that it closes this way, 3 if the other three corners are known
+    std::uint32_t others = 0;  ///< number of other vertices that would close one
   };
 
-  // gate (row_hexahedra_surface.cpp)
+  // Gate (row_hexahedra_surface.cpp)
   bool code_gate(Coder& symbols, const CellTopology& cell, Fit& gate, Kind& kind);
   bool code_candidate(Coder& symbols, const CellTopology& cell, Fit& gate);
   Kind choose_elsewhere(const CellTopology& cell, Fit& gate, std::uint32_t& index);
@@ -156,7 +161,7 @@ class RowHexahedra {
   Fit fit(const CellTopology& cell, std::uint32_t face) const;
   void find_shared(const CellTopology& cell, std::vector<Fit>& out) const;
 
-  // faces and corners
+  // Faces and corners
   void take_gate(std::uint32_t face);
   bool is_shared(std::uint32_t face) const;
   void code_sides(Coder& symbols, std::uint32_t gate);
@@ -166,11 +171,11 @@ class RowHexahedra {
   bool code_reference(Coder& symbols, std::uint32_t& slot);
   std::uint32_t count_leads(std::uint32_t corner) const;
   void list_joins(std::uint32_t corner);
-  // beside cells of other shapes
+  // Next to cells of other shapes
   ClosingVertex find_closing_vertex(std::uint32_t corner);
   std::uint32_t open_faces_of_others(std::uint32_t slot) const;
 
-  // contexts of the next decision, for a coder that mixes predictions (row_hexahedra_contexts.cpp)
+  // Contexts of the next decision, for a coder that mixes predictions (row_hexahedra_contexts.cpp)
   void about_candidates(Coder& symbols) const;
   void about_candidate(Coder& symbols, std::uint32_t index) const;
   void about_kind(Coder& symbols) const;
@@ -184,7 +189,8 @@ class RowHexahedra {
   void about_new(Coder& symbols, std::uint32_t corner, std::uint32_t leads,
                  std::uint32_t neighbours) const;
   void about_join(Coder& symbols, std::uint32_t rank) const;
-  void about_closing_vertex(Coder& symbols, std::uint32_t corner, const ClosingVertex& it) const;
+  void about_closing_vertex(Coder& symbols, std::uint32_t corner,
+                            const ClosingVertex& closing) const;
   void about_reference(Coder& symbols, Question question) const;
   void about_orientation(Coder& corner_order, std::uint32_t index, std::uint8_t orientation,
                          std::uint32_t votes, std::uint32_t voters) const;
@@ -202,7 +208,7 @@ class RowHexahedra {
   std::uint32_t gate_age() const;
   const Record& last() const;
 
-  // once all corners are known (row_hexahedra_surface.cpp)
+  // When all corners are known (row_hexahedra_surface.cpp)
   void find_other_shared();
   std::uint8_t orientation_across(std::uint32_t side) const;
   bool code_orientation(Coder& corner_order, Coder& symbols, bool order_matters,
@@ -213,25 +219,26 @@ class RowHexahedra {
 
   ActiveSurface* surface_;
   const OpenFaces* open_;
-  std::vector<Record> records_;  // by cell slot
-  std::vector<Coded> coded_;     // in coding order; those without a record go now and then
+  std::vector<Record> records_;  // records by cell slot
+  std::vector<Coded>
+      coded_;  // hexahedra in coding order; those without a record are removed now and then
   Work work_;
-  Record owner_;  // a copy: the hexahedron behind the gate
+  Record owner_;  // a copy of the record of the hexahedron across the gate
 
-  // the hexahedron coded last
+  // The hexahedron coded last
   std::uint32_t last_cell_ = kNone;
   std::uint64_t sequence_ = 0;  // of the next hexahedron
   std::array<Owner, 6> owners_{};
   std::uint32_t owner_count_ = 0;
   struct Candidate {
     std::uint32_t face = kNone;
-    std::uint32_t support = 0;  // other candidates that meet it at an edge
-    bool guessed = false;       // so was the gate of its owner
+    std::uint32_t support = 0;  // number of other candidates that meet it at an edge
+    bool guessed = false;       // true: the gate of its hexahedron was a candidate, too
   };
   std::array<Candidate, 6> candidates_{};
   std::uint32_t candidate_count_ = 0;
 
-  // contexts
+  // Contexts
   std::uint32_t hits_ = 0;  // last three gates: 1 for a candidate
   std::uint32_t kinds_ = 0;
   std::uint32_t gates_ = 0;  // kinds of the last ten gates, three bits each
@@ -242,7 +249,7 @@ class RowHexahedra {
   std::array<std::uint64_t, 8> distances_{};
   std::uint64_t last_reference_ = 0;
 
-  // models
+  // Models
   std::array<std::array<std::array<std::array<Bit, 2>, 8>, 4>, 7> hit_;
   std::array<std::array<std::array<std::array<std::array<Bit, 2>, 4>, 4>, 4>, 4> which_;
   std::array<Tree<3>, 64> kind_;
@@ -267,13 +274,14 @@ class RowHexahedra {
   std::array<std::array<Tree<2>, 6>, 6> stored_corner_;
   std::array<Bit, 2> turned_;
   std::array<Bit, 2> mirrored_;
-  /// By open faces of other cells, then faces, uses, whether the owner's and the last one's were.
+  /// By open faces of other cells, faces, uses, last use in the owner and in the hexahedron coded
+  /// last, candidates that use the vertex.
   std::array<std::array<std::array<std::array<std::array<Bit, 3>, 4>, 9>, 8>, 4> final_;
 
   std::vector<std::uint32_t> faces_;
   std::vector<Fit> fits_;
   std::vector<Join> joins_;
-  std::vector<std::uint32_t> join_place_;  // by vertex slot: where in joins_ it may stand
+  std::vector<std::uint32_t> join_place_;  // by vertex slot: its possible index in joins_
 };
 
 extern template class RowHexahedra<RangeEncoder>;

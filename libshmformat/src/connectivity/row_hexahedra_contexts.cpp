@@ -1,6 +1,6 @@
-// What a mixing coder knows about each decision of RowHexahedra beside the context of its model:
-// further contexts, each a hash of a few numbers for which the model's own context has no room.
-// Whatever is measured here is the same in encoder and decoder at the time of the decision.
+// Contexts of the decisions of RowHexahedra that a mixing coder uses in addition to the context of
+// the model. Each is a hash of a few numbers that the model's own context does not include. All of
+// these numbers are the same in encoder and decoder at the time of the decision.
 #include <algorithm>
 #include <bit>
 
@@ -8,9 +8,9 @@
 
 namespace shm {
 
-// --- what contexts are made of
+// --- numbers in contexts
 
-/// The hexahedron coded last; before attach().
+/// Record of the hexahedron coded last. Call it before attach().
 template <class Coder>
 auto RowHexahedra<Coder>::last() const -> const Record& {
   static constexpr Record kNobody{};
@@ -23,7 +23,7 @@ std::uint32_t RowHexahedra<Coder>::live_sides(std::uint32_t cell) const {
     if (live_face(cell, k) != kNone) sides |= bit(k);
   return sides;
 }
-/// Of the hexahedron at hand, those known by now.
+/// Sides of the current hexahedron that are known to be shared.
 template <class Coder>
 std::uint32_t RowHexahedra<Coder>::shared_sides() const {
   std::uint32_t sides = 0;
@@ -31,36 +31,36 @@ std::uint32_t RowHexahedra<Coder>::shared_sides() const {
     if (work_.shared[k] != kNone) sides |= bit(k);
   return sides;
 }
-/// The fans at a face's edges, each counted up to 5.
+/// Sum of the fans at a face's edges, each counted up to 5.
 template <class Coder>
 std::uint32_t RowHexahedra<Coder>::fans(std::uint32_t face) const {
   std::uint32_t sum = 0;
   for (std::uint32_t fan : surface_->face(face).fan) sum += std::min(fan, 5u);
   return sum;
 }
-/// The same, as digits in ascending order.
+/// The same fans as octal digits in ascending order.
 template <class Coder>
 std::uint32_t RowHexahedra<Coder>::sorted_fans(std::uint32_t face) const {
   auto fan = surface_->face(face).fan;
-  for (auto& it : fan) it = std::min<std::uint8_t>(it, 5);
+  for (auto& count : fan) count = std::min<std::uint8_t>(count, 5);
   std::sort(fan.begin(), fan.end());
   return fan[0] * 512u + fan[1] * 64u + fan[2] * 8u + fan[3];
 }
-/// Faces at a face's four vertices.
+/// Sum of the numbers of faces at a face's four vertices.
 template <class Coder>
 std::uint32_t RowHexahedra<Coder>::crowd(std::uint32_t face) const {
   std::uint32_t sum = 0;
   for (std::uint32_t slot : surface_->face(face).quad) sum += surface_->vertex(slot).face_count;
   return sum;
 }
-/// Uses of a face's four vertices.
+/// Sum of the uses of a face's four vertices.
 template <class Coder>
 std::uint32_t RowHexahedra<Coder>::uses(std::uint32_t face) const {
   std::uint32_t sum = 0;
   for (std::uint32_t slot : surface_->face(face).quad) sum += surface_->vertex(slot).uses;
   return sum;
 }
-/// How long ago a face's hexahedron was coded: bit length of that many hexahedra.
+/// Age of a face: the bit length of the number of hexahedra since its hexahedron was coded.
 template <class Coder>
 std::uint32_t RowHexahedra<Coder>::age(std::uint32_t face) const {
   const std::uint64_t coded = records_[surface_->face(face).cell].sequence;
@@ -90,11 +90,13 @@ void RowHexahedra<Coder>::about_candidates(Coder& symbols) const {
 
 template <class Coder>
 void RowHexahedra<Coder>::about_candidate(Coder& symbols, std::uint32_t index) const {
-  const Candidate& it = candidates_[index];
-  symbols.about(
-      kWhich, clue(fans(it.face), fans(candidates_[index + 1].face), age(it.face)),
-      clue(candidate_count_ - index, it.support, it.guessed, gates_ & 0x3f, age(it.face)),
-      clue(candidate_count_ - index, index, it.support, it.guessed, sorted_fans(it.face)));
+  const Candidate& candidate = candidates_[index];
+  symbols.about(kWhich,
+                clue(fans(candidate.face), fans(candidates_[index + 1].face), age(candidate.face)),
+                clue(candidate_count_ - index, candidate.support, candidate.guessed, gates_ & 0x3f,
+                     age(candidate.face)),
+                clue(candidate_count_ - index, index, candidate.support, candidate.guessed,
+                     sorted_fans(candidate.face)));
 }
 
 template <class Coder>
@@ -151,11 +153,11 @@ void RowHexahedra<Coder>::about_far(Coder& symbols, FaceEdge top, FaceEdge mate)
 template <class Coder>
 void RowHexahedra<Coder>::about_new(Coder& symbols, std::uint32_t corner, std::uint32_t leads,
                                     std::uint32_t neighbours) const {
-  std::array<std::uint32_t, 3> faces{};  // at the known neighbours
-  std::uint32_t at = 0;
+  std::array<std::uint32_t, 3> faces{};  // numbers of faces at the known neighbours
+  std::uint32_t count = 0;
   for (std::uint32_t axis : {1u, 2u, 4u})
     if ((work_.known >> (corner ^ axis) & 1) != 0)
-      faces[at++] = surface_->vertex(work_.corner[corner ^ axis]).face_count;
+      faces[count++] = surface_->vertex(work_.corner[corner ^ axis]).face_count;
   symbols.about(kNew, clue(leads, neighbours, faces[0], faces[1], faces[2]),
                 clue(leads, neighbours, corner, work_.introduced, last().introduced),
                 clue(leads, neighbours, work_.kind, gate_age(), std::popcount(shared_sides())));
@@ -163,19 +165,19 @@ void RowHexahedra<Coder>::about_new(Coder& symbols, std::uint32_t corner, std::u
 
 template <class Coder>
 void RowHexahedra<Coder>::about_join(Coder& symbols, std::uint32_t rank) const {
-  const Join& it = joins_[rank];
-  const auto& vertex = surface_->vertex(it.slot);
-  symbols.about(kJoin, clue(it.score, vertex.face_count, vertex.uses, rank > 0),
-                clue(it.score, std::bit_width(surface_->next_id() - vertex.id), rank > 0));
+  const Join& join = joins_[rank];
+  const auto& vertex = surface_->vertex(join.slot);
+  symbols.about(kJoin, clue(join.score, vertex.face_count, vertex.uses, rank > 0),
+                clue(join.score, std::bit_width(surface_->next_id() - vertex.id), rank > 0));
 }
 
 template <class Coder>
 void RowHexahedra<Coder>::about_closing_vertex(Coder& symbols, std::uint32_t corner,
-                                               const ClosingVertex& it) const {
-  const auto& vertex = surface_->vertex(it.slot);
-  symbols.about(kCloses, clue(it.score, it.others, std::popcount(work_.known)),
-                clue(it.score, vertex.face_count, vertex.uses, shared_sides()),
-                clue(corner, it.score, work_.introduced, last().introduced));
+                                               const ClosingVertex& closing) const {
+  const auto& vertex = surface_->vertex(closing.slot);
+  symbols.about(kCloses, clue(closing.score, closing.others, std::popcount(work_.known)),
+                clue(closing.score, vertex.face_count, vertex.uses, shared_sides()),
+                clue(corner, closing.score, work_.introduced, last().introduced));
 }
 
 template <class Coder>
@@ -212,11 +214,12 @@ void RowHexahedra<Coder>::about_last_use(Coder& symbols, const Record& record, s
                                          std::uint32_t slot, std::uint32_t next_uses) const {
   const auto& vertex = surface_->vertex(slot);
   std::uint32_t sum = 0, largest = 0, open = 0;
-  for (FaceCorner at = vertex.first_face; at != kNone; at = surface_->next_around(at)) {
-    const std::uint32_t fan = std::min(surface_->fan(at), 7u);
+  for (FaceCorner face_corner = vertex.first_face; face_corner != kNone;
+       face_corner = surface_->next_around(face_corner)) {
+    const std::uint32_t fan = std::min(surface_->fan(face_corner), 7u);
     sum += fan;
     largest = std::max(largest, fan);
-    open += surface_->mate(at) == kNone ? 1 : 0;
+    open += surface_->mate(face_corner) == kNone ? 1 : 0;
   }
   if (open_ != nullptr) {
     const OpenFaces::Vertex open_there = open_->vertex(slot);

@@ -1,6 +1,6 @@
-// RowHexahedra and the active surface: the gate, which is the active face that a hexahedron is
-// attached to; and once all corners are known, what else it shares, the order in which its corners
-// are stored, and what becomes of the surface.
+// RowHexahedra and the active surface. The first part codes the gate, which is the active face that
+// a hexahedron is attached to. The second part begins when all corners are known: it finds the
+// other shared faces, codes the stored order of the corners, and updates the surface.
 #include <algorithm>
 #include <bit>
 #include <utility>
@@ -20,8 +20,8 @@ template <class Coder>
 std::uint32_t RowHexahedra<Coder>::live_face(std::uint32_t cell, std::uint32_t side) const {
   const std::uint32_t face = records_[cell].face[side];
   if (face == kNone) return kNone;
-  const auto& it = surface_->face(face);
-  return it.alive && it.cell == cell && it.side == side ? face : kNone;
+  const auto& entry = surface_->face(face);
+  return entry.alive && entry.cell == cell && entry.side == side ? face : kNone;
 }
 
 template <class Coder>
@@ -51,17 +51,17 @@ void RowHexahedra<Coder>::list_candidates() {
 
 template <class Coder>
 auto RowHexahedra<Coder>::fit(const CellTopology& cell, std::uint32_t face) const -> Fit {
-  const auto& it = surface_->face(face);
-  const std::uint32_t axis = kFaceAxis[it.side];
+  const auto& entry = surface_->face(face);
+  const std::uint32_t axis = kFaceAxis[entry.side];
   std::array<std::uint32_t, 4> g{};
-  for (std::uint32_t i = 0; i < 4; ++i) g[i] = kFaceBits[it.side][i] ^ axis;
+  for (std::uint32_t i = 0; i < 4; ++i) g[i] = kFaceBits[entry.side][i] ^ axis;
   const auto slot = [&](std::uint32_t stored_bits) { return cell.slots[kCornerBits[stored_bits]]; };
   for (std::uint32_t s0 = 0; s0 < 8; ++s0) {
-    if (slot(s0) != it.quad[0]) continue;
+    if (slot(s0) != entry.quad[0]) continue;
     for (std::uint32_t x = 1; x < 8; x <<= 1) {
-      if (slot(s0 ^ x) != it.quad[1]) continue;
+      if (slot(s0 ^ x) != entry.quad[1]) continue;
       for (std::uint32_t y = 1; y < 8; y <<= 1) {
-        if (y == x || slot(s0 ^ y) != it.quad[3] || slot(s0 ^ x ^ y) != it.quad[2]) continue;
+        if (y == x || slot(s0 ^ y) != entry.quad[3] || slot(s0 ^ x ^ y) != entry.quad[2]) continue;
         std::array<std::uint32_t, 5> image{};
         image[g[0] ^ g[1]] = x;
         image[g[0] ^ g[3]] = y;
@@ -165,7 +165,7 @@ bool RowHexahedra<Coder>::code_gate(Coder& symbols, const CellTopology& cell, Fi
   }
 }
 
-/// Codes whether the gate is a candidate, and which. Encoding: `gate` is set if so.
+/// Codes whether the gate is a candidate, and if so which. Encoding: then sets `gate`.
 template <class Coder>
 bool RowHexahedra<Coder>::code_candidate(Coder& symbols, const CellTopology& cell, Fit& gate) {
   if (candidate_count_ == 0) return false;
@@ -182,12 +182,12 @@ bool RowHexahedra<Coder>::code_candidate(Coder& symbols, const CellTopology& cel
   if (!symbols.bit(model, hit != none)) return false;
   std::uint32_t i = 0;
   for (; i + 1 < candidate_count_; ++i) {
-    const Candidate& it = candidates_[i];
-    const std::uint32_t side = surface_->face(it.face).side;
+    const Candidate& candidate = candidates_[i];
+    const std::uint32_t side = surface_->face(candidate.face).side;
     const std::uint32_t again =
         (side == last_gate_side_ ? 1u : 0u) + (side == gate_side_before_ ? 2u : 0u);
     auto& yes = which_[std::min(candidate_count_ - i, 3u)][std::min(i, 3u)]
-                      [std::min(it.support, 3u)][again][it.guessed ? 1 : 0];
+                      [std::min(candidate.support, 3u)][again][candidate.guessed ? 1 : 0];
     if constexpr (Coder::kMixes) about_candidate(symbols, i);
     if (symbols.bit(yes, hit == i)) break;
   }
@@ -195,8 +195,8 @@ bool RowHexahedra<Coder>::code_candidate(Coder& symbols, const CellTopology& cel
   return true;
 }
 
-/// The encoder's choice where no candidate is shared: the first kind that reaches a shared face;
-/// among any faces, one at a distance that came before, or else the youngest.
+/// The encoder's choice if no candidate is shared: the first kind that reaches a shared face. Among
+/// other shared faces it prefers one at a distance used before, then the youngest.
 template <class Coder>
 auto RowHexahedra<Coder>::choose_elsewhere(const CellTopology& cell, Fit& gate,
                                            std::uint32_t& index) -> Kind {
@@ -206,18 +206,18 @@ auto RowHexahedra<Coder>::choose_elsewhere(const CellTopology& cell, Fit& gate,
   for (Kind kind : {kPrevious, kChain, kAtEdge}) {
     list_faces(kind, faces_);
     for (index = 0; index < faces_.size(); ++index)
-      for (const Fit& it : fits_)
-        if (it.face == faces_[index]) {
-          gate = it;
+      for (const Fit& found : fits_)
+        if (found.face == faces_[index]) {
+          gate = found;
           return kind;
         }
   }
   std::uint64_t youngest = ~std::uint64_t{0};
-  for (const Fit& it : fits_) {
-    const std::uint64_t distance = sequence_ - records_[surface_->face(it.face).cell].sequence;
+  for (const Fit& found : fits_) {
+    const std::uint64_t distance = sequence_ - records_[surface_->face(found.face).cell].sequence;
     const bool again =
         std::find(distances_.begin(), distances_.end(), distance) != distances_.end();
-    if (again || distance < youngest) gate = it;
+    if (again || distance < youngest) gate = found;
     youngest = std::min(youngest, distance);
     if (again) break;
   }
@@ -234,7 +234,7 @@ bool RowHexahedra<Coder>::code_listed(Coder& symbols, Kind kind, Choice<32>& mod
   return true;
 }
 
-/// One of the active faces of a hexahedron, by its side.
+/// Codes one of the active faces of a hexahedron by its side.
 template <class Coder>
 bool RowHexahedra<Coder>::code_side(Coder& symbols, Question question, std::uint32_t cell,
                                     std::uint32_t& face) {
@@ -242,19 +242,19 @@ bool RowHexahedra<Coder>::code_side(Coder& symbols, Question question, std::uint
   std::uint32_t left = 0;
   for (std::uint32_t side = 0; side < 6; ++side) left += live_face(cell, side) != kNone ? 1 : 0;
   for (std::uint32_t side = 0; side < 6; ++side) {
-    const std::uint32_t it = live_face(cell, side);
-    if (it == kNone) continue;
+    const std::uint32_t live = live_face(cell, side);
+    if (live == kNone) continue;
     if constexpr (Coder::kMixes)
       if (left > 1) about_cell_side(symbols, question, cell, side, left);
-    if (--left > 0 && !symbols.bit(models[last_side_].yes[side], it == face)) continue;
-    face = it;
+    if (--left > 0 && !symbols.bit(models[last_side_].yes[side], live == face)) continue;
+    face = live;
     last_side_ = side;
     return true;
   }
   return false;
 }
 
-/// Any face: by how many hexahedra ago its owner was coded, and its side.
+/// Codes any face: by the number of hexahedra since its owner was coded, and its side.
 template <class Coder>
 bool RowHexahedra<Coder>::code_recent(Coder& symbols, std::uint32_t& face) {
   std::uint64_t distance = 0;
@@ -286,12 +286,13 @@ bool RowHexahedra<Coder>::is_shared(std::uint32_t face) const {
   return std::find(work_.shared.begin(), work_.shared.end(), face) != work_.shared.end();
 }
 
-/// The slot of the hexahedron with this place in coding order, kNone when it is forgotten.
+/// Returns the cell slot of the hexahedron with this number in coding order, kNone if it is
+/// forgotten.
 template <class Coder>
 std::uint32_t RowHexahedra<Coder>::cell_of(std::uint64_t sequence) const {
-  const auto found =
-      std::lower_bound(coded_.begin(), coded_.end(), sequence,
-                       [](const Coded& it, std::uint64_t wanted) { return it.sequence < wanted; });
+  const auto found = std::lower_bound(
+      coded_.begin(), coded_.end(), sequence,
+      [](const Coded& coded, std::uint64_t wanted) { return coded.sequence < wanted; });
   const bool here = found != coded_.end() && found->sequence == sequence &&
                     records_[found->cell].sequence == sequence;
   return here ? found->cell : kNone;
@@ -299,15 +300,15 @@ std::uint32_t RowHexahedra<Coder>::cell_of(std::uint64_t sequence) const {
 
 template <class Coder>
 void RowHexahedra<Coder>::take_gate(std::uint32_t face) {
-  const auto& it = surface_->face(face);
-  owner_ = records_[it.cell];
+  const auto& entry = surface_->face(face);
+  owner_ = records_[entry.cell];
   work_.owner = &owner_;
-  gate_side_before_ = std::exchange(last_gate_side_, it.side);
-  work_.gate_side = kOppositeFace[it.side];
+  gate_side_before_ = std::exchange(last_gate_side_, entry.side);
+  work_.gate_side = kOppositeFace[entry.side];
   work_.shared[work_.gate_side] = face;
   for (std::uint32_t i = 0; i < 4; ++i) {
-    const std::uint32_t b = kFaceBits[it.side][i] ^ kFaceAxis[it.side];
-    work_.corner[b] = it.quad[i];
+    const std::uint32_t b = kFaceBits[entry.side][i] ^ kFaceAxis[entry.side];
+    work_.corner[b] = entry.quad[i];
     work_.known |= bit(b);
   }
 }
@@ -328,12 +329,13 @@ void RowHexahedra<Coder>::find_other_shared() {
   }
 }
 
-/// The orientation of the hexahedron behind a shared face, moved across it.
+/// Returns the orientation of the hexahedron across a shared face, moved across this face.
 template <class Coder>
 std::uint8_t RowHexahedra<Coder>::orientation_across(std::uint32_t side) const {
   const auto& face = surface_->face(work_.shared[side]);
   const auto& stored = kOrientedBits[records_[face.cell].orientation];
-  std::array<std::uint32_t, 4> here{}, there{};  // corner bits in this frame; stored in that cell
+  std::array<std::uint32_t, 4> here{},
+      there{};  // here: corner bits in this frame; there: corner bits as stored in that cell
   for (std::uint32_t i : {0u, 1u, 3u}) {
     here[i] = 8;
     for (std::uint32_t b : kFaceBits[side])
@@ -363,7 +365,8 @@ bool RowHexahedra<Coder>::code_orientation(Coder& corner_order, Coder& symbols, 
     orientation = flip ? kMirrorX : 0;
     return true;
   }
-  // What the hexahedra behind shared faces expect, most votes first, the gate's owner on a tie.
+  // Orientations expected from the hexahedra across shared faces, most votes first; on a tie that
+  // of the gate's owner.
   struct Vote {
     std::uint8_t orientation = 0, count = 0;
   };
@@ -371,17 +374,17 @@ bool RowHexahedra<Coder>::code_orientation(Coder& corner_order, Coder& symbols, 
   std::uint32_t count = 1, voters = 1;
   for (std::uint32_t k = 0; k < 6; ++k) {
     if (work_.shared[k] == kNone || k == work_.gate_side) continue;
-    const std::uint8_t it = orientation_across(k);
-    if (it == kOrientationCount) continue;
+    const std::uint8_t expected = orientation_across(k);
+    if (expected == kOrientationCount) continue;
     ++voters;
     std::uint32_t i = 0;
-    while (i < count && votes[i].orientation != it) ++i;
-    if (i == count) votes[count++] = {it, 0};
+    while (i < count && votes[i].orientation != expected) ++i;
+    if (i == count) votes[count++] = {expected, 0};
     ++votes[i].count;
   }
   for (std::uint32_t i = 1; i < count; ++i)
-    for (std::uint32_t at = i; at > 0 && votes[at - 1].count < votes[at].count; --at)
-      std::swap(votes[at - 1], votes[at]);
+    for (std::uint32_t place = i; place > 0 && votes[place - 1].count < votes[place].count; --place)
+      std::swap(votes[place - 1], votes[place]);
   for (std::uint32_t i = 0; i < std::min(count, 3u); ++i) {
     auto& model = orientation_hit_[i][std::min<std::uint32_t>(votes[i].count, 4)]
                                   [std::min(voters, 4u)][orientation_hits_];
@@ -396,8 +399,8 @@ bool RowHexahedra<Coder>::code_orientation(Coder& corner_order, Coder& symbols, 
   return code_orientation_at_gate(corner_order, orientation);
 }
 
-/// The orientation by how the stored faces meet at the gate: which of this hexahedron's, and
-/// where the other's lowest corner stands in it.
+/// Codes the orientation by how the stored faces meet at the gate: which stored face of this
+/// hexahedron is there, and at which of its corners the lowest corner of the owner's face is.
 template <class Coder>
 bool RowHexahedra<Coder>::code_orientation_at_gate(Coder& corner_order, std::uint8_t& orientation) {
   const auto face_of = [](std::uint32_t o, std::uint32_t side) {
@@ -413,12 +416,12 @@ bool RowHexahedra<Coder>::code_orientation_at_gate(Coder& corner_order, std::uin
     if (kOrientedBits[owner_.orientation][kFaceBits[side][i]] <
         kOrientedBits[owner_.orientation][kFaceBits[side][lowest]])
       lowest = i;
-  const std::uint32_t at = kFaceBits[side][lowest] ^ kFaceAxis[side];
+  const std::uint32_t shared_corner = kFaceBits[side][lowest] ^ kFaceAxis[side];
   std::uint32_t mine = 0, corner = 0;
   bool turned = false;
   if constexpr (!Coder::kDecodes) {
     mine = face_of(orientation, work_.gate_side);
-    while (kFaceBits[mine][corner] != kOrientedBits[orientation][at]) ++corner;
+    while (kFaceBits[mine][corner] != kOrientedBits[orientation][shared_corner]) ++corner;
     turned = kIsMirrored[orientation] != kIsMirrored[owner_.orientation];
   }
   if constexpr (Coder::kMixes) about_stored_face(corner_order, theirs);
@@ -430,7 +433,8 @@ bool RowHexahedra<Coder>::code_orientation_at_gate(Coder& corner_order, std::uin
   if constexpr (Coder::kMixes) corner_order.about(kTurned);
   turned = corner_order.bit(turned_[0], turned);
   for (std::uint8_t o = 0; o < kOrientationCount; ++o)
-    if (kOrientedBits[o][at] == kFaceBits[mine][corner] && face_of(o, work_.gate_side) == mine &&
+    if (kOrientedBits[o][shared_corner] == kFaceBits[mine][corner] &&
+        face_of(o, work_.gate_side) == mine &&
         (kIsMirrored[o] != kIsMirrored[owner_.orientation]) == turned) {
       orientation = o;
       return true;
@@ -441,7 +445,7 @@ bool RowHexahedra<Coder>::code_orientation_at_gate(Coder& corner_order, std::uin
 template <class Coder>
 void RowHexahedra<Coder>::attach(CellTopology& cell) {
   const auto& v = work_.corner;
-  // Those behind shared faces are where the next hexahedron is looked for: oldest first.
+  // The next hexahedron is probably next to the hexahedra across shared faces: oldest first.
   owner_count_ = 0;
   std::uint8_t shared_mask = 0;
   for (std::uint32_t k = 0; k < 6; ++k) {
@@ -450,9 +454,10 @@ void RowHexahedra<Coder>::attach(CellTopology& cell) {
     const auto& face = surface_->face(work_.shared[k]);
     cell.face_mask |= static_cast<std::uint8_t>(bit(k));
     Owner owner{face.cell, records_[face.cell].sequence, face.side};
-    std::uint32_t at = owner_count_++;
-    for (; at > 0 && owners_[at - 1].sequence > owner.sequence; --at) owners_[at] = owners_[at - 1];
-    owners_[at] = owner;
+    std::uint32_t place = owner_count_++;
+    for (; place > 0 && owners_[place - 1].sequence > owner.sequence; --place)
+      owners_[place] = owners_[place - 1];
+    owners_[place] = owner;
   }
   const std::uint32_t previous = last_cell_;
   cell.cell_slot = surface_->begin_cell();
@@ -463,8 +468,9 @@ void RowHexahedra<Coder>::attach(CellTopology& cell) {
   record = Record{};
   record.sequence = sequence_++;
   if (coded_.size() > 2 * records_.size() + 64)
-    std::erase_if(coded_,
-                  [&](const Coded& it) { return records_[it.cell].sequence != it.sequence; });
+    std::erase_if(coded_, [&](const Coded& coded) {
+      return records_[coded.cell].sequence != coded.sequence;
+    });
   coded_.push_back({record.sequence, cell.cell_slot});
   record.shared = shared_mask;
   record.introduced = work_.introduced;
@@ -494,7 +500,7 @@ void RowHexahedra<Coder>::attach(CellTopology& cell) {
     if (work_.shared[k] != kNone) surface_->remove_face(work_.shared[k]);
 }
 
-/// Around each of the 12 edges the faces at both ends of the fan become mates.
+/// Makes the faces at both ends of the fan around each of the 12 edges mates.
 template <class Coder>
 void RowHexahedra<Coder>::link_edges(const std::array<std::uint32_t, 6>& face) {
   const auto& v = work_.corner;
@@ -522,12 +528,12 @@ void RowHexahedra<Coder>::link_edges(const std::array<std::uint32_t, 6>& face) {
         end[n] = face[k] * 4 + i;
         continue;
       }
-      // The same edge on the shared face, and what lies across it there.
+      // The same edge on the shared face, and its mate.
       mine[n] = face[k] * 4 + (first[k] + i * step[k]) % 4;
       end[n] = surface_->mate(mine[n]);
       fan += surface_->fan(mine[n]);
     }
-    // Two shared faces that are mates here close around the edge: both are about to go.
+    // Two shared faces that are mates here close around the edge. Both are removed soon.
     const bool closed = mine[0] != kNone && mine[1] != kNone && end[0] == mine[1];
     if (!closed) surface_->join(end[0], end[1], fan);
   }

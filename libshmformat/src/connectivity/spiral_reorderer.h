@@ -1,8 +1,9 @@
-// Spiral reorderer: the delay buffer. Of the cells waiting it picks the one that hugs the
-// previous one best, so that gates are found on the previous hexahedron more often.
-// in: cells in input order     out: the same cells; one that nothing leads to may wait long, but
-// never more cells wait than the buffer holds
-// source: paper section 3.1.1; nothing of it is part of the format: a reader sees only the order.
+// Spiral reorderer: the delay buffer. It picks the waiting cell that touches the previous cell
+// most, so that gates are found on the previous hexahedron more often.
+// in:    cells in input order     out: the same cells in coding order
+// A cell that no other cell leads to may wait long, but never more cells wait than the buffer
+// holds.
+// source: paper section 3.1.1. Not part of the format: a reader sees only the resulting order.
 #pragma once
 
 #include <array>
@@ -16,17 +17,17 @@ namespace shm {
 
 class SpiralReorderer {
  public:
-  using Corners = std::array<std::uint64_t, 8>;  // any names of vertices, corners as stored
+  using Corners = std::array<std::uint64_t, 8>;  // any ids of vertices, corners as stored
 
-  /// `handle` is the caller's; handles of waiting cells are different.
+  /// Adds a cell. The caller chooses `handle`; no other waiting cell has it.
   void push_hexahedron(std::uint32_t handle, const Corners& corners);
   void push_other(std::uint32_t handle);
   std::size_t waiting() const { return by_age_.size(); }
-  /// Must hold: something waits. Picks, removes and returns it.
+  /// Removes and returns the waiting cell that comes next. Must hold: waiting() > 0.
   std::uint32_t pop();
 
  private:
-  /// Faces of the previous hexahedron, seen by somebody who walks through the mesh.
+  /// Faces of the previous hexahedron, as seen by an observer who walks through the mesh.
   enum Label : std::uint8_t { kFront, kLeft, kRight, kTop, kBottom, kBack, kLabels };
   using Face = std::array<std::uint64_t, 4>;  // sorted vertex numbers
   struct FaceHash {
@@ -46,11 +47,12 @@ class SpiralReorderer {
   std::uint64_t next_age_ = 0;
   std::map<std::uint64_t, std::uint32_t> by_age_;
   std::unordered_map<std::uint32_t, Waiting> cells_;
-  std::unordered_map<Face, std::array<std::uint32_t, 2>, FaceHash> faces_;  // at most two each
+  std::unordered_map<Face, std::array<std::uint32_t, 2>, FaceHash>
+      faces_;  // at most two cells for each face
 
   bool has_previous_ = false;
   Corners previous_{};
-  std::array<std::uint8_t, kLabels> face_at_{};  // label -> face of previous_
+  std::array<std::uint8_t, kLabels> face_at_{};  // by label: the face of previous_
   Label horizontal_ = kRight, vertical_ = kTop;
   bool last_was_horizontal_ = true;
 };

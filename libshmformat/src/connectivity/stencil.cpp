@@ -25,14 +25,16 @@ Stencil corner_stencil(const CellTopology& cell, std::uint32_t position, std::ui
 }  // namespace
 
 std::uint64_t spectral(const Stencil& s, const std::vector<std::uint64_t>& v) {
-  const auto at = [&](std::size_t i) { return v[s.at[i]]; };
+  const auto number = [&](std::size_t i) { return v[s.at[i]]; };
   switch (s.kind) {
     case Stencil::last: break;
-    case Stencil::copy: return at(0);
+    case Stencil::copy: return number(0);
     case Stencil::midpoint:
-      return at(0) + static_cast<std::uint64_t>(static_cast<std::int64_t>(at(1) - at(0)) / 2);
-    case Stencil::parallelogram: return at(0) + at(1) - at(2);
-    case Stencil::lorenzo: return at(0) + at(1) + at(2) - at(3) - at(4) - at(5) + at(6);
+      return number(0) +
+             static_cast<std::uint64_t>(static_cast<std::int64_t>(number(1) - number(0)) / 2);
+    case Stencil::parallelogram: return number(0) + number(1) - number(2);
+    case Stencil::lorenzo:
+      return number(0) + number(1) + number(2) - number(3) - number(4) - number(5) + number(6);
   }
   return 0;
 }
@@ -40,7 +42,7 @@ std::uint64_t spectral(const Stencil& s, const std::vector<std::uint64_t>& v) {
 Stencil stencil_of(const CellTopology& cell, std::uint32_t position, std::uint64_t known) {
   if (cell.hexahedral && position < 8) return corner_stencil(cell, position, known);
   if (cell.hexahedral && position < 20 && cell.slots.size() >= 20) {
-    const auto& edge = kEdgeCorners[position - 8];  // which it lies on
+    const auto& edge = kEdgeCorners[position - 8];  // the edge that the node is on
     return {Stencil::midpoint,
             {cell.slots[cell.framed_position(edge[0])], cell.slots[cell.framed_position(edge[1])]}};
   }

@@ -6,7 +6,8 @@
 #include "surface/hexahedron.h"
 
 namespace shm {
-/// Along which side of the frame the vertex lies from the one that it is copied from.
+/// Returns the side of the frame towards which the vertex lies, seen from the vertex that it is
+/// copied from; kNone if its stencil is not a copy.
 template <class Coder>
 std::uint32_t VertexNumbers<Coder>::direction_of(const CellTopology& cell, std::uint32_t position,
                                                  const Stencil& stencil) {
@@ -28,23 +29,25 @@ void VertexNumbers<Coder>::add(std::uint32_t slot, std::uint64_t number) {
 template <class Coder>
 auto VertexNumbers<Coder>::expect(const CellTopology& cell, std::uint32_t position,
                                   const Stencil& stencil, std::uint64_t known) -> Expectation {
-  Expectation it;
+  Expectation expected;
   if (const MidNode* node = cell.layout == nullptr ? nullptr : cell.layout->at(position)) {
     const MidNodeNumbers::Guess guess =
         mid_node_numbers_.expect(cell, *node, position, known, numbers_, last_ + 1);
     return {guess.best, guess.second, 3u + node->kind};
   }
   if (stencil.kind == Stencil::last) {
-    it.near = last_ + 1;
+    expected.near = last_ + 1;
   } else {
-    it.near = spectral(stencil, numbers_);
-    it.kind = stencil.kind == Stencil::lorenzo ? 2 : stencil.kind == Stencil::parallelogram ? 1 : 0;
-    it.direction = direction_of(cell, position, stencil);
-    it.from = stencil.at[0];
-    if (it.direction != kNone) it.near += stride_[it.direction];
+    expected.near = spectral(stencil, numbers_);
+    expected.kind = stencil.kind == Stencil::lorenzo         ? 2
+                    : stencil.kind == Stencil::parallelogram ? 1
+                                                             : 0;
+    expected.direction = direction_of(cell, position, stencil);
+    expected.from = stencil.at[0];
+    if (expected.direction != kNone) expected.near += stride_[expected.direction];
   }
-  it.second = it.near;
-  return it;
+  expected.second = expected.near;
+  return expected;
 }
 
 template <class Coder>

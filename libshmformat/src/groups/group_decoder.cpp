@@ -7,7 +7,7 @@
 namespace shm {
 namespace {
 
-/// Removes the elements of `stride` bytes that are marked.
+/// Removes the elements that are marked. Each has `stride` bytes.
 void remove_marked(std::vector<std::byte>& values, std::span<const std::uint8_t> marked,
                    std::size_t stride) {
   std::size_t to = 0;
@@ -73,7 +73,7 @@ Result<void> GroupDecoder::begin_group(const container::GroupHeader& header) {
     known = connectivity_codec(*codec);
     if (!known) return unknown_codec(header.streams[0]);
   }
-  if (auto good = begin_streams(known); !good) return good;
+  if (auto status = begin_streams(known); !status) return status;
   if (known) codec_ = header.streams[0].codec;
   return {};
 }
@@ -85,11 +85,11 @@ Result<void> GroupDecoder::next_block(DecodedBlock& decoded) {
   block.first_vertex = header_->first_vertex + done_.own;
   block.first_cell = header_->first_cell + done_.cells;
   block.arrays.resize(schema_->arrays.size());
-  if (auto good = decode_elements(decoded); !good) return good;
+  if (auto status = decode_elements(decoded); !status) return status;
   return decode_values(block);
 }
 
-/// Adds a number, and whether it is imported, as the parts say.
+/// Adds a vertex number and its import flag, as far as the parts to decode include them.
 void GroupDecoder::note_import(std::uint64_t number, bool imported, DecodedBlock& decoded) {
   if (imported) decoded.imported.push_back(number);
   if (!imported || parts_.imported_vertices) decoded.mesh.vertex_numbers.push_back(number);
@@ -111,8 +111,8 @@ void GroupDecoder::add_own_vertices(std::span<const std::uint64_t> numbers, Deco
 }
 
 void GroupDecoder::resize_cells(std::size_t cells, MeshBlock& block) {
-  for (auto* it : {&block.vertices_before_cell, &block.cell_numbers, &block.last_use})
-    it->resize(cells);
+  for (auto* list : {&block.vertices_before_cell, &block.cell_numbers, &block.last_use})
+    list->resize(cells);
   block.cell_blocks.resize(cells);
   block.corner_begin.resize(cells + 1);
 }
@@ -128,9 +128,9 @@ std::size_t GroupDecoder::make_room_for_cells(std::uint64_t cells, std::size_t n
 }
 
 void GroupDecoder::begin_cells(MeshBlock& block) {
-  for (auto* it :
+  for (auto* list :
        {&block.vertices_before_cell, &block.cell_numbers, &block.last_use, &block.corners})
-    it->clear();
+    list->clear();
   block.cell_blocks.clear();
   block.corner_begin.assign(1, 0);
 }
@@ -143,9 +143,9 @@ void GroupDecoder::keep_cells(std::size_t cells, MeshBlock& block) {
 std::size_t GroupDecoder::column_of(const container::StreamEntry& entry) const {
   if (entry.kind == container::StreamKind::geometry) return 0;
   if (entry.kind != container::StreamKind::array) return columns();
-  const auto at = std::lower_bound(arrays_.begin(), arrays_.end(), entry.array);
-  return at != arrays_.end() && *at == entry.array
-             ? static_cast<std::size_t>(at - arrays_.begin()) + 1
+  const auto found = std::lower_bound(arrays_.begin(), arrays_.end(), entry.array);
+  return found != arrays_.end() && *found == entry.array
+             ? static_cast<std::size_t>(found - arrays_.begin()) + 1
              : columns();
 }
 
@@ -155,7 +155,7 @@ std::size_t GroupDecoder::element_bytes(std::size_t column) const {
   return scalar_bytes(info.type) * info.components;
 }
 
-/// Of the cells and vertices of the block.
+/// Decodes the values of the cells and vertices of the block.
 Result<void> GroupDecoder::decode_values(MeshBlock& block) {
   const bool leaves_out = std::find(left_out_.begin(), left_out_.end(), 1) != left_out_.end();
   for (std::size_t c = 0; c < columns(); ++c) {
@@ -164,15 +164,15 @@ Result<void> GroupDecoder::decode_values(MeshBlock& block) {
     if (!decode_column(c, block, out)) {
       if (is_out_of_memory())
         return Error{ErrorCode::over_limit,
-                     "values of its active vertices and cells take more memory than the limit for "
-                     "so few bytes",
+                     "values of its active vertices and cells need more memory than the limit for "
+                     "its size",
                      {},
                      kNoOffset,
                      {}};
       return corrupt((c == 0 ? "geometry" : array_stream_name(*schema_, array_of(c))) +
-                     ": its values make no sense, or are too few");
+                     ": its values are invalid or too few");
     }
-    if (c == 0) widen_box(out);  // imported vertices are in it
+    if (c == 0) widen_box(out);  // the box includes imported vertices
     if (leaves_out && !of_cells(c)) remove_marked(out, left_out_, element_bytes(c));
   }
   left_out_.clear();
@@ -182,7 +182,7 @@ Result<void> GroupDecoder::decode_values(MeshBlock& block) {
 Result<DecodedBlock::GroupEnd> GroupDecoder::end_group() const {
   if (done_.bytes != header_->decoded_bytes || done_.active != header_->max_active_vertices ||
       done_.unused != header_->unused_vertices || done_.imported != header_->imported_vertices)
-    return corrupt("does not hold what its header states");
+    return corrupt("its contents differ from its header");
   if (!is_used_up()) return corrupt("its streams hold more than the group");
   return DecodedBlock::GroupEnd{done_.imported, done_.active, has_its_box(), {}};
 }
@@ -196,7 +196,8 @@ void GroupDecoder::widen_box(std::span<const std::byte> xyz) {
   }
 }
 
-/// Of coordinates that are kept within a bound, as near as that: the header has those of before.
+/// Compares the stated box with the decoded coordinates. The header has the box of the original
+/// coordinates, so quantized ones may differ from it by their bound.
 bool GroupDecoder::has_its_box() const {
   if (!parts_.geometry) return true;
   const Quantization& rounded = schema_->coordinate_quantization;

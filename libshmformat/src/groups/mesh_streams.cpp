@@ -8,7 +8,8 @@
 namespace shm {
 namespace {
 
-/// In one pass. Nothing where a number is infinite, which ranges have no place for.
+/// One pass over all points. Returns nothing if a coordinate is infinite, since a range cannot
+/// represent it.
 template <class T>
 std::optional<std::array<ValueRange, 3>> finite_box(const std::byte* points, std::size_t count,
                                                     std::size_t stride) {
@@ -19,7 +20,7 @@ std::optional<std::array<ValueRange, 3>> finite_box(const std::byte* points, std
   for (std::size_t i = 0; i < count; ++i, points += stride) {
     std::array<T, 3> point;
     std::memcpy(point.data(), points, sizeof point);
-    for (std::size_t c = 0; c < 3; ++c) {  // no NaN is less or more
+    for (std::size_t c = 0; c < 3; ++c) {  // comparisons with NaN are false
       least[c] = point[c] < least[c] ? point[c] : least[c];
       most[c] = point[c] > most[c] ? point[c] : most[c];
     }
@@ -102,9 +103,9 @@ ValueStreams<Coder>::ValueStreams(const Schema& schema, const DecodedParts& part
   for (const ArrayInfo& info : schema.arrays)
     if (!info.per_step) is_of_cells_.push_back(info.location == Location::cell);
   const std::vector<bool> included = parts.columns(schema);
-  for_each_static_column(schema, [&](auto&&... what) {
+  for_each_static_column(schema, [&](auto&&... arguments) {
     auto& column = columns_.emplace_back();
-    if (included[columns_.size() - 1]) column.emplace(what...);
+    if (included[columns_.size() - 1]) column.emplace(arguments...);
   });
   if constexpr (Coder::kDecodes) {
     memory_ = std::make_unique<ColumnMemory>();

@@ -1,6 +1,6 @@
-// MeshStreams: the bitstreams of one segment and the coders that fill or read them, in step.
-// The one place where connectivity, corner order, numbers, geometry and static arrays meet; the
-// same code runs in both directions (Coder is a RangeEncoder or a RangeDecoder).
+// MeshStreams: the bitstreams of one segment and the coders that write or read them. Here
+// connectivity, corner order, numbers, geometry and static arrays are kept in step. The same code
+// runs in both directions: Coder is a RangeEncoder or a RangeDecoder.
 // spec: "Segments", "Group", "Tiles", "Value columns", "Decoding a group"
 #pragma once
 
@@ -28,17 +28,19 @@ namespace shm {
 /// Where a segment begins.
 struct SegmentStart {
   std::uint32_t segment = 0;
-  std::uint64_t first_cell = 0, first_vertex = 0;  ///< cells and vertices of all segments before
+  std::uint64_t first_cell = 0, first_vertex = 0;  ///< totals of all earlier segments
 };
 
-/// Which parts of a group are decoded. Cells always are.
+/// The parts of a group to decode. Cells are always decoded.
 struct DecodedParts {
   bool geometry = true;
-  std::optional<std::vector<bool>> arrays{};  ///< by array of the schema; nothing: all
-  bool vertex_numbers = true;                 ///< where they are stored, and no cell needs them
-  /// Whether vertices that an earlier segment owns come in blocks, too, with their values.
+  std::optional<std::vector<bool>>
+      arrays{};                ///< by array of the schema, true if included; nothing: all
+  bool vertex_numbers = true;  ///< includes numbers that are stored and that no cell needs
+  /// True if blocks include vertices that an earlier segment owns, with their values.
   bool imported_vertices = false;
-  /// Neighbourhoods as far as step values look, beside those that the values here need.
+  /// Neighbourhoods to find with the reach of step values, in addition to those that the values
+  /// here need.
   bool vertex_neighbourhoods = false, cell_neighbourhoods = false;
 
   static DecodedParts without_values() {
@@ -52,27 +54,29 @@ struct DecodedParts {
     if (stream.kind == container::StreamKind::geometry) return geometry;
     return stream.kind != container::StreamKind::array || includes_array(stream.array);
   }
-  /// Whether it includes the columns of values: geometry, then the static arrays in schema order.
+  /// By column of values, geometry first, then the static arrays in schema order: whether it is
+  /// included.
   std::vector<bool> columns(const Schema& schema) const;
-  /// Whether it includes values of static arrays there, or coordinates.
+  /// Returns true if values of static arrays at this location are included; coordinates count as
+  /// point values.
   bool includes_values_of(const Schema& schema, Location location) const;
 };
 
-// A tile ends before the element that comes after so many cells, or so many unpacked bytes. It is
-// what a Reader gives out at once. Frozen: part of the format.
+// A tile ends before the element that follows this many cells or this many unpacked bytes. A Reader
+// gives out one tile at a time. Frozen: part of the format.
 inline constexpr std::uint64_t kTileCells = 4096;
 inline constexpr std::uint64_t kTileBytes = std::uint64_t{1} << 22;
 
-/// Coordinates, as if they were an array.
+/// Returns the description of the coordinates as an array.
 ArrayInfo coordinates_info(const Schema& schema);
-/// Calls visit(info, blocks, traits) with what makes each ValueColumn of static values:
+/// Calls visit(info, blocks, traits) with the arguments of each ValueColumn of static values:
 /// geometry, then the static arrays in schema order.
 template <class Visit>
 void for_each_static_column(const Schema& schema, Visit&& visit) {
   ColumnTraits traits{.repeats = false, .earlier_values = schema.earlier_values, .copies = true};
   visit(coordinates_info(schema), std::vector<std::uint32_t>(), traits);
   traits.repeats = true;
-  std::uint32_t room = kMostTableComponentsInAll - 3;  // for tables
+  std::uint32_t room = kMostTableComponentsInAll - 3;  // components that may still have tables
   for (const ArrayInfo& info : schema.arrays) {
     if (info.per_step) continue;
     traits.tables = info.components <= std::min(kMostTableComponents, room);
@@ -81,11 +85,11 @@ void for_each_static_column(const Schema& schema, Visit&& visit) {
   }
 }
 
-/// Finds where the tiles of a group end, element by element.
+/// Finds the ends of the tiles in a group, element by element.
 class TileEnds {
  public:
-  /// Before each cell and each unused vertex; `bytes`: unpacked ones of the group until here.
-  /// Whether the tile ends here.
+  /// Returns true if a tile ends here. Call it before each cell and each unused vertex. `bytes`:
+  /// unpacked bytes of the group so far.
   bool before(bool is_cell, std::uint64_t bytes) {
     const bool ends = (is_cell && cells_ == kTileCells) || bytes - begin_ >= kTileBytes;
     if (ends) {
@@ -97,19 +101,20 @@ class TileEnds {
   }
 
  private:
-  std::uint64_t cells_ = 0, begin_ = 0;  // of the tile: cells so far, bytes before it
+  std::uint64_t cells_ = 0,
+                begin_ = 0;  // cells of the tile so far; bytes of the group before the tile
 };
 
 /// Coordinates and static arrays of one segment, each in its own bitstream. It follows the mesh
-/// cell by cell, collects the neighbourhoods of what comes, and codes the values of a tile
-/// (decoding) or of a whole group (encoding) at once.
+/// cell by cell and collects the neighbourhoods of new vertices and cells. It codes the values of a
+/// tile (decoding) or of a whole group (encoding) at once.
 template <class Coder>
 class ValueStreams {
  public:
-  /// `schema` is borrowed. Columns of parts that are left out are never asked for anything.
+  /// `schema` must outlive this object. The columns of parts that are left out must not be used.
   ValueStreams(const Schema& schema, const DecodedParts& parts);
 
-  // In step with the mesh: each cell, then its new vertices in order, then its end.
+  // In step with the mesh: for each cell begin_cell(), its new vertices in order, end_cell().
   void begin_cell(const CellTopology& cell, std::uint64_t live);
   void add_vertex(const CellTopology& cell, std::uint32_t position) {
     if (!finds()) return;
@@ -121,14 +126,14 @@ class ValueStreams {
     if (of_vertices_) push_tightly(vertices_.items, finder_.unused_vertex(slot));
   }
 
-  /// Encoding, before the first cell: values will be encoded at this level.
+  /// Encoding, before the first cell: sets the level at which values will be encoded.
   void expect_level(Level level) { vertex_reach_ = cell_reach_ = farthest_reach(level); }
 
-  // Encoding: tiles, then each column, then the next group.
+  // Encoding: the tiles of a group, then each column, then the next group.
   void begin_tile();
   EncodedColumn encode(std::size_t column, const std::byte* values, std::size_t stride,
                        Level level);
-  /// Encoding: as those of ValueColumn, of what came so far of the group.
+  /// Encoding: as in ValueColumn, for the elements of the group so far.
   std::uint64_t about_bytes(std::size_t column, const std::byte* values, std::size_t stride,
                             std::vector<DomainChoice>& choices) {
     return columns_[column]->about_bytes(elements_of(column), values, stride, choices);
@@ -138,10 +143,10 @@ class ValueStreams {
     return columns_[column]->bytes_if_coded(elements_of(column), values, stride, level);
   }
 
-  // Column 0 is geometry, the others are the static arrays in schema order.
+  // Column 0 is geometry, the static arrays follow in schema order.
 
-  // Decoding: the group, all its columns, then tile by tile. `bytes` are borrowed for the group,
-  // and may unpack to `limit` bytes; false for damaged data.
+  // Decoding: begin the group, then all its columns, then decode tile by tile. `bytes` must stay
+  // valid until the group ends, and may unpack to `limit` bytes. Returns false for damaged data.
   void begin_group() {
     vertex_reach_ = least_vertex_reach_;
     cell_reach_ = least_cell_reach_;
@@ -149,15 +154,16 @@ class ValueStreams {
   bool takes(std::size_t column, Codec codec) const { return columns_[column]->takes(codec); }
   bool begin_column(std::size_t column, Codec codec, std::span<const std::byte> bytes,
                     std::uint64_t limit);
-  /// Values of what came since the last tile, appended to `out`; false for damaged data.
+  /// Appends the values of the elements since the last tile to `out`. Returns false for damaged
+  /// data.
   bool decode_tile(std::size_t column, std::vector<std::byte>& out);
-  /// Of what the columns keep by slot.
+  /// Memory that the columns use for data kept by slot.
   ColumnMemory& memory() { return *memory_; }
   const ColumnMemory& memory() const { return *memory_; }
-  /// What came since the last tile.
+  /// Elements since the last tile.
   std::span<const Neighbourhood> vertices() const { return vertices_.items; }
   std::span<const Neighbourhood> cells() const { return cells_.items; }
-  /// Forgets what came: after the last column of a group (encoding) or tile (decoding).
+  /// Clears these elements: after the last column of a group (encoding) or tile (decoding).
   void clear();
 
  private:
@@ -177,9 +183,9 @@ class ValueStreams {
   std::vector<bool> is_of_cells_;  // by column
 };
 
-/// Order::keep: the numbers of the vertices that a cell introduces. Corners of hexahedra whose
-/// coder codes numbers are taken from there, all others from `stream`; number(position) refers to
-/// one: read when encoding, filled when decoding.
+/// Order::keep: codes the numbers of the vertices that a cell introduces. If the coder of hexahedra
+/// codes numbers, those of corners come from there, all other numbers from `stream`.
+/// number(position) returns a reference: read when encoding, set when decoding.
 template <class Coder, class Number>
 void code_vertex_numbers(Connectivity<Coder>& connectivity, VertexNumbers<Coder>& numbers,
                          Coder& stream, const CellTopology& cell, Number&& number) {
@@ -199,12 +205,12 @@ void code_vertex_numbers(Connectivity<Coder>& connectivity, VertexNumbers<Coder>
     if (position >= corners) connectivity.set_number(cell.slots[position], number(position));
 }
 
-/// Numbers of the cells of a segment: positions in coding order, unless the source's own are
-/// stored.
+/// Codes the numbers of the cells of a segment: positions in coding order, or the source's own
+/// numbers if these are stored.
 template <class Coder>
 class CellNumbers {
  public:
-  /// `schema` is borrowed. `first`: of the segment's first cell, in coding order.
+  /// `first`: position of the segment's first cell in coding order.
   CellNumbers(const Schema& schema, std::uint64_t first)
       : stored_(schema.order == Order::keep && schema.delay > 0), next_(first) {}
 
@@ -227,10 +233,10 @@ class CellNumbers {
 template <class Coder>
 class MeshStreams {
  public:
-  /// `schema` is checked, borrowed, and stays where it is.
+  /// `schema` has passed check_schema(), and must outlive this object and not move.
   MeshStreams(const Schema& schema, const SegmentStart& start, const DecodedParts& parts = {});
 
-  /// Order::keep: the numbers of the vertices that a cell introduces, or of one that no cell uses.
+  /// Order::keep: the numbers of the vertices that a cell introduces, or of an unused vertex.
   template <class Number>
   void code_vertex_numbers(const CellTopology& cell, Number&& number) {
     if (schema_->order == Order::keep)
@@ -242,8 +248,8 @@ class MeshStreams {
       number = vertex_numbers_.code_unused(streams_[kVertexNumbers], slot, number);
   }
 
-  // In segments but the first, before the values of each new vertex of a cell: whether an earlier
-  // segment owns it; and, where vertices are numbered by their order, the number that it has there.
+  // For all segments but the first, before the values of each new vertex of a cell: a flag that an
+  // earlier segment owns it; and, if vertices are numbered by their order, its number there.
   void begin_new_vertices(const CellTopology& cell) { imports_.begin_cell(cell); }
   bool code_import(const CellTopology& cell, std::uint32_t position, bool imported) {
     return imports_.code(streams_[imports_stream_], cell, position, imported);
@@ -255,7 +261,7 @@ class MeshStreams {
     number = import_numbers_.code(streams_[kVertexNumbers], stencil, slot, number);
   }
 
-  /// Topology of one cell; false when decoding damaged data.
+  /// Codes the topology of one cell. Returns false if damaged data are decoded.
   bool code_cell(CellTopology& cell) {
     return connectivity_.code_cell(streams_[0], streams_[1], cell);
   }
@@ -265,22 +271,23 @@ class MeshStreams {
   void finish_cell(const CellTopology& cell) { connectivity_.finish_cell(cell); }
 
   Connectivity<Coder>& connectivity() { return connectivity_; }
-  /// Coordinates and static arrays; follows the cells on its own.
+  /// Coordinates and static arrays. The caller keeps them in step with the cells.
   using Values = ValueStreams<std::conditional_t<Coder::kDecodes, SplitDecoder, SplitEncoder>>;
   Values& values() { return values_; }
   const Values& values() const { return values_; }
 
-  /// All bitstreams in the order of a group: fixed ones first, geometry the last of these, then one
-  /// for each static array in schema order, then imports.
+  /// All bitstreams in the order of a group: the fixed streams, geometry last of these, then one
+  /// stream for each static array in schema order, then imports.
   struct Stream {
     container::StreamKind kind;
     std::uint32_t array = 0;
   };
   static std::vector<Stream> list(const Schema& schema);
-  /// Whether stream number s of the list holds values, and of which column of values().
+  /// Returns true if stream `s` of the list holds values; column_of() is then its column in
+  /// values().
   bool holds_values(std::size_t s) const { return s >= kGeometry && s < imports_stream_; }
   std::size_t column_of(std::size_t s) const { return s - kGeometry; }
-  /// By stream; those that hold values are left alone.
+  /// By stream; the coders of value streams are unused.
   std::vector<Coder>& coders() { return streams_; }
 
  private:
@@ -298,11 +305,12 @@ class MeshStreams {
   CellNumbers<Coder> cell_numbers_;
 };
 
-/// Bytes of the static point arrays in one vertex.
+/// Returns the bytes of the static point arrays in one vertex.
 std::size_t point_data_bytes(const Schema& schema);
-/// Bytes of the static arrays in one cell, by block.
+/// Returns the bytes of the static arrays in one cell, by block.
 std::vector<std::size_t> cell_data_bytes(const Schema& schema);
-/// The smallest and the largest finite coordinate of `count` points, `stride` bytes apart, by axis.
+/// Returns the smallest and the largest finite coordinate of `count` points, by axis. The points
+/// are `stride` bytes apart.
 std::array<ValueRange, 3> box_of(ScalarType type, const std::byte* points, std::size_t count,
                                  std::size_t stride);
 

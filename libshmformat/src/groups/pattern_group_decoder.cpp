@@ -13,7 +13,8 @@ using container::StreamKind;
 
 namespace {
 
-/// Not a tile: no values depend on where a block ends, and the nearer cache holds a small one.
+/// Smaller than a tile: no value depends on the end of a block, and a small block stays in a near
+/// cache.
 constexpr std::uint64_t kBlockCells = 1024;
 
 }  // namespace
@@ -38,11 +39,11 @@ Result<void> PatternGroupDecoder::begin_streams(std::optional<ConnectivityCodec>
 Result<void> PatternGroupDecoder::begin_stream(const container::StreamEntry& entry,
                                                std::span<const std::byte> bytes) {
   const auto place = static_cast<std::size_t>(&entry - header_->streams.data());
-  // No caller's limit lets counts of bytes wrap.
+  // The bound keeps sums of bytes from wrapping, whatever limit the caller set.
   const std::uint64_t decoded_bytes = std::min(header_->decoded_bytes, std::uint64_t{1} << 56);
   if (entry.kind == StreamKind::connectivity) {
     if (place != 0) return wrong_stream(entry);
-    // A node counts for eight bytes, a vertex for twelve and more; a number takes ten at most.
+    // decoded_bytes has 8 bytes for a node, 12 or more for a vertex; a number takes at most 10.
     if (patterns_.begin_group(bytes, header_->cells, decoded_bytes / 8, 10 * decoded_bytes,
                               scratch_.unpacking))
       return {};
@@ -84,12 +85,12 @@ std::vector<std::uint64_t> PatternGroupDecoder::alive() const {
 Result<void> PatternGroupDecoder::decode_elements(DecodedBlock& decoded) {
   terms_.clear();
   const std::uint64_t bytes_before = done_.bytes;
-  if (auto good = decode_cells(decoded); !good) return good;
+  if (auto status = decode_cells(decoded); !status) return status;
   while (done_.cells == header_->cells && done_.own < header_->vertices &&
          done_.bytes - bytes_before < kTileBytes) {
     const auto number = patterns_.next_unused();
     if (!number || done_.unused == header_->unused_vertices || !has_room_for_bytes(vertex_bytes_))
-      return corrupt("a vertex that no cell uses makes no sense");
+      return corrupt("an unused vertex is invalid");
     ++done_.unused;
     terms_.push_back({patterns_.slot_count(), 0, {}});
     add_vertex(*number, false, decoded);
@@ -106,14 +107,14 @@ Result<void> PatternGroupDecoder::decode_cells(DecodedBlock& decoded) {
   for (; cells < most && done_.bytes - bytes_before < kTileBytes; ++cells)
     if (!decode_cell(decoded, cells))
       return corrupt("connectivity: cell " + std::to_string(block.first_cell + cells) +
-                     " makes no sense");
+                     " is invalid");
   keep_cells(cells, block);
   return {};
 }
 
-bool PatternGroupDecoder::decode_cell(DecodedBlock& decoded, std::size_t at) {
+bool PatternGroupDecoder::decode_cell(DecodedBlock& decoded, std::size_t index) {
   MeshBlock& block = decoded.mesh;
-  const auto corners = static_cast<std::size_t>(block.corner_begin[at]);
+  const auto corners = static_cast<std::size_t>(block.corner_begin[index]);
   std::uint64_t* const numbers = block.corners.data() + corners;
   const PatternCell* const cell = patterns_.next_cell(
       numbers, [&](PatternHistory::Vertex& vertex) { return import_vertex(vertex); });
@@ -124,23 +125,23 @@ bool PatternGroupDecoder::decode_cell(DecodedBlock& decoded, std::size_t at) {
   done_.active = std::max(done_.active, patterns_.live());
   if (done_.active > header_->max_active_vertices) return false;
   patterns_.end_cell([&](std::uint64_t number) { decoded.finalized_imports.push_back(number); });
-  block.vertices_before_cell[at] = block.vertex_numbers.size();
-  block.cell_numbers[at] = header_->first_cell + done_.cells;
-  block.cell_blocks[at] = cell->block;
-  block.last_use[at] = cell->last_use;
-  block.corner_begin[at + 1] = corners + cell->slots.size();
+  block.vertices_before_cell[index] = block.vertex_numbers.size();
+  block.cell_numbers[index] = header_->first_cell + done_.cells;
+  block.cell_blocks[index] = cell->block;
+  block.last_use[index] = cell->last_use;
+  block.corner_begin[index + 1] = corners + cell->slots.size();
   ++done_.cells;
   return has_room_for_bytes(0);
 }
 
-/// Gives an imported vertex its number, where vertices are numbered by their order.
+/// Reads the stream number of an imported vertex, if vertices are numbered by their order.
 bool PatternGroupDecoder::import_vertex(PatternHistory::Vertex& vertex) {
   if (!parts_.vertex_numbers) return true;
   vertex.number = import_numbers_.code(import_coder_, {}, 0, 0);
   return vertex.number < start_.first_vertex;
 }
 
-/// Those that the cell introduces. `numbers`: of its vertices, by node.
+/// Adds the vertices that the cell introduces. `numbers`: of its vertices, by node.
 bool PatternGroupDecoder::add_vertices(const PatternCell& cell, const std::uint64_t* numbers,
                                        DecodedBlock& decoded) {
   for (std::uint64_t left = cell.introduced; left != 0; left &= left - 1) {

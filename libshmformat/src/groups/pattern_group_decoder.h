@@ -1,4 +1,4 @@
-// PatternGroupDecoder: the groups of a segment whose cells are patterns. The mirror of
+// PatternGroupDecoder: decodes the groups of a segment in patterns. The mirror of
 // pattern_segment_encoder.h.
 // spec: "Patterns", "Values by terms"
 #pragma once
@@ -18,7 +18,7 @@ namespace shm {
 
 class PatternGroupDecoder final : public GroupDecoder {
  public:
-  /// `schema` takes patterns.
+  /// Must hold: takes_patterns(schema).
   PatternGroupDecoder(const Schema& schema, const SegmentStart& start, const DecodedParts& parts,
                       CellBytes cell_bytes);
 
@@ -50,7 +50,7 @@ class PatternGroupDecoder final : public GroupDecoder {
   NumberColumn<RangeDecoder> import_numbers_;
   RangeDecoder import_coder_{std::span<const std::byte>()};
 
-  std::vector<VertexTerms> terms_;  // of the block at hand
+  std::vector<VertexTerms> terms_;  // of the current block
 };
 
 }  // namespace shm

@@ -24,13 +24,13 @@ void PatternSegmentEncoder::take(const SegmentPiece& piece, std::size_t index) {
 }
 
 bool PatternSegmentEncoder::encode_cell(const SegmentPiece& piece, const SegmentPiece::Cell& cell,
-                                        const Place& at) {
-  const auto nodes = piece.nodes_of(cell, at.node);
+                                        const Place& place) {
+  const auto nodes = piece.nodes_of(cell, place.node);
   PatternCell coded;
   coded.block = cell.block;
   coded.last_use = cell.last_use;
   numbers_.clear();
-  std::size_t vertex = at.vertex;
+  std::size_t vertex = place.vertex;
   const std::size_t end = vertex + cell.new_vertices;
   for (std::size_t i = 0; vertex < end; ++i) {
     if (piece.vertices[vertex].handle != nodes[i]) continue;
@@ -57,7 +57,7 @@ void PatternSegmentEncoder::encode_unused(const SegmentPiece& piece, std::size_t
   if (options_.values) vertices_.push_back({patterns_.slot_count(), 0, {}});
 }
 
-/// Nobody compares patterns with anything.
+/// Not implemented: no codec is compared with patterns.
 void PatternSegmentEncoder::add_size_at_hand(SegmentSize&) {}
 std::uint64_t PatternSegmentEncoder::values_at_hand(ValueChoices*) { return 0; }
 

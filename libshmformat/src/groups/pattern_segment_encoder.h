@@ -1,5 +1,6 @@
-// PatternSegmentEncoder: the cells of a segment as patterns, values by the terms of their vertices.
-// No active surface, no neighbourhoods: for speed, on meshes of any kind.
+// PatternSegmentEncoder: encodes the cells of a segment as patterns, and values by the terms of
+// their vertices. It uses neither an active surface nor neighbourhoods: it is fast, on meshes of
+// any kind.
 // spec: "Patterns", "Values by terms"
 #pragma once
 
@@ -15,13 +16,14 @@ namespace shm {
 
 class PatternSegmentEncoder final : public SegmentEncoder {
  public:
-  /// `schema` is checked, borrowed, and takes patterns.
+  /// `schema` has passed check_schema() and must outlive the encoder. Must hold:
+  /// takes_patterns(schema).
   PatternSegmentEncoder(const Schema& schema, const SegmentOptions& options,
                         const SegmentStart& start);
 
  private:
   bool encode_cell(const SegmentPiece& piece, const SegmentPiece::Cell& cell,
-                   const Place& at) override;
+                   const Place& place) override;
   void encode_unused(const SegmentPiece& piece, std::size_t vertex) override;
   void encode_streams() override;
   void add_size_at_hand(SegmentSize& size) override;
@@ -33,10 +35,10 @@ class PatternSegmentEncoder final : public SegmentEncoder {
   std::vector<TermColumn> columns_;
   TermScratch scratch_;
 
-  // the cell at hand
+  // The current cell
   std::vector<std::uint64_t> numbers_;
 
-  // the group at hand
+  // The current group
   std::vector<VertexTerms> vertices_;
   std::vector<std::uint32_t> cell_blocks_;
 };

@@ -27,10 +27,10 @@ GroupValues::GroupValues(const Schema& schema)
 }
 
 void GroupValues::add_cell(std::uint32_t block, const std::byte* values) {
-  for (Column& it : columns_) {
-    if (!it.of_cells || !schema_->array_covers(it.array, block)) continue;
-    it.cells.append(values, it.bytes);
-    values += it.bytes;
+  for (Column& column : columns_) {
+    if (!column.of_cells || !schema_->array_covers(column.array, block)) continue;
+    column.cells.append(values, column.bytes);
+    values += column.bytes;
   }
 }
 
@@ -46,14 +46,14 @@ std::array<double, 6> GroupValues::box() const {
 
 void GroupValues::clear() {
   vertices_.clear();
-  for (Column& it : columns_) it.cells.clear();
+  for (Column& column : columns_) column.cells.clear();
 }
 
 // --- groups
 
 void SegmentSize::add(container::StreamKind kind, std::uint64_t bytes) {
   using container::StreamKind;
-  constexpr std::uint64_t kStreamHeadBytes = 8;  // in the header of its group, about
+  constexpr std::uint64_t kStreamHeadBytes = 8;  // approximate; in the header of its group
   const bool of_values = kind == StreamKind::geometry || kind == StreamKind::array;
   const bool of_topology = kind == StreamKind::connectivity || kind == StreamKind::corner_order ||
                            kind == StreamKind::vertex_numbers;
@@ -78,29 +78,30 @@ SegmentEncoder::SegmentEncoder(const Schema& schema, const SegmentOptions& optio
 }
 
 Result<void> SegmentEncoder::take(const SegmentPiece& piece, std::vector<EncodedGroup>& done) {
-  Place at;
+  Place place;
   for (const SegmentPiece::Cell& cell : piece.cells) {
     if (cell.block == SegmentPiece::kUnused) {
-      encode_unused(piece, at.vertex);
+      encode_unused(piece, place.vertex);
       ++group_.header.unused_vertices;
     } else {
-      if (group_.header.unused_vertices > 0) end_group(done);  // they stand last in their group
-      if (!encode_cell(piece, cell, at))
+      if (group_.header.unused_vertices > 0)
+        end_group(done);  // unused vertices come last in a group
+      if (!encode_cell(piece, cell, place))
         return Error{ErrorCode::misuse,
                      "cell " + std::to_string(cell.number) +
                          " cannot be encoded: two vertices have the same number",
                      "mesh",
                      kNoOffset,
                      {}};
-      if (options_.values) values_.add_cell(cell.block, piece.cell_data.data() + at.data);
+      if (options_.values) values_.add_cell(cell.block, piece.cell_data.data() + place.data);
       if (options_.with_order) group_.cell_numbers.push_back(cell.number);
-      at.data += values_.cell_bytes(cell.block);
+      place.data += values_.cell_bytes(cell.block);
       group_.header.decoded_bytes += values_.cell_bytes(cell.block) + 8 * cell.nodes;
       ++group_.header.cells;
       group_.hexahedra += is_hexahedral(schema_->blocks[cell.block]) ? 1 : 0;
     }
-    at.node += cell.nodes;
-    at.vertex += cell.new_vertices;
+    place.node += cell.nodes;
+    place.vertex += cell.new_vertices;
     if (is_full()) end_group(done);
   }
   return {};
@@ -147,7 +148,8 @@ void SegmentEncoder::begin_group() {
 
 void SegmentEncoder::end_group(std::vector<EncodedGroup>& done) {
   encode_streams();
-  for (const container::StreamEntry& it : group_.header.streams) finished_.add(it.kind, it.bytes);
+  for (const container::StreamEntry& entry : group_.header.streams)
+    finished_.add(entry.kind, entry.bytes);
   group_.header.box = values_.box();
   values_.clear();
   tile_ends_ = {};

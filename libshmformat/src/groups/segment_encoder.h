@@ -1,5 +1,5 @@
-// SegmentEncoder: the cells of one segment in, bitstreams of groups out. It needs nothing of other
-// segments, so several can work at once. The mirror of group_decoder.h.
+// SegmentEncoder: takes the cells of one segment, gives out the bitstreams of its groups. It needs
+// nothing from other segments, so several can work at once. The mirror of group_decoder.h.
 // spec: "Segments", "Group"
 #pragma once
 
@@ -18,26 +18,26 @@
 
 namespace shm {
 
-/// A group is closed early when it, or a stepped array in it at one step, holds this much, so that
-/// readers can promise small memory.
+/// A group ends early when its values, or those of a stepped array in it at one step, reach this
+/// many bytes, so that readers can keep memory small.
 inline constexpr std::uint64_t kFullGroupBytes = std::uint64_t{1} << 26;
-inline constexpr std::uint64_t kFullGroupVertices = std::uint64_t{1}
-                                                    << 16;  // unused vertices alone
+inline constexpr std::uint64_t kFullGroupVertices =
+    std::uint64_t{1} << 16;  // for groups that end in unused vertices
 
-/// Some cells of a segment in coding order, each with the vertices that it is the first of its
-/// segment to use. Flat arrays: a piece holds thousands of cells and is used again.
+/// Some cells of a segment in coding order. Each comes with the vertices that no earlier cell of
+/// the segment uses. The arrays are flat, since a piece holds thousands of cells and is reused.
 struct SegmentPiece {
   static constexpr std::uint32_t kUnused = kNone;
   struct Cell {
     std::uint64_t number = 0;
     std::uint64_t last_use = 0;
-    std::uint32_t block = 0;  ///< kUnused: no cell, but a vertex that none uses
+    std::uint32_t block = 0;  ///< kUnused: not a cell, but a vertex that no cell uses
     std::uint32_t nodes = 0;
     std::uint32_t new_vertices = 0;
   };
   struct Vertex {
-    std::uint64_t number = 0;  ///< the caller's
-    std::uint32_t handle = 0;  ///< its name in `nodes`; free again when the vertex is finalized
+    std::uint64_t number = 0;  ///< the caller's number of the vertex
+    std::uint32_t handle = 0;  ///< its number in `nodes`, reused after it is finalized
     std::uint32_t ticket = kNone;
     bool imported = false;
   };
@@ -47,8 +47,8 @@ struct SegmentPiece {
   ShortRuns<std::byte> vertex_values;  ///< coordinates, then static point data
   ShortRuns<std::byte> cell_data;
 
-  std::span<const std::uint32_t> nodes_of(const Cell& cell, std::size_t at) const {
-    return {nodes.data() + at, cell.nodes};
+  std::span<const std::uint32_t> nodes_of(const Cell& cell, std::size_t begin) const {
+    return {nodes.data() + begin, cell.nodes};
   }
 
   bool empty() const { return cells.empty(); }
@@ -65,24 +65,25 @@ struct SegmentPiece {
   }
 };
 
-/// A group but for the numbers of its imported vertices, which another segment gives.
+/// A group, complete except for the numbers of its imported vertices, which other segments give.
 struct EncodedGroup {
   std::uint32_t segment = 0;
   container::GroupHeader header;
-  std::vector<std::vector<std::byte>> streams;  ///< those that the header lists
+  std::vector<std::vector<std::byte>> streams;  ///< the streams listed in the header
   std::uint64_t hexahedra = 0;
-  std::vector<std::uint64_t> cell_numbers;  ///< in coding order, if wanted
+  std::vector<std::uint64_t> cell_numbers;  ///< cell numbers in coding order, if with_order is set
 
   struct Vertex {
     std::uint64_t number = 0;
     std::uint32_t ticket = kNone;
   };
-  std::vector<Vertex> own;  ///< own vertices in the order of their introduction, if wanted
+  std::vector<Vertex> own;  ///< own vertices in the order of introduction, if with_order is set
   struct Import {
     std::uint32_t ticket = kNone, slot = 0;
     Stencil stencil;
   };
-  std::vector<Import> imports;  ///< in the order of their introduction; not in Order::keep
+  std::vector<Import>
+      imports;  ///< imported vertices in the order of introduction; unused in Order::keep
 
   std::size_t bytes() const {
     std::size_t sum =
@@ -92,7 +93,7 @@ struct EncodedGroup {
   }
 };
 
-/// An empty group with room for as many numbers as another one has.
+/// Returns an empty group with memory for as many numbers as `before` has.
 inline EncodedGroup group_like(const EncodedGroup& before) {
   EncodedGroup group;
   group.cell_numbers.reserve(before.cell_numbers.size());
@@ -100,60 +101,60 @@ inline EncodedGroup group_like(const EncodedGroup& before) {
   return group;
 }
 
-/// About the bytes of a segment so far.
+/// Approximate bytes of a segment so far.
 struct SegmentSize {
-  std::uint64_t topology = 0;  ///< connectivity, corner order, vertex numbers
-  std::uint64_t values = 0;    ///< coordinates and arrays, with the heads of their streams
-  std::uint64_t besides = 0;   ///< imports, and other heads
+  std::uint64_t topology = 0;  ///< bytes of connectivity, corner order and vertex numbers
+  std::uint64_t values = 0;    ///< bytes of coordinates and arrays with their stream headers
+  std::uint64_t besides = 0;   ///< bytes of imports and of all other stream headers
   std::uint64_t all() const { return topology + values + besides; }
 
-  /// Of a stream of so many bytes, with its head.
+  /// Adds a stream of `bytes` bytes and its header.
   void add(container::StreamKind kind, std::uint64_t bytes);
 };
-/// By column: in which domains its values would be coded.
+/// For each column, the domains in which its values would be coded.
 using ValueChoices = std::vector<std::vector<DomainChoice>>;
 
 /// How a segment is coded.
 struct SegmentOptions {
   std::uint32_t group_cells = 65536;
   ConnectivityCodec codec = ConnectivityCodec::rows;
-  Level level = Level::standard;  ///< of values
-  bool values = true;             ///< false, to measure: coordinates and arrays are left out
-  bool with_order = true;         ///< whether groups have `own` and `cell_numbers`
+  Level level = Level::standard;  ///< level of the value coders
+  bool values = true;             ///< false: coordinates and arrays are left out, for measuring
+  bool with_order = true;         ///< true: groups get `own` and `cell_numbers`
 };
 
-/// Coordinates and values of the static arrays of a group, as the caller gave them: where each
-/// column finds its own, and what the group's header states of them.
+/// Coordinates and static arrays of a group, as the caller gave them. It locates the values of each
+/// column, and computes the box for the group header.
 class GroupValues {
  public:
-  /// `schema` is borrowed.
+  /// `schema` must outlive this object.
   explicit GroupValues(const Schema& schema);
 
   std::size_t vertex_bytes() const { return vertex_bytes_; }
   std::size_t cell_bytes(std::uint32_t block) const { return cell_bytes_[block]; }
 
-  /// Coordinates, then the point arrays in schema order, packed.
+  /// Adds the coordinates, then the point arrays in schema order, packed.
   void add_vertex(const std::byte* values) { vertices_.append(values, vertex_bytes_); }
-  /// The cell arrays that cover the block, in schema order, packed.
+  /// Adds the values of the cell arrays that cover the block, in schema order, packed.
   void add_cell(std::uint32_t block, const std::byte* values);
 
-  /// 0: coordinates; else the static arrays in schema order.
+  /// Column 0 is the coordinates; the static arrays follow in schema order.
   std::size_t columns() const { return columns_.size(); }
   bool of_cells(std::size_t column) const { return columns_[column].of_cells; }
-  /// The schema's index of the array in a column from 1 on.
+  /// Index in the schema of the array in a column; `column` is at least 1.
   std::uint32_t array(std::size_t column) const { return columns_[column].array; }
-  /// Of the first element; null when there is none.
+  /// Values of the first element; null if there is none.
   const std::byte* values(std::size_t column) const {
-    const Column& it = columns_[column];
+    const Column& own = columns_[column];
     if (count(column) == 0) return nullptr;
-    return it.of_cells ? it.cells.data() : vertices_.data() + it.offset;
+    return own.of_cells ? own.cells.data() : vertices_.data() + own.offset;
   }
   /// Bytes from one element to the next.
   std::size_t stride(std::size_t column) const {
     return columns_[column].of_cells ? columns_[column].bytes : vertex_bytes_;
   }
 
-  /// The box of the finite coordinates.
+  /// Returns the bounding box of the finite coordinates.
   std::array<double, 6> box() const;
   void clear();
 
@@ -165,8 +166,8 @@ class GroupValues {
     ShortRuns<std::byte> cells{};
   };
   std::size_t count(std::size_t column) const {
-    const Column& it = columns_[column];
-    return it.of_cells ? it.cells.size() / it.bytes : vertices_.size() / vertex_bytes_;
+    const Column& own = columns_[column];
+    return own.of_cells ? own.cells.size() / own.bytes : vertices_.size() / vertex_bytes_;
   }
 
   const Schema* schema_;
@@ -176,75 +177,78 @@ class GroupValues {
   ShortRuns<std::byte> vertices_;
 };
 
-/// What all encoders of segments do alike: where groups begin and end, their header and the numbers
-/// that others ask for.
+/// Base of all segment encoders: decides where groups begin and end, and builds their headers and
+/// the numbers that MeshEncoder needs.
 class SegmentEncoder {
  public:
-  /// `schema` is checked and borrowed.
+  /// `schema` has passed check_schema() and must outlive the encoder.
   SegmentEncoder(const Schema& schema, const SegmentOptions& options, const SegmentStart& start);
   virtual ~SegmentEncoder() = default;
   SegmentEncoder(const SegmentEncoder&) = delete;
   SegmentEncoder& operator=(const SegmentEncoder&) = delete;
 
-  /// Encodes the cells of `piece`, and adds the groups that they complete to `done`.
+  /// Encodes the cells of `piece`, and appends the groups that they complete to `done`.
   Result<void> take(const SegmentPiece& piece, std::vector<EncodedGroup>& done);
-  /// Adds the last group, if anything is left for it.
+  /// Ends the segment: appends the last group, if it has any elements.
   void end(std::vector<EncodedGroup>& done);
 
-  /// About what the segment takes so far, without the values of the group at hand.
+  /// Returns the approximate size of the segment so far, without the values of the current group.
   SegmentSize size();
-  /// About what these take. `choices`: as ValueColumn::about_bytes() has them, by column.
+  /// Returns the approximate size of the values of the current group. `choices`: by column, as in
+  /// ValueColumn::about_bytes().
   std::uint64_t about_values(ValueChoices& choices) {
     choices.resize(values_.columns());
     return has_group() ? values_at_hand(&choices) : 0;
   }
-  /// Just what they would take if the group ended here. It costs as much as to code them.
+  /// Returns the exact size of these values if the group ended here. This takes as long as coding
+  /// them.
   std::uint64_t values_if_coded() { return has_group() ? values_at_hand(nullptr) : 0; }
 
  protected:
-  /// Where the parts of a cell or unused vertex begin in the piece.
+  /// Begin of the data of a cell or unused vertex in its piece.
   struct Place {
     std::size_t node = 0, vertex = 0, data = 0;
   };
 
-  // --- what depends on the codec
+  // --- the part that depends on the codec
 
-  /// Encodes a cell and its new vertices, with take_vertex() for each of these. False: it cannot.
+  /// Encodes a cell and its new vertices, with take_vertex() for each. Returns false if it cannot.
   virtual bool encode_cell(const SegmentPiece& piece, const SegmentPiece::Cell& cell,
-                           const Place& at) = 0;
+                           const Place& place) = 0;
   /// Encodes a vertex that no cell uses, with take_vertex().
   virtual void encode_unused(const SegmentPiece& piece, std::size_t vertex) = 0;
-  /// Adds the streams of the group, and forgets what belongs to it.
+  /// Adds the streams of the group, and clears the data of the group.
   virtual void encode_streams() = 0;
-  /// Adds what the streams of the group take so far but for values.
+  /// Adds the current size of the group's streams, without values.
   virtual void add_size_at_hand(SegmentSize& size) = 0;
-  /// What its values would take: estimated, or, without `choices`, by coding them.
+  /// Returns the size of the group's values: an estimate, or without `choices` the size when coded.
   virtual std::uint64_t values_at_hand(ValueChoices* choices) = 0;
 
-  /// Counts vertex `index` of the piece, which the group gets, and its values.
+  /// Adds vertex `index` of the piece, with its values, to the group.
   void take_vertex(const SegmentPiece& piece, std::size_t index);
-  /// Raises the group's largest number of active vertices.
+  /// Raises the largest number of active vertices in the group's header to `active`, if that is
+  /// more.
   void note_active(std::uint64_t active);
-  /// The sizes and checksum of the entry come from the bytes.
+  /// Adds a stream; sets the size and checksum in its entry.
   void add_stream(container::StreamEntry entry, std::vector<std::byte> bytes);
 
   const Schema* schema_;
   const SegmentOptions options_;
   const SegmentStart start_;
-  // the group at hand
+  // The current group
   EncodedGroup group_;
   GroupValues values_;
   TileEnds tile_ends_;
 
  private:
   bool is_full() const;
-  bool has_group() const;  // whether anything is in the one at hand
+  bool has_group() const;  // true if it has any elements
   void begin_group();
   void end_group(std::vector<EncodedGroup>& done);
 
-  SegmentSize finished_;  // of groups that are
+  SegmentSize finished_;  // of the finished groups
   std::uint64_t next_cell_, next_vertex_;
-  // of the widest stepped array: what an element has at one step
+  // Bytes of one element at one step, in the widest stepped array
   std::uint64_t vertex_step_bytes_ = 0, cell_step_bytes_ = 0;
 };
 

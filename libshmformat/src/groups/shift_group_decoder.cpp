@@ -15,7 +15,7 @@ namespace {
 
 bool has_bit(std::uint64_t mask, std::size_t i) { return (mask >> i & 1) != 0; }
 
-/// Calls visit(position) for each bit of the mask.
+/// Calls visit(position) for each bit set in `mask`.
 template <class Visit>
 void for_each_bit(std::uint64_t mask, Visit&& visit) {
   for (; mask != 0; mask &= mask - 1) visit(static_cast<std::size_t>(std::countr_zero(mask)));
@@ -53,7 +53,7 @@ Result<void> ShiftGroupDecoder::begin_streams(std::optional<ConnectivityCodec> c
 Result<void> ShiftGroupDecoder::begin_stream(const container::StreamEntry& entry,
                                              std::span<const std::byte> bytes) {
   const auto place = static_cast<std::size_t>(&entry - header_->streams.data());
-  // No caller's limit lets counts of bytes wrap.
+  // The bound keeps sums of bytes from wrapping, whatever limit the caller set.
   const std::uint64_t decoded_bytes = std::min(header_->decoded_bytes, std::uint64_t{1} << 56);
   if (entry.kind == StreamKind::connectivity)
     return place == 0 ? begin_connectivity(bytes, decoded_bytes) : wrong_stream(entry);
@@ -72,11 +72,11 @@ Result<void> ShiftGroupDecoder::begin_connectivity(std::span<const std::byte> by
   if (!in.ok() || !neighbours_.begin_group(bits, header_->cells) ||
       (!has_neighbours_ &&
        (needs_ring(*schema_) || parts_.vertex_neighbourhoods || parts_.cell_neighbourhoods)))
-    return corrupt("connectivity: what it remembers makes no sense");
+    return corrupt("connectivity: the size of its ring is invalid");
   if (predicted_.empty() && has_neighbours_)
     predicted_ = predicted_columns<SplitDecoder>(*schema_, columns_, parts_);
-  // A shift takes at most ten bytes for each node of a new cell, and for the number of an unused
-  // vertex, of which they count for eight and twelve.
+  // A shift takes at most 10 bytes for each node of a new cell, and as many for the number of an
+  // unused vertex. decoded_bytes has 8 bytes for such a node, 12 for such a vertex.
   const std::uint64_t most = 3 * decoded_bytes + 64 * std::uint64_t{header_->cells};
   if (!shifts_.begin_group(in.get_bytes(in.left()), header_->cells, most, zstd_))
     return corrupt("connectivity: cannot be unpacked");
@@ -115,12 +115,12 @@ Result<void> ShiftGroupDecoder::decode_elements(DecodedBlock& decoded) {
   vertex_items_.clear();
   cell_items_.clear();
   const std::uint64_t bytes_before = done_.bytes;
-  if (auto good = decode_cells(decoded); !good) return good;
+  if (auto status = decode_cells(decoded); !status) return status;
   while (done_.cells == header_->cells && done_.own < header_->vertices &&
          done_.bytes - bytes_before < kTileBytes) {
     const auto number = numbered_by_order() ? std::optional(next_own_) : shifts_.next_unused();
     if (!number || done_.unused == header_->unused_vertices || !introduce(*number, false, decoded))
-      return corrupt("a vertex that no cell uses makes no sense");
+      return corrupt("an unused vertex is invalid");
     ++done_.unused;
     if (has_neighbours_) neighbours_.add_unused(*number, vertex_items_);
     done_.active = std::max(done_.active, live_.count());
@@ -136,14 +136,14 @@ Result<void> ShiftGroupDecoder::decode_cells(DecodedBlock& decoded) {
   std::size_t cells = 0;
   if (most > 0 && schema_->blocks.empty()) return corrupt("connectivity: a cell of no block");
   while (cells < most && done_.bytes - bytes_before < kTileBytes) {
-    // So many that the tile does not end among them.
+    // Take few enough cells that the tile cannot end among them.
     const std::uint64_t left = kTileBytes - (done_.bytes - bytes_before);
     const auto fit = static_cast<std::size_t>(std::max<std::uint64_t>(left / most_cell_bytes_, 1));
     const std::size_t more =
         decode_alike(decoded, cells, std::min({most - cells, kShiftedCellsAtOnce, fit}));
     if (more == 0)
       return corrupt("connectivity: cell " + std::to_string(block.first_cell + cells) +
-                     " makes no sense");
+                     " is invalid");
     cells += more;
   }
   keep_cells(cells, block);
@@ -151,8 +151,8 @@ Result<void> ShiftGroupDecoder::decode_cells(DecodedBlock& decoded) {
   return has_room_for_bytes(0) ? Result<void>() : corrupt("unpacks to more than stated");
 }
 
-/// Up to `most` cells that come by the same shift, as cells of the block from `cell` on; how many
-/// they are, 0 for damaged data.
+/// Decodes up to `most` cells that come by the same shift, as cells of the block from `cell` on.
+/// Returns their number, 0 for damaged data.
 std::size_t ShiftGroupDecoder::decode_alike(DecodedBlock& decoded, std::size_t cell,
                                             std::size_t most) {
   MeshBlock& block = decoded.mesh;
@@ -183,7 +183,7 @@ std::size_t ShiftGroupDecoder::decode_alike(DecodedBlock& decoded, std::size_t c
   return count;
 }
 
-/// Imported vertices take their stream numbers.
+/// Replaces the import numbers in `corners` by stream numbers.
 void ShiftGroupDecoder::name_imports(std::vector<std::uint64_t>& corners) {
   for (std::uint64_t& number : corners)
     if (number >= kFirstImport) number = imports_[number];
@@ -191,8 +191,8 @@ void ShiftGroupDecoder::name_imports(std::vector<std::uint64_t>& corners) {
   finalized_.clear();
 }
 
-/// What becomes of a run of cells whose numbers go on by one: how many vertices each introduces and
-/// finalizes. False where it is not as simple as that, or not right.
+/// Counts the vertices that each cell introduces and finalizes, in a run of cells whose numbers
+/// increase by one from cell to cell. Returns false if the run is not that simple, or is invalid.
 bool ShiftGroupDecoder::count_run(const CellMarks& marks, std::span<const std::uint64_t> numbers,
                                   std::size_t count, std::uint64_t& introduced,
                                   std::uint64_t& finalized) {
@@ -205,16 +205,18 @@ bool ShiftGroupDecoder::count_run(const CellMarks& marks, std::span<const std::u
   for (std::size_t i = 0; i < nodes; ++i) {
     if (numbers[nodes + i] != first[i] + 1 || first[i] > ~std::uint64_t{0} - 64) return false;
     LiveNumbers::Run run = live_.run(first[i], length);
-    bool again = false;  // an earlier node of the cell is the same vertex, used last there, too
+    bool again =
+        false;  // true: an earlier node of the cell is the same vertex, also marked as last use
     for (std::size_t j = 0; j < nodes; ++j) {
-      const std::uint64_t ahead = first[j] - first[i];  // cells after which node i is there, too
+      const std::uint64_t ahead =
+          first[j] - first[i];  // number of cells after which node i has the first number of node j
       if (ahead >= count) continue;
       if (has_bit(marks.introduced, j)) {
         if (j != i && has_bit(marks.introduced, i)) return false;  // introduced twice
         run.live |= j == i ? 0 : all << ahead;
       }
       if (has_bit(marks.last_use, j)) {
-        if (ahead > 0) return false;  // used when it is gone
+        if (ahead > 0) return false;  // used after its last use
         again = again || (j < i && has_bit(marks.last_use, i));
       }
     }
@@ -229,9 +231,9 @@ bool ShiftGroupDecoder::count_run(const CellMarks& marks, std::span<const std::u
   return true;
 }
 
-/// As introduce_and_finalize() for `count` cells, 2 to 64, whose numbers go on by one, none of them
-/// imported: as runs of numbers. False, and nothing happens, where it is not as simple as that, or
-/// not right.
+/// Does the same as introduce_and_finalize() for `count` cells, 2 to 64, whose numbers increase by
+/// one from cell to cell and which import nothing, with runs of numbers. If that is not possible or
+/// the cells are invalid, returns false and changes nothing.
 bool ShiftGroupDecoder::take_run(const CellMarks& marks, std::span<const std::uint64_t> numbers,
                                  std::size_t count, DecodedBlock& decoded) {
   std::uint64_t introduced, finalized;  // by each cell
@@ -254,8 +256,9 @@ bool ShiftGroupDecoder::take_run(const CellMarks& marks, std::span<const std::ui
   return true;
 }
 
-/// The vertices of a cell: the new ones are introduced, the others must be alive. False where that
-/// is not so, or the group has fewer.
+/// Introduces the new vertices of a cell, checks that its other vertices are alive, and removes
+/// those with their last use. Returns false if one is not alive, or if the header states fewer
+/// vertices.
 bool ShiftGroupDecoder::introduce_and_finalize(const CellMarks& marks,
                                                std::span<const std::uint64_t> numbers,
                                                DecodedBlock& decoded) {

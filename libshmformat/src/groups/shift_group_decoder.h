@@ -1,4 +1,4 @@
-// ShiftGroupDecoder: the groups of a segment whose cells are shifts. The mirror of
+// ShiftGroupDecoder: decodes the groups of a segment in shifts. The mirror of
 // shift_segment_encoder.h.
 // spec: "Shifts", "Values as differences"
 #pragma once
@@ -23,7 +23,7 @@ namespace shm {
 
 class ShiftGroupDecoder final : public GroupDecoder {
  public:
-  /// `schema` takes shifts.
+  /// Must hold: takes_shifts(schema).
   ShiftGroupDecoder(const Schema& schema, const SegmentStart& start, const DecodedParts& parts,
                     CellBytes cell_bytes);
 
@@ -54,31 +54,33 @@ class ShiftGroupDecoder final : public GroupDecoder {
   bool introduce(std::uint64_t number, bool imported, DecodedBlock& decoded);
   void name_imports(std::vector<std::uint64_t>& corners);
 
-  bool names_imports_;  // whether imported vertices get their stream numbers
+  bool names_imports_;  // true: imported vertices get their stream numbers
   ShiftDecoder shifts_;
   std::vector<DifferenceColumn> columns_;
-  std::vector<std::unique_ptr<ValueColumn<SplitDecoder>>> predicted_;  // once there are some
-  std::vector<std::uint8_t> is_predicted_;  // in the group at hand, by column
+  std::vector<std::unique_ptr<ValueColumn<SplitDecoder>>>
+      predicted_;  // predicted columns; empty until a group has neighbourhoods
+  std::vector<std::uint8_t> is_predicted_;  // by column: 1 if predicted in the current group
   ShiftNeighbours neighbours_;
-  bool has_neighbours_ = false;  // the group at hand
+  bool has_neighbours_ = false;  // true: the current group has neighbourhoods
   DifferenceScratch scratch_;
   ZstdDecompressor zstd_;
   std::size_t next_column_ = 0;
   std::size_t most_cell_bytes_ = 0;
   LiveNumbers live_;
   std::array<std::size_t, kMostShiftNodes>
-      hints_{};  // by node: where its number stood the last time
+      hints_{};  // by node: the last place of its number in live_
 
-  // where vertices are numbered by their order
+  // If vertices are numbered by their order
   std::uint64_t next_own_, next_import_ = kFirstImport;
   ImportedNumbers imports_;
-  std::vector<std::uint64_t> finalized_;  // imports that cells of the block at hand may have used
+  std::vector<std::uint64_t> finalized_;  // imports that cells of the current block may still use
   NumberColumn<RangeDecoder> import_numbers_;
   RangeDecoder import_coder_{std::span<const std::byte>()};
 
-  // of the block at hand
-  std::vector<std::uint64_t> new_numbers_;  // of vertices, imported and unused ones too
-  std::vector<std::uint64_t> cells_;        // that an array covers
+  // The current block
+  std::vector<std::uint64_t>
+      new_numbers_;                   // numbers of new vertices, including imported and unused ones
+  std::vector<std::uint64_t> cells_;  // numbers of the cells that an array covers
   std::vector<Neighbourhood> vertex_items_, cell_items_;
 };
 

@@ -14,25 +14,25 @@ namespace {
 
 using container::StreamKind;
 
-// Lags are noted at one cell in so many, and so many different ones at most.
+// Lags are noted at one cell in kNoteEvery; at most kMostLags different lags are kept.
 constexpr std::uint32_t kNoteEvery = 16;
 constexpr std::size_t kMostLags = 64;
 constexpr std::size_t kLagsTried = 3;
-// A ring that reaches over several layers is no larger.
+// A ring enlarged to reach over several layers has at most this many bits.
 constexpr std::uint32_t kFarRingBits = 15;
 
 template <class Lags>
 void note(Lags& lags, std::uint64_t lag, std::uint64_t weight) {
   if (lag == 0 || lag >= kMostPlaces) return;
-  for (auto& it : lags)
-    if (it.lag == lag) {
-      it.weight += weight;
+  for (auto& known : lags)
+    if (known.lag == lag) {
+      known.weight += weight;
       return;
     }
   if (lags.size() < kMostLags) lags.push_back({lag, weight});
 }
 
-/// The weightiest, ascending.
+/// Returns the lags with the largest weights, in ascending order.
 template <class Lags>
 std::vector<std::uint32_t> chosen(Lags lags) {
   std::sort(lags.begin(), lags.end(), [](const auto& a, const auto& b) {
@@ -40,7 +40,7 @@ std::vector<std::uint32_t> chosen(Lags lags) {
   });
   if (lags.size() > kLagsTried) lags.resize(kLagsTried);
   std::vector<std::uint32_t> ascending;
-  for (const auto& it : lags) ascending.push_back(static_cast<std::uint32_t>(it.lag));
+  for (const auto& noted : lags) ascending.push_back(static_cast<std::uint32_t>(noted.lag));
   std::sort(ascending.begin(), ascending.end());
   return ascending;
 }
@@ -80,14 +80,14 @@ void ShiftSegmentEncoder::encode_unused(const SegmentPiece& piece, std::size_t v
 }
 
 bool ShiftSegmentEncoder::encode_cell(const SegmentPiece& piece, const SegmentPiece::Cell& cell,
-                                      const Place& at) {
+                                      const Place& place) {
   begin_element(true);
-  const auto nodes = piece.nodes_of(cell, at.node);
+  const auto nodes = piece.nodes_of(cell, place.node);
   CellMarks marks;
   marks.block = cell.block;
   marks.last_use = cell.last_use;
   corners_.resize(nodes.size());
-  std::size_t vertex = at.vertex;
+  std::size_t vertex = place.vertex;
   const std::size_t end = vertex + cell.new_vertices;
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     if (vertex < end && piece.vertices[vertex].handle == nodes[i]) {
@@ -107,7 +107,7 @@ bool ShiftSegmentEncoder::encode_cell(const SegmentPiece& piece, const SegmentPi
   note_active(active_);
   for (std::uint64_t left = cell.last_use; left != 0; left &= left - 1) {
     const auto i = static_cast<std::size_t>(std::countr_zero(left));
-    bool again = false;  // a vertex may stand at several corners
+    bool again = false;  // true: an earlier corner is the same vertex, also marked as last use
     for (std::size_t j = 0; j < i; ++j)
       again = again || (nodes[j] == nodes[i] && (cell.last_use >> j & 1) != 0);
     active_ -= again ? 0 : 1;
@@ -115,7 +115,7 @@ bool ShiftSegmentEncoder::encode_cell(const SegmentPiece& piece, const SegmentPi
   return true;
 }
 
-/// The number that a vertex is introduced with.
+/// Returns the number with which the shifts introduce a vertex.
 std::uint64_t ShiftSegmentEncoder::number_of(const SegmentPiece::Vertex& vertex) const {
   if (!numbered_by_order_) return vertex.number;
   return vertex.imported ? next_import_ : next_own_;
@@ -144,15 +144,17 @@ void ShiftSegmentEncoder::note_lags() {
   }
 }
 
-/// Cells of rows and layers: how far from one to the next that has the same rare shift.
+/// Returns lags of cells in rows and layers: the distance from one cell to the next with the same
+/// rare shift.
 std::vector<std::uint32_t> ShiftSegmentEncoder::cell_lags() const {
-  std::array<std::size_t, 256> last{};  // place + 1
+  std::array<std::size_t, 256> last{};  // last place + 1, by symbol
   std::vector<Lag> lags;
   const auto symbols = shifts_.symbols();
   for (std::size_t i = 0; i < symbols.size(); ++i) {
     const std::size_t before = std::exchange(last[symbols[i]], i + 1);
     const std::size_t lag = i + 1 - before;
-    if (before > 0) note(lags, lag, lag == 1 ? 2 : lag);  // of a row as much as of all its cells
+    if (before > 0)
+      note(lags, lag, lag == 1 ? 2 : lag);  // a row weighs as much as all its cells together
   }
   return chosen(std::move(lags));
 }
@@ -165,8 +167,8 @@ void ShiftSegmentEncoder::begin_element(bool is_cell) {
   cells_.tile_begin.push_back(cell_blocks_.size());
 }
 
-/// So many that what a cell spans is remembered, in nearly all cells; where that is little, what is
-/// two and three layers back as well.
+/// Returns the bits of a ring that covers the numbers which a cell spans, for 19 of 20 noted cells.
+/// A small ring is enlarged to cover two and three layers back as well.
 std::uint32_t ShiftSegmentEncoder::ring_bits() const {
   const std::uint32_t noted = std::accumulate(spreads_.begin(), spreads_.end(), 0u);
   std::uint32_t bits = 1, within = spreads_[0];
@@ -188,7 +190,7 @@ void ShiftSegmentEncoder::find_neighbours(std::span<const std::byte> shifts) {
   for (std::size_t left = group.cells; left > 0;) {
     const auto [marks, count] =
         decoder_.next_cells(numbers.data(), std::min(left, kShiftedCellsAtOnce));
-    if (marks == nullptr) return;  // there was no memory for the bitstream either
+    if (marks == nullptr) return;  // only if memory ran out, which then also affects the bitstream
     const std::size_t nodes = count * decoder_.nodes(marks->block);
     neighbours_.add_cells(*marks, std::span(numbers).first(nodes), count, vertices_.items,
                           cells_.items);
@@ -200,7 +202,7 @@ void ShiftSegmentEncoder::find_neighbours(std::span<const std::byte> shifts) {
   cells_.blocks = cell_blocks_;
 }
 
-/// Of the cells that have a value in the column.
+/// Returns the numbers of the cells that have a value in the column.
 std::vector<std::uint64_t> ShiftSegmentEncoder::numbers_of_cells(std::size_t column) const {
   std::vector<std::uint64_t> cells;
   for (std::size_t i = 0; i < cell_blocks_.size(); ++i)
@@ -217,7 +219,7 @@ void ShiftSegmentEncoder::add_columns() {
   }
 }
 
-/// `numbers` of the elements that have a value.
+/// Encodes a column. `numbers`: of the elements that have a value.
 void ShiftSegmentEncoder::add_column(std::size_t c, std::span<const std::uint64_t> numbers) {
   const bool of_cells = values_.of_cells(c);
   container::StreamEntry entry;
@@ -247,7 +249,7 @@ void ShiftSegmentEncoder::add_size_at_hand(SegmentSize& size) {
 }
 
 std::uint64_t ShiftSegmentEncoder::values_at_hand(ValueChoices* choices) {
-  // What the group begins with is kept for when it ends.
+  // The state at the beginning of the group is restored below, since the group is coded later.
   const ShiftDecoder decoder = decoder_;
   const ShiftNeighbours neighbours = neighbours_;
   if (has_rings_) find_neighbours(shifts_.packed(packing_));
@@ -281,7 +283,7 @@ std::uint64_t ShiftSegmentEncoder::values_at_hand(ValueChoices* choices) {
 }
 
 void ShiftSegmentEncoder::encode_streams() {
-  choose_lags();  // those of cells follow from their symbols, which go with the stream
+  choose_lags();  // the lags of cells come from the symbols, which finish() clears
   const std::vector<std::byte> shifts = shifts_.finish(packing_);
   if (has_rings_) find_neighbours(shifts);
   ByteWriter out;

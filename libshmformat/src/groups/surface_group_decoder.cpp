@@ -17,10 +17,10 @@ SurfaceGroupDecoder::SurfaceGroupDecoder(const Schema& schema, const SegmentStar
 // --- streams
 
 Result<void> SurfaceGroupDecoder::begin_streams(std::optional<ConnectivityCodec> codec) {
-  // Where groups of unused vertices came first, the codec comes with the first cells.
+  // If groups of unused vertices came first, the codec is set with the first cells.
   if (codec && !codec_) {
     if (*codec == ConnectivityCodec::shifts)
-      return corrupt("connectivity: shifts begin behind the first group of their segment");
+      return corrupt("connectivity: shifts begin after the first group of their segment");
     streams_.connectivity().set_codec(*codec);
   }
   for (RangeDecoder& coder : streams_.coders()) coder = RangeDecoder(std::span<const std::byte>());
@@ -60,13 +60,12 @@ Result<void> SurfaceGroupDecoder::begin_column(const container::StreamEntry& ent
   return {};
 }
 
-/// Streams that are not there read as zeros, but that of connectivity, without which there are no
-/// cells.
+/// Missing streams read as zeros, except connectivity: a group without it has no cells.
 Result<void> SurfaceGroupDecoder::end_streams() {
   for (std::size_t c = 0; c < columns(); ++c)
     if (is_wanted(c) && !has_stream_[c] &&
         !streams_.values().begin_column(c, Codec::columns, {}, header_->decoded_bytes))
-      return corrupt("a stream that is not there makes no sense");
+      return corrupt("a missing stream of values cannot be read as zeros");
   if (header_->cells > 0 && !container::connectivity_of(*header_))
     return corrupt("connectivity: missing");
   return {};
@@ -80,9 +79,9 @@ Result<void> SurfaceGroupDecoder::decode_elements(DecodedBlock& decoded) {
   const std::uint64_t bytes_before = done_.bytes;
   const auto is_full = [&] { return done_.bytes - bytes_before >= kTileBytes; };
   while (done_.cells < header_->cells && decoded.mesh.cell_count() < kTileCells && !is_full())
-    if (auto good = decode_cell(decoded); !good) return good;
+    if (auto status = decode_cell(decoded); !status) return status;
   while (done_.cells == header_->cells && done_.own < header_->vertices && !is_full())
-    if (auto good = decode_unused(decoded); !good) return good;
+    if (auto status = decode_unused(decoded); !status) return status;
   if (parts_.vertex_neighbourhoods || parts_.cell_neighbourhoods)
     for (const auto& items : {items().vertices, items().cells})
       for (const Neighbourhood& item : items) slots_ = std::max(slots_, item.self + 1);
@@ -93,7 +92,7 @@ Result<void> SurfaceGroupDecoder::decode_cell(DecodedBlock& decoded) {
   CellTopology& cell = topology_;
   if (!streams_.code_cell(cell))
     return corrupt("connectivity: cell " + std::to_string(header_->first_cell + done_.cells) +
-                   " makes no sense");
+                   " is invalid");
   done_.active = std::max(done_.active, active());
   if (done_.active > header_->max_active_vertices)
     return corrupt("more active vertices than stated");
@@ -101,7 +100,7 @@ Result<void> SurfaceGroupDecoder::decode_cell(DecodedBlock& decoded) {
   if (!has_room_for_bytes(cell.new_positions.size() * vertex_bytes_))
     return corrupt("unpacks to more than stated");
   streams_.values().begin_cell(cell, active());
-  if (auto good = decode_new_vertices(decoded); !good) return good;
+  if (auto status = decode_new_vertices(decoded); !status) return status;
   streams_.values().end_cell(cell);
   add_corners(decoded);
   streams_.finish_cell(cell);
@@ -109,7 +108,7 @@ Result<void> SurfaceGroupDecoder::decode_cell(DecodedBlock& decoded) {
   return {};
 }
 
-/// What a block has of a cell.
+/// Adds the corners, block, number and last-use marks of the current cell to the block.
 void SurfaceGroupDecoder::add_corners(DecodedBlock& decoded) {
   const CellTopology& cell = topology_;
   MeshBlock& block = decoded.mesh;
@@ -141,10 +140,10 @@ Result<void> SurfaceGroupDecoder::decode_new_vertices(DecodedBlock& decoded) {
   for (std::uint32_t position : topology_.new_positions) {
     const std::uint32_t slot = topology_.slots[position];
     streams_.values().add_vertex(topology_, position);
-    const auto good = may_import() && streams_.code_import(topology_, position, false)
-                          ? decode_import(position, slot, decoded)
-                          : decode_vertex(slot, decoded);
-    if (!good) return good;
+    const auto status = may_import() && streams_.code_import(topology_, position, false)
+                            ? decode_import(position, slot, decoded)
+                            : decode_vertex(slot, decoded);
+    if (!status) return status;
   }
   return {};
 }
@@ -166,7 +165,7 @@ Result<void> SurfaceGroupDecoder::decode_import(std::uint32_t position, std::uin
   if (numbered_by_order() && parts_.vertex_numbers) {
     streams_.code_import_number(streams_.import_stencil(topology_, position), slot, vertex.number);
     if (vertex.number >= start_.first_vertex)
-      return corrupt("imports a vertex that no earlier segment has");
+      return corrupt("imports a vertex that no earlier segment owns");
   }
   add_vertex(vertex.number, true, decoded);
   return {};
@@ -179,7 +178,7 @@ Result<void> SurfaceGroupDecoder::decode_unused(DecodedBlock& decoded) {
   done_.active = std::max(done_.active, active());
   streams_.code_unused_number(slot, vertex_at(slot).number);
   streams_.values().add_unused_vertex(slot);
-  if (auto good = decode_vertex(slot, decoded); !good) return good;
+  if (auto status = decode_vertex(slot, decoded); !status) return status;
   streams_.connectivity().remove_unused_vertex(slot);
   vertices_[slot].owner = Owner::nobody;
   return {};

@@ -29,9 +29,9 @@ void SurfaceSegmentEncoder::begin_element(bool is_cell) {
 }
 
 bool SurfaceSegmentEncoder::encode_cell(const SegmentPiece& piece, const SegmentPiece::Cell& cell,
-                                        const Place& at) {
-  introduce(piece, at.vertex, cell.new_vertices);
-  const auto nodes = piece.nodes_of(cell, at.node);
+                                        const Place& place) {
+  introduce(piece, place.vertex, cell.new_vertices);
+  const auto nodes = piece.nodes_of(cell, place.node);
   topology_.block = cell.block;
   topology_.slots.resize(cell.nodes);
   topology_.numbers.assign(nodes.begin(), nodes.end());
@@ -44,7 +44,7 @@ bool SurfaceSegmentEncoder::encode_cell(const SegmentPiece& piece, const Segment
   begin_element(true);
   if (!streams_.code_cell(topology_)) return false;
   if (options_.values) streams_.values().begin_cell(topology_, active());
-  encode_new_vertices(piece, at);
+  encode_new_vertices(piece, place);
   streams_.code_cell_number(cell.number);
   if (options_.values) streams_.values().end_cell(topology_);
   note_active(active());
@@ -52,10 +52,10 @@ bool SurfaceSegmentEncoder::encode_cell(const SegmentPiece& piece, const Segment
   return true;
 }
 
-void SurfaceSegmentEncoder::encode_new_vertices(const SegmentPiece& piece, const Place& at) {
+void SurfaceSegmentEncoder::encode_new_vertices(const SegmentPiece& piece, const Place& place) {
   if (start_.segment > 0) streams_.begin_new_vertices(topology_);
   const auto handle_at = [&](std::uint32_t position) -> Handle& {
-    return handles_[piece.nodes[at.node + topology_.stored_position(position)]];
+    return handles_[piece.nodes[place.node + topology_.stored_position(position)]];
   };
   std::uint64_t number = 0;
   streams_.code_vertex_numbers(topology_, [&](std::uint32_t position) -> std::uint64_t& {
@@ -116,8 +116,8 @@ std::uint64_t SurfaceSegmentEncoder::values_at_hand(ValueChoices* choices) {
   return bytes;
 }
 
-// An absent stream reads as zeros; an empty one is there to name its codec where that may be
-// another one.
+// A missing stream reads as zeros. An empty stream is written only to name its codec, if that could
+// be another one.
 
 void SurfaceSegmentEncoder::add_symbols(std::size_t stream) {
   using container::StreamKind;

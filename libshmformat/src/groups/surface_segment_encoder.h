@@ -1,5 +1,5 @@
-// SurfaceSegmentEncoder: the cells of a segment over an active surface, with neighbourhoods for the
-// values. The mirror of surface_group_decoder.h.
+// SurfaceSegmentEncoder: encodes the cells of a segment over an active surface, and values with
+// neighbourhoods. The mirror of surface_group_decoder.h.
 // spec: "Connectivity stream", "Value columns"
 #pragma once
 
@@ -14,26 +14,26 @@ namespace shm {
 
 class SurfaceSegmentEncoder final : public SegmentEncoder {
  public:
-  /// `schema` is checked and borrowed.
+  /// `schema` has passed check_schema() and must outlive the encoder.
   SurfaceSegmentEncoder(const Schema& schema, const SegmentOptions& options,
                         const SegmentStart& start);
 
  private:
-  /// What a handle stands for.
+  /// The vertex that a handle refers to.
   struct Handle {
-    std::uint64_t number = 0;    // the caller's
-    std::uint32_t slot = kNone;  // on the active surface, once encoded
-    std::uint32_t vertex = 0;    // in the piece at hand, until it is encoded
+    std::uint64_t number = 0;    // the caller's number of the vertex
+    std::uint32_t slot = kNone;  // slot on the active surface, once encoded
+    std::uint32_t vertex = 0;    // index in the current piece, until it is encoded
   };
 
   bool encode_cell(const SegmentPiece& piece, const SegmentPiece::Cell& cell,
-                   const Place& at) override;
+                   const Place& place) override;
   void encode_unused(const SegmentPiece& piece, std::size_t vertex) override;
   void encode_streams() override;
   void add_size_at_hand(SegmentSize& size) override;
   std::uint64_t values_at_hand(ValueChoices* choices) override;
   void introduce(const SegmentPiece& piece, std::size_t first, std::size_t count);
-  void encode_new_vertices(const SegmentPiece& piece, const Place& at);
+  void encode_new_vertices(const SegmentPiece& piece, const Place& place);
   void begin_element(bool is_cell);
   void add_column(std::size_t stream);
   void add_symbols(std::size_t stream);

@@ -1,5 +1,4 @@
-// The value columns of a segment whose cells are patterns: one for the coordinates, one for each
-// static array.
+// The value columns of a segment in patterns: one for the coordinates, one for each static array.
 // spec: "Values by terms"
 #pragma once
 
@@ -10,7 +9,7 @@
 
 namespace shm {
 
-/// Column 0 is geometry, the others the static arrays in schema order.
+/// Column 0 is geometry, the static arrays follow in schema order.
 std::vector<TermColumn> term_columns(const Schema& schema);
 
 }  // namespace shm

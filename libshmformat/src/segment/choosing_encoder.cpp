@@ -16,33 +16,36 @@
 namespace shm {
 namespace {
 
-/// Shifts do where a cell takes no more bits; where size matters, a part of one: then numbers run
-/// on undisturbed.
+/// Shifts qualify if a cell needs at most kShiftBits bits; if size matters, 1 / kShiftPart of that.
+/// So few bits mean that numbers continue from cell to cell with few exceptions.
 constexpr std::uint64_t kShiftBits = 1, kShiftPart = 2;
 constexpr std::size_t kFirstPieces = 3;
-/// Where size matters, values over their numbers may take one part in so many more. Of a sample
-/// that lies within a first layer, the second one: what is behind the cells of the next ones is not
-/// there yet, and shifts, which know nothing else, look worse than they are.
+/// If size matters, a segment in shifts may be larger than in another codec by one part in
+/// kShiftShare. If the sample lies within a first layer of cells, it may be larger by one part in
+/// kShiftShareOfLayer: cells of that layer have no neighbours in an earlier layer. Shifts predict
+/// from earlier rows and layers only, so they look worse than they will be.
 constexpr std::uint64_t kShiftShare = 25, kShiftShareOfLayer = 12;
-/// Mixing saves at most so many tenths of connectivity and numbers.
+/// Mixing saves at most this many tenths of connectivity and numbers.
 constexpr std::uint64_t kMixedSavesTenths = 4;
-/// A round before the last one, which is on all of the sample.
+/// A round of the race before the last one, which covers the whole sample.
 struct Round {
-  std::size_t pieces;   ///< of the sample, of 1024 cells each, as a rule
-  std::uint64_t share;  ///< who is larger than the smallest by one part in so many drops out,
-  std::uint64_t bytes;  ///< and by so many bytes: what codecs learn first they learn at any length
-  bool values;          ///< whether codecs code their own
-  bool mixes;           ///< not on few cells: mixing has not learnt what it will save
+  std::size_t pieces;   ///< pieces of the sample coded in it; a piece usually has 1024 cells
+  std::uint64_t share;  ///< a codec that exceeds the smallest by 1 / share and
+  std::uint64_t bytes;  ///< by this many bytes drops out: the cost of first learning is constant
+  bool values;          ///< true: the values of each codec are estimated
+  bool mixes;           ///< true: codec mixed takes part; on few cells it has not learnt enough
 };
 constexpr std::array<Round, 3> kRounds = {
     {{1, 10, 256, false, false}, {3, 20, 256, true, true}, {10, 50, 128, true, true}}};
-/// Shifts may be larger by so many times as much: what they save comes with the next rows.
+/// Shifts stay in the race with this many times the excess of other codecs: they save in later
+/// rows.
 constexpr std::uint64_t kShiftPatience = 2;
-/// Mixing that saves so many times what is asked for, or one part in so many, is decided.
+/// Mixing is decided early if it saves more than kClearly times the required share, or less than 1
+/// / kClearly of it.
 constexpr std::uint64_t kClearly = 2;
 
-/// Components of static arrays, more of which are in no race: each that takes part keeps what it
-/// has of all of them, and what cells take is little beside it.
+/// Largest number of components of static arrays with which codecs race. Each codec in the race
+/// keeps its own copy of all values. With more components, the cells are a small part of the file.
 constexpr std::uint64_t kMostRacing = 512;
 
 std::unique_ptr<SegmentEncoder> make_segment_encoder(const Schema& schema,
@@ -101,7 +104,7 @@ Result<void> ChoosingEncoder::take(const SegmentPiece& piece, std::vector<Encode
 
 Result<void> ChoosingEncoder::end(std::vector<EncodedGroup>& done) {
   if (!encoder_)
-    if (auto good = choose(true, done); !good) return good;
+    if (auto status = choose(true, done); !status) return status;
   encoder_->end(done);
   return {};
 }
@@ -124,16 +127,17 @@ Result<void> ChoosingEncoder::choose(bool is_over, std::vector<EncodedGroup>& do
   return go_on_with(*best, done);
 }
 
-/// Codes as many pieces of the sample as it has not.
+/// Codes the pieces of the sample up to `pieces` that `runner` has not coded yet.
 Result<void> ChoosingEncoder::advance(Runner& runner, std::size_t pieces) const {
   if (!runner.encoder) runner.encoder = encoder_with(runner.codec);
   for (; runner.taken < pieces; ++runner.taken)
-    if (auto good = runner.encoder->take(sample_[runner.taken], runner.done); !good) return good;
+    if (auto status = runner.encoder->take(sample_[runner.taken], runner.done); !status)
+      return status;
   return {};
 }
 
 Result<void> ChoosingEncoder::go_on_with(Runner& runner, std::vector<EncodedGroup>& done) {
-  if (auto good = advance(runner, sample_.size()); !good) return good;
+  if (auto status = advance(runner, sample_.size()); !status) return status;
   std::move(runner.done.begin(), runner.done.end(), std::back_inserter(done));
   encoder_ = std::move(runner.encoder);
   shifts_ = {};
@@ -141,23 +145,23 @@ Result<void> ChoosingEncoder::go_on_with(Runner& runner, std::vector<EncodedGrou
   return {};
 }
 
-/// Whether shifts come into question: they take no room, and the segment is one on which time is
-/// felt.
+/// Returns true if shifts qualify: their cells need almost no bytes, and the segment is at least as
+/// long as the sample, so that speed matters.
 Result<bool> ChoosingEncoder::shifts_do(Runner& shifts) const {
   if (trial_.shifts == CodecTrial::Shifts::no || sample_cells_ < trial_.sample_cells ||
       !takes_shifts(*schema_))
     return false;
   const std::uint64_t parts = trial_.shifts == CodecTrial::Shifts::for_size ? kShiftPart : 1;
-  // Where the first cells alone take more than all may, the others need not be seen.
+  // If the first cells already need more bytes than the whole sample may, the rest is not coded.
   for (const std::size_t pieces : {std::min(kFirstPieces, sample_.size()), sample_.size()}) {
-    if (auto good = advance(shifts, pieces); !good) return good.error();
-    const SegmentSize its = shifts.encoder->size();
-    if (8 * (its.topology + its.besides) * parts > kShiftBits * sample_cells_) return false;
+    if (auto status = advance(shifts, pieces); !status) return status.error();
+    const SegmentSize size = shifts.encoder->size();
+    if (8 * (size.topology + size.besides) * parts > kShiftBits * sample_cells_) return false;
   }
   return true;
 }
 
-/// The fastest first. Where size matters, shifts are one like the others.
+/// Returns the codecs that race, the fastest first. If size matters, shifts race like the others.
 std::vector<ConnectivityCodec> ChoosingEncoder::candidates() const {
   std::vector<ConnectivityCodec> codecs = trial_.codecs;
   std::uint64_t components = 0;
@@ -180,168 +184,171 @@ auto ChoosingEncoder::smallest(bool is_over) -> Result<Runner> {
     const Values values = !round.values || have_values_of_their_own(runners) == 1 ? Values::grown
                           : is_last ? Values::estimated_last
                                     : Values::estimated;
-    if (auto good = run(runners, round.pieces, values, round.mixes); !good) return good.error();
+    if (auto status = run(runners, round.pieces, values, round.mixes); !status)
+      return status.error();
     std::uint64_t least = runners[0].size.all();
-    for (const Runner& it : runners) least = std::min(least, it.size.all());
+    for (const Runner& runner : runners) least = std::min(least, runner.size.all());
     for (ConnectivityCodec codec : candidates()) {
-      const Runner* it = find(runners, codec);
+      const Runner* runner = find(runners, codec);
       const std::uint64_t times = codec == ConnectivityCodec::shifts ? kShiftPatience : 1;
-      if (it && it->size.all() > least + least * times / round.share + round.bytes)
+      if (runner && runner->size.all() > least + least * times / round.share + round.bytes)
         drop(runners, codec);
     }
-    // What mixing saves of many cells it saves of the others.
+    // Savings of mixing on many cells are representative of the remaining cells.
     if (round.mixes) settle_mixing(runners, r + 1 == kRounds.size() && trial_.level != Level::best);
   }
   if (runners.size() == 1) return std::move(runners[0]);
   return finish_race(runners, is_over);
 }
 
-/// On all of the sample.
+/// Runs the last round, on the whole sample, and returns the winner.
 auto ChoosingEncoder::finish_race(std::vector<Runner>& runners, bool is_over) -> Result<Runner> {
   const bool ends = is_over && trial_.level == Level::best;
   const bool is_first = runners[0].size.values == 0;
   if (is_first || ends) {
     const Values values = ends ? Values::grown : Values::estimated;
-    if (auto good = run(runners, sample_.size(), values, true); !good) return good.error();
+    if (auto status = run(runners, sample_.size(), values, true); !status) return status.error();
     if (ends) settle_mixing(runners, true);
-    for (Runner& it : runners) {
+    for (Runner& runner : runners) {
       if (!ends || runners.size() == 1) break;
-      it.encoder->end(it.done);
-      it.size = it.encoder->size();
+      runner.encoder->end(runner.done);
+      runner.size = runner.encoder->size();
     }
     return std::move(best_of(runners));
   }
   if (lies_in_a_layer()) {
-    // More of its first layer tells nothing of the next ones, and takes most of the memory.
+    // More cells of the first layer say nothing about later layers, and need most of the memory.
     const std::uint64_t bytes = value_bytes(sample_.size());
-    for (Runner& it : runners)
-      for (std::uint64_t* part : {&it.size.topology, &it.size.besides, &it.size.values})
-        *part = *part * bytes / std::max<std::uint64_t>(it.value_bytes, 1);
+    for (Runner& runner : runners)
+      for (std::uint64_t* part : {&runner.size.topology, &runner.size.besides, &runner.size.values})
+        *part = *part * bytes / std::max<std::uint64_t>(runner.value_bytes, 1);
     Runner best = std::move(best_of(runners));
-    if (Runner* its = find(runners, ConnectivityCodec::shifts); its && its->encoder)
-      shifts_ = std::move(*its);
+    if (Runner* shifts = find(runners, ConnectivityCodec::shifts); shifts && shifts->encoder)
+      shifts_ = std::move(*shifts);
     return best;
   }
-  // Two at a time: there is no room for what all of them have coded.
+  // Two at a time: the output of all codecs together would need too much memory.
   while (runners.size() > 1) {
     std::vector<Runner> two;
-    for (Runner& it : std::span(runners).first(2)) two.push_back(std::move(it));
-    if (auto good = run(two, sample_.size(), Values::grown, true); !good) return good.error();
+    for (Runner& runner : std::span(runners).first(2)) two.push_back(std::move(runner));
+    if (auto status = run(two, sample_.size(), Values::grown, true); !status) return status.error();
     runners.erase(runners.begin());
     runners[0] = std::move(best_of(two));
-    if (Runner* its_shifts = find(two, ConnectivityCodec::shifts);
-        its_shifts && its_shifts->encoder)
-      shifts_ = std::move(*its_shifts);
+    if (Runner* shifts = find(two, ConnectivityCodec::shifts); shifts && shifts->encoder)
+      shifts_ = std::move(*shifts);
   }
   return std::move(runners[0]);
 }
 
-/// How many of them: values of mixed rows are those of rows.
+/// Returns the number of runners with values of their own: mixed rows code the same values as rows.
 std::size_t ChoosingEncoder::have_values_of_their_own(std::span<const Runner> runners) {
-  return static_cast<std::size_t>(std::count_if(runners.begin(), runners.end(), [](auto& it) {
-    return it.codec != ConnectivityCodec::mixed;
+  return static_cast<std::size_t>(std::count_if(runners.begin(), runners.end(), [](auto& runner) {
+    return runner.codec != ConnectivityCodec::mixed;
   }));
 }
 
-/// Null: it has left.
+/// Returns null if the codec has left the race.
 auto ChoosingEncoder::find(std::span<Runner> runners, ConnectivityCodec codec) -> Runner* {
-  const auto at = std::find_if(runners.begin(), runners.end(),
-                               [&](const Runner& it) { return it.codec == codec; });
-  return at == runners.end() ? nullptr : &*at;
+  const auto found = std::find_if(runners.begin(), runners.end(),
+                                  [&](const Runner& runner) { return runner.codec == codec; });
+  return found == runners.end() ? nullptr : &*found;
 }
 
 void ChoosingEncoder::drop(std::vector<Runner>& runners, ConnectivityCodec codec) {
-  Runner* its = find(runners, codec);
-  if (codec == ConnectivityCodec::shifts) shifts_ = std::move(*its);
-  runners.erase(runners.begin() + (its - runners.data()));
+  Runner* runner = find(runners, codec);
+  if (codec == ConnectivityCodec::shifts) shifts_ = std::move(*runner);
+  runners.erase(runners.begin() + (runner - runners.data()));
 }
 
-/// Just what its values take so far.
+/// Returns the size of the values so far, which it codes to measure it.
 std::uint64_t ChoosingEncoder::coded_values(Runner& runner) {
   return runner.encoder->size().values + runner.encoder->values_if_coded();
 }
 
-/// Each goes on to so many pieces, and its values are estimated or not; mixed rows only if they can
-/// pay and are asked for. Values that are not estimated have grown as those of all.
+/// Advances each runner to `pieces` pieces, and determines the size of its values as `values` says.
+/// Mixed rows advance only if `mixes` is set and mixing can pay. Values that are not estimated grow
+/// in proportion to the raw bytes.
 Result<void> ChoosingEncoder::run(std::vector<Runner>& runners, std::size_t pieces, Values values,
                                   bool mixes) const {
   using enum ConnectivityCodec;
   const std::uint64_t bytes = value_bytes(pieces);
-  Runner* first = find(runners, rows);  // whose values are always known; never shifts
+  Runner* first = find(runners, rows);  // the runner whose values are always sized; never shifts
   if (!first) first = &runners.back();
   ValueChoices choices;
-  const auto size_of = [&](Runner& it, bool estimates) -> Result<void> {
-    if (auto good = advance(it, pieces); !good) return good;
-    const SegmentSize before = std::exchange(it.size, it.encoder->size());
+  const auto size_of = [&](Runner& runner, bool estimates) -> Result<void> {
+    if (auto status = advance(runner, pieces); !status) return status;
+    const SegmentSize before = std::exchange(runner.size, runner.encoder->size());
     if (estimates)
-      it.size.values += it.encoder->about_values(choices);
-    else if (it.value_bytes > 0)
-      it.size.values = before.values * bytes / it.value_bytes;
-    it.value_bytes = bytes;
+      runner.size.values += runner.encoder->about_values(choices);
+    else if (runner.value_bytes > 0)
+      runner.size.values = before.values * bytes / runner.value_bytes;
+    runner.value_bytes = bytes;
     return {};
   };
-  // Estimates do not tell values over numbers well enough from those over a surface.
+  // Estimates do not distinguish values predicted along numbers well enough from values predicted
+  // over a surface.
   const bool codes =
       find(runners, shifts) &&
       (trial_.level == Level::best ? values != Values::grown : values == Values::estimated_last);
   const bool estimates = values != Values::grown && !codes;
-  if (auto good = size_of(*first, estimates || first->size.values == 0); !good) return good;
+  if (auto status = size_of(*first, estimates || first->size.values == 0); !status) return status;
   if (codes) first->size.values = coded_values(*first);
-  for (Runner& it : runners) {
-    if (&it == first) continue;
-    const bool is_mixed_rows = it.codec == mixed && first->codec == rows;
+  for (Runner& runner : runners) {
+    if (&runner == first) continue;
+    const bool is_mixed_rows = runner.codec == mixed && first->codec == rows;
     if (is_mixed_rows && !(mixes && mixing_can_pay(first->size))) {
-      it.size = first->size;
-      it.value_bytes = first->value_bytes;
+      runner.size = first->size;
+      runner.value_bytes = first->value_bytes;
       continue;
     }
-    if (auto good = size_of(it, estimates && !is_mixed_rows); !good) return good;
-    if (codes && !is_mixed_rows) it.size.values = coded_values(it);
-    // In the first round the neighbours of a vertex are about the same for all of them.
-    if (is_mixed_rows || it.size.values == 0) it.size.values = first->size.values;
+    if (auto status = size_of(runner, estimates && !is_mixed_rows); !status) return status;
+    if (codes && !is_mixed_rows) runner.size.values = coded_values(runner);
+    // In the first round the neighbours of a vertex are about the same for all codecs.
+    if (is_mixed_rows || runner.size.values == 0) runner.size.values = first->size.values;
   }
   return {};
 }
 
-/// Of two that differ by what mixing saves alone, one drops out where that is clear, or finally.
+/// Drops rows or mixed rows, which differ only by the savings of mixing, if the difference is clear
+/// or `finally` is set.
 void ChoosingEncoder::settle_mixing(std::vector<Runner>& runners, bool finally) {
   using enum ConnectivityCodec;
-  Runner *its_rows = find(runners, rows), *its_mixed = find(runners, mixed);
-  if (!its_rows || !its_mixed) return;
-  if (finally) return drop(runners, is_better(*its_mixed, *its_rows) ? rows : mixed);
-  const std::uint64_t all = its_rows->size.all(), its = its_mixed->size.all();
-  const std::uint64_t saved = (all - std::min(all, its)) * trial_.spare_share;
-  if (!mixing_can_pay(its_rows->size) || saved * kClearly < all)
+  Runner *with_rows = find(runners, rows), *with_mixed = find(runners, mixed);
+  if (!with_rows || !with_mixed) return;
+  if (finally) return drop(runners, is_better(*with_mixed, *with_rows) ? rows : mixed);
+  const std::uint64_t rows_bytes = with_rows->size.all(), mixed_bytes = with_mixed->size.all();
+  const std::uint64_t saved = (rows_bytes - std::min(rows_bytes, mixed_bytes)) * trial_.spare_share;
+  if (!mixing_can_pay(with_rows->size) || saved * kClearly < rows_bytes)
     drop(runners, mixed);
-  else if (saved > all * kClearly)
+  else if (saved > rows_bytes * kClearly)
     drop(runners, rows);
 }
 
-/// Whether mixing may save what is felt: it takes several times as long to decode.
+/// Returns true if mixing can save a noticeable part. Decoding with it takes several times as long.
 bool ChoosingEncoder::mixing_can_pay(const SegmentSize& other) const {
   return trial_.level == Level::best ||
          other.topology * kMixedSavesTenths * trial_.spare_share >= other.all() * 10;
 }
 
-/// Must hold: there are some, the fastest first.
+/// Must hold: `runners` is not empty, the fastest first.
 auto ChoosingEncoder::best_of(std::span<Runner> runners) const -> Runner& {
   Runner* best = &runners[0];
-  for (Runner& it : runners.subspan(1))
-    if (is_better(it, *best)) best = &it;
+  for (Runner& runner : runners.subspan(1))
+    if (is_better(runner, *best)) best = &runner;
   return *best;
 }
 
-/// `faster`: another one, which is.
-bool ChoosingEncoder::is_better(const Runner& it, const Runner& faster) const {
-  if (!is_worth_it(it.size, faster.size)) return false;
-  // Decoding mixed bits takes several times as long, of small meshes too.
-  return it.codec != ConnectivityCodec::mixed || trial_.level == Level::best ||
-         (faster.size.all() - it.size.all()) * trial_.spare_share > faster.size.all();
+/// `faster`: another runner, which is faster.
+bool ChoosingEncoder::is_better(const Runner& smaller, const Runner& faster) const {
+  if (!is_worth_it(smaller.size, faster.size)) return false;
+  // Decoding mixed bits takes several times as long, in small meshes too.
+  return smaller.codec != ConnectivityCodec::mixed || trial_.level == Level::best ||
+         (faster.size.all() - smaller.size.all()) * trial_.spare_share > faster.size.all();
 }
 
 bool ChoosingEncoder::is_worth_it(const SegmentSize& smaller, const SegmentSize& faster) const {
   if (smaller.all() >= faster.all()) return false;
-  if (sample_cells_ < trial_.sample_cells) return true;  // time is no matter
+  if (sample_cells_ < trial_.sample_cells) return true;  // time does not matter
   const auto is_felt = [&](std::uint64_t bytes) {
     return 8 * bytes * trial_.spare_bits > sample_cells_;
   };
@@ -353,25 +360,25 @@ bool ChoosingEncoder::is_worth_it(const SegmentSize& smaller, const SegmentSize&
 
 Result<bool> ChoosingEncoder::shifts_are_as_small(Runner& shifts, Runner& other) const {
   ValueChoices choices;
-  for (Runner* it : {&other, &shifts}) {
-    if (auto good = advance(*it, sample_.size()); !good) return good.error();
-    it->size = it->encoder->size();
-    it->size.values += it->encoder->about_values(choices);
+  for (Runner* runner : {&other, &shifts}) {
+    if (auto status = advance(*runner, sample_.size()); !status) return status.error();
+    runner->size = runner->encoder->size();
+    runner->size.values += runner->encoder->about_values(choices);
   }
-  // What shifts themselves take they take at the beginning.
+  // Shifts need the bytes of their cells at the beginning of a segment, so these do not count.
   const std::uint64_t share = lies_in_a_layer() ? kShiftShareOfLayer : kShiftShare;
   const auto are_as_small = [&] {
     return shifts.size.all() - shifts.size.topology <= other.size.all() + other.size.all() / share;
   };
   if (!are_as_small()) return false;
-  for (Runner* it : {&other, &shifts}) {
-    it->size = it->encoder->size();
-    it->size.values += it->encoder->values_if_coded();
+  for (Runner* runner : {&other, &shifts}) {
+    runner->size = runner->encoder->size();
+    runner->size.values += runner->encoder->values_if_coded();
   }
   return are_as_small();
 }
 
-/// Nearly each cell of the sample has left a vertex that later ones use.
+/// Returns true if nearly every cell of the sample leaves a vertex for later cells to use.
 bool ChoosingEncoder::lies_in_a_layer() const {
   std::int64_t alive = 0;
   for (const SegmentPiece& piece : sample_)
@@ -380,7 +387,7 @@ bool ChoosingEncoder::lies_in_a_layer() const {
   return alive * 8 >= static_cast<std::int64_t>(sample_cells_) * 7;
 }
 
-/// What the values of so many pieces take before they are coded.
+/// Returns the raw bytes of the values in the first `pieces` pieces.
 std::uint64_t ChoosingEncoder::value_bytes(std::size_t pieces) const {
   std::uint64_t bytes = 0;
   for (const SegmentPiece& piece : std::span(sample_).first(pieces))

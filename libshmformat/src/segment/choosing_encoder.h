@@ -1,13 +1,15 @@
-// ChoosingEncoder: a SegmentEncoder that tries the codecs of hexahedra on the first cells of its
-// segment, with their coordinates and values, whose order a codec decides, and goes on with the
-// one that makes these smallest. It decides by these alone: the same for any number of threads.
+// ChoosingEncoder: codes one segment. It tries several codecs of hexahedra on the first cells of
+// the segment and continues with the one that needs the fewest bytes. Coordinates and values count
+// too, because the codec determines the order in which they are coded. The choice depends on these
+// bytes only, so it is the same for any number of threads.
 //
-// The codecs race. In the first round all of them code the connectivity of a few cells; in the next
-// ones those that were not clearly larger go on to more cells, and those that are still close to
-// the end of the sample. The winner goes on from there: its cells are not coded twice. What values
-// take is estimated, for one codec in the first round, then for each where they differ, and then
-// taken to grow as they did. They are coded to see what they take only beside shifts, which
-// estimates do not tell from others well, and at level best where the sample is all of the segment.
+// The codecs race. In the first round all of them code the connectivity of a few cells. Codecs that
+// are not clearly larger than the smallest code more cells in the next rounds, and those that are
+// still close go on to the end of the sample. The winner continues from there, so its cells are not
+// coded twice. The size of the values is estimated: for one codec in the first round, then for each
+// codec whose values differ. Later it is assumed to grow in proportion to the raw values. Values
+// are really coded, to measure their size, in two cases only: if shifts compete, which estimates do
+// not distinguish well from other codecs, and at level best if the sample is the whole segment.
 #pragma once
 
 #include <cstddef>
@@ -20,60 +22,63 @@
 
 namespace shm {
 
-/// Codecs to choose from.
+/// Codecs to try, and the rules of choice.
 struct CodecTrial {
-  Level level = Level::standard;          ///< of values
-  bool with_order = true;                 ///< as in SegmentOptions
-  std::vector<ConnectivityCodec> codecs;  ///< not empty, the fastest first
-  /// Shifts are tried besides, where cells of them are hardly felt.
+  Level level = Level::standard;          ///< level of the value coders
+  bool with_order = true;                 ///< the same as in SegmentOptions
+  std::vector<ConnectivityCodec> codecs;  ///< codecs to try, the fastest first; not empty
+  /// Whether the shifts codec is tried as well. It qualifies if its cells need almost no bytes.
   enum class Shifts : std::uint8_t {
     no,
-    for_speed,  ///< and taken
-    for_size,   ///< and taken where the values over them are about as small: they are quicker
+    for_speed,  ///< taken if it qualifies
+    for_size,   ///< taken if it qualifies and its values are about as small, since it is faster
   };
   Shifts shifts = Shifts::no;
-  /// Cells of a segment on which they are tried; the whole segment if it is shorter.
+  /// Number of cells of a segment on which codecs are tried. A shorter segment is the sample
+  /// itself.
   std::size_t sample_cells = 16384;
-  // Where there are more cells than that, a faster codec is preferred to one that saves at most
-  // this much:
-  std::uint64_t spare_share = 128;  ///< one part of all bytes in so many, and
-  std::uint64_t spare_bits = 32;    ///< one bit of connectivity and numbers in so many cells;
-                                    ///< or no more than such a bit of everything
+  // In a segment longer than the sample, a slower codec must save more than one bit in `spare_bits`
+  // cells. It must also save more than one part in `spare_share` of all bytes, or more than one bit
+  // of connectivity and numbers in `spare_bits` cells.
+  std::uint64_t spare_share = 128;
+  std::uint64_t spare_bits = 32;
 };
 
-/// What to try at a level, the fastest first; a codec that is not automatic alone.
+/// Returns the codecs to try at `level`, the fastest first. If `codec` is not automatic, it is the
+/// only one.
 CodecTrial trial_for(const Schema& schema, ConnectivityCodec codec, Level level);
 
 class ChoosingEncoder {
  public:
-  /// `schema` is checked and borrowed. Of one codec nothing is tried.
+  /// `schema` has passed check_schema() and must outlive the encoder. A single codec is used at
+  /// once.
   ChoosingEncoder(const Schema& schema, std::uint32_t group_cells, const CodecTrial& trial,
                   const SegmentStart& start);
 
-  /// Codes the cells of `piece`, and adds the groups that they complete to `done`.
+  /// Codes the cells of `piece`, and appends the groups that they complete to `done`.
   Result<void> take(const SegmentPiece& piece, std::vector<EncodedGroup>& done);
-  /// Adds what is left.
+  /// Ends the segment and appends its remaining groups to `done`.
   Result<void> end(std::vector<EncodedGroup>& done);
 
  private:
-  /// A codec in the race. What it has coded is kept: that of the winner is what is written.
+  /// A codec in the race. Its groups are kept, since those of the winner are written.
   struct Runner {
     ConnectivityCodec codec = ConnectivityCodec::rows;
     std::unique_ptr<SegmentEncoder> encoder{};
-    std::size_t taken = 0;  ///< pieces of the sample
+    std::size_t taken = 0;  ///< pieces of the sample coded so far
     std::vector<EncodedGroup> done{};
-    SegmentSize size{};             ///< about, in the last round
-    std::uint64_t value_bytes = 0;  ///< of its values, before they are coded
+    SegmentSize size{};             ///< approximate size after its last round
+    std::uint64_t value_bytes = 0;  ///< raw bytes of the values in these pieces
   };
 
-  /// What values of the runners take in a round.
+  /// How a round determines the size of the runners' values.
   enum class Values : std::uint8_t {
-    grown,  ///< as those of all have since the round before
+    grown,  ///< grown in proportion to the raw bytes since the last round
     estimated,
-    estimated_last,  ///< for the last time
+    estimated_last,  ///< estimated, and no later round estimates again
   };
 
-  /// `is_over`: the sample is all of the segment.
+  /// `is_over`: the sample is the whole segment.
   Result<void> choose(bool is_over, std::vector<EncodedGroup>& done);
   std::unique_ptr<SegmentEncoder> encoder_with(ConnectivityCodec codec) const;
   Result<void> advance(Runner& runner, std::size_t pieces) const;
@@ -94,7 +99,7 @@ class ChoosingEncoder {
   void settle_mixing(std::vector<Runner>& runners, bool finally);
   bool mixing_can_pay(const SegmentSize& other) const;
   Runner& best_of(std::span<Runner> runners) const;
-  bool is_better(const Runner& it, const Runner& faster) const;
+  bool is_better(const Runner& smaller, const Runner& faster) const;
   bool is_worth_it(const SegmentSize& smaller, const SegmentSize& faster) const;
 
   const Schema* schema_;
@@ -103,8 +108,8 @@ class ChoosingEncoder {
   SegmentStart start_;
   std::vector<SegmentPiece> sample_;
   std::size_t sample_cells_ = 0;
-  Runner shifts_{ConnectivityCodec::shifts};  // where they have left the race
-  std::unique_ptr<SegmentEncoder> encoder_;   // once chosen
+  Runner shifts_{ConnectivityCodec::shifts};  // the shifts runner after it has left the race
+  std::unique_ptr<SegmentEncoder> encoder_;   // encoder of the chosen codec
 };
 
 }  // namespace shm

@@ -18,14 +18,15 @@ Error MeshDecoder::damaged(std::string detail, std::uint64_t group, std::uint64_
 
 Result<void> MeshDecoder::begin_group(container::GroupChunk chunk, std::uint32_t segment) {
   if (segments_begun_ == 0 || segment + 1 != segments_begun_)
-    if (auto good = begin_segment(segment, chunk.offset); !good) return good;
+    if (auto status = begin_segment(segment, chunk.offset); !status) return status;
   chunk.number = groups_begun_++;
   return queue_.add_group(std::move(chunk));
 }
 
 Result<void> MeshDecoder::begin_segment(std::uint32_t segment, std::uint64_t offset) {
   if (segment != segments_begun_)
-    return damaged("its segment is neither the one before it nor the next", groups_begun_, offset);
+    return damaged("the segment is neither that of the previous group nor the next", groups_begun_,
+                   offset);
   if (segment >= limits_.max_segments)
     return damaged("the file has more than " + std::to_string(limits_.max_segments) +
                        " segments, which is the limit",
@@ -46,18 +47,19 @@ Result<std::optional<MeshBlock>> MeshDecoder::next_block(bool wait) {
       continue;
     }
     DecodedBlock& block = *(*output)->block;
-    if (auto good = join(block); !good) return good.error();
+    if (auto status = join(block); !status) return status.error();
     return std::optional<MeshBlock>(std::move(block.mesh));
   }
 }
 
-/// `segment` is over; later ones may import what it has left alive.
+/// Notes the end of `segment`: later segments may import the vertices that it has left alive.
 void MeshDecoder::leave(const std::vector<std::uint64_t>& alive, std::uint32_t segment) {
   for (std::uint64_t number : alive) alive_.insert_or_assign(number, segment);
 }
 
-/// Checks that the block goes on where the last one ended, and counts it. Who reads parts alone, of
-/// a damaged file even, goes without the box: it is no reason to withhold what is whole.
+/// Checks that the block continues where the last one ended, and counts it. Readers of single
+/// parts, even of damaged files, do not check the box: a wrong box is no reason to withhold intact
+/// data.
 Result<void> MeshDecoder::join(const DecodedBlock& block) {
   if (block.segment.segment == segment_starts_.size()) {
     if (block.segment.first_cell != cells_ || block.segment.first_vertex != vertices_)
@@ -67,20 +69,20 @@ Result<void> MeshDecoder::join(const DecodedBlock& block) {
   } else if (segment_connectivity_.back() == ConnectivityCodec::automatic) {
     segment_connectivity_.back() = block.connectivity;  // unused vertices came first
   }
-  if (auto good = check_imports(block); !good) return good;
+  if (auto status = check_imports(block); !status) return status;
   if (block.group_end && !block.group_end->has_its_box)
     return damaged("its box is not that of its vertices", groups_, block.offset);
   count(block);
   return {};
 }
 
-/// A segment imports what earlier ones have left alive, each vertex once.
+/// Checks that the segment imports only vertices that earlier segments have left alive, each once.
 Result<void> MeshDecoder::check_imports(const DecodedBlock& block) {
   for (std::uint64_t number : block.imported) {
     const auto found = alive_.find(number);
     if (found == alive_.end() || found->second == block.segment.segment)
       return damaged(
-          "imports vertex " + std::to_string(number) + ", which no earlier segment has left to it",
+          "imports vertex " + std::to_string(number) + ", which no earlier segment has left alive",
           groups_, block.offset);
     found->second = block.segment.segment;
   }

@@ -1,6 +1,7 @@
-// MeshDecoder: chunk groups in, blocks of vertices and cells out, in coding order. Joins the
-// segments: numbers go on, and what a segment imports an earlier one must have left. Segments are
-// decoded one after the other, or by threads ahead of what is taken. The mirror of mesh_encoder.h.
+// MeshDecoder: takes chunk groups, gives out blocks of vertices and cells in coding order. It joins
+// the segments: numbers continue from one to the next, and a vertex that a segment imports must be
+// left alive by an earlier one. Segments are decoded one after the other, or in advance by threads.
+// The mirror of mesh_encoder.h.
 // spec: "Segments", "Decoding a group"
 #pragma once
 
@@ -19,22 +20,23 @@ namespace shm {
 
 class MeshDecoder {
  public:
-  /// `schema` is checked and borrowed.
+  /// `schema` has passed check_schema() and must outlive the decoder.
   MeshDecoder(const Schema& schema, const ReadLimits& limits, const ReadOptions& options);
 
-  /// The next group, of `segment`; its number is not looked at. Must hold: wants_group().
+  /// Adds the next group, which belongs to `segment`. Its own number is ignored. Must hold:
+  /// wants_group().
   Result<void> begin_group(container::GroupChunk chunk, std::uint32_t segment);
-  /// Whether another group may begin before all blocks have been taken.
+  /// Returns true if another group may begin before all blocks have been taken.
   bool wants_group() const { return queue_.wants_group(); }
-  /// Whether blocks are there or coming.
+  /// Returns true if blocks are available or will be.
   bool is_busy() const { return queue_.is_busy(); }
-  /// The next block, some thousand cells at most. Null when nothing is there yet and `wait` is not
-  /// set, or nothing is coming.
+  /// Returns the next block, of some thousand cells at most. Returns null if `wait` is not set and
+  /// no block is available yet, or if no block will come.
   Result<std::optional<MeshBlock>> next_block(bool wait);
-  /// Takes the room of a block that was taken, for one to come.
+  /// Reuses the memory of a block that the caller has finished with.
   void reuse(MeshBlock&& block) { queue_.reuse(std::move(block)); }
 
-  // What the blocks taken so far hold.
+  // Counts of the blocks taken so far.
   std::uint64_t vertices() const { return vertices_; }
   std::uint64_t cells() const { return cells_; }
   std::uint64_t hexahedra() const { return hexahedra_; }
@@ -42,7 +44,7 @@ class MeshDecoder {
   std::uint64_t imported_vertices() const { return imported_vertices_; }
   /// The first cell of each segment.
   const std::vector<std::uint64_t>& segment_starts() const { return segment_starts_; }
-  /// How the cells of each segment are encoded.
+  /// The codec of the cells of each segment.
   const std::vector<ConnectivityCodec>& segment_connectivity() const {
     return segment_connectivity_;
   }
@@ -65,7 +67,7 @@ class MeshDecoder {
   std::uint32_t segments_begun_ = 0;
   DecodingQueue queue_;
 
-  /// Vertices that a later segment may import, and the last segment that did.
+  /// Vertices that a later segment may import, with the last segment that owned or imported each.
   std::unordered_map<std::uint64_t, std::uint32_t> alive_;
   std::uint64_t groups_ = 0;
   std::uint64_t vertices_ = 0, cells_ = 0, hexahedra_ = 0, max_active_vertices_ = 0,

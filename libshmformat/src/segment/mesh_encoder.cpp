@@ -14,18 +14,19 @@
 namespace shm {
 namespace {
 
-// Cells and bytes of a piece: enough that passing it on costs nothing, little beside a group.
+// Cells and bytes of a piece: large enough that passing it on costs little, small compared with a
+// group.
 constexpr std::size_t kPieceCells = 1024;
 constexpr std::size_t kPieceBytes = std::size_t{1} << 20;
 
-// Segments that are cut where the budget allows have at least this many cells; half of it
-// where a block begins, which is a better place.
+// Least number of cells of a segment that is cut because the restart budget allows it. At the
+// beginning of a block, which is a better place, half of it is enough.
 constexpr std::uint64_t kLeastSegmentCells = 131072;
 
-// Waiting pieces of cells, for each thread.
+// Limits of the waiting pieces and of the waiting groups, for each thread.
 constexpr std::size_t kWaitingBytes = std::size_t{64} << 20;
 
-// Pieces of the first segment that are coded before there are threads: some hundred cells.
+// Bytes of pieces of the first segment that are coded before threads start: some hundred cells.
 constexpr std::size_t kAlonePieceBytes = std::size_t{32} << 10;
 
 using Tasks = OrderedTasks<SegmentPiece, EncodedGroup>;
@@ -130,11 +131,10 @@ std::uint32_t MeshEncoder::enter_vertex(std::uint64_t number, const std::byte* x
 
 Result<void> MeshEncoder::add_imported_vertex(std::uint64_t number, std::span<const std::byte> xyz,
                                               std::span<const std::byte> data) {
-  if (start_.segment == 0)
-    return misuse_error("nothing is imported before the first segment", "mesh");
-  if (auto good = add_vertex(number, xyz, data); !good) return good;
+  if (start_.segment == 0) return misuse_error("the first segment cannot import vertices", "mesh");
+  if (auto status = add_vertex(number, xyz, data); !status) return status;
   const std::uint32_t e = by_number_.find(number);
-  in_segment_[e] = 0;  // an earlier one; which does not matter
+  in_segment_[e] = 0;  // any earlier segment will do
   entries_[e].used = true;
   ++live_;
   if (schema_->order != Order::keep) foreign_tickets_.push_back(entries_[e].ticket = new_ticket());
@@ -143,7 +143,7 @@ Result<void> MeshEncoder::add_imported_vertex(std::uint64_t number, std::span<co
 
 Result<void> MeshEncoder::add_unused_vertex(std::uint64_t number, std::span<const std::byte> xyz,
                                             std::span<const std::byte> data) {
-  if (auto good = add_vertex(number, xyz, data); !good) return good;
+  if (auto status = add_vertex(number, xyz, data); !status) return status;
   return code_unused(by_number_.find(number));
 }
 
@@ -176,7 +176,7 @@ Result<void> MeshEncoder::add_cell(std::uint32_t block, std::span<const std::uin
 Result<void> MeshEncoder::enter_cell(std::uint32_t block, std::span<const std::uint32_t> entries,
                                      std::uint64_t last_use, std::span<const std::byte> data) {
   std::uint64_t introduced = 0;
-  bool gives = false;  // vertices to the segment
+  bool gives = false;  // true: the cell passes vertices to the segment
   for (const std::uint32_t entry : entries) {
     if (in_segment_[entry] == start_.segment) continue;
     gives = true;
@@ -184,7 +184,7 @@ Result<void> MeshEncoder::enter_cell(std::uint32_t block, std::span<const std::u
     entries_[entry].used = true;
   }
   if (cut_is_due(block)) {
-    if (auto good = cut(); !good) return good;
+    if (auto status = cut(); !status) return status;
     gives = true;
   }
 
@@ -199,7 +199,7 @@ Result<void> MeshEncoder::enter_cell(std::uint32_t block, std::span<const std::u
     Entry& entry = entries_[entries[static_cast<std::size_t>(std::countr_zero(left))]];
     if (entry.ends) continue;
     entry.ends = true;
-    // Its number is free from here on, though it may wait for its last cell.
+    // Its number is free from here on, though the vertex may wait for its last cell.
     if (entry.named) by_number_.erase(entry.number);
     --live_;
   }
@@ -209,7 +209,7 @@ Result<void> MeshEncoder::enter_cell(std::uint32_t block, std::span<const std::u
   return delay(block, entries, number, data);
 }
 
-/// Puts the cell into the delay buffer, and codes what falls out of it.
+/// Puts the cell into the delay buffer. If that is full, codes the next waiting cell.
 Result<void> MeshEncoder::delay(std::uint32_t block, std::span<const std::uint32_t> entries,
                                 std::uint64_t number, std::span<const std::byte> data) {
   std::uint32_t handle = static_cast<std::uint32_t>(cells_.size());
@@ -226,8 +226,8 @@ Result<void> MeshEncoder::delay(std::uint32_t block, std::span<const std::uint32
   cell.entries.assign(entries.begin(), entries.end());
   if (is_hexahedral(schema_->blocks[block])) {
     SpiralReorderer::Corners eight{};
-    // Numbers, not entries: these are soon given to other vertices, which would look like
-    // neighbours.
+    // Numbers, not entries: an entry may soon be reused for another vertex, which would look like a
+    // neighbour.
     for (std::size_t i = 0; i < 8; ++i) eight[i] = entries_[cell.entries[i]].number;
     reorderer_->push_hexahedron(handle, eight);
   } else {
@@ -246,14 +246,14 @@ Result<void> MeshEncoder::code_waiting() {
 
 Result<void> MeshEncoder::code_all_waiting() {
   while (reorderer_ && reorderer_->waiting() > 0)
-    if (auto good = code_waiting(); !good) return good;
+    if (auto status = code_waiting(); !status) return status;
   return {};
 }
 
 // --- segments
 
-/// Whether a segment begins before a cell of `block`. Counts of what was added alone decide, so
-/// that the same calls give the same bytes.
+/// Returns true if a segment begins before a cell of `block`. Only counts of added vertices and
+/// cells decide, so that the same calls give the same bytes.
 bool MeshEncoder::cut_is_due(std::uint32_t block) const {
   if (run_.cells == 0) return false;
   if (!options_.segment_starts.empty())
@@ -266,7 +266,7 @@ bool MeshEncoder::cut_is_due(std::uint32_t block) const {
                                     options_.restart_budget * static_cast<double>(run_.introduced);
 }
 
-/// Codecs to try on the segment at hand.
+/// Returns the codecs to try on the current segment.
 CodecTrial MeshEncoder::trial() const {
   const auto& codecs = options_.segment_connectivity;
   const ConnectivityCodec codec =
@@ -277,10 +277,10 @@ CodecTrial MeshEncoder::trial() const {
   return trial;
 }
 
-/// Ends the segment at hand: what waits belongs to it.
+/// Ends the current segment, to which the waiting cells belong.
 Result<void> MeshEncoder::cut() {
-  if (auto good = code_all_waiting(); !good) return good;
-  if (auto good = end_segment(); !good) return good;
+  if (auto status = code_all_waiting(); !status) return status;
+  if (auto status = end_segment(); !status) return status;
   if (reorderer_) reorderer_.emplace();
   ++start_.segment;
   start_.first_cell = given_cells_;
@@ -290,8 +290,8 @@ Result<void> MeshEncoder::cut() {
 }
 
 Result<void> MeshEncoder::end() {
-  if (auto good = code_all_waiting(); !good) return good;
-  // What is left has never been used: encode it in ascending order.
+  if (auto status = code_all_waiting(); !status) return status;
+  // No cell has used the remaining vertices: encode them in ascending order.
   std::vector<std::uint32_t> unused;
   for (std::uint32_t e = 0; e < entries_.size(); ++e)
     if (!entries_[e].used && by_number_.find(entries_[e].number) == e) unused.push_back(e);
@@ -299,14 +299,14 @@ Result<void> MeshEncoder::end() {
     return entries_[a].number < entries_[b].number;
   });
   for (std::uint32_t entry : unused)
-    if (auto good = code_unused(entry); !good) return good;
-  if (auto good = end_segment(); !good) return good;
-  if (auto good = catch_up(); !good) return good;
+    if (auto status = code_unused(entry); !status) return status;
+  if (auto status = end_segment(); !status) return status;
+  if (auto status = catch_up(); !status) return status;
   let_go();
   return {};
 }
 
-/// Of what only more cells would need: steps come next, and need memory of their own.
+/// Frees everything that only further cells would need. Steps follow, and need memory of their own.
 void MeshEncoder::let_go() {
   shm::let_go(entries_);
   shm::let_go(in_segment_);
@@ -321,7 +321,7 @@ void MeshEncoder::let_go() {
   tasks_.reset();
 }
 
-// --- into the segment at hand, in coding order
+// --- into the current segment, in coding order
 
 Result<void> MeshEncoder::code(std::uint64_t number, std::uint32_t block,
                                std::span<const std::uint32_t> entries,
@@ -344,8 +344,8 @@ Result<void> MeshEncoder::code(std::uint64_t number, std::uint32_t block,
   return piece_is_full() ? pass_piece_on() : Result<void>();
 }
 
-/// Lets go of the vertices of a cell that no later one uses, of those at the nodes of `may_end`;
-/// returns at which nodes they stand.
+/// Releases those vertices at the nodes in `may_end` that no later cell uses. Returns the nodes at
+/// which they occur, as bits.
 std::uint64_t MeshEncoder::end_vertices(std::span<const std::uint32_t> entries,
                                         std::uint64_t may_end) {
   const auto markable = entries.first(std::min<std::size_t>(entries.size(), kMaxLastUse));
@@ -364,7 +364,7 @@ std::uint64_t MeshEncoder::end_vertices(std::span<const std::uint32_t> entries,
   return last_use;
 }
 
-/// The vertex is new to the segment at hand.
+/// Passes a vertex that is new to the current segment on to it.
 void MeshEncoder::give_vertex(std::uint32_t e) {
   Entry& entry = entries_[e];
   SegmentPiece::Vertex vertex;
@@ -419,7 +419,7 @@ Result<void> MeshEncoder::pass_piece_on() {
     if (begins)
       tasks_->begin(std::make_unique<SegmentTask>(*schema_, options_.group_cells, trial(), start_));
     while (!tasks_->has_room())
-      if (auto good = take_finished(Tasks::Wait::for_output_or_room); !good) return good;
+      if (auto status = take_finished(Tasks::Wait::for_output_or_room); !status) return status;
     const std::size_t bytes = piece_.bytes();
     tasks_->push(std::move(piece_), bytes);
     piece_ = tasks_->spare();
@@ -428,35 +428,36 @@ Result<void> MeshEncoder::pass_piece_on() {
   }
   if (begins)
     encoder_ = std::make_unique<ChoosingEncoder>(*schema_, options_.group_cells, trial(), start_);
-  const auto good = encoder_->take(piece_, done_);
+  const auto status = encoder_->take(piece_, done_);
   piece_.clear();
-  if (!good) return good;
+  if (!status) return status;
   return give_out(done_);
 }
 
 Result<void> MeshEncoder::end_segment() {
-  if (auto good = pass_piece_on(); !good) return good;
+  if (auto status = pass_piece_on(); !status) return status;
   if (!std::exchange(segment_begun_, false)) return {};
   if (tasks_) {
     tasks_->end();
     return {};
   }
-  if (auto good = encoder_->end(done_); !good) return good;
+  if (auto status = encoder_->end(done_); !status) return status;
   return give_out(done_);
 }
 
 Result<void> MeshEncoder::catch_up() {
-  if (auto good = pass_piece_on(); !good) return good;
+  if (auto status = pass_piece_on(); !status) return status;
   return tasks_ ? take_finished(Tasks::Wait::for_output) : Result<void>();
 }
 
-/// Gives out the groups that threads have finished; with for_output, all of what was passed on.
+/// Gives out the groups that threads have finished; with for_output, all groups of the pieces
+/// passed on.
 Result<void> MeshEncoder::take_finished(Tasks::Wait wait) {
   while (true) {
     auto group = tasks_->next(wait);
     if (!group) return group.error();
     if (!*group) return {};
-    if (auto good = give_out(**group); !good) return good;
+    if (auto status = give_out(**group); !status) return status;
     if (wait == Tasks::Wait::for_output_or_room) wait = Tasks::Wait::no;
   }
 }
@@ -465,7 +466,7 @@ Result<void> MeshEncoder::take_finished(Tasks::Wait wait) {
 
 Result<void> MeshEncoder::give_out(std::vector<EncodedGroup>& groups) {
   for (EncodedGroup& group : groups)
-    if (auto good = give_out(group); !good) return good;
+    if (auto status = give_out(group); !status) return status;
   groups.clear();
   return {};
 }
@@ -481,13 +482,13 @@ Result<void> MeshEncoder::give_out(EncodedGroup& group) {
 Result<void> MeshEncoder::give_out_part(std::span<const std::uint64_t> numbers) {
   if (numbers.size() != foreign_tickets_.size())
     return misuse_error("there are " + std::to_string(foreign_tickets_.size()) +
-                            " imported vertices, and " + std::to_string(numbers.size()) +
-                            " numbers",
+                            " imported vertices, but " + std::to_string(numbers.size()) +
+                            " numbers are given",
                         "mesh");
   for (std::size_t i = 0; i < numbers.size(); ++i) tickets_[foreign_tickets_[i]] = numbers[i];
   holds_groups_ = false;
   for (EncodedGroup& group : held_) {
-    if (auto good = finish_group(group); !good) return good;
+    if (auto status = finish_group(group); !status) return status;
     group = EncodedGroup();
   }
   shm::let_go(held_);
@@ -512,13 +513,14 @@ Result<void> MeshEncoder::finish_group(EncodedGroup& group) {
   return sink_(group.segment, header, group.streams);
 }
 
-/// Notes the stream numbers of the group's own vertices.
+/// Stores the stream numbers of the group's own vertices by ticket.
 void MeshEncoder::number_vertices(EncodedGroup& group) {
   for (std::size_t i = 0; i < group.own.size(); ++i)
     if (group.own[i].ticket != kNone) tickets_[group.own[i].ticket] = group.header.first_vertex + i;
 }
 
-/// Adds the stream numbers of the group's imported vertices, which earlier groups own.
+/// Adds a stream with the stream numbers of the group's imported vertices, which earlier groups
+/// own.
 void MeshEncoder::code_import_numbers(EncodedGroup& group) {
   using container::StreamKind;
   container::GroupHeader& header = group.header;
@@ -536,14 +538,14 @@ void MeshEncoder::code_import_numbers(EncodedGroup& group) {
   entry.codec = container::Codec::predictive;
   entry.bytes = bytes.size();
   entry.checksum = checksum(bytes);
-  std::size_t at = 0;
-  while (at < header.streams.size() && header.streams[at].kind < entry.kind) ++at;
-  const auto place = static_cast<std::ptrdiff_t>(at);
+  std::size_t index = 0;
+  while (index < header.streams.size() && header.streams[index].kind < entry.kind) ++index;
+  const auto place = static_cast<std::ptrdiff_t>(index);
   header.streams.insert(header.streams.begin() + place, entry);
   group.streams.insert(group.streams.begin() + place, bytes);
 }
 
-/// To the caller: each cell and the vertices of the group, in coding order.
+/// Reports each vertex and cell of the group to the caller, in coding order.
 void MeshEncoder::report_order(const EncodedGroup& group) const {
   for (const EncodedGroup::Vertex& vertex : group.own) options_.coding_order->vertex(vertex.number);
   for (std::uint64_t cell : group.cell_numbers) options_.coding_order->cell(cell);
@@ -553,7 +555,8 @@ void MeshEncoder::report_order(const EncodedGroup& group) const {
 
 namespace {
 
-/// A trend takes two steps since a key step.
+/// Returns the furthest reference that the options allow. A trend needs two steps since the last
+/// key step, which counts as one of them.
 StepReference most_referred(const Schema& schema, const WriteOptions& options) {
   if (!has_steps(schema) || options.key_steps > 2) return StepReference::trend;
   return options.key_steps == 2 ? StepReference::before : StepReference::nothing;
@@ -569,19 +572,20 @@ Result<void> check_options(const Schema& schema, const WriteOptions& options) {
   const auto& codecs = options.segment_connectivity;
   if (!is_codec(options.connectivity) || !std::all_of(codecs.begin(), codecs.end(), is_codec) ||
       options.level > Level::best)
-    return misuse_error("unknown codec of connectivity, or level", "options");
+    return misuse_error("unknown connectivity codec or level", "options");
   const bool shifts =
       options.connectivity == ConnectivityCodec::shifts ||
       std::find(codecs.begin(), codecs.end(), ConnectivityCodec::shifts) != codecs.end();
   if (shifts && !takes_shifts(schema))
     return misuse_error(
-        "shifts are for cells of 1 to 64 nodes without delay, and steps of 32 components",
+        "codec shifts needs cells of 1 to 64 nodes, no delay and stepped arrays of at most 32 "
+        "components",
         "options");
   const bool patterns =
       options.connectivity == ConnectivityCodec::patterns ||
       std::find(codecs.begin(), codecs.end(), ConnectivityCodec::patterns) != codecs.end();
   if (patterns && !takes_patterns(schema))
-    return misuse_error("patterns are for cells of 1 to 64 nodes without delay", "options");
+    return misuse_error("codec patterns needs cells of 1 to 64 nodes and no delay", "options");
   if (!(options.restart_budget >= 0))
     return misuse_error("restart_budget must be 0 or more", "options");
   if (options.key_steps < 1) return misuse_error("key_steps must be 1 or more", "options");
@@ -593,8 +597,8 @@ Result<void> check_options(const Schema& schema, const WriteOptions& options) {
 }  // namespace
 
 Result<Schema> schema_of_file(Schema schema, const WriteOptions& options) {
-  if (auto good = check_schema(schema); !good) return good.error();
-  if (auto good = check_options(schema, options); !good) return good.error();
+  if (auto status = check_schema(schema); !status) return status.error();
+  if (auto status = check_options(schema, options); !status) return status.error();
   schema.step_references = std::min(schema.step_references, most_referred(schema, options));
   schema.earlier_values = true;
   return schema;

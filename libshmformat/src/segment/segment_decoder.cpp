@@ -11,7 +11,7 @@
 namespace shm {
 namespace {
 
-// Groups of the first segment that are decoded before there are threads: about a millisecond.
+// Bytes of groups of the first segment that are decoded before threads start: about a millisecond.
 constexpr std::size_t kAloneBytes = std::size_t{4} << 10;
 
 }  // namespace
@@ -62,25 +62,25 @@ Result<void> SegmentDecoder::begin_group(container::GroupChunk chunk) {
   group_offset_ = chunk.offset;
   group_number_ = chunk.number;
   ByteReader in(payload_);
-  if (!container::get(in, group_, chunk.version)) return damaged("the group header makes no sense");
+  if (!container::get(in, group_, chunk.version)) return damaged("the group header is invalid");
   header_bytes_ = in.position();
   segment_bytes_ += payload_.size();
   if (!decoder_) {
     start_.first_cell = next_cell_ = group_.first_cell;
     start_.first_vertex = next_vertex_ = group_.first_vertex;
   }
-  if (auto good = check_header(); !good) return good;
+  if (auto status = check_header(); !status) return status;
   if (!decoder_) {
     auto cell_bytes = std::make_shared<const std::vector<std::size_t>>(cell_data_bytes(*schema_));
     auto made = make_group_decoder(*schema_, start_, parts_, std::move(cell_bytes), group_);
     if (!made) return placed(made.error());
     decoder_ = std::move(*made);
   }
-  if (auto good = decoder_->begin_group(group_); !good) return placed(good.error());
+  if (auto status = decoder_->begin_group(group_); !status) return placed(status.error());
   constexpr std::uint64_t kColumnBytesEach = 512;
   decoder_->allow_memory(limit_with(limits_.max_column_bytes, kColumnBytesEach, segment_bytes_),
                          limits_.max_column_bytes / 4);
-  if (auto good = begin_streams(); !good) return good;
+  if (auto status = begin_streams(); !status) return status;
   next_cell_ += group_.cells;
   next_vertex_ += group_.vertices;
   in_group_ = true;
@@ -93,7 +93,7 @@ Result<void> SegmentDecoder::check_header() {
   if (start_.segment == 0 && group_.imported_vertices > 0)
     return damaged("the first segment cannot import vertices");
   const std::uint64_t file = group_offset_ + payload_.size();
-  if (auto good = check_active(group_, limits_, file); !good) return placed(good.error());
+  if (auto status = check_active(group_, limits_, file); !status) return placed(status.error());
   if (group_.decoded_bytes > limits_.max_group_bytes)
     return damaged("unpacks to " + std::to_string(group_.decoded_bytes) + " bytes, the limit is " +
                        std::to_string(limits_.max_group_bytes),
@@ -105,7 +105,7 @@ Result<void> SegmentDecoder::begin_streams() {
   stream_bytes_.clear();
   ByteReader in(std::span<const std::byte>(payload_).subspan(header_bytes_));
   for (const container::StreamEntry& entry : group_.streams) {
-    // Streams of parts that are left out need not be there.
+    // Streams of parts that are not wanted may be missing.
     const bool is_included = parts_.includes(entry);
     const auto bytes =
         in.get_bytes(is_included ? entry.bytes : std::min<std::uint64_t>(entry.bytes, in.left()));
@@ -113,18 +113,18 @@ Result<void> SegmentDecoder::begin_streams() {
     if (!in.ok()) return damaged(name + ": ends beyond the group");
     if (!is_included) continue;
     if (checksum(bytes) != entry.checksum) return damaged(name + ": checksum does not match");
-    if (auto good = decoder_->begin_stream(entry, bytes); !good) return placed(good.error());
+    if (auto status = decoder_->begin_stream(entry, bytes); !status) return placed(status.error());
     const bool array = entry.kind == container::StreamKind::array;
     stream_bytes_[array ? array_stream_name(*schema_, entry.array) : name] += bytes.size();
   }
-  if (in.left() != 0) return damaged("bytes are left over behind the last stream");
-  if (auto good = decoder_->end_streams(); !good) return placed(good.error());
+  if (in.left() != 0) return damaged("bytes are left over after the last stream");
+  if (auto status = decoder_->end_streams(); !status) return placed(status.error());
   return {};
 }
 
 namespace {
 
-/// Empties it of vertices and values, but for the room that they take. Cells are written over.
+/// Removes vertices and values but keeps their memory. Cells are overwritten later.
 void clear(MeshBlock& block) {
   block.vertex_numbers.clear();
   block.xyz.clear();
@@ -139,7 +139,7 @@ Result<DecodedBlock> SegmentDecoder::next_block(MeshBlock&& room) {
   decoded.mesh = std::move(room);
   clear(decoded.mesh);
   decoded.offset = group_offset_;
-  if (auto good = decoder_->next_block(decoded); !good) return placed(good.error());
+  if (auto status = decoder_->next_block(decoded); !status) return placed(status.error());
   if (!decoder_->is_complete()) return decoded;
   auto end = decoder_->end_group();
   if (!end) return placed(end.error());
@@ -178,9 +178,9 @@ class DecodingQueue::SegmentTask final : public DecodingQueue::Tasks::Task {
 
   Result<void> take(container::GroupChunk& chunk, const Tasks::Emit& emit) override {
     const std::uint64_t group = chunk.number;
-    if (auto good = decoder_.begin_group(std::move(chunk)); !good) return good;
+    if (auto status = decoder_.begin_group(std::move(chunk)); !status) return status;
     if (check_)
-      if (auto good = check_(group, decoder_.group()); !good) return good;
+      if (auto status = check_(group, decoder_.group()); !status) return status;
     while (decoder_.in_group()) {
       auto block = decoder_.next_block();
       if (!block) return block.error();
@@ -238,10 +238,10 @@ Result<void> DecodingQueue::add_group(container::GroupChunk chunk) {
     return {};
   }
   segment_->group = chunk.number;
-  auto good = segment_->decoder.begin_group(std::move(chunk));
-  if (good && check_) good = check_(segment_->group, segment_->decoder.group());
-  if (!good) segment_.reset();
-  return good;
+  auto status = segment_->decoder.begin_group(std::move(chunk));
+  if (status && check_) status = check_(segment_->group, segment_->decoder.group());
+  if (!status) segment_.reset();
+  return status;
 }
 
 void DecodingQueue::end() {

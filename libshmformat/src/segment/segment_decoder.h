@@ -1,6 +1,7 @@
-// SegmentDecoder: the groups of one segment as they stand in a file in, blocks of vertices and
-// cells out. It checks what a group states before its decoder sees it. It needs nothing of other
-// segments, so several can work at once: a DecodingQueue has them do so.
+// SegmentDecoder: takes the groups of one segment as the file stores them, gives out blocks of
+// vertices and cells. It checks the header of a group before the group decoder sees it. It needs
+// nothing from other segments, so several segments can be decoded at once: a DecodingQueue does
+// that.
 // spec: "Segments", "Decoding a group"
 #pragma once
 
@@ -19,7 +20,7 @@
 
 namespace shm {
 
-/// The decoder of a segment whose first group has this header.
+/// Returns the decoder of a segment whose first group has this header.
 Result<std::unique_ptr<GroupDecoder>> make_group_decoder(const Schema& schema,
                                                          const SegmentStart& start,
                                                          const DecodedParts& parts,
@@ -28,31 +29,33 @@ Result<std::unique_ptr<GroupDecoder>> make_group_decoder(const Schema& schema,
 
 class SegmentDecoder {
  public:
-  /// `schema` is checked and borrowed. Streams of values that are not among `parts` are not looked
-  /// at.
+  /// `schema` has passed check_schema() and must outlive the decoder. Streams of values outside
+  /// `parts` are ignored.
   SegmentDecoder(const Schema& schema, const ReadLimits& limits, std::uint32_t segment,
                  DecodedParts parts = {});
   SegmentDecoder(const SegmentDecoder&) = delete;  // its decoder borrows the group's header
   SegmentDecoder& operator=(const SegmentDecoder&) = delete;
 
-  /// The next group. Where it stands, and which one it is, is for errors.
+  /// Begins the next group. Its offset and number serve for error messages only.
   Result<void> begin_group(container::GroupChunk chunk);
   bool in_group() const { return in_group_; }
-  /// Must hold: in_group(). Some thousand cells at most. `room`: a block whose room it takes.
+  /// Decodes the next block, of some thousand cells at most. Must hold: in_group(). `room`: a block
+  /// whose memory is reused.
   Result<DecodedBlock> next_block(MeshBlock&& room = {});
 
-  /// The header of the group that began last.
+  /// The header of the current or last group.
   const container::GroupHeader& group() const { return group_; }
-  /// As the header of the first group states it. Must hold: begin_group() succeeded once.
+  /// The start of the segment according to the header of its first group. Must hold: begin_group()
+  /// succeeded once.
   const SegmentStart& start() const { return start_; }
-  /// Numbers of own vertices that are not finalized by now.
+  /// Numbers of own vertices that are not finalized yet.
   std::vector<std::uint64_t> alive() const;
 
  private:
   Result<void> check_header();
   Result<void> begin_streams();
   Error damaged(std::string detail, ErrorCode code = ErrorCode::corrupt) const;
-  /// An error of the decoder, with the place of the group.
+  /// Adds the place of the group to an error of the group decoder.
   Error placed(const Error& error) const { return damaged(error.detail, error.code); }
 
   const Schema* schema_;
@@ -64,7 +67,7 @@ class SegmentDecoder {
   std::vector<std::byte> payload_;
   container::GroupHeader group_;
   std::size_t header_bytes_ = 0;
-  std::uint64_t segment_bytes_ = 0;  // of its groups so far
+  std::uint64_t segment_bytes_ = 0;  // payload bytes of its groups so far
   bool in_group_ = false;
   std::uint64_t group_offset_ = 0, group_number_ = 0;
   std::map<std::string, std::uint64_t> stream_bytes_;
@@ -72,57 +75,58 @@ class SegmentDecoder {
   std::uint64_t next_cell_ = 0, next_vertex_ = 0;
 };
 
-/// Groups of several segments in, segment after segment, blocks and the ends of segments out, in
-/// the same order. They are decoded one after the other when they are taken, or by threads ahead,
-/// segment beside segment; what comes out is the same. With threads it keeps what waits, within
-/// limits.
+/// DecodingQueue: takes the groups of several segments, segment after segment; gives out blocks and
+/// ends of segments in the same order. It decodes segments one after the other when blocks are
+/// taken, or several at once in threads that work ahead. The output is the same. With threads it
+/// holds waiting groups and blocks, within limits.
 class DecodingQueue {
  public:
   /// Either a block, or the end of its segment.
   struct Output {
-    std::size_t segment = 0;  ///< as begin_segment() was told
-    std::uint64_t group = 0;  ///< of a block: number of its group
+    std::size_t segment = 0;  ///< the number passed to begin_segment()
+    std::uint64_t group = 0;  ///< number of the group of a block
     std::optional<DecodedBlock> block;
-    std::vector<std::uint64_t> left_alive;  ///< at the end: numbers of vertices not finalized
+    std::vector<std::uint64_t>
+        left_alive;  ///< numbers of vertices that are not finalized at the end
   };
 
  private:
   using Tasks = OrderedTasks<container::GroupChunk, Output>;
 
  public:
-  /// Looks at the header of a group before its blocks are decoded, in any thread.
+  /// Check of a group's header before its blocks are decoded. It is called in any thread.
   using Check =
       std::function<Result<void>(std::uint64_t group, const container::GroupHeader& header)>;
 
-  /// `schema` is checked and borrowed.
+  /// `schema` has passed check_schema() and must outlive the queue.
   DecodingQueue(const Schema& schema, const ReadLimits& limits, const ReadOptions& options,
                 Check check = {});
   DecodingQueue(const DecodingQueue&) = delete;  // its tasks borrow it
   DecodingQueue& operator=(const DecodingQueue&) = delete;
 
-  /// What follows is of another segment. `segment` is for outputs; `number` is that of the file.
+  /// Begins the next segment. Outputs carry `segment`; `number` is its number in the file.
   void begin_segment(std::size_t segment, std::uint32_t number, DecodedParts parts = {});
-  /// Whether another group may be added before all blocks have been taken.
+  /// Returns true if another group may be added before all blocks have been taken.
   bool wants_group() const;
-  /// The next group of the segment. Must hold: wants_group().
+  /// Adds the next group of the segment. Must hold: wants_group().
   Result<void> add_group(container::GroupChunk chunk);
-  /// No segment will follow.
+  /// Declares that no segment follows.
   void end();
-  /// Whether outputs are there or coming.
+  /// Returns true if outputs are available or will be.
   bool is_busy() const;
 
   using Wait = Tasks::Wait;
-  /// The next output. Nothing where none is there yet and it is not waited for, where another group
-  /// may be added, or where nothing is coming.
+  /// Returns the next output. Returns nothing if none is available yet and `wait` is no, if another
+  /// group may be added, or if nothing will come.
   Result<std::optional<Output>> next(Wait wait);
-  /// Takes the room of a block that was taken, for one to come; not with threads.
+  /// Reuses the memory of a block that the caller has finished with; ignored with threads.
   void reuse(MeshBlock&& block) {
     if (!tasks_) room_ = std::move(block);
   }
 
  private:
   class SegmentTask;
-  /// A segment that is decoded here.
+  /// The segment that is being decoded without threads.
   struct Segment {
     std::size_t segment;
     SegmentDecoder decoder;
@@ -135,8 +139,8 @@ class DecodingQueue {
   ReadLimits limits_;
   Check check_;
   std::unique_ptr<Segment> segment_;  // without threads
-  std::optional<Output> left_;        // the same: the end of the one before
-  MeshBlock room_;                    // the same
+  std::optional<Output> left_;        // without threads: the end of the last segment
+  MeshBlock room_;                    // without threads
   std::unique_ptr<Tasks> tasks_;      // with threads
 };
 

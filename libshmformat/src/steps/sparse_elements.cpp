@@ -27,7 +27,7 @@ void SparseGroup::unfold(std::uint32_t covered, TiledItems& out) const {
   out.left_out.push_back(uncovered_behind);
 }
 
-/// Neighbours are of one block, as a rule.
+/// Neighbours usually are of one block, so the last answer is kept.
 bool Coverage::operator()(std::uint32_t block) {
   if (block != last_) {
     last_ = block;
@@ -37,9 +37,9 @@ bool Coverage::operator()(std::uint32_t block) {
 }
 
 /// A column skips the uncovered elements of a tile before it codes the covered ones, and a skipped
-/// element takes what was coded last: so it may as well be skipped at the next tile that has
-/// covered ones, in whatever group; and not at all if nobody looks at it before its slot is taken
-/// again.
+/// element takes the state coded last. So it may as well be skipped in the next tile that has
+/// covered elements, in whatever group. It need not be skipped at all if no covered element looks
+/// at its slot before the slot is reused.
 void SparseGroupBuilder::add_group(const TiledItems& all, std::uint32_t slots,
                                    std::span<const std::uint64_t> numbers) {
   SparseGroup& to = out_->emplace_back();
@@ -109,9 +109,9 @@ void SparseGroupBuilder::put_skipped(std::span<SparseGroup> groups) {
   std::uint32_t tile = 0;
   for (SparseGroup& group : groups) {
     const std::size_t begin = next;
-    for (SparseGroup::Tile& it : group.tiles) {
+    for (SparseGroup::Tile& ends : group.tiles) {
       while (next < looked_at_.size() && looked_at_[next].tile == tile) ++next;
-      it.skipped_end = static_cast<std::uint32_t>(next - begin);
+      ends.skipped_end = static_cast<std::uint32_t>(next - begin);
       ++tile;
     }
     group.skipped.reserve(next - begin);
@@ -119,13 +119,13 @@ void SparseGroupBuilder::put_skipped(std::span<SparseGroup> groups) {
   }
 }
 
-/// So that no group names more slots than all elements up to it do.
+/// Renumbers slots by first use, so that a group names no more slots than all elements up to it do.
 void SparseGroupBuilder::number_by_first_use(std::span<SparseGroup> groups) const {
-  std::vector<std::uint32_t> anew(slots_, kNone);
+  std::vector<std::uint32_t> new_slots(slots_, kNone);
   std::uint32_t slots = 0;
   const auto number = [&](std::uint32_t& slot) {
-    if (anew[slot] == kNone) anew[slot] = slots++;
-    slot = anew[slot];
+    if (new_slots[slot] == kNone) new_slots[slot] = slots++;
+    slot = new_slots[slot];
   };
   for (SparseGroup& group : groups) {
     for (std::uint32_t& slot : group.skipped) number(slot);

@@ -1,8 +1,9 @@
-// SparseElements: what the column of an array that covers few of the elements needs of them: the
-// covered ones, and of the others those whose slots a covered one looks at. The column of these
-// gives the very values that the column of all would give.
-// in:    elements of the groups that have covered ones, in order       out: the same without most
-// keeps: of each covered element 60 bytes, and 4 for each slot that it looks at at most
+// SparseElements: the elements that a column of an array on few elements needs: the covered
+// elements, and those other elements whose slots a covered element looks at. A column over these
+// gives the same values as a column over all elements.
+// in:    elements of the groups that have covered elements, in order       out: the same without
+// most
+// keeps: 60 bytes for each covered element, and at most 4 for each slot that it looks at
 // spec: "Step values"
 #pragma once
 
@@ -15,35 +16,35 @@
 
 namespace shm {
 
-/// Of one group.
+/// The elements of one group.
 struct SparseGroup {
-  /// Ends in `items` and in `skipped`; how many elements are not covered, in it and in those
-  /// without covered ones before it.
+  /// Ends of the tile in `items` and in `skipped`. `uncovered`: number of uncovered elements in it
+  /// and in the tiles without covered elements before it.
   struct Tile {
     std::uint32_t items_end = 0, skipped_end = 0, uncovered = 0;
   };
 
-  std::vector<Neighbourhood> items;    ///< covered; slots are numbered anew
-  std::vector<std::uint32_t> skipped;  ///< slots of elements that are not covered
-  std::vector<Tile> tiles;             ///< those with covered elements
-  std::vector<std::uint64_t> numbers;  ///< of the covered ones, where they are known
-  std::uint32_t slots = 0;             ///< above every one that is named up to here
-  std::uint32_t all_slots = 0;         ///< of all elements up to here
-  std::uint32_t uncovered_behind = 0;  ///< elements behind the last tile
+  std::vector<Neighbourhood> items;    ///< covered elements, with renumbered slots
+  std::vector<std::uint32_t> skipped;  ///< slots of uncovered elements
+  std::vector<Tile> tiles;             ///< tiles with covered elements
+  std::vector<std::uint64_t> numbers;  ///< numbers of the covered elements, if known
+  std::uint32_t slots = 0;             ///< upper bound of the slots named up to here
+  std::uint32_t all_slots = 0;         ///< upper bound of the slots of all elements up to here
+  std::uint32_t uncovered_behind = 0;  ///< number of uncovered elements after the last tile
 
   std::size_t bytes() const {
     return sizeof(SparseGroup) + items.capacity() * sizeof(Neighbourhood) +
            skipped.capacity() * sizeof(std::uint32_t) + tiles.capacity() * sizeof(Tile) +
            numbers.capacity() * sizeof(std::uint64_t);
   }
-  /// As a column that covers block `covered` takes them.
+  /// Expands the group to items for a column that covers block `covered`.
   void unfold(std::uint32_t covered, TiledItems& out) const;
 };
 
-/// What an array covers.
+/// The blocks that an array covers.
 class Coverage {
  public:
-  /// `blocks` ascend and are borrowed.
+  /// `blocks` ascend and must outlive this object.
   explicit Coverage(std::span<const std::uint32_t> blocks) : blocks_(blocks) {}
   bool operator()(std::uint32_t block);
 
@@ -53,30 +54,33 @@ class Coverage {
   bool covers_last_ = false;
 };
 
-/// Makes the groups of one segment after the other. What it keeps by slot goes with it.
+/// Builds the groups of one segment after the other. At the end of a segment its data by slot is
+/// dropped.
 class SparseGroupBuilder {
  public:
-  /// `out` is borrowed, and so are `blocks`.
+  /// `out` and `blocks` must outlive this object.
   SparseGroupBuilder(std::span<const std::uint32_t> blocks, std::vector<SparseGroup>& out)
       : covers_(blocks), out_(&out) {}
 
-  /// The next group that has covered elements. Of `all` either items or blocks may be missing.
-  /// `slots`: above every one that an item names. `numbers`: of all elements, or of the covered
-  /// ones, or none.
+  /// Adds the next group that has covered elements. Either items or blocks of `all` may be missing.
+  /// `slots`: above every slot named by an item. `numbers`: of all elements, of the covered
+  /// elements, or none.
   void add_group(const TiledItems& all, std::uint32_t slots,
                  std::span<const std::uint64_t> numbers);
-  /// Behind the groups of each segment.
+  /// Call it after the groups of each segment.
   void end_segment();
-  /// Of what it has made, and keeps until the end of the segment.
+  /// Bytes of the groups built so far, and of data kept until the end of the segment.
   std::size_t bytes() const { return bytes_ + looked_at_.size() * sizeof(LookedAt); }
 
  private:
-  /// By slot as the mesh numbers them.
+  /// Data of a slot, by its number in the mesh.
   struct Slot {
-    std::uint32_t number = kNone;   ///< anew
-    std::uint32_t skipped = kNone;  ///< before which tile an uncovered element took it, if one did
+    std::uint32_t number = kNone;  ///< the new number
+    std::uint32_t skipped =
+        kNone;  ///< the tile before which an uncovered element took the slot, if one did
   };
-  /// An uncovered element that a covered one looks at: before the covered ones of a tile.
+  /// An uncovered element that a covered element looks at. It is skipped before the covered
+  /// elements of a tile.
   struct LookedAt {
     std::uint32_t tile, slot;
   };
@@ -92,7 +96,7 @@ class SparseGroupBuilder {
   Coverage covers_;
   std::vector<SparseGroup>* out_;
   std::size_t bytes_ = 0;
-  // of the segment at hand
+  // The current segment
   std::size_t first_group_ = 0;
   std::vector<Slot> by_slot_;
   std::uint32_t slots_ = 0, tiles_ = 0;

@@ -28,8 +28,8 @@ Result<StepPiece> StepDecoder::read(const container::StepHeader& header,
                              ErrorCode::over_limit);
   Last& last = last_[header.array];
   if (array_ != header.array || header.step != last.step)
-    if (auto good = begin_step(header, file); !good) return good.error();
-  if (auto good = expect_group(header); !good) return good.error();
+    if (auto status = begin_step(header, file); !status) return status.error();
+  if (auto status = expect_group(header); !status) return status.error();
   auto values = decode(header, bytes);
   if (!values) return values.error();
   StepPiece piece{header.array, header.step, last.first, std::move(*values)};
@@ -41,12 +41,12 @@ Result<StepPiece> StepDecoder::read(const container::StepHeader& header,
   return piece;
 }
 
-/// A step begins when the last one, of whatever array, is complete.
+/// Begins a step. The step before, of whatever array, must be complete.
 Result<void> StepDecoder::begin_step(const container::StepHeader& header, std::uint64_t file) {
   Last& last = last_[header.array];
   if (!is_complete() || (last.begun && header.step <= last.step))
     return wrong_step_values(*schema_, header,
-                             "begins before another step is complete, or behind a later one");
+                             "begins before another step is complete, or after a later one");
   if (last.begun) {
     last.step_before = last.step;
     last.run = last.has_referred ? last.run + 1 : 1;
@@ -62,13 +62,14 @@ Result<void> StepDecoder::begin_step(const container::StepHeader& header, std::u
   return {};
 }
 
-/// The group must be the next one that has elements of the array, and as many as the header states.
+/// Checks that the group is the next one with elements of the array, and that the header has their
+/// number.
 Result<void> StepDecoder::expect_group(const container::StepHeader& header) {
   const Last& last = last_[header.array];
   if (header.count > elements_[header.array] - last.first)
     return wrong_step_values(*schema_, header, "has more values than the mesh has elements");
   if (header.group >= mesh_.groups())
-    return wrong_step_values(*schema_, header, "its group is none of the mesh");
+    return wrong_step_values(*schema_, header, "its group does not exist in the mesh");
   const auto next = mesh_.nth_group(header.array, last.groups, header.group);
   if (!next) return next.error();
   if (*next == nullptr || (*next)->group < header.group)
@@ -78,8 +79,8 @@ Result<void> StepDecoder::expect_group(const container::StepHeader& header) {
   return {};
 }
 
-/// A trend needs two steps, of which the later one refers to a step itself: who begins to read
-/// between them has neither.
+/// Returns what the part refers to. A trend needs two steps, the later of which refers to a step
+/// itself: a reader that begins between the two has neither.
 Result<StepReference> StepDecoder::reference_of(const container::StepHeader& header) const {
   const Last& last = last_[header.array];
   const StepReference kind = container::refers_to(header);
@@ -104,7 +105,7 @@ Result<std::vector<std::byte>> StepDecoder::decode(const container::StepHeader& 
                                                    std::span<const std::byte> bytes) {
   Last& last = last_[header.array];
   const ArrayInfo& info = schema_->arrays[header.array];
-  if (auto good = parts_->check_size(header); !good) return good.error();
+  if (auto status = parts_->check_size(header); !status) return status.error();
   const auto kind = reference_of(header);
   if (!kind) return kind.error();
   last.has_referred = last.has_referred || *kind != StepReference::nothing;

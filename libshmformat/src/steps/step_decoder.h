@@ -1,4 +1,5 @@
-// StepDecoder: step_values chunks in, values of stepped arrays out. The mirror of step_encoder.h.
+// StepDecoder: takes step_values chunks, gives out values of stepped arrays. The mirror of
+// step_encoder.h.
 // spec: "Step values"
 #pragma once
 
@@ -18,26 +19,27 @@ namespace shm {
 
 class StepDecoder {
  public:
-  /// `schema` is checked, borrowed, and so is `topology`, of the whole mesh. `elements`: how many
-  /// each array has.
+  /// `schema` has passed check_schema(). It and `topology`, which is of the whole mesh, must
+  /// outlive the decoder. `elements`: number of elements, by array.
   StepDecoder(const Schema& schema, const ReadLimits& limits, StepTopology& topology,
               std::vector<std::uint64_t> elements);
 
-  /// The values of a part. `file`: bytes up to its end. Errors name no place.
+  /// Decodes the values of a part. `file`: bytes of the file up to the end of the part. Errors name
+  /// no place.
   Result<StepPiece> read(const container::StepHeader& header, std::span<const std::byte> bytes,
                          std::uint64_t file);
-  /// Whether the step that began last is complete.
+  /// Returns true if the step that began last is complete.
   bool is_complete() const { return array_ == kNone || last_[array_].first == elements_[array_]; }
 
  private:
-  /// Of an array: its last step.
+  /// The last step of an array.
   struct Last {
     bool begun = false;
-    std::uint64_t step = 0, first = 0;  // element after the last one
-    std::size_t groups = 0;             // that have been read
+    std::uint64_t step = 0, first = 0;  // first: the next element to read
+    std::size_t groups = 0;             // number of groups read
     StepMemory values;
     std::uint64_t step_before = 0;
-    std::uint32_t run = 0;  // steps since one that refers to no other, up to step_before
+    std::uint32_t run = 0;  // number of steps from the last key step up to step_before
     bool has_referred = false;
   };
 
@@ -53,7 +55,7 @@ class StepDecoder {
   std::vector<std::uint64_t> elements_;
   StepReference most_;
   std::vector<Last> last_;  // by array
-  // the step at hand, of one array
+  // The current step, of one array
   std::uint32_t array_ = kNone;
   std::optional<StepParts> parts_;
 };

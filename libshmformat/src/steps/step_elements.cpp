@@ -9,15 +9,16 @@
 namespace shm {
 namespace {
 
-/// Elements are few where they are one in so many.
+/// Elements are few if they are at most 1 / kFew of all elements.
 constexpr std::uint64_t kFew = 4;
-/// So much may be kept of them in any case.
+/// Bytes that may be kept of them in any case.
 constexpr std::size_t kLeastKept = std::size_t{1} << 20;
-/// So many covers are made at once, whose arrays by slot take memory each: the first time one, then
-/// twice as many each time, since who asks for many asks for all.
+/// Most covers that are built at once, since each needs memory by slot. The first time one is
+/// built, then twice as many each time: a caller that asks for many usually asks for all.
 constexpr std::size_t kMostCoversAtOnce = 16;
 
-constexpr std::uint32_t kOwn[] = {0};  // GroupElements: the block of vertices that are not imported
+constexpr std::uint32_t kOwn[] = {
+    0};  // in GroupElements: the block of vertices that are not imported
 
 }  // namespace
 
@@ -51,9 +52,9 @@ std::span<const std::uint32_t> StepElements::covered_blocks(const Cover& cover) 
 }
 
 std::size_t StepElements::Cover::nth(std::size_t group) const {
-  const auto found =
-      std::lower_bound(groups.begin(), groups.end(), group,
-                       [](const OfGroup& it, std::size_t number) { return it.group < number; });
+  const auto found = std::lower_bound(
+      groups.begin(), groups.end(), group,
+      [](const OfGroup& of_group, std::size_t number) { return of_group.group < number; });
   return static_cast<std::size_t>(found - groups.begin());
 }
 
@@ -63,55 +64,55 @@ void StepElements::make_dense(Cover& cover) {
 }
 
 void StepElements::expect(std::uint32_t array, std::uint64_t elements) {
-  Cover& it = cover(array);
-  it.array = array;
+  Cover& entry = cover(array);
+  entry.array = array;
   const ArrayInfo& info = schema_->arrays[array];
-  // Groups that were counted before are those of a dense cover; that stays as it is, whatever is
-  // expected of a later step.
-  if (it.made || it.counted > 0 || info.components > kMostStepComponents) return;
-  const bool covers_all = !of_points(it) && info.blocks.empty();
+  // Groups counted before belong to a dense cover. It stays dense, whatever a later step expects.
+  if (entry.made || entry.counted > 0 || info.components > kMostStepComponents) return;
+  const bool covers_all = !of_points(entry) && info.blocks.empty();
   const std::uint64_t all =
-      of_points(it) ? topology_->vertices_in_all() : topology_->cells_in_all();
-  it.is_sparse = !covers_all && elements <= all / kFew;
+      of_points(entry) ? topology_->vertices_in_all() : topology_->cells_in_all();
+  entry.is_sparse = !covers_all && elements <= all / kFew;
 }
 
-Result<void> StepElements::count_up_to(Cover& it, std::size_t group) {
-  if (it.is_sparse && !it.made)
-    if (auto good = make_sparse((*numbers_of_covers_)[it.array]); !good) return good;
-  for (; it.counted <= group; ++it.counted) {
-    const auto count = topology_->count(it.array, it.counted);
+Result<void> StepElements::count_up_to(Cover& cover, std::size_t group) {
+  if (cover.is_sparse && !cover.made)
+    if (auto status = make_sparse((*numbers_of_covers_)[cover.array]); !status) return status;
+  for (; cover.counted <= group; ++cover.counted) {
+    const auto count = topology_->count(cover.array, cover.counted);
     if (!count) return count.error();
-    if (*count > 0) it.groups.push_back({static_cast<std::uint32_t>(it.counted), *count});
+    if (*count > 0) cover.groups.push_back({static_cast<std::uint32_t>(cover.counted), *count});
   }
   return {};
 }
 
 Result<const StepElements::OfGroup*> StepElements::nth_group(std::uint32_t array, std::size_t nth,
                                                              std::size_t last) {
-  Cover& it = cover(array);
-  while (it.groups.size() <= nth && it.counted <= last)
-    if (auto good = count_up_to(it, it.counted); !good) return good.error();
-  if (nth >= it.groups.size() || it.groups[nth].group > last) return nullptr;
-  return &it.groups[nth];
+  Cover& entry = cover(array);
+  while (entry.groups.size() <= nth && entry.counted <= last)
+    if (auto status = count_up_to(entry, entry.counted); !status) return status.error();
+  if (nth >= entry.groups.size() || entry.groups[nth].group > last) return nullptr;
+  return &entry.groups[nth];
 }
 
 Result<std::uint64_t> StepElements::count(std::uint32_t array, std::size_t group) {
-  Cover& it = cover(array);
-  if (auto good = count_up_to(it, group); !good) return good.error();
-  const std::size_t nth = it.nth(group);
-  return nth < it.groups.size() && it.groups[nth].group == group ? it.groups[nth].count : 0;
+  Cover& entry = cover(array);
+  if (auto status = count_up_to(entry, group); !status) return status.error();
+  const std::size_t nth = entry.nth(group);
+  return nth < entry.groups.size() && entry.groups[nth].group == group ? entry.groups[nth].count
+                                                                       : 0;
 }
 
 Result<ColumnElements> StepElements::elements(std::uint32_t array, std::size_t group) {
-  Cover& it = cover(array);
-  if (auto good = count_up_to(it, group); !good) return good.error();
-  if (!it.is_sparse) {
+  Cover& entry = cover(array);
+  if (auto status = count_up_to(entry, group); !status) return status.error();
+  if (!entry.is_sparse) {
     const auto elements = topology_->elements(group);
     if (!elements) return elements.error();
     return dense(array, **elements);
   }
-  const SparseGroup& sparse = it.sparse[it.nth(group)];
-  sparse.unfold(covered_blocks(it).front(), unfolded_);
+  const SparseGroup& sparse = entry.sparse[entry.nth(group)];
+  sparse.unfold(covered_blocks(entry).front(), unfolded_);
   return ColumnElements{&unfolded_, sparse.slots, sparse.all_slots, sparse.numbers};
 }
 
@@ -125,26 +126,27 @@ ColumnElements StepElements::dense(std::uint32_t array, const GroupElements& all
   return {&all.cells, all.slots, 0, numbers_};
 }
 
-/// All groups once, for this cover and for some of those that will be asked for next. A cover of
-/// which too much would be kept is decoded with the mesh, as those of many elements.
+/// Goes through all groups once, for this cover and for some covers that will probably be asked for
+/// next. A cover that would keep too much memory is decoded with the mesh, like covers of many
+/// elements.
 Result<void> StepElements::make_sparse(std::uint32_t wanted) {
   std::vector<Making> all;
   for (auto next = covers_.find(wanted); next != covers_.end() && all.size() < made_at_once_;
        ++next) {
-    Cover& it = next->second;
-    if (!it.is_sparse || it.made) continue;
-    it.made = true;
-    all.push_back({&it, SparseGroupBuilder(covered_blocks(it), it.sparse)});
+    Cover& next_cover = next->second;
+    if (!next_cover.is_sparse || next_cover.made) continue;
+    next_cover.made = true;
+    all.push_back({&next_cover, SparseGroupBuilder(covered_blocks(next_cover), next_cover.sparse)});
   }
   made_at_once_ = std::min(2 * made_at_once_, kMostCoversAtOnce);
-  Result<void> good;
-  for (std::size_t g = 0; good && g < topology_->groups(); ++g) good = add_group(g, all);
+  Result<void> status;
+  for (std::size_t g = 0; status && g < topology_->groups(); ++g) status = add_group(g, all);
   for (const auto& [cover, maker] : all) {
-    if (!good) make_dense(*cover);
+    if (!status) make_dense(*cover);
     if (cover->is_sparse) kept_bytes_ += maker.bytes();
   }
   topology_->release();
-  return good;
+  return status;
 }
 
 Result<void> StepElements::add_group(std::size_t group, std::span<Making> all) {
@@ -155,7 +157,7 @@ Result<void> StepElements::add_group(std::size_t group, std::span<Making> all) {
   std::size_t bytes = kept_bytes_;
   for (auto& [cover, maker] : all) {
     if (!cover->is_sparse) continue;
-    if (auto good = count_up_to(*cover, group); !good) return good;
+    if (auto status = count_up_to(*cover, group); !status) return status;
     if (!cover->groups.empty() && cover->groups.back().group == group)
       maker.add_group(of_points(*cover) ? (*elements)->vertices : (*elements)->cells,
                       (*elements)->slots,

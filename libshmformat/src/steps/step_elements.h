@@ -1,7 +1,8 @@
-// StepElements: which groups have elements of a stepped array, and which these are: what a column
-// needs of the mesh. Of arrays on few elements it is kept from step to step (sparse_elements.h), so
-// that a step costs what it holds and not what the mesh holds; of the others the mesh is
-// decoded again. spec: "Step values"
+// StepElements: the groups that have elements of a stepped array, and these elements, which a
+// column needs. Those of arrays on few elements are kept from step to step (sparse_elements.h), so
+// that the cost of a step depends on its own values and not on the mesh. For other arrays the mesh
+// is decoded again.
+// spec: "Step values"
 #pragma once
 
 #include <cstddef>
@@ -16,20 +17,22 @@
 
 namespace shm {
 
-/// Arrays of more components are left to zstd: columns cost memory each.
+/// Most components of an array in columns, since each column needs memory. Wider arrays are left to
+/// zstd.
 inline constexpr std::uint32_t kMostStepComponents = 256;
 
-/// What a column needs of a group.
+/// Elements of a group, as a column needs them.
 struct ColumnElements {
   const TiledItems* items = nullptr;
-  std::uint32_t slots = 0;  ///< above every slot that an item names
-  /// The same of all elements of the mesh, where some are left out.
+  std::uint32_t slots = 0;  ///< upper bound of the slots named by items
+  /// The same for all elements of the mesh, if some are left out.
   std::uint32_t all_slots = 0;
-  /// As a Reader numbers the covered elements, where a StepTopology was asked for that.
+  /// Numbers of the covered elements in a Reader, if the StepTopology was asked for them.
   std::span<const std::uint64_t> numbers;
 };
 
-/// Which stepped arrays cover the same elements, by array: the number of what they cover.
+/// By array: the number of its cover. Stepped arrays that cover the same elements have the same
+/// number.
 using CoverNumbers = std::shared_ptr<const std::vector<std::uint32_t>>;
 CoverNumbers cover_numbers(const Schema& schema);
 
@@ -37,42 +40,43 @@ class StepElements {
  public:
   struct OfGroup {
     std::uint32_t group = 0;
-    std::uint64_t count = 0;  ///< elements, never 0
+    std::uint64_t count = 0;  ///< number of elements, never 0
   };
 
-  /// `schema` is checked and borrowed, and so is `topology`, which has all its groups. `covers`:
-  /// cover_numbers(schema).
+  /// `schema` has passed check_schema(). It and `topology`, which has all its groups, must outlive
+  /// this object. `covers`: cover_numbers(schema).
   StepElements(const Schema& schema, StepTopology& topology, CoverNumbers covers);
 
-  /// Before all else about an array: how many elements it has in all groups, by which
-  /// it is decided whether they are kept.
+  /// Sets the number of elements that an array has in all groups, which decides whether they are
+  /// kept. Call it before anything else about the array.
   void expect(std::uint32_t array, std::uint64_t elements);
-  /// The nth group that has elements of the array; null where there is none up to group `last`.
-  /// Valid until the next call.
+  /// Returns the nth group that has elements of the array; null if there is none up to group
+  /// `last`. Valid until the next call.
   Result<const OfGroup*> nth_group(std::uint32_t array, std::size_t nth, std::size_t last);
-  /// How many elements of the array the group has.
+  /// Returns the number of elements of the array in the group.
   Result<std::uint64_t> count(std::uint32_t array, std::size_t group);
-  /// Those of a group that has some. Valid until the next call. Groups in order cost least.
+  /// Returns the elements of the array in a group that has some. Valid until the next call. Reading
+  /// groups in order is fastest.
   Result<ColumnElements> elements(std::uint32_t array, std::size_t group);
 
   std::uint32_t segment_of(std::size_t group) const { return topology_->segment_of(group); }
   bool has_neighbourhoods(std::size_t group) const { return topology_->has_neighbourhoods(group); }
   std::size_t groups() const { return topology_->groups(); }
   std::uint64_t most_active() const { return topology_->most_active(); }
-  /// Of what is kept of arrays on few elements.
+  /// Bytes kept for arrays on few elements.
   std::size_t kept_bytes() const { return kept_bytes_; }
 
  private:
   /// Arrays that cover the same elements.
   struct Cover {
-    std::uint32_t array = 0;          // one of them
-    bool is_sparse = false;           // their elements are few
-    bool made = false;                // what is sparse of it
-    std::vector<OfGroup> groups;      // that have elements
-    std::size_t counted = 0;          // groups
-    std::vector<SparseGroup> sparse;  // once made: of these groups
+    std::uint32_t array = 0;          // one of these arrays
+    bool is_sparse = false;           // true: they cover few elements
+    bool made = false;                // true: `sparse` has been built
+    std::vector<OfGroup> groups;      // groups that have elements
+    std::size_t counted = 0;          // number of groups counted
+    std::vector<SparseGroup> sparse;  // sparse elements of `groups`, once made
 
-    /// Of the groups that have elements the first one that is no earlier.
+    /// Returns the index in `groups` of the first group that is not before `group`.
     std::size_t nth(std::size_t group) const;
   };
   struct Making;

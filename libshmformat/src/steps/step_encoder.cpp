@@ -11,7 +11,7 @@
 namespace shm {
 namespace {
 
-constexpr int kWideArrayZstdLevel = 9;  // of arrays with too many components for columns
+constexpr int kWideArrayZstdLevel = 9;  // for arrays with too many components for columns
 
 }  // namespace
 
@@ -39,22 +39,22 @@ void StepEncoder::begin_part(Part part) {
 
 Result<void> StepEncoder::begin(std::uint32_t array, std::uint64_t step) {
   if (array_ == array && step_ == step) return {};
-  if (auto good = end_step(); !good) return good;
+  if (auto status = end_step(); !status) return status;
   return begin_step(array, step);
 }
 
 Result<void> StepEncoder::add(std::uint32_t array, std::uint64_t step,
                               std::span<const std::byte> values) {
-  if (auto good = begin(array, step); !good) return good;
+  if (auto status = begin(array, step); !status) return status;
   while (!values.empty()) {
     if (count_ == 0)
-      if (auto good = begin_group(); !good) return good;
+      if (auto status = begin_group(); !status) return status;
     const std::size_t wanted = static_cast<std::size_t>(count_) * stride();
     const auto head = values.first(std::min(wanted - pending_.size(), values.size()));
     pending_.insert(pending_.end(), head.begin(), head.end());
     values = values.subspan(head.size());
     if (pending_.size() == wanted)
-      if (auto good = end_group(); !good) return good;
+      if (auto status = end_group(); !status) return status;
   }
   return {};
 }
@@ -65,9 +65,9 @@ void StepEncoder::go_on(std::uint32_t array, std::uint64_t last_step, std::uint3
   steps_ = std::max(steps_, last_step + 1);
 }
 
-/// The most that the next step of the array may refer to.
+/// Returns the most that the next step of the array may refer to.
 StepReference StepEncoder::most_next(std::uint32_t array) const {
-  // What a reader restores of a quantized array is not what stands here.
+  // A reader of a quantized array restores other values than are given here.
   if (schema_->arrays[array].quantization.lossy()) return StepReference::nothing;
   const std::uint32_t run = before_[array].run;
   if (run == 0 || run >= key_steps_) return StepReference::nothing;
@@ -77,11 +77,11 @@ StepReference StepEncoder::most_next(std::uint32_t array) const {
 Result<void> StepEncoder::begin_step(std::uint32_t array, std::uint64_t step) {
   Before& before = before_[array];
   if (step < before.next_step) return misuse_error("steps of an array must ascend", "steps");
-  reference_step_ = before.next_step - 1;  // of no matter where nothing may be referred to
+  reference_step_ = before.next_step - 1;  // irrelevant if nothing may be referred to
   most_here_ = most_next(array);
   before.next_step = step + 1;
   if (elements_[array] > 0)
-    steps_ = std::max(steps_, step + 1);  // else the file knows nothing of it
+    steps_ = std::max(steps_, step + 1);  // without elements the file has no trace of the step
   array_ = array;
   step_ = step;
   first_ = 0;
@@ -95,7 +95,7 @@ Result<void> StepEncoder::begin_step(std::uint32_t array, std::uint64_t step) {
   return {};
 }
 
-/// Goes to the next group that has elements of the array.
+/// Begins the next group that has elements of the array.
 Result<void> StepEncoder::begin_group() {
   if (first_ == elements_[*array_])
     return misuse_error("array '" + schema_->arrays[*array_].name + "' got more than its " +
@@ -127,7 +127,7 @@ Result<void> StepEncoder::end_group() {
   }
   if (part_) header.group += part_->first_group;
   const std::uint64_t first = first_ + (part_ ? part_->first[*array_] : 0);
-  if (auto good = sink_(header, first, coded->bytes); !good) return good;
+  if (auto status = sink_(header, first, coded->bytes); !status) return status;
   before_[*array_].values.take(static_cast<std::size_t>(first_) * stride(), pending_);
   first_ += count_;
   count_ = 0;
@@ -135,7 +135,7 @@ Result<void> StepEncoder::end_group() {
   return {};
 }
 
-/// What is pending.
+/// Encodes the pending values.
 Result<EncodedColumn> StepEncoder::encode() {
   const ArrayInfo& info = schema_->arrays[*array_];
   if (info.components > kMostStepComponents) {
@@ -153,7 +153,7 @@ Result<EncodedColumn> StepEncoder::encode() {
   return column_->encode(*elements, pending_, level_, reference(*reference_));
 }
 
-/// The first group of a step decides what all of them refer to.
+/// Chooses, on the first group of a step, what all its groups refer to.
 EncodedColumn StepEncoder::choose_reference(const ColumnElements& elements) {
   EncodedColumn best;
   for (const StepReference kind :
@@ -176,8 +176,8 @@ EncodedColumn StepEncoder::encode_in_terms() {
   return encode_terms(schema_->arrays[*array_], pending_, reference(*reference_), scratch_).column;
 }
 
-/// The first group of a step decides what all of them refer to: to what the step before did, unless
-/// that takes a quarter more than when it was chosen.
+/// Chooses, on the first group of a step, what all its groups refer to: the same as in the step
+/// before, unless that needs a quarter more bytes than when it was chosen.
 EncodedColumn StepEncoder::choose_terms() {
   Before& before = before_[*array_];
   const auto with = [&](StepReference kind) {
@@ -199,7 +199,7 @@ EncodedColumn StepEncoder::choose_terms() {
       before.liked = StepReference::trend;
     }
   }
-  // What could not refer to a trend yet is chosen again.
+  // If this step could not refer to a trend yet, the next one chooses again.
   before.liked_bytes = most_here_ == most_ ? best.column.bytes.size() : 0;
   reference_ = best.refers ? before.liked : StepReference::nothing;
   return std::move(best.column);

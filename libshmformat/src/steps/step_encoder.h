@@ -1,5 +1,5 @@
-// StepEncoder: values of stepped arrays in, step_values chunks out: one for each group that has
-// elements of the array. The mirror of step_decoder.h.
+// StepEncoder: takes values of stepped arrays, gives out step_values, one part for each group that
+// has elements of the array. The mirror of step_decoder.h.
 // spec: "Step values"
 #pragma once
 
@@ -17,45 +17,47 @@ namespace shm {
 
 class StepEncoder {
  public:
-  /// Receives a part: header, the number of its first element in the array, the coded bytes.
+  /// Receives a part: its header, the index of its first element in the array, its coded bytes.
   using Sink = std::function<Result<void>(const container::StepHeader&, std::uint64_t,
                                           std::span<const std::byte>)>;
 
-  /// `schema` is checked, borrowed, and so is `topology`, of the whole mesh. `elements`: how many
-  /// each array has. At least one of `key_steps` steps refers to no other.
+  /// `schema` has passed check_schema(). It and `topology`, which is of the whole mesh, must
+  /// outlive the encoder. `elements`: number of elements, by array. At least one of `key_steps`
+  /// steps refers to no other step.
   StepEncoder(const Schema& schema, StepTopology& topology, std::vector<std::uint64_t> elements,
               std::uint32_t key_steps, Level level, Sink sink);
 
-  /// What stands in the file of an array that this one has not begun: steps up to `last_step`, the
-  /// last `run` of them since the last key step, it included.
+  /// Continues an array that has steps in the file already: steps up to `last_step`, the last `run`
+  /// of them from the last key step on.
   void go_on(std::uint32_t array, std::uint64_t last_step, std::uint32_t run);
-  /// Whether the next step of the array may refer to that many steps before.
+  /// Returns true if the next step of the array may refer to earlier steps in this way.
   bool refers_to(std::uint32_t array, StepReference kind) const { return most_next(array) >= kind; }
-  /// After go_on(): all values of the last step but one, then of the last one, as far as the next
-  /// step may refer to them.
+  /// After go_on(): stores all values of the last step but one, then of the last step, as far as
+  /// the next step may refer to them.
   void remember(std::uint32_t array, std::span<const std::byte> values) {
     before_[array].values.take(0, values);
   }
 
-  /// Where the elements of a part of a mesh stand, by array; `all`: of the whole mesh.
+  /// The place of a part in the whole mesh. `first`: index of its first element, by array; `all`:
+  /// number of elements in the whole mesh, by array.
   struct Part {
     std::uint32_t first_group = 0;
     std::vector<std::uint64_t> first, all;
   };
-  /// Before anything else: the topology, and `elements`, are those of a part.
+  /// Declares that the topology and `elements` are those of a part. Call it before anything else.
   void begin_part(Part part);
-  /// Of a part: what the step that begins next refers to, as another part has chosen.
+  /// For a part: sets the reference of the next step, which another part has chosen.
   void choose(StepReference reference) { given_reference_ = reference; }
-  /// What the step at hand refers to, once that is known.
+  /// Returns the reference of the current step, once it is known.
   std::optional<StepReference> chosen() const { return array_ ? reference_ : std::nullopt; }
-  /// Begins a step that may get no values.
+  /// Begins a step, which may get no values.
   Result<void> begin(std::uint32_t array, std::uint64_t step);
 
-  /// Must hold: the array is stepped, `values` are whole elements.
+  /// Adds values of a step. Must hold: the array is stepped, `values` are whole elements.
   Result<void> add(std::uint32_t array, std::uint64_t step, std::span<const std::byte> values);
-  /// Ends the step at hand, if there is one.
+  /// Ends the current step, if there is one.
   Result<void> end_step();
-  /// How many elements the array has in the whole mesh.
+  /// Returns the number of elements of the array in the whole mesh.
   std::uint64_t elements(std::uint32_t array) const {
     return part_ ? part_->all[array] : elements_[array];
   }
@@ -63,13 +65,13 @@ class StepEncoder {
   std::uint64_t steps() const { return steps_; }
 
  private:
-  /// What is held of an array between its steps.
+  /// State of an array between its steps.
   struct Before {
-    std::uint64_t next_step = 0;  ///< the first that may come
-    std::uint32_t run = 0;        ///< steps since one that refers to no other, it included
+    std::uint64_t next_step = 0;  ///< lowest step that may come next
+    std::uint32_t run = 0;        ///< number of steps from the last key step on
     StepMemory values;
-    StepReference liked = StepReference::nothing;  ///< in terms, when it was last chosen,
-    std::size_t liked_bytes = 0;                   ///< and what the first group took
+    StepReference liked = StepReference::nothing;  ///< reference last chosen in codec terms
+    std::size_t liked_bytes = 0;                   ///< bytes of the first group when it was chosen
   };
   using Column = StepColumn<SplitEncoder>;
 
@@ -98,11 +100,11 @@ class StepEncoder {
   StepReference most_;
   Sink sink_;
   std::optional<Part> part_;
-  std::optional<StepReference> given_reference_;  // of the step that begins next
+  std::optional<StepReference> given_reference_;  // for the next step
   std::uint64_t steps_ = 0;
   std::vector<Before> before_;  // by array
 
-  // the array and step at hand
+  // The current array and step
   std::optional<std::uint32_t> array_;
   std::uint64_t step_ = 0, first_ = 0;
   std::uint64_t reference_step_ = 0;
@@ -110,9 +112,10 @@ class StepEncoder {
   std::optional<StepReference> reference_;  // once chosen
   bool has_referred_ = false;
   std::optional<Column> column_;
-  std::size_t groups_ = 0;   // that have elements of the array, the one at hand included
-  std::size_t group_ = 0;    // the one at hand
-  std::uint64_t count_ = 0;  // elements of the group at hand; 0: none is begun
+  std::size_t groups_ =
+      0;  // number of groups with elements of the array, including the current group
+  std::size_t group_ = 0;    // index of the current group
+  std::uint64_t count_ = 0;  // number of elements in the current group; 0: no group has begun
   std::vector<std::byte> pending_;
   TermScratch scratch_;
 };

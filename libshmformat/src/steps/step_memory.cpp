@@ -26,8 +26,8 @@ void go_on_of_integers(std::span<const std::byte> last, std::span<const std::byt
   }
 }
 
-/// What is no number, or none any more, stays as it is. By bits: no NaN changes, and there is no
-/// branch.
+/// Keeps the last value if the result is not finite. This works on bits, so that a NaN does not
+/// change and no branch is needed.
 template <class T, class Bits>
 void go_on_of_floats(std::span<const std::byte> last, std::span<const std::byte> before,
                      std::span<std::byte> out) {
@@ -35,8 +35,8 @@ void go_on_of_floats(std::span<const std::byte> last, std::span<const std::byte>
   for (std::size_t i = 0; i < out.size(); i += sizeof(T)) {
     const T a = load_at<T>(last, i), b = load_at<T>(before, i);
     const auto next = std::bit_cast<Bits>(static_cast<T>(a + (a - b)));
-    const Bits its = (next & kInfinity) == kInfinity ? load_at<Bits>(last, i) : next;
-    std::memcpy(out.data() + i, &its, sizeof(T));
+    const Bits kept = (next & kInfinity) == kInfinity ? load_at<Bits>(last, i) : next;
+    std::memcpy(out.data() + i, &kept, sizeof(T));
   }
 }
 
@@ -48,7 +48,8 @@ StepReference most_reference(const Schema& schema, std::span<const std::uint64_t
   for (std::size_t a = 0; a < schema.arrays.size(); ++a) {
     const ArrayInfo& info = schema.arrays[a];
     if (!info.per_step) continue;
-    if (elements[a] > kMostReferenceBytes) return StepReference::nothing;  // no product overflows
+    if (elements[a] > kMostReferenceBytes)
+      return StepReference::nothing;  // so that no product overflows
     bytes += elements[a] * scalar_bytes(info.type) * info.components;
     if (bytes > kMostReferenceBytes) return StepReference::nothing;
   }
@@ -77,23 +78,23 @@ void go_on(ScalarType type, std::span<const std::byte> last, std::span<const std
   }
 }
 
-void StepMemory::take(std::size_t at, std::span<const std::byte> values) {
+void StepMemory::take(std::size_t offset, std::span<const std::byte> values) {
   if (most_ == StepReference::nothing) return;
   const auto put = [&](std::vector<std::byte>& to, std::span<const std::byte> from) {
-    if (to.size() < at + from.size()) to.resize(at + from.size());
-    std::copy(from.begin(), from.end(), to.begin() + static_cast<std::ptrdiff_t>(at));
+    if (to.size() < offset + from.size()) to.resize(offset + from.size());
+    std::copy(from.begin(), from.end(), to.begin() + static_cast<std::ptrdiff_t>(offset));
   };
-  if (most_ == StepReference::trend && last_.size() >= at + values.size())
-    put(before_last_, std::span(last_).subspan(at, values.size()));
+  if (most_ == StepReference::trend && last_.size() >= offset + values.size())
+    put(before_last_, std::span(last_).subspan(offset, values.size()));
   put(last_, values);
 }
 
 std::span<const std::byte> StepMemory::reference(StepReference kind, const ArrayInfo& info,
-                                                 std::size_t at, std::size_t bytes) {
+                                                 std::size_t offset, std::size_t bytes) {
   if (kind == StepReference::nothing) return {};
-  const auto last = std::span(last_).subspan(at, bytes);
+  const auto last = std::span(last_).subspan(offset, bytes);
   if (kind == StepReference::before) return last;
-  go_on(info.type, last, std::span(before_last_).subspan(at, bytes), trend_);
+  go_on(info.type, last, std::span(before_last_).subspan(offset, bytes), trend_);
   return trend_;
 }
 

@@ -44,7 +44,7 @@ Result<std::vector<std::byte>> StepParts::decode(const container::StepHeader& he
     return wrong("has too many components for its codec");
   if (codec == Codec::terms) {
     auto values = decode_terms(info, bytes, header.count, reference, scratch_);
-    if (!values) return wrong("its values make no sense");
+    if (!values) return wrong("its values are invalid");
     return std::move(*values);
   }
   if (!may_need_elements(info) || elements == nullptr) {
@@ -55,13 +55,13 @@ Result<std::vector<std::byte>> StepParts::decode(const container::StepHeader& he
   }
   if (codec == Codec::mixed_columns && info.components > kMostTableComponents)
     return wrong("has too many components for its codec");
-  if (!column_.begin(segment, kind)) return wrong("refers to something else than the group before");
+  if (!column_.begin(segment, kind)) return wrong("refers to another step than the group before");
   auto values = column_.decode(*elements, codec, bytes, size, reference);
   if (column_.is_out_of_memory())
     return wrong_step_values(*schema_, header,
-                             "what is kept of active vertices and cells is over the limit",
+                             "data of active vertices and cells needs more memory than the limit",
                              ErrorCode::over_limit);
-  if (!values || values->size() != size) return wrong("its values make no sense");
+  if (!values || values->size() != size) return wrong("its values are invalid");
   return std::move(*values);
 }
 

@@ -1,5 +1,6 @@
-// StepParts: the values of one stepped array at one step out of its parts, for whoever knows
-// where these stand and what they refer to. spec: "Step values"
+// StepParts: decodes the values of one stepped array at one step from its parts. The caller finds
+// the parts and the values that they refer to.
+// spec: "Step values"
 #pragma once
 
 #include <cstddef>
@@ -14,12 +15,13 @@
 
 namespace shm {
 
-/// An error in the step values with this header, of an array that there is; names no place.
+/// Returns an error in the step values with this header. Must hold: the array exists. The error
+/// names no place.
 Error wrong_step_values(const Schema& schema, const container::StepHeader& header,
                         const std::string& detail, ErrorCode code = ErrorCode::corrupt);
 
-/// What of this limit (ReadLimits::max_column_bytes) is there for columns of steps in a file of so
-/// many bytes.
+/// Returns the memory limit for columns of steps in a file of `file` bytes. `limit`:
+/// ReadLimits::max_column_bytes.
 inline std::uint64_t most_kept_of_steps(std::uint64_t limit, std::uint64_t file) {
   constexpr std::uint64_t kMoreForEachByte = 256;
   return limit_with(limit, kMoreForEachByte, file);
@@ -27,21 +29,23 @@ inline std::uint64_t most_kept_of_steps(std::uint64_t limit, std::uint64_t file)
 
 class StepParts {
  public:
-  /// `schema` is checked and borrowed. `most_bytes`: of the values of a group. `most_kept`: of
-  /// what is kept of active vertices and cells.
+  /// `schema` has passed check_schema() and must outlive this object. `most_bytes`: limit for the
+  /// values of a group. `most_kept`: limit for data of active vertices and cells.
   StepParts(const Schema& schema, std::uint64_t most_bytes, std::uint32_t array,
             std::uint64_t most_kept)
       : schema_(&schema), most_bytes_(most_bytes), column_(schema, array, most_kept) {}
 
-  /// Whether values of this array may be predicted over the mesh: of any codec but terms.
+  /// Returns true if values of this array may be predicted over the mesh, unless their codec is
+  /// terms.
   static bool may_need_elements(const ArrayInfo& info) {
     return info.components <= kMostStepComponents;
   }
-  /// Before anything is made for the values: whether a group of so many is allowed.
+  /// Checks that a group with this number of values is allowed. Call it before allocating memory
+  /// for them.
   Result<void> check_size(const container::StepHeader& header) const;
-  /// The values of the next part, of a group of `segment`. `elements`: of the group; null where
-  /// no part of the segment at this step is predicted over the mesh. `reference`: what its values
-  /// refer to.
+  /// Decodes the values of the next part, of a group in `segment`. `elements`: of the group; null
+  /// if no part of the segment at this step is predicted over the mesh. `reference`: the values
+  /// that it refers to.
   Result<std::vector<std::byte>> decode(const container::StepHeader& header,
                                         std::span<const std::byte> bytes, std::uint32_t segment,
                                         const ColumnElements* elements,

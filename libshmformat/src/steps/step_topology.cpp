@@ -38,7 +38,7 @@ bool StepTopology::uses(const container::GroupHeader& header,
     case StreamKind::imports: return true;
     case StreamKind::cell_numbers: return needs_.cell_numbers && keep && schema_->delay > 0;
     case StreamKind::vertex_numbers:
-      // A group without cells leaves open whether hexahedra of its segment are coded by numbers.
+      // A group without cells does not show whether hexahedra of its segment are coded by numbers.
       return keep && (needs_.vertex_numbers || header.cells == 0 ||
                       (first->kind == StreamKind::connectivity &&
                        first->codec == container::Codec::replay));
@@ -74,7 +74,7 @@ Result<std::uint64_t> StepTopology::count(std::uint32_t array, std::size_t group
   if (schema_->arrays[array].location == Location::point) return groups_[group].header.vertices;
   if (schema_->arrays[array].blocks.empty()) return groups_[group].header.cells;
   if (!groups_[group].counted)
-    if (auto good = elements(group); !good) return good.error();
+    if (auto status = elements(group); !status) return status.error();
   std::uint64_t cells = 0;
   for (const auto& [block, count] : groups_[group].block_cells)
     if (schema_->array_covers(array, block)) cells += count;
@@ -87,11 +87,11 @@ Result<const GroupElements*> StepTopology::elements(std::size_t group) {
   if (has_elements_ && group + 1 == next_) return &elements_;
   if (!decoder_ || next_ > group || groups_[next_].segment != segment ||
       groups_[next_ - 1].segment != segment) {
-    next_ = group;  // back or on to the first group of its segment
+    next_ = group;  // go to the first group of this segment
     while (next_ > 0 && groups_[next_ - 1].segment == segment) --next_;
   }
   while (next_ <= group)
-    if (auto good = decode_next(); !good) return good.error();
+    if (auto status = decode_next(); !status) return status.error();
   return group < kept_.size() ? &kept_[group] : &elements_;
 }
 
@@ -99,12 +99,12 @@ Result<void> StepTopology::decode_next() {
   const std::size_t number = next_++;
   Group& group = groups_[number];
   if (number == 0 || groups_[number - 1].segment != group.segment) decoder_.reset();
-  const auto good = decode(group);
-  has_elements_ = static_cast<bool>(good);
-  if (!good) {
+  const auto status = decode(group);
+  has_elements_ = static_cast<bool>(status);
+  if (!status) {
     decoder_.reset();
-    return Error{good.error().code,
-                 "group " + std::to_string(number) + ": " + good.error().detail,
+    return Error{status.error().code,
+                 "group " + std::to_string(number) + ": " + status.error().detail,
                  "step values",
                  kNoOffset,
                  {}};
@@ -122,7 +122,8 @@ Result<void> StepTopology::decode(const Group& group) {
   elements_.cell_numbers.clear();
   if (!decoder_) {
     DecodedParts parts = DecodedParts::without_values();
-    // In other orders own vertices are numbered by their order; of imported ones nobody asks.
+    // In other orders own vertices are numbered by their order, and no caller needs imported
+    // numbers.
     parts.vertex_numbers = needs_.vertex_numbers && schema_->order == Order::keep;
     parts.imported_vertices = true;
     parts.vertex_neighbourhoods = needs_.vertices;
@@ -133,17 +134,17 @@ Result<void> StepTopology::decode(const Group& group) {
     if (!made) return made.error();
     decoder_ = std::move(*made);
   }
-  if (auto good = decoder_->begin_group(group.header); !good) return good;
+  if (auto status = decoder_->begin_group(group.header); !status) return status;
   auto streams = std::span<const std::byte>(group.streams);
   for (const container::StreamEntry& entry : group.header.streams) {
     const auto bytes = streams.first(static_cast<std::size_t>(entry.bytes));
-    if (auto good = decoder_->begin_stream(entry, bytes); !good) return good;
+    if (auto status = decoder_->begin_stream(entry, bytes); !status) return status;
     streams = streams.subspan(bytes.size());
   }
-  if (auto good = decoder_->end_streams(); !good) return good;
+  if (auto status = decoder_->end_streams(); !status) return status;
   for (bool first = true; first || !decoder_->is_complete(); first = false) {
     DecodedBlock block;
-    if (auto good = decoder_->next_block(block); !good) return good;
+    if (auto status = decoder_->next_block(block); !status) return status;
     if (!first) {  // a block is a tile
       elements_.vertices.tile_begin.push_back(elements_.vertices.items.size());
       elements_.cells.tile_begin.push_back(elements_.cells.items.size());
@@ -187,7 +188,7 @@ void StepTopology::release() {
   has_elements_ = false;
 }
 
-/// The elements of all groups take at least so much.
+/// Returns a lower bound for the bytes of the elements of all groups.
 std::uint64_t StepTopology::expected_bytes() const {
   const std::uint64_t cell = (needs_.cells ? sizeof(Neighbourhood) : 0) +
                              (needs_.cell_numbers ? sizeof(std::uint64_t) : 0);
@@ -196,7 +197,7 @@ std::uint64_t StepTopology::expected_bytes() const {
   std::uint64_t bytes = 0;
   for (const Group& group : groups_) {
     bytes += group.header.cells * cell;
-    // A lying group may state more vertices than there can be numbers.
+    // A damaged group may state so large a number of vertices that the product would overflow.
     if (vertex > 0 && group.header.vertices > most_kept_) return group.header.vertices;
     bytes += group.header.vertices * vertex;
     if (bytes > most_kept_) break;
@@ -204,7 +205,8 @@ std::uint64_t StepTopology::expected_bytes() const {
   return bytes;
 }
 
-/// Keeps the elements of the group; none at all when they are, or will be, too many.
+/// Keeps the elements of the group. Keeps none at all if all together need, or will need, too much
+/// memory.
 void StepTopology::keep() {
   if (kept_.empty()) keeps_ = expected_bytes() <= most_kept_;
   kept_bytes_ += elements_.bytes();

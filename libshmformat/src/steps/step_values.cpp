@@ -40,7 +40,7 @@ bool StepColumn<Coder>::begin(std::uint32_t segment, StepReference reference) {
   if (goes_on && reference != reference_) return false;
   if (!goes_on) {
     const ArrayInfo& info = schema_->arrays[array_];
-    // GroupElements: of segments but the first, vertices in "block" 1 are imported.
+    // See GroupElements: in all segments but the first, vertices in "block" 1 are imported.
     const bool may_import = segment > 0 && info.location == Location::point;
     column_.emplace(info, may_import ? std::vector<std::uint32_t>{0} : info.blocks,
                     ColumnTraits{.earlier_values = schema_->earlier_values});

@@ -1,7 +1,7 @@
-// Step values: one stepped array at one step, group by group.
-// Two codecs, the smaller wins: `columns` predicts each value over the mesh, from its neighbours
-// and perhaps from the step before; `shuffled_zstd` sorts the bytes by significance and leaves them
-// to zstd. And one for speed: `terms`, from the step before, without the mesh.
+// Step values: one stepped array at one step, group by group. There are two codecs, of which the
+// smaller result is taken: `columns` predicts each value over the mesh, from its neighbours and
+// perhaps from the step before; `shuffled_zstd` sorts the bytes by significance and leaves them to
+// zstd. A third codec is for speed: `terms` predicts from the step before, without the mesh.
 // spec: "Step values"
 #pragma once
 
@@ -18,42 +18,43 @@
 
 namespace shm {
 
-/// The values of a group at one step in `terms`, and whether they refer to the reference, of which
-/// there need not be one.
+/// The values of a group at one step in `terms`, and whether they refer to the reference. There may
+/// be no reference.
 struct StepTerms {
   bool refers = false;
   EncodedColumn column;
 };
 StepTerms encode_terms(const ArrayInfo& info, std::span<const std::byte> values,
                        std::span<const std::byte> reference, TermScratch& scratch);
-/// So many values; nothing for damaged data.
+/// Decodes `count` values. Returns nothing for damaged data.
 std::optional<std::vector<std::byte>> decode_terms(const ArrayInfo& info,
                                                    std::span<const std::byte> bytes,
                                                    std::uint64_t count,
                                                    std::span<const std::byte> reference,
                                                    TermScratch& scratch);
 
-/// The values of one array at one step through `columns`.
+/// Codes the values of one array at one step in `columns`.
 template <class Coder>
 class StepColumn {
  public:
-  /// `schema` is borrowed. `most_kept`: bytes of what is kept by slot.
+  /// `schema` must outlive this object. `most_kept`: limit in bytes for data kept by slot.
   StepColumn(const Schema& schema, std::uint32_t array, std::uint64_t most_kept = ~std::uint64_t{0})
       : schema_(&schema), array_(array), most_kept_(most_kept) {}
 
-  /// Before each group in columns. It goes on with what the group before has left, if that is of
-  /// the same segment. False if it cannot, because that group refers to something else.
+  /// Call it before each group in columns. The column continues from the group before if that is of
+  /// the same segment. Returns false if it cannot, because that group refers to another step.
   bool begin(std::uint32_t segment, StepReference reference);
 
-  /// Encoding. `values`: those of the group's elements; `reference`: what they refer to, or empty.
+  /// Encodes the values of the group's elements. `reference`: the values that they refer to, or
+  /// empty.
   EncodedColumn encode(const ColumnElements& elements, std::span<const std::byte> values,
                        Level level, std::span<const std::byte> reference);
-  /// Decoding. `limit`: bytes of all values. Nothing for damaged data.
+  /// Decodes the values of a group. `limit`: bytes of all values. Returns nothing for damaged data.
   std::optional<std::vector<std::byte>> decode(const ColumnElements& elements, Codec codec,
                                                std::span<const std::byte> bytes,
                                                std::uint64_t limit,
                                                std::span<const std::byte> reference);
-  /// Whether decode() failed since it would have kept more than was allowed.
+  /// Returns true if decode() failed because it would have kept more bytes than allowed.
   bool is_out_of_memory() const { return kept_ && kept_->is_refused(); }
 
  private:

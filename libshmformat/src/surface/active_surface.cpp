@@ -10,14 +10,14 @@ constexpr std::array<std::uint32_t, 4> kNoMates = {kNone, kNone, kNone, kNone};
 }  // namespace
 
 void ActiveSurface::sweep_introduced() {
-  std::erase_if(introduced_, [&](const Introduced& it) { return !alive(it); });
+  std::erase_if(introduced_, [&](const Introduced& entry) { return !alive(entry); });
   oldest_ = 0;
 }
 
 std::uint32_t ActiveSurface::slot_of(std::uint64_t id) const {
-  const auto found =
-      std::lower_bound(introduced_.begin(), introduced_.end(), id,
-                       [](const Introduced& it, std::uint64_t wanted) { return it.id < wanted; });
+  const auto found = std::lower_bound(
+      introduced_.begin(), introduced_.end(), id,
+      [](const Introduced& entry, std::uint64_t wanted) { return entry.id < wanted; });
   return found != introduced_.end() && found->id == id && alive(*found) ? found->slot : kNone;
 }
 
@@ -70,10 +70,10 @@ void ActiveSurface::join(FaceEdge a, FaceEdge b, std::uint32_t fan) {
   }
 }
 
-void ActiveSurface::unlink(FaceCorner at) {
-  Vertex& vertex = vertices_[faces_[at / 4].quad[at % 4]];
-  const FaceCorner next = faces_[at / 4].next[at % 4];
-  const FaceCorner previous = faces_[at / 4].previous[at % 4];
+void ActiveSurface::unlink(FaceCorner corner) {
+  Vertex& vertex = vertices_[faces_[corner / 4].quad[corner % 4]];
+  const FaceCorner next = faces_[corner / 4].next[corner % 4];
+  const FaceCorner previous = faces_[corner / 4].previous[corner % 4];
   if (next != kNone) faces_[next / 4].previous[next % 4] = previous;
   (previous == kNone ? vertex.first_face : faces_[previous / 4].next[previous % 4]) = next;
   --vertex.face_count;
@@ -95,18 +95,18 @@ void ActiveSurface::remove_face(std::uint32_t slot) {
 
 std::uint32_t ActiveSurface::find_face(std::uint32_t a, std::uint32_t b, std::uint32_t c,
                                        std::uint32_t d) const {
-  for (FaceCorner at = vertices_[a].first_face; at != kNone; at = next_around(at)) {
-    if (around(at, 2) != c) continue;
-    const std::uint32_t after = around(at, 1), before = around(at, 3);
-    if ((after == b && before == d) || (after == d && before == b)) return at / 4;
+  for (FaceCorner corner = vertices_[a].first_face; corner != kNone; corner = next_around(corner)) {
+    if (around(corner, 2) != c) continue;
+    const std::uint32_t after = around(corner, 1), before = around(corner, 3);
+    if ((after == b && before == d) || (after == d && before == b)) return corner / 4;
   }
   return kNone;
 }
 
 FaceCorner ActiveSurface::find_path(std::uint32_t a, std::uint32_t b, std::uint32_t c) const {
-  for (FaceCorner at = vertices_[b].first_face; at != kNone; at = next_around(at)) {
-    const std::uint32_t after = around(at, 1), before = around(at, 3);
-    if ((after == a && before == c) || (after == c && before == a)) return at;
+  for (FaceCorner corner = vertices_[b].first_face; corner != kNone; corner = next_around(corner)) {
+    const std::uint32_t after = around(corner, 1), before = around(corner, 3);
+    if ((after == a && before == c) || (after == c && before == a)) return corner;
   }
   return kNone;
 }

@@ -1,4 +1,4 @@
-// Cell shapes: the corners, faces and edges of cells that are no hexahedra, as stored.
+// Cell shapes: the corners, faces and edges of cells other than hexahedra, as stored.
 // spec: "Corners of other cells"
 #pragma once
 
@@ -13,7 +13,7 @@
 
 namespace shm {
 
-/// Corners of a polygon whose places are predicted; further ones are nodes like any others.
+/// Corners of a polygon whose places are predicted. Further corners are coded like any other nodes.
 inline constexpr std::uint32_t kMaxPolygonCorners = 32;
 
 namespace shapes {
@@ -34,7 +34,7 @@ inline constexpr auto kHexahedron = [] {
   for (std::size_t k = 0; k < 6; ++k) table[k] = {4, kFaceCorners[k]};
   return table;
 }();
-/// Of a polygon with this many corners or more: its edges.
+/// By number of corners of a polygon: its edges.
 inline constexpr auto kPolygon = [] {
   std::array<std::array<ShapeFace, kMaxPolygonCorners>, kMaxPolygonCorners + 1> table{};
   for (std::size_t n = 2; n <= kMaxPolygonCorners; ++n)
@@ -45,7 +45,7 @@ inline constexpr auto kPolygon = [] {
 
 }  // namespace shapes
 
-/// How many nodes of a cell are corners whose neighbours are known; 0: none of them.
+/// Returns how many nodes of a cell are corners with known neighbours; 0 if none are.
 constexpr std::uint32_t corner_count(CellShape shape, std::uint64_t nodes) {
   std::uint64_t corners = 0;
   switch (shape) {
@@ -67,14 +67,14 @@ constexpr std::uint32_t corner_count(CellShape shape, std::uint64_t nodes) {
   return corners <= nodes ? static_cast<std::uint32_t>(corners) : 0;
 }
 
-/// A polygon of three or four corners is a triangle or quad.
+/// Returns triangle or quad for a polygon of three or four corners, otherwise `shape`.
 constexpr CellShape flat_shape(CellShape shape, std::uint32_t corners) {
   if (shape != CellShape::polygon || corners > 4) return shape;
   return corners == 3 ? CellShape::triangle : CellShape::quad;
 }
 
-/// Faces of a cell, then the edges of one that is itself a face. Must hold: `corners` is what
-/// corner_count() returns.
+/// Returns the faces of a cell, then, if the cell is itself a face, its edges. Must hold: `corners`
+/// is the result of corner_count().
 constexpr std::span<const ShapeFace> faces_of(CellShape shape, std::uint32_t corners) {
   switch (shape) {
     case CellShape::line: return shapes::kLine;

@@ -1,5 +1,5 @@
-// The hexahedron as tables: its corners, faces and edges, the 48 ways to store its corners, 24 of
-// them rotations.
+// The hexahedron as tables: its corners, faces and edges, and the 48 orders in which its corners
+// can be stored. 24 of these are rotations.
 //
 //        7 ------- 6        corner   0 1 2 3 4 5 6 7
 //       /|        /|        x        0 1 1 0 0 1 1 0
@@ -40,7 +40,7 @@ inline constexpr std::array<std::uint8_t, 8> kCornerBits = {0, 1, 3, 2, 4, 5, 7,
 /// The order in which unknown corners are coded and predicted (paper, Table 1).
 inline constexpr std::array<std::uint8_t, 8> kCornerOrder = {0, 1, 2, 3, 4, 7, 5, 6};
 
-/// Of each face: the bit of the axis across it, the face opposite to it, the bits of its corners.
+/// By face: the bit of the axis across it, the opposite face, the bits of its corners.
 inline constexpr std::array<std::uint8_t, 6> kFaceAxis = {4, 1, 2, 1, 2, 4};
 inline constexpr std::array<std::uint8_t, 6> kOppositeFace = {5, 3, 4, 1, 2, 0};
 inline constexpr auto kFaceBits = [] {
@@ -66,8 +66,8 @@ inline constexpr auto kAdjacentFace = [] {
   return table;
 }();
 
-/// kEdgesTowards[k][i]: towards which faces the edges from corner i of face k lead, the one to
-/// corner i + 1 and the one to corner i - 1.
+/// kEdgesTowards[k][i]: the faces towards which the two edges from corner i of face k lead: the
+/// edge to corner i + 1, and the edge to corner i - 1.
 inline constexpr auto kEdgesTowards = [] {
   std::array<std::array<std::array<std::uint8_t, 2>, 4>, 6> table{};
   for (std::uint32_t k = 0; k < 6; ++k)
@@ -97,8 +97,8 @@ inline constexpr auto kEdgeFaces = [] {
   return table;
 }();
 
-/// Orientations: all 48 symmetries of the cube, from bits in one frame to bits in another.
-/// to = base ^ (a where x is set) ^ (b where y) ^ (c where z); number = base * 6 + axes (a b c).
+/// Orientations: all 48 symmetries of the cube, from bits in one frame to bits in another. to =
+/// base ^ (a if x is set) ^ (b if y is) ^ (c if z is); number = base * 6 + axes (a b c).
 inline constexpr std::array<std::array<std::uint8_t, 3>, 6> kOrientationAxes = {
     {{1, 2, 4}, {2, 4, 1}, {4, 1, 2}, {2, 1, 4}, {1, 4, 2}, {4, 2, 1}}};
 inline constexpr std::uint8_t kOrientationCount = 48;
@@ -119,7 +119,7 @@ inline constexpr auto kIsMirrored = [] {
     table[o] = ((std::popcount(o / 6) & 1) != 0) != (o % 6 >= 3);
   return table;
 }();
-inline constexpr std::uint8_t kMirrorX = 1 * 6 + 0;  // x runs against x
+inline constexpr std::uint8_t kMirrorX = 1 * 6 + 0;  // x is reversed
 
 /// kOrientationOf[base][x][y]: the orientation with this base in which x and y become these bits.
 inline constexpr auto kOrientationOf = [] {
@@ -132,9 +132,9 @@ inline constexpr auto kOrientationOf = [] {
 
 inline constexpr std::uint32_t kRotationCount = 24;
 
-/// kRotations[r][i]: which corner stands at position i after rotation r: the orientations that do
-/// not mirror, ordered by the corner at position 0 (as bits), then by the axes that edges 0-1, 0-3
-/// and 0-4 run along.
+/// kRotations[r][i]: the corner at position i after rotation r. Rotations are the orientations that
+/// do not mirror, ordered by the corner at position 0 (as bits), then by the axes along edges 0-1,
+/// 0-3 and 0-4.
 inline constexpr auto kRotations = [] {
   std::array<std::array<std::uint8_t, 8>, kRotationCount> table{};
   std::uint32_t count = 0;
@@ -150,7 +150,7 @@ inline constexpr auto kRotations = [] {
   return table;
 }();
 
-/// kRotatedFace[r][k]: which face stands at position k after rotation r.
+/// kRotatedFace[r][k]: the face at position k after rotation r.
 inline constexpr auto kRotatedFace = [] {
   std::array<std::array<std::uint8_t, 6>, kRotationCount> table{};
   const auto corners_of = [](std::uint32_t face) {
@@ -168,7 +168,8 @@ inline constexpr auto kRotatedFace = [] {
   return table;
 }();
 
-/// The rotation that puts these corners at positions 0, 1 and 3; kRotationCount when none does.
+/// Returns the rotation that puts these corners at positions 0, 1 and 3; kRotationCount if there is
+/// none.
 constexpr std::uint32_t rotation_of(std::uint32_t at0, std::uint32_t at1, std::uint32_t at3) {
   for (std::uint32_t r = 0; r < kRotationCount; ++r)
     if (kRotations[r][0] == at0 && kRotations[r][1] == at1 && kRotations[r][3] == at3) return r;

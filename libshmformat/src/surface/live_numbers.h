@@ -1,6 +1,6 @@
-// LiveNumbers: which vertex numbers are alive, and who owns them. A bit for each, 64 numbers to a
-// word, words in a table with open addressing: numbers that follow each other share a cache line,
-// a number that is alone takes 64 to 128 bytes.
+// LiveNumbers: the set of live vertex numbers, with their owners. It has one bit for each number,
+// 64 numbers to a word, and a table of words with open addressing. So consecutive numbers share a
+// cache line; an isolated number needs 64 to 128 bytes.
 #pragma once
 
 #include <algorithm>
@@ -22,14 +22,15 @@ class LiveNumbers {
     if ((word.live >> (number & 63) & 1) == 0) return State::dead;
     return (word.imported >> (number & 63) & 1) != 0 ? State::imported : State::own;
   }
-  /// `hint`: where it may stand, because a number near it did; any value, and updated.
+  /// `hint`: a place where the number may be, because a number near it was. Any value is valid; it
+  /// is updated.
   bool is_live(std::uint64_t number, std::size_t& hint) const {
     const Word& word = words_[hint & mask_];
     if (word.live != 0 && word.number == number >> 6) return (word.live >> (number & 63) & 1) != 0;
     hint = place_of(number >> 6);
     return (words_[hint].live >> (number & 63) & 1) != 0;
   }
-  /// False where the number is alive already.
+  /// Adds a number. Returns false if it is alive already.
   bool add(std::uint64_t number, bool imported) {
     const std::uint64_t bit = std::uint64_t{1} << (number & 63);
     if ((word_at(number >> 6).live & bit) != 0) return false;
@@ -37,14 +38,14 @@ class LiveNumbers {
     if (imported) word.imported |= bit;
     return true;
   }
-  /// What it was; nothing happens to one that is not alive.
+  /// Removes a number and returns its state before. Ignores a number that is not alive.
   State remove(std::uint64_t number) {
     const State was = state(number);
     remove_bits(number >> 6, std::uint64_t{1} << (number & 63));
     return was;
   }
 
-  // Runs of up to 64 numbers, bit i for number first + i. They must not pass 2^64.
+  // Runs of up to 64 numbers: bit i is for number first + i. A run must not pass 2^64.
 
   struct Run {
     std::uint64_t live = 0, imported = 0;
@@ -58,13 +59,13 @@ class LiveNumbers {
     }
     return {run.live & ones(length), run.imported & ones(length)};
   }
-  /// Must hold: none is alive.
+  /// Must hold: no number of the run is alive.
   void add_run(std::uint64_t first, std::uint32_t length) {
     const auto [word, place, rest] = split(first);
     add_bits(word, ones(std::min(length, rest)) << place);
     if (rest < length) add_bits(word + 1, ones(length - rest));
   }
-  /// Those that are not alive stay as they are.
+  /// Removes a run. Numbers that are not alive are ignored.
   void remove_run(std::uint64_t first, std::uint32_t length) {
     const auto [word, place, rest] = split(first);
     remove_bits(word, ones(std::min(length, rest)) << place);
@@ -72,7 +73,7 @@ class LiveNumbers {
   }
 
   std::uint64_t count() const { return count_; }
-  /// Those that are not imported, in no order that means anything.
+  /// Returns the live numbers that are not imported, in no particular order.
   std::vector<std::uint64_t> own() const {
     std::vector<std::uint64_t> numbers;
     for (const Word& word : words_)
@@ -84,15 +85,15 @@ class LiveNumbers {
 
  private:
   struct Word {
-    std::uint64_t number = 0;  // of its first vertex, / 64
-    std::uint64_t live = 0;    // 0: the place is free
+    std::uint64_t number = 0;  // first vertex number of the word / 64
+    std::uint64_t live = 0;    // bits of the live numbers; 0: the place is free
     std::uint64_t imported = 0;
-    std::uint64_t unused = 0;  // to 32 bytes
+    std::uint64_t unused = 0;  // padding to 32 bytes
   };
   std::size_t home(std::uint64_t number) const {
     return static_cast<std::size_t>(scatter_(number)) & mask_;
   }
-  /// Where the word stands, or may be put.
+  /// Returns the place of a word, or the free place where it belongs.
   std::size_t place_of(std::uint64_t number) const {
     std::size_t i = home(number);
     while (words_[i].live != 0 && words_[i].number != number) i = (i + 1) & mask_;
@@ -103,7 +104,7 @@ class LiveNumbers {
   static std::uint64_t ones(std::uint32_t count) {
     return count >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << count) - 1;
   }
-  /// The word of a number, the place in it, and how many there are from there on.
+  /// The word of a number, its bit in the word, and the number of bits from there on.
   struct Split {
     std::uint64_t word;
     std::uint32_t place, rest;
@@ -124,16 +125,16 @@ class LiveNumbers {
     return word;
   }
   void remove_bits(std::uint64_t number, std::uint64_t bits) {
-    const std::size_t at = place_of(number);
-    Word& word = words_[at];
+    const std::size_t place = place_of(number);
+    Word& word = words_[place];
     bits &= word.live;
     if (bits == 0) return;
     word.live &= ~bits;
     word.imported &= ~bits;
     count_ -= static_cast<std::uint64_t>(std::popcount(bits));
-    if (word.live == 0) close(at);
+    if (word.live == 0) close(place);
   }
-  /// Words that had to go round the one at `hole`, now free, go back.
+  /// Moves words back that had been placed beyond `hole`, which is now free.
   void close(std::size_t hole) {
     --used_;
     for (std::size_t i = (hole + 1) & mask_; words_[i].live != 0; i = (i + 1) & mask_) {

@@ -11,13 +11,13 @@ namespace {
 using Edge = std::array<std::uint8_t, 2>;
 using Face = std::array<std::uint8_t, 4>;
 
-/// What a shape is made of. Faces of three corners end with their first one.
+/// Corners, edges and faces of a shape. A face of three corners ends with its first corner.
 struct Solid {
   std::uint8_t corners;
   std::span<const Edge> edges;
-  std::span<const Face> faces;  ///< in the order of their nodes; triangles behind
-  std::uint8_t quads;           ///< of these
-  bool is_flat = false;         ///< a cell of a surface: its one face is itself
+  std::span<const Face> faces;  ///< faces in the order of their nodes, quadrilaterals first
+  std::uint8_t quads;           ///< number of quadrilaterals
+  bool is_flat = false;         ///< true: a cell of a surface, which is its own face
 };
 
 constexpr std::array<Face, 6> kHexahedronFaces = {kFaceCorners[1], kFaceCorners[3],
@@ -52,7 +52,7 @@ bool joins(const Edge& edge, std::uint8_t a, std::uint8_t b) {
   return (edge[0] == a && edge[1] == b) || (edge[0] == b && edge[1] == a);
 }
 
-/// The position of the node between two corners.
+/// Returns the position of the node between two corners.
 std::uint8_t middle_of(const Solid& solid, std::uint8_t a, std::uint8_t b) {
   std::uint8_t e = 0;
   while (!joins(solid.edges[e], a, b)) ++e;
@@ -85,7 +85,7 @@ MidNode edge_node(const Solid& solid, std::size_t e) {
   return node;
 }
 
-/// The edge of a hexahedron that is opposite to those across two of its faces.
+/// Adds, to each edge of a hexahedron, the edge that is opposite across two of its faces.
 void add_opposite_edges(NodeLayout& layout) {
   for (std::uint8_t p = 8; p < 20; ++p) {
     MidNode& node = layout.mid[p];
@@ -110,7 +110,8 @@ MidNode face_node(const Solid& solid, std::size_t f) {
   return node;
 }
 
-/// What stands in the middle of a hexahedron, in a plane between its bottom and its top.
+/// Returns the node in the middle of a hexahedron. With face nodes it lies in a plane between
+/// bottom and top.
 MidNode body_node(bool has_faces) {
   MidNode node;
   node.kind = MidNode::body;
@@ -125,23 +126,24 @@ MidNode body_node(bool has_faces) {
 enum Body : std::uint8_t { none, one };
 
 [[gnu::cold]] NodeLayout layout_of(const Solid& solid, bool edges, std::uint8_t faces, Body body) {
-  NodeLayout it;
-  it.corners = it.nodes = solid.corners;
+  NodeLayout layout;
+  layout.corners = layout.nodes = solid.corners;
   if (edges)
-    for (std::size_t e = 0; e < solid.edges.size(); ++e) it.mid[it.nodes++] = edge_node(solid, e);
-  if (edges && solid.corners == 8) add_opposite_edges(it);
+    for (std::size_t e = 0; e < solid.edges.size(); ++e)
+      layout.mid[layout.nodes++] = edge_node(solid, e);
+  if (edges && solid.corners == 8) add_opposite_edges(layout);
   for (std::uint8_t f = 0; f < faces; ++f) {
-    it.mid[it.nodes] = face_node(solid, f);
-    // Faces of a hexahedron stand in pairs.
+    layout.mid[layout.nodes] = face_node(solid, f);
+    // The faces of a hexahedron are listed in opposite pairs.
     if (solid.corners == 8)
-      add_parallel(it.mid[it.nodes], static_cast<std::uint8_t>(20 + (f ^ 1)),
+      add_parallel(layout.mid[layout.nodes], static_cast<std::uint8_t>(20 + (f ^ 1)),
                    solid.faces[f ^ 1u][0]);
-    ++it.nodes;
+    ++layout.nodes;
   }
-  if (body == one) it.mid[it.nodes++] = body_node(faces == 6);
+  if (body == one) layout.mid[layout.nodes++] = body_node(faces == 6);
   if (!solid.is_flat)
-    for (const Face& face : solid.faces) it.sides[it.side_count++] = face;
-  return it;
+    for (const Face& face : solid.faces) layout.sides[layout.side_count++] = face;
+  return layout;
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
-// Node layouts: where the mid nodes of second-order cells stand, which are no corners: in the
-// middle of an edge, of a quadrilateral face, or of the cell. Node orders are VTK's. spec: "Mid
-// nodes"
+// Node layouts: the places of the mid nodes of second-order cells, which are not corners: the
+// middle of an edge, of a quadrilateral face, or of the cell. Node orders are VTK's.
+// spec: "Mid nodes"
 #pragma once
 
 #include <array>
@@ -21,28 +21,30 @@ struct MidNode {
   static constexpr std::uint32_t kKinds = 3;
 
   Kind kind = edge;
-  /// Of an edge its two ends; of a face its corners, around it; of a body the nodes in the middle
-  /// of four edges, around it.
+  /// Edge: its two ends. Face: its corners, in order around it. Body: the nodes in the middle of
+  /// four edges, in order around it.
   std::array<std::uint8_t, 4> corner{};
-  /// Of a face the nodes of its edges: middle[i] between corner[i] and the next; of a body those of
-  /// four faces likewise. Where has_middle.
+  /// Face: the nodes of its edges, middle[i] between corner[i] and the next corner. Body: the nodes
+  /// of four faces in the same way. Valid if has_middle is set.
   std::array<std::uint8_t, 4> middle{};
   bool has_middle = false;
-  /// Nodes that lie opposite in a quadrilateral, then opposite to both of these; of a face: the one
-  /// across the cell.
+  /// Edge: nodes of the opposite edges in its quadrilaterals, then of the edge opposite to both of
+  /// these. Face: the node of the opposite face of the cell.
   std::array<std::uint8_t, 3> parallel{};
-  std::array<std::uint8_t, 3> beside{};  ///< of each, the corner that is to it as corner[0] to this
+  std::array<std::uint8_t, 3>
+      beside{};  ///< for each parallel node, the corner that corresponds to corner[0] here
   std::uint8_t parallels = 0;
-  /// Of an edge, the two faces of its cell that meet there, in NodeLayout::sides. Where has_sides.
+  /// Edge: the two faces of its cell that meet there, as indices of NodeLayout::sides. Valid if
+  /// has_sides is set.
   std::array<std::uint8_t, 2> side{};
   bool has_sides = false;
 };
 
 struct NodeLayout {
   std::uint8_t corners = 0;
-  std::uint8_t nodes = 0;                       ///< corners, and those in `mid`
-  std::array<MidNode, kMostLayoutNodes> mid{};  ///< by position
-  /// Corners of the faces of a solid; three of them where the last is the first.
+  std::uint8_t nodes = 0;                       ///< number of corners and of nodes in `mid`
+  std::array<MidNode, kMostLayoutNodes> mid{};  ///< mid nodes by position
+  /// Corners of the faces of a solid. A face has three corners if the last is the first.
   std::array<std::array<std::uint8_t, 4>, 6> sides{};
   std::uint8_t side_count = 0;
 
@@ -51,8 +53,8 @@ struct NodeLayout {
   }
 };
 
-/// The layout of cells of this shape with so many nodes; null where nothing is known of it, or
-/// where all are corners.
+/// Returns the layout of cells of this shape with `nodes` nodes; null if it is unknown, or if all
+/// nodes are corners.
 const NodeLayout* node_layout(CellShape shape, std::uint32_t nodes);
 
 }  // namespace shm

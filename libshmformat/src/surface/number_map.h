@@ -1,7 +1,7 @@
 // Number maps: from 64-bit numbers, which files choose, to 32-bit slots.
-//   Scatter     where in a table a number is put
-//   IdMap       of numbers that have nothing in common
-//   NumberMap   of numbers that are there for a while, in runs
+//   Scatter     the place of a number in a table
+//   IdMap       for unrelated numbers
+//   NumberMap   for numbers that live for a while and come in runs
 #pragma once
 
 #include <array>
@@ -13,15 +13,15 @@
 
 namespace shm {
 
-/// Where in a table a number is put. Numbers come from files, and whoever makes a file could choose
-/// them so that all fall on one place; so the places depend on where the table lies in memory, too,
-/// which a file cannot know. What is coded never depends on places.
+/// Computes the place of a number in a table. Numbers come from files, and the author of a file
+/// could choose them so that all fall on one place. So places also depend on the address of the
+/// table in memory, which a file cannot know. Coded data never depends on places.
 class Scatter {
  public:
   Scatter()
       : seed_(static_cast<std::uint64_t>(reinterpret_cast<std::uintptr_t>(this)) * kFirstFactor) {}
 
-  /// Bits as good as any others, from the lowest on.
+  /// Returns 32 well mixed bits. A caller uses the lowest ones that it needs.
   std::uint64_t operator()(std::uint64_t number) const {
     std::uint64_t x = (number ^ seed_) * kFirstFactor;
     x = (x ^ x >> 32) * kSecondFactor;
@@ -34,11 +34,11 @@ class Scatter {
   std::uint64_t seed_;
 };
 
-/// Open addressing with linear probing; erasing shifts the rest of the run back, so there are no
-/// tombstones and memory follows what is there.
+/// Hash map with open addressing and linear probing. Erasing shifts the rest of a run back, so
+/// there are no tombstones, and the table grows only with the number of entries.
 class IdMap {
  public:
-  /// The slot of `id`, kNone when absent.
+  /// Returns the slot of `id`, kNone if it is absent.
   std::uint32_t find(std::uint64_t id) const {
     if (entries_.empty()) return kNone;
     for (std::size_t i = home(id);; i = (i + 1) & mask()) {
@@ -66,7 +66,7 @@ class IdMap {
     --count_;
   }
   std::size_t size() const { return count_; }
-  /// Bytes that it takes.
+  /// Bytes that the map uses.
   std::uint64_t memory() const { return entries_.capacity() * sizeof(Entry); }
 
  private:
@@ -95,17 +95,18 @@ class IdMap {
   std::size_t count_ = 0;
 };
 
-/// Numbers are kept by sixteens, each on a cache line of its own, so that neighbours are found side
-/// by side and the table of an IdMap changes once for all of them. Memory follows what is there:
-/// some 90 bytes for a number that is alone, some 6 for one of a run.
+/// Map that stores numbers in lines of sixteen, each on a cache line of its own. So consecutive
+/// numbers are found next to each other, and the table of the IdMap changes once for all of them.
+/// An isolated number needs about 90 bytes, a number in a run about 6.
 class NumberMap {
  public:
-  /// The slot of `number`, kNone when absent.
+  /// Returns the slot of `number`, kNone if it is absent.
   std::uint32_t find(std::uint64_t number) const {
     const std::uint32_t line = find_line(number);
     return line == kNone ? kNone : lines_[line].slot[number % kLine];
   }
-  /// False, and nothing changes, where `number` is present. Must hold: slot is not kNone.
+  /// Inserts `number`. Returns false and changes nothing if it is present. Must hold: slot is not
+  /// kNone.
   bool insert(std::uint64_t number, std::uint32_t slot) {
     std::uint32_t line = find_line(number);
     if (line == kNone) line = add_line(number);
@@ -124,7 +125,7 @@ class NumberMap {
     free_.push_back(line);
     found_at(number / kLine).line = kNone;
   }
-  /// Bytes that it takes.
+  /// Bytes that the map uses.
   std::uint64_t memory() const {
     return table_.memory() + lines_.capacity() * sizeof(Line) + counts_.capacity() +
            free_.capacity() * sizeof(std::uint32_t);
@@ -170,7 +171,7 @@ class NumberMap {
   std::vector<std::uint8_t> counts_;  // of live numbers, by line
   std::vector<std::uint32_t> free_;
   static constexpr std::size_t kFound = 64;
-  mutable std::array<Found, kFound> found_{};  // cells of a row need the same few lines
+  mutable std::array<Found, kFound> found_{};  // the cells of a row need the same few lines
 };
 
 }  // namespace shm

@@ -126,17 +126,17 @@ void OpenFaces::forget(std::uint32_t slot) {
 std::uint32_t OpenFaces::find(std::span<const std::uint32_t> cycle) const {
   if (cycle[0] >= vertices_.size()) return kNone;
   const std::size_t n = cycle.size();
-  for (std::uint32_t at = vertices_[cycle[0]].first; at != kNone;
-       at = faces_[at / 4].next[at % 4]) {
-    const Face& face = faces_[at / 4];
+  for (std::uint32_t corner = vertices_[cycle[0]].first; corner != kNone;
+       corner = faces_[corner / 4].next[corner % 4]) {
+    const Face& face = faces_[corner / 4];
     if (face.size != n) continue;
-    const std::uint32_t place = at % 4;
+    const std::uint32_t place = corner % 4;
     bool along = true, against = true;
     for (std::size_t i = 1; i < n; ++i) {
       along &= face.node[(place + i) % n] == cycle[i];
       against &= face.node[(place + n - i) % n] == cycle[i];
     }
-    if (along || against) return at / 4;
+    if (along || against) return corner / 4;
   }
   return kNone;
 }

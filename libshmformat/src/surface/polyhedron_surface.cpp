@@ -21,7 +21,7 @@ void PolyhedronSurface::add_face(std::span<const std::uint32_t> cycle, std::uint
 
 void PolyhedronSurface::remove_face(std::uint32_t face) {
   for (const std::uint32_t slot : faces_[face].cycle)
-    std::erase_if(vertices_[slot].faces, [&](const Place& it) { return it.face == face; });
+    std::erase_if(vertices_[slot].faces, [&](const Place& place) { return place.face == face; });
   let_go(faces_[face].cycle);
   free_faces_.push_back(face);
 }
@@ -46,7 +46,8 @@ void PolyhedronSurface::add_edge(std::uint32_t a, std::uint32_t b) {
   make_room(vertices_, std::max(a, b));
   const auto find = [&](std::uint32_t from, std::uint32_t to) {
     auto& edges = vertices_[from].edges;
-    return std::find_if(edges.begin(), edges.end(), [&](const Edge& it) { return it.to == to; });
+    return std::find_if(edges.begin(), edges.end(),
+                        [&](const Edge& edge) { return edge.to == to; });
   };
   if (const auto there = find(a, b); there != vertices_[a].edges.end()) {
     there->cells = std::min(there->cells + 1, kMostCells);
@@ -67,7 +68,7 @@ void PolyhedronSurface::forget(std::uint32_t slot) {
   if (slot >= vertices_.size()) return;
   while (!vertices_[slot].faces.empty()) remove_face(vertices_[slot].faces.back().face);
   for (const Edge& edge : vertices_[slot].edges)
-    std::erase_if(vertices_[edge.to].edges, [&](const Edge& it) { return it.to == slot; });
+    std::erase_if(vertices_[edge.to].edges, [&](const Edge& other) { return other.to == slot; });
   vertices_[slot].edges.clear();
 }
 

@@ -1,7 +1,7 @@
-// PolyhedronSurface: what polyhedra of any number of faces have left open.
-//   faces  cycles of vertices of one polyhedron that no second one has closed. Gone with the first
-//          of them that is finalized.
-//   edges  between live vertices, and how many polyhedra had each.
+// PolyhedronSurface: the faces and edges that polyhedra of any number of faces have left open.
+//   faces  cycles of vertices of one polyhedron that no second one has closed. Removed with their
+//          first finalized vertex.
+//   edges  between live vertices, with the number of polyhedra that had each
 // spec: "Polyhedra"
 #pragma once
 
@@ -16,30 +16,31 @@ namespace shm {
 
 class PolyhedronSurface {
  public:
-  /// Keep every search short, also in hostile files. Frozen: part of the format.
+  /// Limits that keep every search short, also in hostile files. Frozen: part of the format.
   static constexpr std::size_t kMostFaces = 64, kMostEdges = 32;
   static constexpr std::uint32_t kMostCells = 255;
 
-  /// A face, and where in its cycle a vertex stands.
+  /// A face, and the position of a vertex in its cycle.
   struct Place {
     std::uint32_t face = kNone, at = 0;
   };
   struct Edge {
-    std::uint32_t to = kNone;  ///< slot
-    std::uint32_t cells = 0;   ///< that had it, at most kMostCells
+    std::uint32_t to = kNone;  ///< slot of the other end
+    std::uint32_t cells = 0;   ///< number of polyhedra that had it, at most kMostCells
   };
 
-  /// Of the polyhedron with this number; unless one of the vertices has too many faces. Must hold:
-  /// all different.
+  /// Adds a face of polyhedron `cell`, unless one of its vertices has too many faces. Must hold:
+  /// its vertices are all different.
   void add_face(std::span<const std::uint32_t> cycle, std::uint64_t cell);
   void remove_face(std::uint32_t face);
-  /// The newest one with this cycle of vertices in either direction.
+  /// Returns the newest open face with this cycle of vertices in either direction, kNone if there
+  /// is none.
   std::uint32_t find(std::span<const std::uint32_t> cycle) const;
   std::span<const std::uint32_t> cycle(std::uint32_t face) const { return faces_[face].cycle; }
   std::uint64_t cell_of(std::uint32_t face) const { return faces_[face].cell; }
-  /// A polyhedron has this edge; unless one of the vertices has too many others.
+  /// Counts an edge of a polyhedron, unless one of its vertices has too many other edges.
   void add_edge(std::uint32_t a, std::uint32_t b);
-  /// How many polyhedra had it.
+  /// Returns how many polyhedra had the edge.
   std::uint32_t cells_at(std::uint32_t a, std::uint32_t b) const;
 
   /// Faces at a vertex, the newest last.
