@@ -1,6 +1,7 @@
 // Packed blobs: stored raw or compressed with zstd, whichever is smaller. Large blobs are also
 // tried as byte planes, small blobs with a dictionary. Unpacking uses no code of packing, so that a
-// program that only reads links no compressor. spec: "Packed blobs"
+// program that only reads links no compressor.
+// spec: "Packed blobs"
 #pragma once
 
 #include <cstddef>

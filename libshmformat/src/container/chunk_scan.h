@@ -1,5 +1,6 @@
 // ChunkScan: all chunks that can be found in a file, any part of which may be damaged. Chunks are
-// found by their sync marks and judged by their two checksums. spec: "Container", "Recovery"
+// found by their sync marks and judged by their two checksums.
+// spec: "Container", "Recovery"
 #pragma once
 
 #include <cstddef>

@@ -1,5 +1,6 @@
 // ChunkWriter: writes chunks to a sink from front to back, with sequence numbers and checksums, and
-// collects their entries for the index. spec: "Container"
+// collects their entries for the index.
+// spec: "Container"
 #pragma once
 
 #include <cstdint>

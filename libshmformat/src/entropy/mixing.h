@@ -12,7 +12,8 @@
 //                moves towards those that would have predicted it better.
 //
 // Uses only integers, and nothing depends on addresses or layout: the results are the same on all
-// machines. spec: "Mixing"
+// machines.
+// spec: "Mixing"
 #pragma once
 
 #include <algorithm>

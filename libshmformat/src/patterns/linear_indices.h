@@ -1,5 +1,6 @@
 // Translates whole arrays of floating-point values to indices and back, for the domains that most
-// coordinates have. Gives the results of ValueTranslator, many times faster. spec: "Value domains"
+// coordinates have. Gives the results of ValueTranslator, many times faster.
+// spec: "Value domains"
 #pragma once
 
 #include <cstdint>

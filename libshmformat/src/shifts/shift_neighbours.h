@@ -1,7 +1,8 @@
 // ShiftNeighbours: neighbourhoods in segments whose cells are shifts. The near neighbours of a new
 // vertex are in its own cell. Neighbours beyond, and the cells around a cell, follow from vertex
 // numbers, which are assumed to continue as within the cell. This needs neither a surface nor a
-// search, and takes almost no time. spec: "Neighbourhoods by number"
+// search, and takes almost no time.
+// spec: "Neighbourhoods by number"
 #pragma once
 
 #include <array>

@@ -1,6 +1,7 @@
 // ScalarColumn: the coder of one component of an array. For each value it computes a prediction
 // from the neighbourhood (value_predictor.h), codes the residual (column_models.h), and keeps the
-// restored value (column_state.h). The same code encodes and decodes. spec: "Value columns"
+// restored value (column_state.h). The same code encodes and decodes.
+// spec: "Value columns"
 #pragma once
 
 #include <cstdint>

@@ -6,7 +6,8 @@
 //   FloatSpace    state = the value; index = its place among all floating-point numbers
 //   DecimalSpace  state = the value; index = its place among numbers of N significant digits
 //   RankSpace     one of the above; index = place in a sorted table of the values that occur
-// Uses only + - * / in a fixed order, for the same bits on every machine. spec: "Value domains"
+// Uses only + - * / in a fixed order, for the same bits on every machine.
+// spec: "Value domains"
 #pragma once
 
 #include <algorithm>

@@ -3,7 +3,8 @@
 //   Predictor     all predictors, computed from the states of a neighbourhood. A *mode* is one of
 //                 them; the encoder chooses a mode for each class, and the decoder uses that mode
 //   MatchTables   finds earlier values that occurred among the same neighbouring values
-// Double arithmetic, + - * / in the order written. spec: "Predictors", "Classes", "Matches"
+// Double arithmetic, + - * / in the order written.
+// spec: "Predictors", "Classes", "Matches"
 #pragma once
 
 #include <algorithm>
