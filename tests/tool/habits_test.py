@@ -83,10 +83,10 @@ class HabitsTest(FolderTest):
     @row("a file that is there")
     def test_a_file_that_is_there(self):
         (self.folder / "run.vtk.shm").write_bytes(b"mine")
-        self.assertIn("is there already", self.shm("compress", "run.vtk", code=4)[1])
+        self.assertIn("exists already", self.shm("compress", "run.vtk", code=4)[1])
         self.assertEqual(self.bytes("run.vtk.shm"), b"mine")
         shown, code = self.on_terminal(["compress", "run.vtk"], b"n\n")
-        self.assertIn("Write over it? [y/N]", shown)
+        self.assertIn("Overwrite? [y/N]", shown)
         self.assertEqual((code, self.bytes("run.vtk.shm")), (4, b"mine"))
         self.shm("compress", "run.vtk", "-f")
         self.assertNotEqual(self.bytes("run.vtk.shm"), b"mine")
@@ -138,7 +138,7 @@ class HabitsTest(FolderTest):
     def test_what_is_compressed_already(self):
         self.shm("compress", "run.vtk")
         before = self.bytes("run.vtk.shm")
-        self.assertIn("is a .shm file already", self.shm("compress", "run.vtk.shm", "-f")[1])
+        self.assertIn("is already a .shm file", self.shm("compress", "run.vtk.shm", "-f")[1])
         self.assertEqual((self.names(), self.bytes("run.vtk.shm")),
                          (["run.vtk", "run.vtk.shm"], before))
 
