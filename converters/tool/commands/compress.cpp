@@ -115,7 +115,7 @@ CLI::App* CompressCommand::add_to(CLI::App& tool) {
       ->add_option(
           "--codec", codec,
           "Codec of connectivity. auto: the best that the level tries (default); paper: the "
-          "published scheme; rows; replay: fast on regular layouts; mixed: smallest, half as fast "
+          "published\nscheme; rows; replay: fast on regular layouts; mixed: smallest, half as fast "
           "as rows; shifts: many\ntimes faster if numbers run in rows and layers, also codes "
           "coordinates and arrays, may be larger\n(no --delay); patterns: like shifts, for any "
           "mesh")
