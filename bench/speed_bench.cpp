@@ -69,7 +69,7 @@ class Method {
  protected:
   virtual void pack() = 0;
   virtual void unpack() = 0;
-  virtual void forget() = 0;  ///< drops the result of the last pack() or unpack()
+  virtual void forget() = 0;  ///< drops the result of the last run
   virtual bool came_back() const = 0;
 
  private:
