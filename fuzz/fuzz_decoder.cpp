@@ -50,9 +50,9 @@ class Outcome {
   static bool same(const std::optional<shm::Totals>& a, const std::optional<shm::Totals>& b) {
     if (!a || !b) return !a && !b;
     const auto numbers = [](const shm::Totals& counts) {
-      return std::tie(counts.vertices, totals.cells, totals.hexahedra, totals.max_active_vertices,
-                      counts.segment_starts, totals.segment_connectivity, totals.imported_vertices,
-                      counts.total_bytes, totals.streams, totals.steps, totals.block_cells,
+      return std::tie(counts.vertices, counts.cells, counts.hexahedra, counts.max_active_vertices,
+                      counts.segment_starts, counts.segment_connectivity, counts.imported_vertices,
+                      counts.total_bytes, counts.streams, counts.steps, counts.block_cells,
                       counts.trailing_bytes);
     };
     return numbers(*a) == numbers(*b);
