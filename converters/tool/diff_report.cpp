@@ -79,7 +79,7 @@ std::string headline(const Finding& finding) {
   if (kind == "cells") return text + " in corners or block";
   const auto& places = finding.places;
   if (kind == "values" && !places.empty() && !places.front().distance) return text;  // strings
-  if (std::isinf(finding.largest)) return text + ", some by no finite number";
+  if (std::isinf(finding.largest)) return text + ", some of them not finite";
   text += ", largest difference " + rounded(finding.largest);
   if (finding.relative) text += " (" + rounded(*finding.relative) + " of the range in A)";
   return text;

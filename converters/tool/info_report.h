@@ -26,8 +26,8 @@ struct InfoExtent {
   bool is_unreadable = false;                // the values could not be read
 };
 
-// Reads the box from the index of a .shm file, which is read again. The last `trailing_bytes` of
-// the file are skipped.
+// Opens a .shm file again and reads the box from its index. Ignores the last `trailing_bytes` bytes
+// of the file.
 std::optional<std::array<double, 6>> box_of_index(const std::string& path,
                                                   std::uint64_t trailing_bytes);
 // Reads all points, and all values if `ranges` is true.

@@ -9,8 +9,8 @@
 
 namespace shm::converters {
 
-// Throws Failure (output) if `path` is not a file that may be removed, but a link, a device or a
-// pipe.
+// Throws Failure (output) if --rm may not remove `path`, because it is a link, a device, a pipe or
+// a series.
 void check_removable(const std::string& path);
 
 // Reads both files from the disk and compares them as shm verify --against does, or as shm diff

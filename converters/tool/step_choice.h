@@ -11,7 +11,7 @@
 namespace shm::converters {
 
 // Parses the value of --step for a mesh with `steps` steps: N, first, last, or A:B for the steps A
-// to B - 1; steps count from 0. `where`: the word for the mesh in messages. Throws Failure
+// to B - 1; steps count from 0. `where`: name of the mesh in messages. Throws Failure
 // (misuse).
 StepRange steps_named(const std::string& words, std::uint64_t steps, const std::string& where);
 

@@ -26,15 +26,13 @@ ExitCode exit_code(ErrorCode code);
 
 // Options of every command.
 struct CommonOptions {
-  std::string input;   // also the file meant by messages that name no file
-  std::string output;  // empty: none; "-": standard output
-  std::string spooled,
-      spooled_from;  // temporary copy of an input from a pipe, and the name of the pipe
-  std::string part;  // of an archive; empty: its only one
-  std::string temp;  // empty: next to the output
+  std::string input;                    // also the file meant by messages that name no file
+  std::string output;                   // empty: none; "-": standard output
+  std::string spooled, spooled_from;    // temporary copy of a piped input; the pipe's name
+  std::string part;                     // of an archive; empty: its only one
+  std::string temp;                     // empty: next to the output
   std::optional<std::uint64_t> memory;  // limit of the spool, in bytes
-  std::optional<std::uint64_t> max_output,
-      max_cells;  // limits of a mesh: bytes of its numbers; cells
+  std::optional<std::uint64_t> max_output, max_cells;  // of a mesh: bytes of its numbers; cells
   bool quiet = false;
   bool force = false;  // overwrite an existing output
 };

@@ -189,8 +189,8 @@ CompressOptions CompressCommand::how() const {
   return wanted;
 }
 
-// Rough shares from a profile: each phase that handles a byte of a cell or of a step spends about
-// the same time on it.
+// Returns the phases with rough shares of the work, from a profile: a byte of a cell or of a step
+// takes about as long in each phase that handles it.
 std::vector<ExpectedPhase> CompressCommand::phases_of(const MeshInfo& info) const {
   const MeshBytes bytes = bytes_of_mesh(info);
   const double cells = static_cast<double>(bytes.cells);

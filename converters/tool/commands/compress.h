@@ -15,7 +15,7 @@ namespace shm::converters {
 
 struct CompressCommand final : FileCommand {
   std::string order = "keep", level = "default", codec = "auto", cell_order;
-  std::optional<std::uint32_t> delay;  // not given: 0, or as a trial finds for order stream
+  std::optional<std::uint32_t> delay;  // not given: 0; for order stream, chosen by a trial
   std::uint32_t bits = 0;
   std::optional<std::string> abs, rel;
   std::vector<std::string> arrays;  // NAME:ACCURACY

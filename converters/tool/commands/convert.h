@@ -19,7 +19,7 @@ struct ConvertCommand : FileCommand {
   std::string format;  // empty: by the name of the output
   StepChoice steps;
   bool strict = false;
-  bool keeps_attributes = false;  // the output gets the mode and times of IN, as after unpacking
+  bool keeps_attributes = false;  // the output gets the mode and times of IN, as with gzip
 
   CLI::App* add_to(CLI::App& tool) override;
   Places places() override;

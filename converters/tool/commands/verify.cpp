@@ -145,7 +145,7 @@ void VerifyCommand::fail_with_damage(const Failure& failure, const std::string& 
   if (!may_be_damage || !file) throw Failure(error);
   auto parity = ProtectedFile::open(**file);
   if (parity && parity->is_of_something_else()) parity = nullptr;
-  // Packets of small files may contain copies of the bytes they protect, which are not searched.
+  // Search only the protected bytes: packets of small files may contain copies of these.
   LenientSource lenient(**file);
   const std::uint64_t bytes =
       parity ? std::min(parity->shape().protected_bytes, lenient.size()) : lenient.size();

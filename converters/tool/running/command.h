@@ -22,7 +22,7 @@ struct Command : CommonOptions {
   // Returns the files that the command reads and writes with the given options, so that no input is
   // overwritten. Throws Failure.
   virtual Places places() { return {}; }
-  // Returns true if the command itself reports the remedy for a damaged file.
+  // Returns true if the command itself explains how to repair a damaged file.
   virtual bool names_repair() const { return false; }
   // Runs the command; called once, after places(). Throws Failure.
   virtual ExitCode run() = 0;
@@ -33,7 +33,7 @@ struct Command : CommonOptions {
 // of output_beside() or the output that the user chose.
 struct FileCommand : Command {
   std::vector<std::string> files;
-  bool recursive = false;             // search folders
+  bool recursive = false;             // take the files in folders
   bool to_stdout = false;             // -c
   bool remove = false, keep = false;  // --rm; -k, which excludes it
   bool json = false;

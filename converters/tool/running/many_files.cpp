@@ -106,8 +106,8 @@ std::string on_lines(const std::string& text) {
   return lines;
 }
 
-// Loads the libraries of formats that at least two files need by their names, so that the processes
-// need not do so one by one. A library that fails to load is reported with its file.
+// Loads the library of each format that at least two file names indicate, once for all processes. A
+// library that fails to load is reported later, with the file that needs it.
 void load_libraries(const FileList& list) {
   std::map<const Format*, std::size_t> files;
   for (const FileTask& task : list.tasks)

@@ -181,7 +181,7 @@ class Processes {
         one.task->code = WEXITSTATUS(status);
         return;
       }
-      // The system reclaims memory by SIGKILL.
+      // The system ends processes by SIGKILL when memory runs out.
       const int signal = WTERMSIG(status);
       one.task->code = signal == SIGKILL ? kLimit : kBadInput;
       std::fprintf(one.error.get(), "shm: %s: the process was ended by a signal: %s\n",

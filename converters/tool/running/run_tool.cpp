@@ -51,7 +51,8 @@ std::string complaint(const CLI::App& app, const CLI::ParseError& error) {
   return wrong + " (see " + name + " --help)";
 }
 
-// Accepts usages of gzip, xz and zstd: shm -d FILE, and -1 to -9, --fast and --best.
+// Accepts options that users know from gzip, xz and zstd: shm -d FILE, and -1 to -9, --fast and
+// --best.
 void follow_habits(std::vector<std::string>& words, const CLI::App& app) {
   constexpr std::array<std::pair<std::string_view, std::string_view>, 8> kCommands = {
       {{"-z", "compress"},

@@ -1,5 +1,5 @@
-// The array that an option names, at one time step: NAME, point/NAME or cell/NAME, with v for v_x,
-// v_y and v_z; NAME@STEP.
+// The array that an option names: NAME, point/NAME or cell/NAME, or v for v_x, v_y and v_z. @STEP
+// may follow, to choose a time step.
 #pragma once
 
 #include <cstdint>
@@ -24,7 +24,7 @@ struct ArrayChoice {
   std::optional<std::uint64_t> step;  // if any of the arrays has steps
 };
 
-// Parses `words`, the value of `option`. Without a step it means the last one. `steps`: number of
+// Parses `words`, the value of `option`. Without @STEP the last step is chosen. `steps`: number of
 // steps of the mesh. Throws Failure (misuse) if there is no such array or step, or if the name
 // means both an array of vertices and one of cells.
 ArrayChoice array_named(const std::string& words, const std::string& option, const Schema& schema,

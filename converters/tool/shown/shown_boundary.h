@@ -1,5 +1,5 @@
-// The boundary surface that commands show. Of a .shm file only the necessary parts are read; other
-// meshes are read completely. With one number for each vertex, or for each face, from the array
+// The boundary surface that commands show: of a .shm file, of which only the necessary parts are
+// read, or of any other mesh. It has one number for each vertex, or for each face, from the array
 // that the user names.
 #pragma once
 
@@ -42,8 +42,8 @@ struct ShownRequest {
 ShownBoundary shown_boundary(const CommonOptions& options, ToolInput& in, Spool& spool,
                              ProgressLine& line, const ShownRequest& request);
 
-// Returns a number for each vertex, or for each face, from the chosen array: of vectors the length,
-// NaN if there is no value. Requires a chosen array, and frees its values.
+// Returns a number for each vertex, or for each face, from the chosen array: the length of a
+// vector, NaN if there is no value. Requires a chosen array, and frees its values.
 std::vector<double> values_of(ShownBoundary& shown);
 
 // Sorts vertices by their numbers in the mesh and faces by cell number and side, and rotates the
