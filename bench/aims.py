@@ -1,12 +1,12 @@
-"""What values should cost, and what bench/values found: its table "acceptance".
+"""Aims for the sizes of values, compared with the results of bench/values: its table "acceptance".
 
-Figures are bits, of coordinates of a vertex, of fields of a value. Those of the prototype are what
-a throw-away coder of the same design reached, in its quicker mode and as the best of all that was
-tried beside it; on the corpus, and on made meshes of the same kinds if not of the same size. Level
-default should reach the first, level best the second.
+All figures are bits: per vertex for coordinates, per value for fields. The figures of the prototype come
+from a throw-away coder of the same design: the first from its faster mode, the second from the best of
+all its experiments. They were measured on the corpus, and on generated meshes of the same kinds (not
+always of the same size). Level default should reach the first figure, level best the second.
 """
 
-# Its annulus is not known, but zstd found that its layers repeat.
+# The prototype's annulus is unknown, except that zstd found its layers to repeat.
 PROTOTYPE_MADE = {
     ("coordinates", "grid 15^3", "float32"): (.25, .15),
     ("coordinates", "straight annulus", "float32"): (.18, .07),
@@ -24,7 +24,7 @@ PROTOTYPE_MADE = {
     ("lossy", "cell velocity", "float32, 0.0001"): (1.28, 1),
     ("lossy", "cell turbulence", "float32, 0.0001"): (7.67, 7.67),
 }
-# With all time steps. The best of all columns: of integers that was zstd.
+# Over all time steps, the best of all columns, which was zstd for integers.
 PROTOTYPE_REAL = {"coordinates float64": 22, "coordinates float32": 21.4, "cell floats": 8.7,
                   "point floats": 17.4, "cell ints": .04, "point ints": .13}
 ROUNDED_KIND, ROUNDED_AIM = "coordinates, 16 bits", 8.5
@@ -32,7 +32,7 @@ LOSSY_FIELDS, LOSSY_FACTOR = ("smooth", "velocity"), 1.5
 
 
 def bits_of(rows, coder):
-    """Over all values of these rows; None unless the coder has all subjects."""
+    """Returns the bits over all values of these rows; None unless the coder has all subjects."""
     its = [row for row in rows if row["coder"] == coder]
     if not its or len(its) < len({row["subject"] for row in rows}):
         return None
@@ -40,14 +40,14 @@ def bits_of(rows, coder):
 
 
 def best_other(rows):
-    """(bits, name) of the one other compressor that does best over all of these rows."""
+    """Returns (bits, name) of the other compressor with the smallest total over these rows."""
     others = {row["coder"] for row in rows if not row["coder"].startswith("shm")}
     return min((bits_of(rows, coder), coder) for coder in others
                if bits_of(rows, coder) is not None)
 
 
 def line(what, level, rows, aim, source, strictly=False):
-    """Cells of one row: what, aim, ours, whether it is met."""
+    """Returns the cells of one row: name, aim, our figure, whether the aim is met."""
     ours = bits_of(rows, f"shm {level}")
     if ours is None:
         return [f"{what}, {level}", f"{aim:.2f} ({source})", "-", "no"]
@@ -88,5 +88,5 @@ def lossy(rows):
 
 
 def acceptance(rows):
-    """All lines that these rows allow."""
+    """Returns all lines for which these rows have data."""
     return [*made(rows), *lossy(rows), *real(rows)]

@@ -37,7 +37,7 @@ void find_births(ArrayMesh& mesh) {
   }
 }
 
-/// Pushes a mesh, each vertex just before the first cell that uses it.
+/// Passes a mesh to a Writer, each vertex just before the first cell that uses it.
 class Feeder {
  public:
   Feeder(const ArrayMesh& mesh, std::span<const MeshArray* const> arrays, Writer& writer)
@@ -65,7 +65,7 @@ class Feeder {
  private:
   struct Column {
     const MeshArray* array;
-    std::size_t next;  // element, of a cell array
+    std::size_t next;  // next element of a cell array
   };
 
   static std::span<const std::byte> element(const MeshArray& array, std::size_t index) {
@@ -99,7 +99,7 @@ class Feeder {
   std::vector<std::byte> data_;
 };
 
-/// The order that vertices are coded in; that of cells is the mesh's.
+/// The order in which vertices are coded. Cells are coded in the mesh's order.
 class VertexOrder final : public CodingOrder {
  public:
   void vertex(std::uint64_t number) override { vertices.push_back(number); }
@@ -107,7 +107,7 @@ class VertexOrder final : public CodingOrder {
   std::vector<std::uint64_t> vertices;
 };
 
-/// Values in the mesh's order, in coding order; perhaps in `room`.
+/// Returns values that are in the mesh's order in coding order. The result may be stored in `room`.
 std::span<const std::byte> in_order(const ArrayInfo& info, const std::vector<std::byte>& values,
                                     const VertexOrder& order, std::vector<std::byte>& room) {
   if (info.location != Location::point) return values;
@@ -230,14 +230,15 @@ SizeReport write_series(
   return unwrap(writer.finish());
 }
 
-/// Of so many bytes each, to where they stood; a copy of a known size is one instruction.
+/// Copies values of `bytes` each to the places given by `numbers`. A copy of a known size is one
+/// instruction.
 template <std::size_t kBytes>
 void scatter_known(const std::byte* values, std::size_t bytes,
                    std::span<const std::uint64_t> numbers, std::vector<std::byte>& out) {
   if constexpr (kBytes > 0) bytes = kBytes;
   const std::size_t most = out.size() / bytes;
   for (std::size_t i = 0; i < numbers.size(); ++i) {
-    if (numbers[i] >= most) throw std::runtime_error("a vertex came back that there was not");
+    if (numbers[i] >= most) throw std::runtime_error("an unknown vertex was decoded");
     std::memcpy(out.data() + numbers[i] * bytes, values + i * bytes, bytes);
   }
 }
@@ -260,7 +261,7 @@ void read(std::span<const std::byte> file, ReadBack& into) {
                                    [](const ArrayInfo& array) { return array.per_step; });
   const std::size_t xyz_bytes = 3 * scalar_bytes(schema.coordinate_type);
   std::vector<std::uint64_t> vertex_order;
-  std::vector<std::size_t> written(schema.arrays.size());  // bytes of cell arrays
+  std::vector<std::size_t> written(schema.arrays.size());  // bytes written of cell arrays
   std::size_t corners = 0;
   const auto stride = [&](std::size_t a) {
     return scalar_bytes(schema.arrays[a].type) * schema.arrays[a].components;
@@ -268,7 +269,7 @@ void read(std::span<const std::byte> file, ReadBack& into) {
   const auto take_mesh = [&](const MeshBlock& block) {
     scatter(block.xyz, xyz_bytes, block.vertex_numbers, into.xyz);
     if (block.corners.size() > into.corners.size() - corners)
-      throw std::runtime_error("more corners came back than there were");
+      throw std::runtime_error("too many corners were decoded");
     std::copy(block.corners.begin(), block.corners.end(), into.corners.begin() + corners);
     corners += block.corners.size();
     for (std::size_t a = 0; a < schema.arrays.size(); ++a) {

@@ -1,5 +1,6 @@
-// A whole mesh of any format in memory, with cells of all kinds and all its arrays, and the way
-// into a Writer and out of a Reader without any file format. Order::keep, no delay buffer.
+// A whole mesh of any format in memory, with cells of all shapes and all its arrays. Functions
+// write it with a Writer and read it with a Reader, without any file format. Order::keep, no delay
+// buffer.
 #pragma once
 
 #include <cstddef>
@@ -28,9 +29,9 @@ struct ArrayMesh {
   std::vector<std::uint32_t> cell_blocks;         // of each cell
   std::vector<std::uint64_t> corner_begin = {0};  // cells + 1 offsets into corners
   std::vector<std::uint64_t> corners;
-  std::vector<std::uint64_t> last_use;  // as in Writer::add_cell
-  std::vector<std::uint64_t> births;    // vertices in the order in which cells use them, once each
-  std::vector<std::uint64_t> births_end;  // by cell: how many there are by then
+  std::vector<std::uint64_t> last_use;    // as in Writer::add_cell
+  std::vector<std::uint64_t> births;      // vertices in the order of their first use
+  std::vector<std::uint64_t> births_end;  // for each cell: number of births up to and including it
   std::vector<MeshArray> arrays;
 
   std::size_t cells() const { return cell_blocks.size(); }
@@ -41,8 +42,8 @@ struct ArrayMesh {
 
 ArrayMesh load_arrays(const std::string& path);
 
-/// What comes back, in the mesh's own order. Make it with room for all, so that reading takes no
-/// time to find some.
+/// The decoded mesh, in its original order. Allocate it completely before reading, so that reading
+/// spends no time on allocation.
 struct ReadBack {
   ReadBack(const ArrayMesh& mesh, std::span<const MeshArray* const> arrays);
   std::vector<std::byte> xyz;
@@ -50,13 +51,13 @@ struct ReadBack {
   std::vector<std::vector<std::vector<std::byte>>> arrays;  // [array][step]
 };
 
-/// The mesh and, of its arrays, only these.
+/// Writes the mesh, with only these arrays.
 SizeReport write(const ArrayMesh& mesh, std::span<const MeshArray* const> arrays, ByteSink& sink,
                  Level level);
 void read(std::span<const std::byte> file, ReadBack& into);
 
-/// The mesh and stepped arrays, of which one step at a time is asked for: values(array, step), in
-/// the mesh's order; all arrays at a step, then the next step.
+/// Writes the mesh and stepped arrays. Requests one step at a time by values(array, step), in the
+/// mesh's order: all arrays of a step, then the next step.
 SizeReport write_series(
     const ArrayMesh& mesh, std::span<const ArrayInfo> arrays, std::uint64_t steps,
     const std::function<std::vector<std::byte>(std::size_t, std::uint64_t)>& values, ByteSink& sink,

@@ -1,4 +1,4 @@
-// The hexahedra of a file of any format, in memory, and the way into a Writer.
+// The hexahedra of a file of any format in memory, and a function that writes them with a Writer.
 #pragma once
 
 #include <cstddef>
@@ -21,7 +21,7 @@ namespace shm::bench {
 struct BenchMesh {
   std::uint64_t vertices = 0;
   ScalarType coordinate_type = ScalarType::float32;
-  std::vector<std::byte> xyz;          // empty: nobody asked
+  std::vector<std::byte> xyz;          // empty: not requested
   std::vector<std::uint32_t> corners;  // eight for each hexahedron, block after block
   std::vector<std::uint8_t> last_use;
   std::size_t hexahedra() const { return last_use.size(); }
@@ -59,7 +59,8 @@ T unwrap(Result<T> result) {
   if constexpr (!std::is_void_v<T>) return std::move(*result);
 }
 
-/// What main() returns: run's result, or 1 after saying on standard error what went wrong.
+/// Returns the exit code for main(): the result of `run`, or 1 after reporting a failure on
+/// standard error.
 inline int run_reporting(const char* program, int (*run)(int, char**), int argc, char** argv) {
   try {
     return run(argc, argv);
@@ -71,7 +72,8 @@ inline int run_reporting(const char* program, int (*run)(int, char**), int argc,
   return 1;
 }
 
-/// Vertices that hexahedra use, just before their first use; without points all lie in the origin.
+/// Writes each vertex just before the first hexahedron that uses it. Without points all vertices
+/// are at the origin.
 inline SizeReport write(const BenchMesh& mesh, ByteSink& sink, const WriteOptions& options) {
   Schema schema = hexahedra_schema();
   schema.coordinate_type = mesh.coordinate_type;

@@ -1,4 +1,4 @@
-// How fast the Writer and the Decoder alone are: a bent lattice in memory, no files, no converters.
+// Speed of the Writer and the Decoder for a bent lattice in memory, without files and converters.
 #include <benchmark/benchmark.h>
 
 #include <array>
@@ -13,8 +13,8 @@
 
 namespace {
 
-// A lattice of n x n x n cells, pushed layer by layer as a solver would: vertices just before the
-// first cell that needs them, finalized by the last one.
+// A lattice of n x n x n cells, written layer by layer as a solver would: vertices just before the
+// first cell that uses them, finalized by the last one.
 class Lattice {
  public:
   explicit Lattice(std::uint64_t n) : n_(n), m_(n + 1) {}
@@ -56,7 +56,7 @@ class Lattice {
     for (std::size_t c = 0; c < 8; ++c) {
       const auto [di, dj, dk] = std::to_array(kOffsets[c]);
       corners[c] = number(i + di, j + dj, k + dk);
-      // The last cell around a vertex has it as its low corner, or lies at the far side.
+      // The last cell around a vertex has it as its low corner, unless it is on the far side.
       const bool last =
           (di == 0 || i + 1 == n_) && (dj == 0 || j + 1 == n_) && (dk == 0 || k + 1 == n_);
       last_use |= std::uint64_t{last} << c;

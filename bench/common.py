@@ -1,4 +1,4 @@
-"""What the benchmark scripts share: where things are, building, meshes, tables."""
+"""Shared parts of the benchmark scripts: paths, building, meshes, tables."""
 import os
 import re
 import subprocess
@@ -12,7 +12,7 @@ FAMILIES = ["grid", "ogrid", "shell", "voxel", "swept", "tets", "blocks", "shuff
 
 
 def under_debians_python():
-    """Debian's Python has the modules that scripts/setup installs; another one may not."""
+    """Restarts the script with Debian's Python, which has the modules that scripts/setup installs; others may lack them."""
     if sys.executable == "/usr/bin/python3" or not os.path.exists("/usr/bin/python3"):
         sys.exit("a Python module is missing: scripts/setup --bench")
     os.execv("/usr/bin/python3", ["/usr/bin/python3", *sys.argv])
@@ -52,7 +52,7 @@ class Cost:
         self.peak = 0
 
     def run(self, *command, stdout=None):
-        # Started by time(1), which is small: a child's peak memory begins with its parent's.
+        # Run by time(1), which is small: the peak memory of a child starts with that of its parent.
         with tempfile.NamedTemporaryFile("r") as report:
             process = subprocess.Popen(["/usr/bin/time", "-q", "-o", report.name, "-f", "%M",
                                         *(str(word) for word in command)], stdout=stdout,

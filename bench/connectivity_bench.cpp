@@ -1,9 +1,9 @@
-// connectivity_bench [--corners FILE] [--seconds S] [--codecs-only] MESH: the connectivity of a
-// mesh through each codec and each level, encoded and decoded, in processor time; JSON on standard
-// output. The mesh is the corners of its hexahedra, one block after the other; all numbers and the
-// order of cells come back, which is checked.
-//   codecs  nothing but the coders of connectivity and vertex numbers
-//   levels  whole Writer and Reader with all coordinates zero: what a user of the library pays
+// connectivity_bench [--corners FILE] [--seconds S] [--codecs-only] MESH: encodes and decodes the
+// connectivity of a mesh with each codec and each level, and measures processor time. JSON on
+// standard output. The mesh consists of the corners of its hexahedra, one block after the other.
+// All numbers and the order of cells must be restored, which is checked.
+//   codecs  only the coders of connectivity and vertex numbers
+//   levels  whole Writer and Reader with all coordinates zero: the cost for a user of the library
 // --corners: also writes the corners as raw int32, for other compressors.
 #include <cstdio>
 #include <map>
@@ -32,7 +32,7 @@ Coding with_codec(const BenchMesh& mesh, const std::string& name, ConnectivityCo
       seconds, [&] { streams = encode(mesh.corners, mesh.last_use, mesh.vertices, codec); });
   std::vector<std::uint32_t> back;
   coding.decode = quickest(seconds, [&] { back = decode(streams, mesh.hexahedra(), codec); });
-  if (back != mesh.corners) throw std::runtime_error(name + ": came back different");
+  if (back != mesh.corners) throw std::runtime_error(name + ": the decoded corners differ");
   coding.bytes = streams.bytes();
   return coding;
 }
@@ -59,7 +59,7 @@ Coding with_level(const BenchMesh& mesh, const std::string& name, Level level, d
   });
   std::vector<std::uint32_t> back;
   coding.decode = quickest(seconds, [&] { back = corners_of(file.bytes); });
-  if (back != mesh.corners) throw std::runtime_error(name + ": came back different");
+  if (back != mesh.corners) throw std::runtime_error(name + ": the decoded corners differ");
   for (const char* stream :
        {"connectivity", "corner order", "vertex numbers", "cell numbers", "imports"})
     coding.bytes += sizes.streams[stream];

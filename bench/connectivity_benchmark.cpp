@@ -1,5 +1,5 @@
-// How fast connectivity alone is, for each way of saying hexahedra: corners and original numbers
-// in and out, no geometry. Reports cells a second and bits for each.
+// Speed of connectivity for each codec of hexahedra: corners and original numbers, encoded and
+// decoded, without geometry. Reports cells per second and bits per cell.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -18,9 +18,9 @@ using shm::bench::Streams;
 struct Mesh {
   std::uint64_t vertices = 0;
   std::vector<std::uint32_t> corners;  // eight for each cell
-  std::vector<std::uint8_t> last_use;  // bit i: of corner i
+  std::vector<std::uint8_t> last_use;  // bit i: corner i
 
-  /// One layer of quadrilaterals, `layers` times.
+  /// Repeats a layer of quadrilaterals `layers` times, as hexahedra.
   void extrude(std::span<const std::array<std::uint32_t, 4>> quads, std::uint32_t plane,
                std::uint32_t layers) {
     for (std::uint32_t k = 0; k < layers; ++k)
@@ -47,11 +47,11 @@ Mesh grid(std::uint32_t n) {
   return mesh;
 }
 
-/// A cylinder: a square core of n x n columns, then n rings around it; each block from bottom to
-/// top before the next.
+/// A cylinder: a square core of n x n columns, then n rings around it. Each block is numbered from
+/// bottom to top before the next one.
 Mesh o_grid(std::uint32_t n) {
   const std::uint32_t m = n + 1, around = 4 * n, core = m * m;
-  std::vector<std::uint32_t> rim;  // of the core, counter-clockwise
+  std::vector<std::uint32_t> rim;  // the core's boundary, counter-clockwise
   for (std::uint32_t i = 0; i < n; ++i) rim.push_back(i);
   for (std::uint32_t j = 0; j < n; ++j) rim.push_back(j * m + n);
   for (std::uint32_t i = n; i > 0; --i) rim.push_back(n * m + i);

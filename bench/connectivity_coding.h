@@ -1,5 +1,5 @@
-// Connectivity alone: hexahedra through a codec and back, with the numbers of Order::keep, no
-// values.
+// Coding of connectivity only: hexahedra through a codec and back, with the numbers of Order::keep,
+// without values.
 #pragma once
 
 #include <array>
@@ -21,13 +21,13 @@ inline constexpr std::array<std::pair<const char*, ConnectivityCodec>, 4> kConne
      {"codec mixed", ConnectivityCodec::mixed},
      {"codec paper", ConnectivityCodec::paper}}};
 
-/// Bit i of an element: no later hexahedron uses corner i.
+/// Bit i of an element is set if no later hexahedron uses corner i.
 inline std::vector<std::uint8_t> last_uses(std::span<const std::uint32_t> corners,
                                            std::uint64_t vertices) {
   std::vector<bool> used(vertices);
   std::vector<std::uint8_t> last_use(corners.size() / 8);
   for (std::size_t i = corners.size(); i-- > 0;) {
-    // A vertex that a cell has twice is used last by one of both, whichever.
+    // If a cell has a vertex twice, either of the two corners may be its last use.
     if (!used[corners[i]]) last_use[i / 8] |= static_cast<std::uint8_t>(1u << i % 8);
     used[corners[i]] = true;
   }
@@ -78,7 +78,7 @@ inline Streams encode(std::span<const std::uint32_t> corners,
   return {symbols.finish(), corner_order.finish(), numbers.finish()};
 }
 
-/// The corners again, as they were given.
+/// Returns the corners as they were passed to encode().
 inline std::vector<std::uint32_t> decode(const Streams& streams, std::size_t hexahedra,
                                          ConnectivityCodec codec) {
   const Schema schema = hexahedra_schema();

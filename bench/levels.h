@@ -1,4 +1,4 @@
-// The levels by the words that the tool has for them.
+// The levels, with the names that the tool uses.
 #pragma once
 
 #include <algorithm>
@@ -16,7 +16,8 @@ namespace shm::bench {
 inline constexpr std::array<std::pair<const char*, Level>, 3> kLevels = {
     {{"fast", Level::fast}, {"default", Level::standard}, {"best", Level::best}}};
 
-/// Places in kLevels of those that are named, in its order; of all where none is.
+/// Returns the indices in kLevels of the named levels, in the order of kLevels; all indices if
+/// `names` is empty.
 inline std::vector<std::size_t> levels_named(const std::vector<std::string>& names) {
   std::vector<std::size_t> levels;
   for (std::size_t l = 0; l < kLevels.size(); ++l)

@@ -1,5 +1,5 @@
-// What the benchmark programs measure with: processor time and peak memory of this process,
-// and how far values are off.
+// Measurements for the benchmark programs: processor time and peak memory of this process, and
+// errors of values.
 #pragma once
 
 #include <malloc.h>
@@ -30,7 +30,7 @@ inline double seconds_of(const std::function<void()>& run) {
   return processor_seconds() - start;
 }
 
-/// The quickest of as many runs as go into `seconds`, of two at least.
+/// Returns the time of the fastest run. Repeats runs for `seconds`, but at least twice.
 inline double quickest(double seconds, const std::function<void()>& run) {
   double best = 1e300, spent = 0;
   for (int runs = 0; runs < 2 || spent < seconds; ++runs) {
@@ -41,7 +41,7 @@ inline double quickest(double seconds, const std::function<void()>& run) {
   return best;
 }
 
-/// Bytes of a line of /proc/self/status, such as "VmRSS"; 0 where there is none.
+/// Returns the bytes of a line of /proc/self/status, such as "VmRSS"; 0 if there is none.
 inline std::uint64_t status_bytes(const std::string& name) {
   std::ifstream status("/proc/self/status");
   std::uint64_t kilobytes = 0;
@@ -50,11 +50,11 @@ inline std::uint64_t status_bytes(const std::string& name) {
   return kilobytes * 1024;
 }
 
-/// By how much resident memory grows at most while `run` works, over what it is before.
+/// Returns the peak increase of resident memory while `run` works.
 inline std::uint64_t memory_of(const std::function<void()>& run) {
-  malloc_trim(0);  // what earlier runs freed would be used again unseen
+  malloc_trim(0);  // memory freed by earlier runs would be reused without being counted
   if (std::FILE* file = std::fopen("/proc/self/clear_refs", "w")) {
-    std::fputs("5", file);  // the peak begins anew
+    std::fputs("5", file);  // resets the peak
     std::fclose(file);
   }
   const std::uint64_t before = status_bytes("VmRSS");
@@ -63,7 +63,8 @@ inline std::uint64_t memory_of(const std::function<void()>& run) {
   return peak > before ? peak - before : 0;
 }
 
-/// Between two arrays of T, over what is finite in the first.
+/// Returns the largest difference between two arrays of T, over the values that are finite in the
+/// first.
 template <class T>
 double largest_error(std::span<const std::byte> a, std::span<const std::byte> b) {
   double largest = 0;

@@ -1,5 +1,5 @@
-"""Files as simulation codes write them: Exodus II through netCDF, legacy VTK as text, VTU, Gmsh MSH
-4.1; deterministic. Binary legacy VTK is written by meshes.py."""
+"""Writes files as simulation codes do: Exodus II through netCDF, legacy VTK as text, VTU, Gmsh MSH 4.1.
+Deterministic. meshes.py writes binary legacy VTK."""
 import base64
 import struct
 import zlib
@@ -7,7 +7,7 @@ import zlib
 import netCDF4
 import numpy as np
 
-# Nodes of the sides of a hexahedron, in the order of Exodus, from 0.
+# Nodes of the sides of a hexahedron, in the order of Exodus, counted from 0.
 HEX_SIDES = np.array([(0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (0, 4, 7, 3), (0, 3, 2, 1),
                       (4, 5, 6, 7)])
 VTK_POLYGON, VTK_HEXAHEDRON, VTK_POLYHEDRON = 7, 12, 42
@@ -16,12 +16,12 @@ XML_TYPES = {"float64": "Float64", "int32": "Int32", "int64": "Int64", "uint8": 
 
 
 class Exodus:
-    """One Exodus file, laid out as libexodusII does: dimensions, then what the file consists of.
+    """One Exodus file, laid out as libexodusII does: first dimensions, then the data.
 
-    `blocks`: (id, name, corners from 0, one row for each hexahedron), or for polygons and polyhedra
-    (id, name, list of arrays): nodes of each polygon, faces of each polyhedron. `faces`: nodes of each
-    face. `node_sets`, `side_sets`: (name, numbers from 0) and (name, elements from 0, sides from 0).
-    Arrays by name: an iterator over steps yields what has one value for each node (element)."""
+    `blocks`: (id, name, corners from 0, one row per hexahedron); for polygons and polyhedra (id, name, list of
+    arrays): the nodes of each polygon, or the faces of each polyhedron. `faces`: the nodes of each face.
+    `node_sets`: (name, node numbers from 0). `side_sets`: (name, elements from 0, sides from 0).
+    Values of the named arrays are written step by step, by put_step()."""
 
     def __init__(self, path, title, points, blocks, faces=(), node_sets=(), side_sets=(), times=(),
                  node_names=(), cell_names=(), qa=(), info=(), maps=False, factors=False,
@@ -34,7 +34,7 @@ class Exodus:
                              "floating_point_word_size": np.int32(8), "file_size": np.int32(1),
                              "maximum_name_length": np.int32(NAME_LENGTH),
                              "int64_status": np.int32(0), "title": title})
-        self.later = []  # what is written once all is defined
+        self.later = []  # values to write once everything is defined
         for name, size in (("len_string", 33), ("len_name", NAME_LENGTH + 1),
                            ("len_line", LINE_LENGTH + 1), ("four", 4), ("num_dim", 3),
                            ("time_step", None), ("num_nodes", len(points)),
@@ -81,7 +81,7 @@ class Exodus:
         self.texts(f"{prefix}_names", (dimension, "len_name"), names)
 
     def lists(self, connectivity, counts, dimension, total, lists, kind, of, to):
-        """Connectivity of various lengths, and how many each has."""
+        """Defines lists of various lengths, and the length of each."""
         self.file.createDimension(total, sum(map(len, lists)))
         self.define(connectivity, "i4", (total,), np.concatenate(lists) + 1, elem_type=kind)
         self.define(counts, "i4", (dimension,), np.array([len(some) for some in lists]),
@@ -145,7 +145,7 @@ class Exodus:
                 for block in range(1, len(self.sizes) + 1)]
 
     def put_step(self, step, node_values, cell_values):
-        """Values by name."""
+        """Writes the values of one step; both arguments map names to values."""
         for where, values in (("node", node_values), ("cell", cell_values)):
             for name, its in values.items():
                 begin = 0
@@ -160,13 +160,13 @@ class Exodus:
 
 
 def text_of(values, form="%.9g"):
-    """A row of an array in each line."""
+    """Formats an array, one row per line."""
     rows = np.atleast_2d(values) if values.ndim > 1 else values[:, None]
     return "".join(" ".join(form % value for value in row) + "\n" for row in rows.tolist())
 
 
 def write_ascii_vtk(path, title, points, corners, point_arrays=None, cell_arrays=None):
-    """Hexahedra. Arrays by name: scalars."""
+    """Writes hexahedra. Arrays map names to scalars."""
     with open(path, "w") as file:
         file.write(f"# vtk DataFile Version 3.0\n{title}\nASCII\nDATASET UNSTRUCTURED_GRID\n"
                    f"POINTS {len(points)} double\n{text_of(points)}\n"
@@ -184,8 +184,8 @@ def write_ascii_vtk(path, title, points, corners, point_arrays=None, cell_arrays
 
 def write_vtu(path, points, cells, kinds, faces=None, point_arrays=None, cell_arrays=None,
               form="ascii"):
-    """`cells`: points of each; `faces`: of each cell its faces as VTK has them, in one row. `form`:
-    ascii, raw (appended), or zlib (base64 in place, as VTK writes where nothing else is asked for)."""
+    """`cells`: the points of each cell. `faces`: for each cell its faces as in VTK, in one row. `form`: ascii, raw
+    (appended), or zlib (inline base64, which VTK writes by default)."""
     appended = []
 
     def array(name, values, components=1):
@@ -224,15 +224,15 @@ def write_vtu(path, points, cells, kinds, faces=None, point_arrays=None, cell_ar
 
 
 def zipped(data, block=32768):
-    """As vtkZLibDataCompressor packs it: a header of sizes, then the blocks, each in base64."""
+    """Compresses data as vtkZLibDataCompressor does: a header of sizes, then the blocks, both in base64."""
     blocks = [zlib.compress(data[at:at + block], 5) for at in range(0, len(data), block)]
     header = struct.pack(f"<{3 + len(blocks)}Q", len(blocks), block, len(data) % block, *map(len, blocks))
     return (base64.b64encode(header) + base64.b64encode(b"".join(blocks))).decode()
 
 
 def write_msh(path, points, corners, sides):
-    """ASCII MSH 4.1: a volume, and as surfaces `sides`: (name, rows of four nodes from 0). Each is an
-    entity with a physical group. Nodes all belong to the volume."""
+    """Writes ASCII MSH 4.1 with a volume and surfaces `sides`: (name, rows of four nodes from 0). Each is an entity
+    with a physical group. All nodes belong to the volume."""
     low, high = points.min(axis=0), points.max(axis=0)
     box = " ".join("%.9g" % value for value in (*low, *high))
     with open(path, "w") as file:

@@ -1,4 +1,4 @@
-"""Meshes and fields of the benchmarks, in NumPy; deterministic."""
+"""Meshes and fields for the benchmarks, in NumPy. Deterministic."""
 import numpy as np
 
 VTK_HEXAHEDRON = 12
@@ -10,13 +10,13 @@ def big_endian(values):
 
 
 def write_vtk(path, points, corners, point_arrays=None, cell_arrays=None):
-    """Hexahedra; arrays as of write_cells()."""
+    """Writes hexahedra; arrays as for write_cells()."""
     write_cells(path, points, [(VTK_HEXAHEDRON, corners)], point_arrays, cell_arrays)
 
 
 def write_cells(path, points, cells, point_arrays=None, cell_arrays=None):
-    """Binary legacy VTK 4.2. `cells`: pairs of VTK cell type and corners, one row for each cell.
-    Arrays by name, of one value or one row for each element."""
+    """Writes binary legacy VTK 4.2. `cells`: pairs of VTK cell type and corners, one row per cell. Arrays map names
+    to one value or one row per element."""
     count = sum(len(corners) for _, corners in cells)
     words = sum(corners.size + len(corners) for _, corners in cells)
     with open(path, "wb") as file:
@@ -46,7 +46,7 @@ def write_cells(path, points, cells, point_arrays=None, cell_arrays=None):
 
 
 def lattice(ni, nj, nk, closed=False):
-    """Corners of ni * nj * nk hexahedra, i fastest; closed: the last i meets the first."""
+    """Returns the corners of ni * nj * nk hexahedra, i fastest. closed: the last i is connected to the first."""
     across = ni if closed else ni + 1
     k, j, i = np.meshgrid(np.arange(nk), np.arange(nj), np.arange(ni), indexing="ij")
 
@@ -64,7 +64,7 @@ def unit_lattice(n):
 
 
 def grid(n):
-    """The paper's mesh "grid" is n = 15."""
+    """With n = 15 this is the mesh "grid" of the paper."""
     return np.stack(unit_lattice(n), 1), lattice(n, n, n)
 
 
@@ -87,7 +87,7 @@ def annulus(ni, nj, nk):
 
 
 def straight_annulus(ni, nj, nk):
-    """All its layers are alike."""
+    """All layers of this annulus are alike."""
     z, radius, angle = np.meshgrid(np.linspace(0, 2, nk + 1), np.linspace(1, 1.8, nj + 1),
                                    np.arange(ni) * 2 * np.pi / ni, indexing="ij")
     points = np.stack([radius * np.cos(angle), radius * np.sin(angle), z], -1)
@@ -102,15 +102,15 @@ EDGES = [(0, 1), (0, 3), (0, 4), (1, 2), (1, 5), (2, 3), (2, 6), (3, 7), (4, 5),
 
 
 def cut_into_eight(n, levels, with_cut=False):
-    """n * n * n hexahedra, of which those near two planes are cut into eight, `levels` times. As in
-    LaGriT what is made stands behind all others, and what is cut gets 19 vertices of its own, in
-    its middle and those of its sides and edges: equal ones of its neighbours are not joined.
-    with_cut: cells that were cut are there, too, as they are until they are taken out."""
+    """Returns n * n * n hexahedra, of which those near two planes are cut into eight, `levels` times. As in LaGriT,
+    new cells come after all others, and each cut cell gets 19 vertices of its own, in its middle and in those of
+    its sides and edges; they are not merged with equal vertices of its neighbours.
+    with_cut: keeps the cells that were cut, as LaGriT does until they are removed."""
     size = 1 << levels
     points = np.rint(grid(n)[0] * n * size).astype(np.int64)
     corners = lattice(n, n, n)
     whole = np.ones(len(corners), bool)
-    first = 0  # of the cells that may be cut
+    first = 0  # the first cell that may be cut
     middles = np.array([np.mean(CORNERS[list(of)], 0) * 2 for of in (range(8), *SIDES, *EDGES)])
     local = np.concatenate([CORNERS * 2, middles.astype(np.int64)])
     place = {tuple(at): i for i, at in enumerate(local)}
@@ -139,7 +139,7 @@ def cut_into_eight(n, levels, with_cut=False):
 
 
 def text_born(values, digits=8):
-    """What comes back from decimal text of so many significant digits."""
+    """Returns the values after conversion to decimal text with `digits` significant digits and back."""
     text = np.char.mod(f"%.{digits}g", values.ravel())
     return text.astype(np.float64).reshape(values.shape)
 
@@ -154,7 +154,7 @@ def normalized(places):
 
 
 def float_fields(places):
-    """name -> float64 values: smooth; a shock; turbulence with a little noise; velocity."""
+    """Returns name -> float64 values: a smooth field, a shock, turbulence with a little noise, a velocity."""
     u = normalized(places)
     x, y, z = u.T
     random = np.random.default_rng(11)
@@ -180,13 +180,13 @@ def smooth(x, y, z, time):
 
 
 def moving_steps(places, steps):
-    """Step by step, a smooth field that moves slowly."""
+    """Returns the steps of a smooth field that moves slowly."""
     x, y, z = normalized(places).T
     return [smooth(x, y, z, time) for time in range(steps)]
 
 
 def bisected(places, levels):
-    """Part numbers of a recursive coordinate bisection into 2^levels parts."""
+    """Returns part numbers of a recursive coordinate bisection into 2^levels parts."""
     part = np.zeros(len(places), np.int32)
     for _ in range(levels):
         split = 2 * part
@@ -200,7 +200,7 @@ def bisected(places, levels):
 
 
 def integer_fields(places):
-    """name -> int32 values: numbers of 12 blocks; of 64 parts; of the elements."""
+    """Returns name -> int32 values: numbers of 12 blocks, of 64 parts, of the elements."""
     u = normalized(places)
     sites = np.random.default_rng(7).random((12, 3)) * u.max(axis=0)
     nearest = ((u[:, None, :] - sites[None])**2).sum(axis=2).argmin(axis=1)

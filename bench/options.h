@@ -1,4 +1,4 @@
-// What the words of a benchmark program's command line say.
+// Parsing of the command line of a benchmark program.
 #pragma once
 
 #include <charconv>
@@ -20,7 +20,7 @@ requires std::is_arithmetic_v<Number>
 void set_from(std::string_view text, Number& to) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), to);
   if (error != std::errc() || end != text.data() + text.size())
-    throw std::runtime_error(std::string(text) + " is no number");
+    throw std::runtime_error(std::string(text) + " is not a number");
 }
 
 template <class T>
@@ -28,7 +28,7 @@ void set_from(std::string_view text, std::vector<T>& to) {
   set_from(text, to.emplace_back());
 }
 
-/// A flag, if `to` is a bool; else a word with a value behind it. A vector collects all values.
+/// A flag if `to` is a bool; otherwise an option with a value. A vector collects all values.
 struct Option {
   std::string_view name;
   bool is_flag;
@@ -41,7 +41,8 @@ struct Option {
       : name(word), is_flag(false), set([&to](std::string_view text) { set_from(text, to); }) {}
 };
 
-/// Sets what the options say, and returns the word that is none: the path of a file.
+/// Stores the values of the options, and returns the only word that is not an option: the path of a
+/// file.
 inline std::string parse_options(int argc, char** argv, std::initializer_list<Option> options) {
   std::string path;
   for (int i = 1; i < argc; ++i) {
@@ -56,7 +57,7 @@ inline std::string parse_options(int argc, char** argv, std::initializer_list<Op
     } else if (found->is_flag) {
       found->set({});
     } else {
-      if (++i == argc) throw std::runtime_error(word + " wants a value");
+      if (++i == argc) throw std::runtime_error(word + " needs a value");
       found->set(argv[i]);
     }
   }

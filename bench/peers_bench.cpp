@@ -1,12 +1,14 @@
 // peers_bench --type TYPE [--components N] [--steps N] [--seconds S] [--quick] [--bound B]... FILE:
-// one raw array through other compressors; a line of JSON for each on standard output. Without
-// --bound lossless, else what keeps each value within B. Processor time of one thread, the quickest
-// of the runs that go into S seconds, in memory; all is decoded and compared.
-//   zstd, xz, blosc   the bytes as they stand, or their planes ("shuffle")
-//   fpzip, zfp, SZ    one component after the other, the turning counted; fpzip sees the steps as a
-//                     second dimension
-// "SZ-like" is ours, for want of a package: what a value adds to the restored one before it, in
-// steps of two bounds; planes of these through zstd -19; a value that would miss is kept exactly.
+// compresses one raw array with other compressors. A line of JSON for each on standard output.
+// Lossless without --bound; otherwise with methods that keep each value within B. Reports processor
+// time of one thread, the fastest of the runs during S seconds, in memory. All results are decoded
+// and compared.
+//   zstd, xz, blosc   the bytes unchanged, or as byte planes ("shuffle")
+//   fpzip, zfp, SZ    one component after the other, including the time to transpose; fpzip
+//                     treats the steps as a second dimension
+// "SZ-like" is our own code, because there is no package: the difference of a value to the restored
+// value before it, in steps of two bounds; byte planes of these through zstd -19; values that would
+// exceed the bound are stored exactly.
 #include <fpzip.h>
 #include <lzma.h>
 #include <zfp.h>
@@ -38,15 +40,15 @@ struct RawArray {
   std::size_t values() const { return bytes.size() / value_bytes; }
 };
 
-/// A compressor. Both return how many bytes they wrote, and throw where they cannot.
+/// A compressor. Both functions return the number of bytes written, and throw if they fail.
 struct Peer {
   std::string name;
-  std::size_t room;  ///< bytes that the packed array may take
+  std::size_t room;  ///< maximum size of the packed array
   std::function<std::size_t(Bytes, Room)> encode, decode;
 };
 
-/// Bytes of one significance together.
-/// One component after the other, each with all its steps.
+/// Transpositions: bytes grouped by significance; and one component after the other, each with all
+/// its steps.
 template <class T>
 void to_components(Bytes in, std::size_t components, T* out) {
   const std::size_t count = in.size() / sizeof(T) / components;
@@ -181,7 +183,7 @@ Peer zfp_peer(const RawArray& array, double bound) {
 
 constexpr std::int32_t kEscape = std::numeric_limits<std::int32_t>::min();
 
-/// The restored value `steps` away from the one before.
+/// Returns the restored value that is `steps` away from the one before.
 template <class T>
 T moved(T last, std::int32_t steps, double step) {
   return static_cast<T>(static_cast<double>(last) + steps * step);
@@ -191,7 +193,7 @@ T prediction_from(T value) {
   return std::isfinite(value) ? value : T{0};
 }
 
-/// A shade less than two bounds: the restored value is rounded to T.
+/// Returns slightly less than two bounds, because the restored value is rounded to T.
 template <class T>
 double sz_step(std::span<const T> values, double bound) {
   double largest = 0;
@@ -201,7 +203,7 @@ double sz_step(std::span<const T> values, double bound) {
   return 2 * std::max(bound - rounding, bound / 2);
 }
 
-/// Packed: the step, planes of `codes`, exact values.
+/// Packed format: the step, planes of `codes`, exact values.
 template <class T>
 std::size_t sz_encode(Bytes in, std::size_t components, double bound, Room out) {
   std::vector<T> values(in.size() / sizeof(T)), exact;
@@ -270,7 +272,7 @@ Peer sz_peer(const RawArray& array, double bound) {
 
 // Measuring
 
-/// `bound`: 0 when the peer must be lossless.
+/// `bound`: 0 if the peer must be lossless.
 void measure(const RawArray& array, const Peer& peer, double bound, double seconds) {
   const auto room = std::make_unique_for_overwrite<std::byte[]>(peer.room);
   std::vector<std::byte> back(array.bytes.size());
@@ -285,8 +287,8 @@ void measure(const RawArray& array, const Peer& peer, double bound, double secon
     error = array.value_bytes == 8 ? largest_error<double>(array.bytes, back)
                                    : largest_error<float>(array.bytes, back);
   else if (back != array.bytes)
-    throw std::runtime_error(peer.name + ": came back different");
-  // Of what is slow, one run is enough.
+    throw std::runtime_error(peer.name + ": the decoded array differs");
+  // A slow compressor is run only once.
   if (write < seconds) write = quickest(seconds - write, encode);
   if (read < seconds) read = quickest(seconds - read, decode);
   std::printf(
@@ -348,7 +350,7 @@ void run(int argc, char** argv) {
   array.steps = steps;
   if (components == 0 || steps == 0 ||
       array.bytes.size() % (array.value_bytes * components * steps) != 0)
-    throw std::runtime_error(path + ": not so many components and steps");
+    throw std::runtime_error(path + ": the size does not match components and steps");
   const auto try_peer = [&](const Peer& peer, double bound) {
     try {
       measure(array, peer, bound, seconds);

@@ -1,9 +1,12 @@
-// pieces_bench FILE: what a MeshExtractor reads of a .shm file for pieces of it. JSON on standard
-// output: bytes of index and schema, and for each segment its own bytes, those that are read for
-// its cells with all static arrays, with coordinates alone, and for its first cell.
-// pieces_bench FILE --way WAY: reads all of it in one thread, and prints cells or faces. WAY is
-// reader (all that a Reader gives), cells (a MeshExtractor without arrays), boundary (the boundary
-// surface), values (with the first array that has no steps), or stream (the same by a Reader).
+// pieces_bench FILE: measures the bytes that a MeshExtractor reads of a .shm file for pieces of it.
+// JSON on standard output: bytes of index and schema, and for each segment its own bytes, and the
+// bytes read for its cells with all static arrays, for its cells with coordinates only, and for its
+// first cell.
+//
+// pieces_bench FILE --way WAY: reads the whole file in one thread, and prints the number of cells
+// or faces. WAY is reader (everything, by a Reader), cells (a MeshExtractor without arrays),
+// boundary (the boundary surface), values (the boundary surface with the first array that has no
+// steps), or stream (the same, by a Reader).
 #include <cstdint>
 #include <cstdio>
 #include <string>
@@ -25,7 +28,7 @@ T unwrapped(Result<T> result) {
   return std::move(*result);
 }
 
-/// Bytes read; the piece must have `cells` cells.
+/// Returns the bytes read for a piece, which must have `cells` cells.
 std::uint64_t read_piece(converters::CountedSource& source, MeshExtractor& file,
                          const ExtractRequest& request, std::uint64_t cells) {
   const std::uint64_t before = source.bytes;
@@ -37,14 +40,14 @@ std::uint64_t read_piece(converters::CountedSource& source, MeshExtractor& file,
   return source.bytes - before;
 }
 
-/// The first array without steps.
+/// Selects the first array without steps.
 BoundaryOptions with_values(const Schema& schema) {
   for (std::uint32_t a = 0; a < schema.arrays.size(); ++a)
     if (!schema.arrays[a].per_step) return {.arrays = {{a, 0}}};
   throw std::runtime_error("the file has no array without steps");
 }
 
-/// Cells, or faces of the boundary.
+/// Returns the number of cells, or of faces of the boundary.
 std::uint64_t read_whole(const std::string& path, const std::string& way) {
   if (way == "reader" || way == "stream") {
     const auto source = unwrapped(FileSource::open(path));

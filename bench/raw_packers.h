@@ -1,5 +1,5 @@
-// Other compressors of raw arrays, from memory to memory in this thread: zstd and, where it is
-// there, Blosc.
+// Other compressors of raw arrays, from memory to memory in this thread: zstd and, if available,
+// Blosc.
 #pragma once
 
 #include <zstd.h>
@@ -17,7 +17,7 @@ using Bytes = std::span<const std::byte>;
 using Room = std::span<std::byte>;
 
 inline std::size_t checked(std::size_t bytes, bool good) {
-  if (!good) throw std::runtime_error("a compressor fails");
+  if (!good) throw std::runtime_error("a compressor failed");
   return bytes;
 }
 
@@ -30,7 +30,8 @@ inline std::size_t zstd_unpack(Bytes in, Room out) {
   return checked(size, !ZSTD_isError(size));
 }
 
-/// All first bytes of numbers of `width` bytes, then all second ones; and back.
+/// Groups the bytes of numbers of `width` bytes: first all first bytes, then all second bytes, and
+/// so on; and back.
 inline void to_planes(Bytes in, std::size_t width, std::byte* out) {
   const std::size_t count = in.size() / width;
   for (std::size_t b = 0; b < width; ++b)
@@ -43,7 +44,7 @@ inline void from_planes(Bytes in, std::size_t width, std::byte* out) {
 }
 
 #ifdef SHM_HAS_BLOSC
-/// Byte planes in blocks, and zstd at Blosc's level 5, in this thread.
+/// Blosc at level 5 with byte planes and zstd, in this thread.
 inline std::size_t blosc_pack(Bytes in, std::size_t width, Room out) {
   const int size = blosc_compress_ctx(5, BLOSC_SHUFFLE, width, in.size(), in.data(), out.data(),
                                       out.size(), "zstd", 0, 1);

@@ -1,9 +1,9 @@
-// series_bench [--steps N] [--key-steps N] [--travel N] [--every N] [--fast] [--speed] MESH: what a
-// time series of five float32 fields takes in one file, and in a file for each step (every N-th of
-// them is written, and stands for N); and what reading one array at one step takes. JSON on
-// standard output. The series is written beside MESH, and removed. --speed: instead what the steps
-// alone take from memory to memory, one thread, beside zstd -3 of the values of each array at each
-// step, as they are and as byte planes.
+// series_bench [--steps N] [--key-steps N] [--travel N] [--every N] [--fast] [--speed] MESH:
+// measures a time series of five float32 fields in one file, and in one file per step (only every
+// N-th is written, and counted N times); and reading one array at one step. JSON on standard
+// output. The series is written next to MESH, and removed. --speed: measures instead only the steps
+// from memory to memory, in one thread, compared with zstd -3 of the values of each array at each
+// step, unchanged and as byte planes.
 #include <array>
 #include <chrono>
 #include <cmath>
@@ -30,7 +30,7 @@ namespace {
 
 using Point = std::array<double, 3>;
 
-/// Seconds on the clock, which reading from a disk takes too.
+/// Returns wall-clock seconds, which include reading from a disk.
 double seconds_of_clock(const std::function<void()>& run) {
   const auto start = std::chrono::steady_clock::now();
   run();
@@ -39,7 +39,7 @@ double seconds_of_clock(const std::function<void()>& run) {
 
 // --- fields
 
-/// A sum of waves that travel; the mesh is about one unit wide.
+/// A sum of waves that travel. The mesh is about one unit wide.
 struct Waves {
   struct Wave {
     Point k{};
@@ -56,8 +56,9 @@ struct Waves {
   }
 };
 
-/// Of `count` wave numbers from `low` to `high`, in waves a unit, with the heights of turbulence:
-/// energy falls with the 5/3rd power. Each goes on with the stream and turns over at its own pace.
+/// Returns waves with `count` wave numbers from `low` to `high`, in waves per unit, and with
+/// amplitudes of turbulence: energy falls with the 5/3rd power. Each wave travels with the flow and
+/// changes at its own rate.
 Waves turbulence(std::size_t count, double low, double high, unsigned seed) {
   std::mt19937_64 random(seed);
   const auto uniform = [&] { return static_cast<double>(random() >> 11) * 0x1p-53; };
@@ -73,13 +74,14 @@ Waves turbulence(std::size_t count, double low, double high, unsigned seed) {
     wave.phase = 2 * std::numbers::pi * uniform();
     wave.height = std::pow(n / low, -5. / 6);
     const double turning = (2 * uniform() - 1) * std::pow(n, 2. / 3);
-    wave.speed = wave.k[0] + turning;  // the stream: a unit in a unit of time, along x
+    wave.speed = wave.k[0] + turning;  // the flow: one unit of length per unit of time, along x
     waves.waves.push_back(wave);
   }
   return waves;
 }
 
-/// Two smooth fields and three of cells: a smooth one that travels, one with a front, turbulence.
+/// Two smooth point fields and three cell fields: a smooth one that travels, one with a front,
+/// turbulence.
 class Fields {
  public:
   explicit Fields(const ArrayMesh& mesh) : points_(mesh.vertices) {
@@ -109,7 +111,7 @@ class Fields {
     }
     return infos;
   }
-  /// In the mesh's order.
+  /// Returns values in the mesh's order.
   std::vector<std::byte> values(std::size_t array, double time) const {
     const auto& places = array < 2 ? points_ : centres_;
     std::vector<std::byte> out(places.size() * 4);
@@ -170,7 +172,7 @@ std::uint64_t bytes_of_single(const ArrayMesh& mesh, const Fields& fields, doubl
   return write(mesh, all, sink, level).total_bytes;
 }
 
-/// One array at one step, with a new StepReader; then the step behind it with the same one.
+/// Reads one array at one step with a new StepReader, then the next step with the same reader.
 void tell_reading(const char* what, RandomSource& file, const StepRequest& request) {
   converters::CountedSource source(file);
   std::uint64_t opening = 0, bytes = 0;
@@ -202,7 +204,7 @@ void tell_reading(const char* what, RandomSource& file, const StepRequest& reque
   std::fflush(stdout);
 }
 
-/// What the raw values of each array at each step take under zstd -3, there and back.
+/// Compresses and decompresses the raw values of each array at each step with zstd -3.
 template <class Pack, class Unpack>
 void tell_zstd(const char* name, std::span<const MeshArray> arrays, Pack&& pack, Unpack&& unpack) {
   std::size_t bytes = 0;
@@ -212,7 +214,7 @@ void tell_zstd(const char* name, std::span<const MeshArray> arrays, Pack&& pack,
     std::size_t size = 0;
     in += seconds_of([&] { size = pack(raw, packed); });
     out += seconds_of([&] { unpack(Bytes(packed).first(size), back); });
-    if (back != raw) throw std::runtime_error("zstd gives something else back");
+    if (back != raw) throw std::runtime_error("zstd: the decoded values differ");
     bytes += size;
   };
   for (const MeshArray& array : arrays)
@@ -221,7 +223,7 @@ void tell_zstd(const char* name, std::span<const MeshArray> arrays, Pack&& pack,
               out);
 }
 
-/// The steps alone: the series less the mesh.
+/// Measures only the steps: the series minus the mesh.
 void tell_speed(const ArrayMesh& mesh, const Fields& fields, std::uint64_t steps,
                 const std::function<double(std::uint64_t)>& time_of, Level level) {
   std::vector<MeshArray> arrays;
@@ -249,7 +251,7 @@ void tell_speed(const ArrayMesh& mesh, const Fields& fields, std::uint64_t steps
     took.out = quickest(0, [&] { read(sink.bytes, back); });
     took.bytes = sink.bytes.size();
     for (std::size_t a = 0; a < of.size(); ++a)
-      if (back.arrays[a] != of[a]->steps) throw std::runtime_error("other values come back");
+      if (back.arrays[a] != of[a]->steps) throw std::runtime_error("the decoded values differ");
     return took;
   };
   const Took alone = with({}), series = with(all);
@@ -287,11 +289,11 @@ int run(int argc, char** argv) {
                                           {"--fast", fast},
                                           {"--speed", speed}});
   if (steps < 2 || key_steps == 0 || every == 0 || every > steps)
-    throw std::runtime_error("nothing is asked");
+    throw std::runtime_error("steps, key steps and every must be positive");
   const Level level = fast ? Level::fast : Level::standard;
   const ArrayMesh mesh = load_arrays(path);
   const Fields fields(mesh);
-  // In a hundred steps the fields travel so many hundredths of the mesh.
+  // During a hundred steps the fields travel by this number of hundredths of the mesh.
   const auto time_of = [&](std::uint64_t step) {
     return static_cast<double>(step * travel) * 1e-4;
   };

@@ -1,9 +1,9 @@
 // small_bench grid|series [--level LEVEL] [--threads N] [--times N] [--read]: writes a small mesh
-// from memory to memory so many times, and with --read once, and reads it so many times. Prints the
-// bytes of the file and their checksum. What it takes is counted from outside:
+// from memory to memory N times; with --read writes it once and reads it N times. Prints the bytes
+// of the file and their checksum. The cost is measured from outside:
 //   valgrind --tool=callgrind small_bench grid
 // LEVEL is fast, standard or best. grid has 5 x 5 x 5 hexahedra and float64 points, in order keep;
-// series 4 x 4 x 4, and six point and six cell arrays of float64 at 11 time steps.
+// series has 4 x 4 x 4, and six point and six cell arrays of float64 at 11 time steps.
 #include <array>
 #include <cstdint>
 #include <cstdio>
@@ -47,7 +47,7 @@ struct SmallMesh {
     return schema;
   }
   bool is_of_cells(std::uint64_t array) const { return array >= arrays / 2; }
-  /// Curved; without functions whose last bit differs between machines.
+  /// A curved mesh, computed without functions whose last bit differs between machines.
   std::array<double, 3> point(std::uint64_t v) const {
     const std::uint64_t n = side + 1;
     const double x = of_side(v % n), y = of_side(v / n % n), z = of_side(v / n / n);

@@ -1,19 +1,20 @@
-// speed_bench [--level fast|default|best]... [--turns N] [--seconds S] MESH
-// The hexahedra of a mesh of any format from memory to memory, one thread: ours at each level,
-// order kept, and other compressors of the raw arrays, which are int32 corners, one hexahedron
-// after the other, and coordinates as they are stored. Lines of JSON on standard output: the mesh,
-// then each method with its bytes and the least processor seconds of its runs.
+// speed_bench [--level fast|default|best]... [--turns N] [--seconds S] MESH: compresses and
+// decompresses the hexahedra of a mesh of any format from memory to memory, in one thread: with our
+// library at each level, order kept, and with other compressors of the raw arrays, which are int32
+// corners, one hexahedron after the other, and coordinates as they are stored. Lines of JSON on
+// standard output: the mesh, then each method with its bytes and the least processor seconds of its
+// runs.
 //   zstd -3        each of the two arrays
-//   column delta   the arrays column by column (eight of corners, three of coordinates): what a
-//                  number differs from the one before it, of coordinates of the bits, unless they
-//                  are smaller as they stand; zigzag, byte planes, zstd -3. Which way is smaller is
-//                  found out before, and costs no time
-//   blosc          each of the arrays: byte planes in blocks, zstd; where libblosc was there
-// All methods take turns on the mesh, so that what disturbs one disturbs all: N turns (8), fewer
-// where a method has had S seconds (1), one at least; what takes less than a millisecond is done
-// several times in its turn. After the first turn what came back is compared. Ours go from a Mesh
-// to a MemorySink and back, and make the Mesh, of memory that the process has already; the others
-// fill memory that is there.
+//   column delta   the arrays column by column (eight of corners, three of coordinates): the
+//                  difference of each number to the one before it (for coordinates, of their bits;
+//                  or unchanged if that is smaller); zigzag, byte planes, zstd -3. The smaller
+//                  variant is determined in advance, and its time is not counted
+//   blosc          each of the arrays: byte planes in blocks, zstd; if libblosc was found
+// All methods take turns on the mesh, so that a disturbance affects all of them: N turns (8), fewer
+// if a method has used S seconds (1), but at least one. Runs of less than a millisecond are
+// repeated within a turn. The decoded data is compared after the first turn. Our methods go from a
+// Mesh to a MemorySink and back, and create the Mesh in memory that the process already has; the
+// others fill existing memory.
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -43,9 +44,9 @@ namespace {
 
 using nlohmann::json;
 
-constexpr double kTurn = 1e-3;  // seconds at least, each way
+constexpr double kTurn = 1e-3;  // least seconds of a turn, in each direction
 
-/// Something that packs a mesh.
+/// A method that packs a mesh.
 class Method {
  public:
   explicit Method(std::string name) : name_(std::move(name)) {}
@@ -53,13 +54,13 @@ class Method {
   Method(const Method&) = delete;
   Method& operator=(const Method&) = delete;
 
-  /// Unless it has had so many seconds.
+  /// Does nothing if the method has already used `seconds`.
   void take_turn(double seconds) {
     const bool first = spent_ == 0;
     if (!first && spent_ >= seconds) return;
     encode_s_ = std::min(encode_s_, least([this] { pack(); }));
     decode_s_ = std::min(decode_s_, least([this] { unpack(); }));
-    if (first && !came_back()) throw std::runtime_error(name_ + ": came back different");
+    if (first && !came_back()) throw std::runtime_error(name_ + ": the decoded mesh differs");
   }
   virtual json told() const {
     return {{"name", name_}, {"encode_s", encode_s_}, {"decode_s", decode_s_}};
@@ -68,7 +69,7 @@ class Method {
  protected:
   virtual void pack() = 0;
   virtual void unpack() = 0;
-  virtual void forget() = 0;  ///< what the last of these made
+  virtual void forget() = 0;  ///< drops the result of the last run
   virtual bool came_back() const = 0;
 
  private:
@@ -129,7 +130,7 @@ class Ours final : public Method {
 
 // Others
 
-/// Numbers of `width` bytes, 4 or 8, in rows of `columns`.
+/// Numbers of `width` bytes (4 or 8), in rows of `columns`.
 struct RawArray {
   std::vector<std::byte> bytes;
   std::size_t width = 4, columns = 1;
@@ -137,9 +138,9 @@ struct RawArray {
 
 struct Packer {
   std::string name;
-  std::function<std::size_t(std::size_t)> room;  ///< bytes that so many may take
+  std::function<std::size_t(std::size_t)> room;  ///< maximum packed size of N bytes
   std::function<std::size_t(const RawArray&, Room)> pack;
-  std::function<void(const RawArray&, Bytes, Room)> unpack;  ///< the array: what it is like
+  std::function<void(const RawArray&, Bytes, Room)> unpack;  ///< RawArray: describes the array
 };
 
 class Others final : public Method {
@@ -178,8 +179,8 @@ class Others final : public Method {
   std::array<std::size_t, 2> sizes_{};
 };
 
-/// Column after column, each number as what it differs from the one before it or as it stands, in
-/// planes of one byte of each number.
+/// Packs column after column, in planes of one byte of each number: each number as its difference
+/// to the one before it, or unchanged.
 template <class T>
 void to_column_planes(const RawArray& array, bool differences, std::byte* out) {
   const std::size_t count = array.bytes.size() / sizeof(T);
@@ -216,9 +217,9 @@ void from_column_planes(const RawArray& like, bool differences, const std::byte*
   }
 }
 
-/// `scratch`: has room for the largest array.
+/// `scratch`: large enough for the largest array.
 Packer column_packer(std::shared_ptr<std::vector<std::byte>> scratch, bool differ) {
-  // Corners always differ.
+  // Corners are always coded as differences.
   const auto differences = [=](const RawArray& array) { return differ || array.columns == 8; };
   return {"column delta", ZSTD_compressBound,
           [=](const RawArray& array, Room out) {
@@ -234,7 +235,7 @@ Packer column_packer(std::shared_ptr<std::vector<std::byte>> scratch, bool diffe
             from(like, differences(like), scratch->data(), out);
           }};
 }
-/// With coordinates the way in which they are smaller.
+/// Chooses the smaller variant for coordinates.
 Packer column_packer(const std::array<RawArray, 2>& mesh) {
   const auto scratch = std::make_shared<std::vector<std::byte>>(
       std::max(mesh[0].bytes.size(), mesh[1].bytes.size()));
@@ -260,7 +261,7 @@ std::vector<Packer> packers(const std::array<RawArray, 2>& mesh) {
   return all;
 }
 
-// The mesh, as each of them wants it
+// --- the mesh in the form that each method needs
 
 Mesh whole_mesh(const BenchMesh& from) {
   Mesh mesh;
@@ -312,9 +313,8 @@ int run(int argc, char** argv) {
 
 int main(int argc, char** argv) {
 #if defined(__GLIBC__)
-  // Memory that was given back stays with the process, as zstd's buffers here do, and as it does in
-  // a program that handles one mesh after the other: fresh pages cost a third of the time of
-  // reading.
+  // The process keeps freed memory, here the buffers of zstd, as in a program that handles one mesh
+  // after the other: new pages would take a third of the time of reading.
   mallopt(M_MMAP_MAX, 0);
   mallopt(M_TRIM_THRESHOLD, std::numeric_limits<int>::max());
 #endif

@@ -1,6 +1,7 @@
-// threads_bench [--segments N] [--threads T] MESH: how much quicker threads make the library. Whole
-// Writer, Reader and SegmentReaders, from memory to memory, without any file format; wall time, the
-// quickest of three runs; JSON on standard output. Wants a machine that is otherwise idle.
+// threads_bench [--segments N] [--threads T] MESH: measures how much faster the library is with
+// threads. Whole Writer, Reader and SegmentReaders, from memory to memory, without any file format.
+// Reports wall-clock time, the fastest of three runs, as JSON on standard output. The machine must
+// otherwise be idle.
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -39,7 +40,7 @@ std::uint64_t cells_read(std::span<const std::byte> file, unsigned threads) {
   return cells;
 }
 
-/// Each thread takes the next segment that nobody has.
+/// Each thread takes the next segment that no other thread has taken.
 std::uint64_t cells_of_segments(std::span<const std::byte> file, unsigned threads) {
   std::atomic<std::size_t> next = 0;
   std::atomic<std::uint64_t> cells = 0;
@@ -73,7 +74,8 @@ int run(int argc, char** argv) {
   unsigned threads = 2;
   const std::string path =
       parse_options(argc, argv, {{"--segments", segments}, {"--threads", threads}});
-  if (segments == 0 || threads == 0) throw std::runtime_error("nothing is asked");
+  if (segments == 0 || threads == 0)
+    throw std::runtime_error("segments and threads must be positive");
   const BenchMesh mesh = load_hexahedra(path, true);
   const std::uint64_t cells = mesh.hexahedra();
   WriteOptions options;

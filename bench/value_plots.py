@@ -1,4 +1,4 @@
-"""Ratio against speed, as SVG and PNG: of coordinates and fields of bench/values, and of others."""
+"""Draws ratio against speed, as SVG and PNG: coordinates and fields of bench/values, and results of other benchmarks."""
 import statistics
 
 import matplotlib
@@ -8,7 +8,7 @@ import matplotlib.pyplot as plt
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
 OURS, DICTIONARY, FLOATS = "#c8102e", "#5f6b76", "#1f6fb4"
-# Where a label may stand: points to the right and up of its mark, and how it is aligned.
+# Places for a label: its offset in points to the right of and above the mark, and its alignment.
 PLACES = [(7, 0, "left", "center"), (-7, 0, "right", "center"), (0, 7, "center", "bottom"),
           (0, -7, "center", "top"), (6, 6, "left", "bottom"), (6, -6, "left", "top"),
           (-6, 6, "right", "bottom"), (-6, -6, "right", "top"), (10, 13, "left", "bottom"),
@@ -25,7 +25,7 @@ def colour(coder):
 
 
 def reached(rows, key):
-    """coder -> (MB/s over all rows, geometric mean of ratios), of coders that have every row."""
+    """Returns coder -> (MB/s over all rows, geometric mean of ratios), for coders that have every row."""
     subjects = {row["subject"] for row in rows}
     found = {}
     for coder in dict.fromkeys(row["coder"] for row in rows):
@@ -38,7 +38,7 @@ def reached(rows, key):
 
 
 def put_labels(figure, axes, points):
-    """Each where it covers no mark and no other label, as far as there is such a place."""
+    """Places each label so that it covers no mark and no other label, if possible."""
     renderer = figure.canvas.get_renderer()
     marks = [axes.transData.transform(place) for place in points.values()]
     taken = []
@@ -110,7 +110,7 @@ def figure_of(rows, title, path):
 
 
 def draw_one(rows, title, path):
-    """`path`: without .svg and .png."""
+    """`path`: without extension."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with plt.rc_context(STYLE):
         figure_of(rows, title, path)

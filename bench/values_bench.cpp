@@ -1,20 +1,22 @@
 // values_bench [--level fast|default|best]... [--seconds S] [--stepped NAME]... [--like FILE.shm]
-//              [--sizes | --dump FOLDER] MESH
-// What the values of a mesh of any format cost in a .shm file: lines of JSON on standard output.
-// From memory to memory through Writer and Reader, order kept, one thread, processor time; all is
-// decoded and compared.
-// For each level, for the coordinates and each array: bytes of its stream, and the seconds that it
-// adds to the mesh, the median of several runs, each beside one of the mesh alone. An array: the
-// mesh with it, less the mesh alone. Coordinates: the mesh with its coordinates once more as a
-// point array, less the mesh; if that array's bytes tell that it is coded otherwise, the mesh less
-// the same mesh with all coordinates zero ("timed": "zeros"). Less than a hundredth of the mesh's
-// time counts as that. Memory: of the whole Writer or Reader, beyond the raw arrays, the packed
-// bytes included.
+// [--sizes | --dump FOLDER] MESH
+//
+// Measures the cost of the values of a mesh of any format in a .shm file. Lines of JSON on standard
+// output. From memory to memory through Writer and Reader, order kept, one thread, processor time;
+// all results are decoded and compared.
+//
+// For each level, reports for the coordinates and each array the bytes of its stream and the
+// seconds that it adds to the mesh: the median of several runs, each next to a run with the mesh
+// only. For an array: the mesh with the array, minus the mesh only. For coordinates: the mesh with
+// its coordinates repeated as a point array, minus the mesh; if the bytes of that array show that
+// it is coded differently, the mesh minus the same mesh with all coordinates zero ("timed":
+// "zeros"). A time of less than a hundredth of the mesh's time is reported as a hundredth. Memory:
+// of the whole Writer or Reader, in addition to the raw arrays, including the packed bytes.
 //   --stepped NAME  the arrays NAME.0, NAME.1, ... are time steps of one array NAME
-//   --like FILE     quantizes as FILE says of coordinates and arrays of the same name
+//   --like FILE     quantizes coordinates and arrays as in FILE, by their names
 //   --sizes         all arrays in one file; no times
-//   --no-arrays     the mesh alone
-//   --dump FOLDER   nothing but the raw arrays, for other compressors; one line for each
+//   --no-arrays     only the mesh
+//   --dump FOLDER   only writes the raw arrays, for other compressors; one line for each
 #include <algorithm>
 #include <cstdio>
 #include <cstring>
@@ -50,12 +52,12 @@ std::uint64_t values_of(const MeshArray& array) {
   return bytes / scalar_bytes(array.info.type);
 }
 
-/// The largest error; 0 for equal bytes. Throws where lossless values differ.
+/// Returns the largest error; 0 for equal bytes. Throws if lossless values differ.
 double compared(const std::vector<std::byte>& source, const std::vector<std::byte>& back,
                 ScalarType type, const Quantization& quantization, const std::string& name) {
   if (source == back) return 0;
   if (quantization.bits == 0 || source.size() != back.size())
-    throw std::runtime_error(name + ": came back different");
+    throw std::runtime_error(name + ": the decoded values differ");
   return type == ScalarType::float64 ? largest_error<double>(source, back)
                                      : largest_error<float>(source, back);
 }
@@ -64,7 +66,7 @@ struct Seconds {
   double write = 1e300, read = 1e300;
 };
 
-/// One file made of a mesh: what it takes to write and read it.
+/// A file with one selection of a mesh's data, and the cost of writing and reading it.
 struct Variant {
   const ArrayMesh* mesh;
   Arrays arrays;
@@ -72,10 +74,11 @@ struct Variant {
   std::uint64_t write_memory = 0, read_memory = 0;
   SizeReport sizes{};
   double coordinates_error = 0;
-  std::vector<double> errors{};                   // of each array
-  std::vector<double> more_write{}, more_read{};  // seconds, over the first variant
+  std::vector<double> errors{};  // one per array
+  std::vector<double> more_write{},
+      more_read{};  // additional seconds compared with the first variant
 
-  /// `first`: measures memory and compares, else time.
+  /// `first`: measures memory and compares the result; otherwise measures time.
   void run(Level level, bool first) {
     MemorySink file;
     file.bytes.reserve(mesh->xyz.size() + 8 * mesh->corners.size());
@@ -94,7 +97,7 @@ struct Variant {
 
  private:
   void check(const ReadBack& back) {
-    if (back.corners != mesh->corners) throw std::runtime_error("corners came back different");
+    if (back.corners != mesh->corners) throw std::runtime_error("the decoded corners differ");
     coordinates_error = compared(mesh->xyz, back.xyz, mesh->coordinate_type,
                                  mesh->coordinate_quantization, "coordinates");
     errors.assign(arrays.size(), 0);
@@ -106,8 +109,8 @@ struct Variant {
   }
 };
 
-/// Each just after the first variant, the one that has less, so that what disturbs one disturbs the
-/// other; `seconds` for each, and thrice at least.
+/// Runs each variant just after the first variant, which has the least data, so that a disturbance
+/// affects both. Runs for `seconds` per variant, and at least three times.
 void run_in_turn(std::vector<Variant>& variants, Level level, double seconds) {
   for (Variant& variant : variants) variant.run(level, true);
   const double start = processor_seconds();
@@ -211,7 +214,7 @@ void tell_sizes(const ArrayMesh& mesh, const char* name, Level level) {
   print({{"level", name}, {"arrays", arrays}});
 }
 
-// Raw arrays
+// --- raw arrays
 
 void write_raw(const std::string& path, std::span<const std::vector<std::byte>> parts) {
   std::FILE* file = std::fopen(path.c_str(), "wb");
@@ -247,9 +250,9 @@ void dump(const ArrayMesh& mesh, const std::string& folder) {
   }
 }
 
-// What is asked
+// --- options
 
-/// The arrays NAME.0, NAME.1, ... become one array.
+/// Joins the arrays NAME.0, NAME.1, ... into one stepped array.
 void join_steps(ArrayMesh& mesh, const std::string& name) {
   std::optional<MeshArray> joined;
   std::vector<MeshArray> rest;

@@ -1,16 +1,16 @@
-"""Generated source files for bench/whole, by family; deterministic.
+"""Generated source files for bench/whole, by family. Deterministic.
 
-    bench/whole_files.py FOLDER [FAMILY ...]     writes them, a folder for each family
+    bench/whole_files.py FOLDER [FAMILY ...]     writes them, with a folder for each family
 
     discontinuous   every cell has its own eight nodes, as spectral and discontinuous Galerkin codes write
     symmetric       meshes and solutions mirrored about x = 0: exactly, up to rounding, numbered as a copy
     extruded        solutions constant along z, numbered layer by layer or column by column
-    periodic        solutions of which four periods along x are alike
+    periodic        solutions with four identical periods along x
     tiny            1 to 10,000 hexahedra with up to 50 sets and 3 arrays: Exodus, VTK as text, Gmsh
     polyhedra       truncated octahedra and hexagonal prisms, VTU and Exodus NFACED; polygons, NSIDED
 
-What repeats does so bit by bit, noise and all, unless it says rounded: predictions from neighbours do
-not see it, a dictionary does.
+Values repeat bit by bit, including their noise, unless "rounded" is stated: predictions from neighbours do not
+find the repetition, a dictionary does.
 """
 import sys
 from dataclasses import dataclass
@@ -23,13 +23,13 @@ import meshes
 from mesh_writers import (HEX_SIDES, VTK_POLYGON, VTK_POLYHEDRON, Exodus, write_ascii_vtk, write_msh,
                           write_vtu)
 
-HEXAGON = [(0, -2), (1, -1), (1, 1), (0, 2), (-1, 1), (-1, -1)]  # in halves of its width and side
-NOISE = 1e-5  # of a field's size
+HEXAGON = [(0, -2), (1, -1), (1, 1), (0, 2), (-1, 1), (-1, -1)]  # in units of half its width and half its side
+NOISE = 1e-5  # relative to the size of a field
 STEP_SIZES = [(1, (20, 18, 16), 8, 3), (2, (20, 18, 16), 6, 3), (11, (16, 12, 10), 5, 2),
-              (100, (12, 6, 6), 4, 2)]  # steps, cells, nodal and cell variables
+              (100, (12, 6, 6), 4, 2)]  # steps, cells, number of nodal and of cell variables
 NODE_VARIABLES = ("disp_x", "disp_y", "temp", "pressure", "vel_x", "vel_y", "vel_z", "concentration")
 CELL_VARIABLES = ("stress_xx", "von_mises", "damage")
-ODD = ("disp_x", "vel_x")  # change their sign in a mirror
+ODD = ("disp_x", "vel_x")  # these change sign in a mirror
 TINY_CELLS = {1: (1, 1, 1), 8: (2, 2, 2), 27: (3, 3, 3), 192: (8, 6, 4), 1000: (10, 10, 10),
               10000: (25, 20, 20)}
 SIDE_NAMES = ("front", "right", "back", "left", "bottom", "top")
@@ -72,7 +72,7 @@ class Source:
 
 
 class Waves:
-    """A smooth field that moves, of so many random waves."""
+    """A smooth field that moves, the mean of `count` random waves."""
 
     def __init__(self, random, count=10):
         self.vectors = random.normal(size=(count, 3)) * 4
@@ -88,7 +88,7 @@ class Waves:
 # ---- Discontinuous meshes
 
 def curved_block(cells):
-    """Points and corners of nx * ny * nz cells."""
+    """Returns the points and corners of nx * ny * nz cells."""
     nx, ny, nz = cells
     z, y, x = np.meshgrid(*(np.arange(n + 1) / nx for n in (nz, ny, nx)), indexing="ij")
     x, y, z = x.ravel(), y.ravel(), z.ravel()
@@ -98,7 +98,7 @@ def curved_block(cells):
 
 
 def broken_arrays(points, corners, time=0):
-    """Two fields that are alike where nodes coincide, one that is not; one of cells."""
+    """Returns two point fields that agree on coincident nodes and one that does not; and a cell field."""
     random = np.random.default_rng(5)
     waves = [Waves(random) for _ in range(3)]
     random = np.random.default_rng([6, int(time * 10)])
@@ -152,17 +152,17 @@ def write_broken_vtk(path, cells, steps, kind=np.float64):
 
 @dataclass
 class Repeating:
-    """A mesh, and which node (cell) of it each one is like; places where solutions are made."""
+    """A mesh and, for each node and cell, the number of the one whose values it repeats."""
     points: np.ndarray
     corners: np.ndarray
     node_like: np.ndarray
     cell_like: np.ndarray
-    node_sign: np.ndarray  # of odd variables
-    rounded: np.ndarray = None  # nodes that are alike up to the last bits
+    node_sign: np.ndarray  # sign of odd variables at each node
+    rounded: np.ndarray = None  # nodes whose values repeat up to the last bits
 
 
 def lattice_indices(cells):
-    """i, j, k of all nodes, x fastest; so of all cells."""
+    """Yields i, j, k of all nodes, x fastest, and then of all cells."""
     for more in (1, 0):
         k, j, i = np.meshgrid(*(np.arange(n + more) for n in cells[::-1]), indexing="ij")
         yield i.ravel(), j.ravel(), k.ravel()
@@ -183,23 +183,24 @@ def mirrored(cells, rounded=False, copied=False):
                      cell_at + np.where(ci < half, nx - 1 - ci, ci), side)
     if rounded:
         mesh.rounded = i < half
-    if copied:  # the half at x >= 0, then the other in the same order
+    if copied:  # first the half at x >= 0, then the other half in the same order
         nodes = np.concatenate([np.flatnonzero(i >= half), mesh_copy(i, half, at)])
         order = np.concatenate([np.flatnonzero(ci >= half), nx - 1 - ci[ci >= half] + cell_at[ci >= half]])
-        # Mirrored corners, then each face the other way round, or volumes would be negative.
+        # Mirrored corners, with the order around each face reversed, since volumes would otherwise
+        # be negative.
         mesh.corners[ci < half] = mesh.corners[ci < half][:, [1, 2, 3, 0, 5, 6, 7, 4]]
         renumber(mesh, nodes, order)
     return mesh
 
 
 def mesh_copy(i, half, at):
-    """Nodes at x < 0, in the order of what they mirror."""
+    """Returns the nodes at x < 0, in the order of their mirror images."""
     ahead = np.flatnonzero(i > half)
     return at[ahead] + 2 * half - i[ahead]
 
 
 def renumber(mesh, nodes, cells):
-    """nodes, cells: the old number of each new one."""
+    """Renumbers a mesh. nodes, cells: the old number for each new number."""
     new_node, new_cell = np.argsort(nodes), np.argsort(cells)
     mesh.points, mesh.node_sign = mesh.points[nodes], mesh.node_sign[nodes]
     mesh.node_like, mesh.cell_like = new_node[mesh.node_like[nodes]], new_cell[mesh.cell_like[cells]]
@@ -232,7 +233,7 @@ def periodic(cells, periods=4):
 
 
 def repeated_step(mesh, names, waves, time, step):
-    """Values of each variable at one step: made at every place, then taken from the places they are like."""
+    """Returns the values of each variable at one step: computed everywhere, then copied from the nodes or cells that are repeated."""
     random = np.random.default_rng([9, step])
     places = mesh.points, mesh.points[mesh.corners].mean(axis=1)
     found = []
@@ -286,14 +287,14 @@ def box(cells):
 
 
 def sides_of_box(cells):
-    """Of each of the six: its cells, from 0."""
+    """Returns the cells (from 0) at each of the six sides."""
     _, (i, j, k) = lattice_indices(cells)
     nx, ny, nz = cells
     return [np.flatnonzero(at) for at in (j == 0, i == nx - 1, j == ny - 1, i == 0, k == 0, k == nz - 1)]
 
 
 def some_sets(cells, corners, count):
-    """Node sets and side sets by turns: the sides of a box, then parts of them."""
+    """Returns node sets and side sets, `count` in all: first whole sides of a box, then parts of them."""
     sides = sides_of_box(cells)
     node_sets, side_sets = [], []
     for number in range(count):
@@ -366,7 +367,7 @@ def tiny():
 # ---- Polyhedra and polygons
 
 def around(nodes, normal):
-    """Nodes of a flat face (rows), in their order around its normal."""
+    """Returns the nodes of a flat face (rows) in their order around its normal."""
     middle = nodes.mean(axis=0)
     first = nodes[0] - middle
     second = np.cross(normal, first)
@@ -376,7 +377,7 @@ def around(nodes, normal):
 
 
 def truncated_octahedron():
-    """Faces, each of nodes in steps of the lattice."""
+    """Returns the faces, each with its nodes in steps of the lattice."""
     signed = {tuple(np.array(order) * signs) for order in
               ((0, 1, 2), (0, 2, 1), (1, 0, 2), (1, 2, 0), (2, 0, 1), (2, 1, 0))
               for signs in np.ndindex(2, 2, 2) for signs in [2 * np.array(signs) - 1]}
@@ -392,7 +393,7 @@ def truncated_octahedron():
 
 
 def cells_of_lattice(shape, centres):
-    """Points (lattice steps), faces of each cell: each face its nodes, turned outwards."""
+    """Returns points (in lattice steps), and for each cell the node numbers of its faces, oriented outwards."""
     number, cells = {}, []
     for centre in centres:
         cells.append([np.array([number.setdefault(tuple(node + centre), len(number)) for node in face])
@@ -406,7 +407,7 @@ def octahedra(count):
               for j in range(side) for i in range(2 * side) if k * 4 * side * side < count]
     points, cells = cells_of_lattice(truncated_octahedron(), places[:count])
     random = np.random.default_rng(4)
-    points += .1 * random.random(points.shape)  # no two edges are alike
+    points += .1 * random.random(points.shape)  # so that no two edges are alike
     return .25 * points, cells
 
 
@@ -430,7 +431,7 @@ def prisms(count):
 
 
 def polygons(count):
-    """Hexagons; of three, one is cut in two quadrilaterals, one in a triangle and a pentagon."""
+    """Returns hexagons: of every three, one is cut into two quadrilaterals, one into a triangle and a pentagon."""
     number, cells = {}, []
     for at, (x, y) in enumerate(honeycomb(max(1, round(count**.5)), count)):
         ring = np.array([number.setdefault((x + dx, y + dy), len(number)) for dx, dy in HEXAGON])
@@ -506,12 +507,12 @@ def polyhedra():
 
 
 def sources():
-    """All files, none of them written yet."""
+    """Returns all files, without writing them."""
     return [source for some in (discontinuous, repeating, tiny, polyhedra) for source in some()]
 
 
 def write(some, folder):
-    """Writes them; their paths."""
+    """Writes the files, and returns their paths."""
     paths = []
     for source in some:
         path = folder / source.family / source.name

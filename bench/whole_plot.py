@@ -1,4 +1,4 @@
-"""Whole files of bench/whole, each a dot: .shm over the smallest other, against the size of its source."""
+"""Draws the files of bench/whole as dots: .shm over the smallest other compressor, against the size of the source."""
 import matplotlib
 
 matplotlib.use("Agg")
@@ -17,7 +17,7 @@ def size_text(size, _):
 
 
 def draw(collections, folder):
-    """`collections`: name -> pairs of bytes of the source and the ratio."""
+    """`collections`: name -> pairs of source bytes and ratio."""
     folder.mkdir(parents=True, exist_ok=True)
     sizes, ratios = zip(*(dot for dots in collections.values() for dot in dots))
     with plt.rc_context(STYLE):

@@ -1,4 +1,4 @@
-// What a target does, as its input says it, byte by byte.
+// The input as a sequence of choices for a target, taken byte by byte.
 #pragma once
 
 #include <cstdint>
@@ -7,7 +7,7 @@
 
 #include "container/format.h"
 
-/// Takes bytes; zeros when there are no more.
+/// Takes bytes from the input; zeros after its end.
 class Choices {
  public:
   explicit Choices(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
@@ -19,9 +19,9 @@ class Choices {
   bool flag() { return below(2) == 1; }
   std::uint8_t byte() {
     if (bytes_.empty()) return 0;
-    const std::uint8_t it = bytes_[0];
+    const std::uint8_t value = bytes_[0];
     bytes_ = bytes_.subspan(1);
-    return it;
+    return value;
   }
   bool empty() const { return bytes_.empty(); }
 
@@ -29,7 +29,7 @@ class Choices {
   std::span<const std::uint8_t> bytes_;
 };
 
-/// Automatic, or any codec of cells that there is.
+/// Returns automatic, or any codec of cells.
 inline shm::ConnectivityCodec any_codec(Choices& in) {
   const std::uint32_t n = in.below(1 + std::size(shm::kConnectivityCodecs));
   return n == 0 ? shm::ConnectivityCodec::automatic : shm::kConnectivityCodecs[n - 1].name;

@@ -1,8 +1,8 @@
-// Damage behind right checksums: takes a .shm file apart, puts another number or text in the place
-// of any field (support/file_fields.h), damages bitstreams, packed blobs or what zstd packs in
-// them, loses and repeats chunks and parts of them, and makes lengths, numbers and checksums anew,
-// so that what lies behind them is reached. An input is one byte, which is the target's, a file,
-// and as many bytes behind it as the target says (a script of calls).
+// Damage with valid checksums. Takes a .shm file apart, replaces numbers and texts in any field
+// (support/file_fields.h), damages bitstreams, packed blobs or the contents of zstd frames, loses
+// and repeats chunks and parts of them, and then updates lengths, numbers and checksums, so that
+// the code after these checks is reached. An input is one byte for the target, a file, and a number
+// of bytes that the target chooses (a script of calls).
 #pragma once
 
 #include <zstd.h>
@@ -29,7 +29,7 @@ namespace shm_fuzz {
 using Bytes = std::vector<std::byte>;
 using Random = std::minstd_rand;
 
-/// What hostile files may ask for here.
+/// Limits for hostile files.
 inline shm::ReadLimits small_limits() {
   shm::ReadLimits limits;
   limits.max_active_vertices = 1 << 16;
@@ -45,14 +45,14 @@ inline void mutate(Bytes& bytes, std::size_t room) {
   if (bytes.empty()) return;
   bytes.resize(LLVMFuzzerMutate(reinterpret_cast<std::uint8_t*>(bytes.data()), size, bytes.size()));
 }
-/// Keeps the length.
+/// The same, without changing the length.
 inline void mutate_in_place(Bytes& bytes) {
   const std::size_t size = bytes.size();
   mutate(bytes, 0);
   bytes.resize(size);
 }
 
-/// Damages what a packed blob holds, not its packing; packs it in one of the three ways.
+/// Damages the contents of a packed blob, not its packing. Packs it again in one of the three ways.
 inline void mutate_packed(Bytes& payload, std::size_t head, Random& random, std::size_t room) {
   if (payload.size() < head) return;
   shm::ByteReader in(std::span<const std::byte>(payload).subspan(head));
@@ -64,13 +64,13 @@ inline void mutate_packed(Bytes& payload, std::size_t head, Random& random, std:
   const auto method = static_cast<std::uint8_t>(random() % 4 == 0 ? 1 + random() % 2 : 0);
   out.put_u8(method);
   out.put_varint(blob->size());
-  if (method == 2) out.put_u8(static_cast<std::uint8_t>(random() % 9));  // what planes it may be
+  if (method == 2) out.put_u8(static_cast<std::uint8_t>(random() % 9));  // possible plane widths
   out.put_bytes(method == 0 ? *blob : shm::zstd_compress(*blob, 1));
   payload = std::move(out.bytes);
 }
 
-/// Damages what the last zstd frame in `bytes` holds, which ends where they end; false where there
-/// is none.
+/// Damages the contents of the last zstd frame in `bytes`, which must end at their end. Returns
+/// false if there is no such frame.
 inline bool mutate_frame(Bytes& bytes) {
   constexpr std::byte kMagic[] = {std::byte{0x28}, std::byte{0xb5}, std::byte{0x2f},
                                   std::byte{0xfd}};
@@ -78,7 +78,7 @@ inline bool mutate_frame(Bytes& bytes) {
   if (at == bytes.end()) return false;
   const std::span<const std::byte> frame(at, bytes.end());
   const auto size = ZSTD_getFrameContentSize(frame.data(), frame.size());
-  if (size > 1 << 16) return false;  // or not known
+  if (size > 1 << 16) return false;  // or unknown
   auto plain = shm::zstd_decompress(frame, size);
   if (!plain) return false;
   mutate_in_place(*plain);
@@ -93,25 +93,25 @@ inline void mutate_stream(Bytes& stream, Random& random, std::size_t room) {
   mutate(stream, room);
 }
 
-/// Another number or text in one place of chunk `c`, or of start and trailer where it is behind all
-/// of them. False: nothing there can be read.
+/// Replaces a number or text in chunk `c`, or in the file start and trailer if `c` is after all
+/// chunks. Returns false if no field there can be read.
 inline bool mutate_field(shm::FileParts& parts, std::size_t c, Random& random) {
   const auto sections = shm::sections_of(parts, c);
   std::size_t count = 0;
   for (const shm::Section& section : sections) count += section.fields.size();
   if (count == 0) return false;
-  std::size_t at = random() % count;
+  std::size_t index = random() % count;
   for (const shm::Section& section : sections) {
-    if (at < section.fields.size()) {
-      section.put(parts, shm::changed(section, section.fields[at], random()));
+    if (index < section.fields.size()) {
+      section.put(parts, shm::changed(section, section.fields[index], random()));
       break;
     }
-    at -= section.fields.size();
+    index -= section.fields.size();
   }
   return true;
 }
 
-/// What stands behind the fields: loses a bitstream, repeats or damages one.
+/// Changes the data after the fields: loses a bitstream, repeats one or damages one.
 inline void mutate_group(shm::Chunk& chunk, Random& random, std::size_t room) {
   auto group = shm::take_group_apart(chunk.payload, chunk.header.version);
   if (!group || group->streams.empty()) return mutate(chunk.payload, room);
@@ -129,7 +129,7 @@ inline void mutate_group(shm::Chunk& chunk, Random& random, std::size_t room) {
       break;
     default:
       mutate_stream(group->streams[s], random, room);
-      // Room for what the damage makes.
+      // Increase the limits in the header, so that decoding continues after the damage.
       if (random() % 2 == 0) {
         header.decoded_bytes = 1 << 22;
         header.vertices = header.vertices * 2 + 8;
@@ -139,7 +139,7 @@ inline void mutate_group(shm::Chunk& chunk, Random& random, std::size_t room) {
   chunk.payload = shm::put_group_together(std::move(*group));
 }
 
-/// The same of the parts of step values.
+/// Does the same for the parts of step values.
 inline void mutate_steps(shm::Chunk& chunk, Random& random, std::size_t room) {
   auto parts = shm::take_steps_apart(chunk);
   if (!parts) return mutate(chunk.payload, room);
@@ -174,22 +174,22 @@ inline void mutate_chunk(shm::Chunk& chunk, Random& random, std::size_t room) {
 
 inline void mutate_file(shm::FileParts& parts, Random& random, std::size_t room) {
   auto& chunks = parts.chunks;
-  const std::size_t at = random() % chunks.size();
-  const auto place = chunks.begin() + static_cast<std::ptrdiff_t>(at);
+  const std::size_t index = random() % chunks.size();
+  const auto place = chunks.begin() + static_cast<std::ptrdiff_t>(index);
   switch (random() % 16) {
     case 0: chunks.erase(place); break;
     case 1:
-      if (chunks[at].bytes() < room) chunks.insert(place, shm::Chunk(*place));
+      if (chunks[index].bytes() < room) chunks.insert(place, shm::Chunk(*place));
       break;
-    case 2: std::swap(chunks[at], chunks[random() % chunks.size()]); break;
+    case 2: std::swap(chunks[index], chunks[random() % chunks.size()]); break;
     case 3: place->header.is_long = !place->header.is_long; break;
     default:
-      if (random() % 2 == 0 || !mutate_field(parts, at, random))
-        mutate_chunk(chunks[at], random, room);
+      if (random() % 2 == 0 || !mutate_field(parts, index, random))
+        mutate_chunk(chunks[index], random, room);
   }
 }
 
-/// Of a file; nothing where it is none.
+/// Returns a damaged copy of a file, or nothing if it is not a .shm file.
 inline Bytes mutated_file(std::span<const std::byte> file, Random& random, std::size_t room) {
   auto parts = shm::take_apart(file);
   if (parts.chunks.empty()) return {};
@@ -198,7 +198,7 @@ inline Bytes mutated_file(std::span<const std::byte> file, Random& random, std::
   if (random() % 4 != 0) shm::list_anew(parts);
   std::uint32_t sequence = 0;
   for (shm::Chunk& chunk : parts.chunks) chunk.header.sequence = sequence++;
-  // A lie of the index, or one that the index does not know of, numbers of chunks among them.
+  // A wrong field of the index, or one that contradicts the index, including numbers of chunks.
   const std::size_t chunks = parts.chunks.size();
   if (random() % 4 == 0)
     mutate_field(parts, random() % 2 == 0 && chunks > 0 ? chunks - 1 : random() % (chunks + 1),
@@ -206,7 +206,7 @@ inline Bytes mutated_file(std::span<const std::byte> file, Random& random, std::
   return shm::put_together(std::move(parts), shm::Numbering::as_they_are);
 }
 
-/// A mutator for libFuzzer. `behind`: bytes behind the file.
+/// A mutator for libFuzzer. `behind`: number of bytes after the file.
 inline std::size_t mutate_input(std::uint8_t* data, std::size_t size, std::size_t max_size,
                                 unsigned seed, std::size_t behind = 0) {
   Random random(seed);
@@ -214,7 +214,8 @@ inline std::size_t mutate_input(std::uint8_t* data, std::size_t size, std::size_
   behind = std::min(behind, size - 1);
   std::uint8_t* const script = data + (size - behind);
   if (behind > 0 && random() % 2 == 0) {
-    LLVMFuzzerMutate(script, behind, behind);  // where it gets shorter, what was there stays
+    LLVMFuzzerMutate(script, behind,
+                     behind);  // if the result is shorter, the old bytes stay after it
     if (random() % 2 == 0) return size;
   }
   const Bytes file = mutated_file(std::as_bytes(std::span(data + 1, script)), random,

@@ -1,7 +1,7 @@
-// Memory that runs out: the n-th allocation fails, and perhaps all that follow, of ours and of
-// zstd. What the library promises (shm/result.h): std::bad_alloc comes out of the call, or an
-// Error; nothing leaks, and objects can be destroyed. What succeeds all the same must be what it is
-// with memory enough. The first byte says which allocations.
+// Memory that runs out: the n-th allocation of the library or of zstd fails, and in some runs all
+// later allocations too. Checks the guarantees of shm/result.h: the call throws std::bad_alloc or
+// returns an Error; nothing leaks, and objects can be destroyed. A call that succeeds nevertheless
+// must have the same result as with enough memory. The first byte chooses the allocations.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -21,7 +21,7 @@
 
 namespace {
 
-// Of this thread: allocations so far, which one fails, and whether those behind it do.
+// Per thread: allocations so far, the one that fails, and whether all later ones fail, too.
 thread_local std::uint64_t allocations = 0, fails_at = ~std::uint64_t{0};
 thread_local bool fails_on = false, armed = false;
 
@@ -33,8 +33,8 @@ bool fails() {
 
 }  // namespace
 
-// Calls of malloc and calloc by the program and what is linked statically (zstd) come here, where
-// the linker does that (--wrap); else those of operator new alone.
+// Calls of malloc and calloc by the program and by statically linked code (zstd) come here if the
+// linker supports that (--wrap); otherwise only those of operator new fail.
 #ifdef SHM_WRAPPED_MALLOC
 extern "C" {
 void* __real_malloc(std::size_t bytes);
@@ -58,7 +58,8 @@ namespace {
 
 using shm_fuzz::Bytes, shm_fuzz::Random;
 
-/// How often it allocates; `work` gives what it has found, or nothing.
+/// Runs `work` once to count its allocations, then with failures. `work` returns its result, or
+/// nothing.
 template <class Work>
 void check(Work&& work, Random& random) {
   allocations = 0;
@@ -69,7 +70,7 @@ void check(Work&& work, Random& random) {
   const std::uint64_t count = allocations;
   if (count == 0) return;
   for (int trial = 0; trial < 6; ++trial) {
-    // Half of them early, where objects are made.
+    // Half of the failures are early, while objects are created.
     fails_at = random() % (trial % 2 == 0 ? std::min<std::uint64_t>(count, 64) : count);
     fails_on = random() % 2 == 0;
     allocations = 0;
@@ -116,7 +117,7 @@ std::optional<std::vector<std::uint64_t>> read_pieces(std::span<const std::byte>
       request.step = step;
       const auto values = steps->read(request);
       if (!values) return std::nullopt;
-      for (const shm::StepValues& it : *values) seen.push_back(it.values.size());
+      for (const shm::StepValues& piece : *values) seen.push_back(piece.values.size());
     }
   auto piece = shm::MeshExtractor::open(source, shm_fuzz::small_limits());
   shm::ExtractRequest request;
@@ -157,7 +158,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const auto all = std::as_bytes(std::span(data, size)).subspan(1);
   const Bytes file(all.begin(), all.end());
   Random random(data[0]);
-  // What is left of a call that fails is destroyed with memory at hand again.
+  // Objects left by a failed call are destroyed while memory is available again.
   switch (data[0] % 4) {
     case 0: check([&] { return read(file); }, random); break;
     case 1: check([&] { return read_pieces(file); }, random); break;

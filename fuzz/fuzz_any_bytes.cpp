@@ -1,5 +1,5 @@
-// Any bytes into the Decoder: an item, an error, or a wish for more; never a crash, and never
-// memory out of proportion to what was fed.
+// Feeds any bytes to the Decoder. The outcome is an item, an error, or a request for more; never a
+// crash, and never memory out of proportion to the input.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace {
 
-// False at the first error.
+// Returns false at the first error.
 bool take_all(shm::Decoder& decoder) {
   for (;;) {
     const auto progress = decoder.advance();
@@ -32,7 +32,7 @@ bool take_all(shm::Decoder& decoder) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;
-  // The first byte says how large the pieces are, to try every place where input may pause.
+  // The first byte sets the size of the pieces, so that input pauses at every possible place.
   const std::size_t piece = data[0] == 0 ? size : std::size_t{data[0]} * data[0];
   auto rest = std::as_bytes(std::span(data, size)).subspan(1);
   shm::ReadLimits limits;

@@ -1,6 +1,6 @@
-// Steps behind a damaged file. Where the old file can be read to its end, and append says that it
-// has done it, the new one must be readable too, hold what the old one held, and the new steps as
-// they were given. The first byte says what is appended.
+// Appends steps to a damaged file. If the old file can be read to its end, and appending reports
+// success, the new file must be readable, contain the data of the old file, and contain the new
+// steps as they were passed. The first byte chooses the appended data.
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
@@ -17,7 +17,7 @@ namespace {
 
 using shm_fuzz::Bytes;
 
-/// Nothing where it cannot be read.
+/// Returns the whole mesh, or nothing if the file cannot be read.
 std::optional<shm::Mesh> whole(std::span<const std::byte> file) {
   shm::MemorySource source(file);
   auto mesh = shm::read_mesh(source, shm_fuzz::small_limits());
@@ -33,7 +33,7 @@ Bytes some_values(std::uint64_t elements, const shm::ArrayInfo& info, std::uint8
   return values;
 }
 
-/// False where the old file was not what it claimed, or has no place for more.
+/// Returns false if the old file contradicts itself, or cannot take more data.
 bool append(shm::RandomSource& old, std::uint8_t how, shm::ByteSink& sink) {
   shm::AppendOptions options;
   options.level = static_cast<shm::Level>(how % 3);

@@ -1,7 +1,7 @@
-// An archive whose list of members lies, behind right checksums: names that lead elsewhere, sizes
-// that do not fit, members that are damaged. What ArchiveReader says must be what is promised of
-// names and places, and each member can be read or is refused. What ArchiveWriter is given to name
-// a member it takes only where a reader would.
+// An archive with a wrong list of members and valid checksums: names that lead out of the folder,
+// sizes that do not fit, damaged members. Checks the guarantees of ArchiveReader on names and
+// places; each member is readable or is refused. ArchiveWriter must accept a member name only if a
+// reader would.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -23,7 +23,7 @@ void expect(bool good) {
   if (!good) std::abort();
 }
 
-/// By hand: what a name may never be, whatever the library says.
+/// Checks independently of the library that a name stays within the folder.
 bool leads_nowhere_else(const std::string& name) {
   return !name.empty() && name.size() <= 255 && name != "." && name != ".." &&
          name.find_first_of(std::string("/\\\0\n\r", 5)) == name.npos;
@@ -40,7 +40,7 @@ void read_all(shm::SectionSource& member) {
   }
 }
 
-/// Another member in the place of one, which the list knows of; or another field of the list.
+/// Replaces a listed member, or changes another field of the list.
 Bytes mutated(std::span<const std::byte> file, Random& random, std::size_t room) {
   auto parts = shm::take_apart(file);
   shm::Chunk* const chunk = parts.find(shm::container::ChunkKind::members);
@@ -86,7 +86,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       read_all(section);
     }
   }
-  // What stands there, as a name.
+  // Use the input itself as a member name.
   shm::NullSink sink;
   auto writer = shm::ArchiveWriter::create(sink);
   const std::string name(reinterpret_cast<const char*>(data), std::min<std::size_t>(size, 300));

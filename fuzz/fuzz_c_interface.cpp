@@ -1,7 +1,7 @@
-// The C interface over damaged files: from memory, from functions that fail, that lie about the
-// size or give other bytes later; targets with too little room, and calls in any order. A status,
-// and what a success promises; never a crash, never a byte beyond the room. The first byte says
-// what is done.
+// The C interface with damaged files: from memory, or from functions that fail, report a wrong size
+// or return other bytes later; with targets that are too small, and calls in any order. The outcome
+// is a status, and on success the guaranteed results; never a crash, and never a byte beyond the
+// target. The first byte chooses the calls.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -28,7 +28,7 @@ Struct sized() {
   return made;
 }
 
-/// Bytes that may be refused, be others than they were, or end early.
+/// A source whose reads may fail, change the data, or end early.
 struct Fetched {
   std::span<const std::uint8_t> bytes;
   std::uint64_t reads_left = ~std::uint64_t{0};
@@ -55,14 +55,14 @@ struct Fetched {
   }
 };
 
-/// One array that is wanted, in memory with not one byte too many.
+/// A requested array, in memory of exactly the given size.
 class Wanted {
  public:
   Wanted(std::mt19937& random, std::uint32_t arrays) {
     target_ = sized<shmf_target>();
     target_.what = static_cast<std::int32_t>(random() % 10);
     target_.type = static_cast<std::int32_t>(random() % 12);
-    if (random() % 4 != 0) {  // mostly what makes sense
+    if (random() % 4 != 0) {  // mostly a valid combination
       constexpr std::int32_t kTypes[] = {
           0,          SHMF_FLOAT64, SHMF_INT32,  SHMF_INT64,   SHMF_UINT32,
           SHMF_UINT8, SHMF_INT64,   SHMF_UINT64, SHMF_FLOAT64, 0};
@@ -84,7 +84,7 @@ class Wanted {
   std::unique_ptr<std::uint8_t[]> room_;
 };
 
-/// What a success promises of numbers.
+/// Checks the guarantees for numbers after a success.
 void judge(const shmf_target& target, const shmf_counts& counts) {
   const auto end = target.what == SHMF_CORNERS ? counts.vertices : counts.corners + 1;
   const auto* numbers = static_cast<const std::int64_t*>(target.data);
@@ -99,7 +99,7 @@ void judge(const shmf_target& target, const shmf_counts& counts) {
 
 void read_some(shmf_file* file, std::mt19937& random, std::uint32_t arrays,
                const shmf_run_options* run) {
-  constexpr std::uint64_t kMostBytes = 1 << 24;  // files may say that they hold more
+  constexpr std::uint64_t kMostBytes = 1 << 24;  // files may claim to contain more
   auto counts = sized<shmf_counts>();
   auto selection = sized<shmf_selection>();
   const std::uint32_t block = random() % 3;
@@ -128,10 +128,10 @@ void read_some(shmf_file* file, std::mt19937& random, std::uint32_t arrays,
   std::vector<shmf_target> targets;
   for (std::uint32_t i = random() % 6 + 1; i > 0; --i) {
     Wanted one(random, arrays);
-    const bool good = shmf_read(file, &one.target(), 1, run, nullptr) == SHMF_OK;
+    const bool ok = shmf_read(file, &one.target(), 1, run, nullptr) == SHMF_OK;
     if (one.target().used > kMostBytes) continue;
     const std::uint64_t few = random() % 8 == 0 ? random() % 9 : 0;
-    if (good || random() % 4 == 0)
+    if (ok || random() % 4 == 0)
       one.give_room(one.target().used - std::min(few, one.target().used));
     targets.push_back(one.target());
     wanted.push_back(std::move(one));
@@ -206,7 +206,7 @@ void ask(shmf_file* file, std::mt19937& random) {
   }
 }
 
-/// Opens as the byte says, and asks.
+/// Opens the file in the way that `how` chooses, and makes calls.
 void open_and_ask(std::span<const std::uint8_t> bytes, std::uint8_t how) {
   std::mt19937 random(how);
   auto options = sized<shmf_open_options>();
@@ -242,7 +242,7 @@ void open_and_ask(std::span<const std::uint8_t> bytes, std::uint8_t how) {
   expect(fetched.closed == (from_functions ? 1 : 0));
 }
 
-/// In pieces, until it ends or fails.
+/// Decodes in pieces, until the end or a failure.
 void decode(std::span<const std::uint8_t> bytes, std::size_t piece) {
   shmf_decoder* decoder = nullptr;
   auto options = sized<shmf_open_options>();

@@ -1,6 +1,7 @@
-// Calls of the public classes on a damaged file, in any order, also wrong ones: what a call demands
-// by "must hold" is held, nothing else. A value or an error; never a crash, never memory out of
-// proportion. An input is a byte, a file, and as many bytes of script as the first byte says.
+// Calls of the public classes for a damaged file, in any order, including wrong ones. Only the
+// preconditions that the documentation marks "must hold" are met. The outcome is a value or an
+// error; never a crash, and never memory out of proportion. An input is a byte, a file, and a
+// script; the first byte is the length of the script.
 #include <unistd.h>
 
 #include <algorithm>
@@ -30,18 +31,18 @@ namespace {
 
 using shm_fuzz::Bytes;
 
-/// Numbers near the beginning, some far out.
+/// Returns mostly small numbers, and some large ones.
 std::uint64_t number(Choices& in) {
   return in.below(16) == 0 ? std::uint64_t{1} << in.below(64) : in.below(12);
 }
 std::vector<std::uint64_t> numbers(Choices& in) {
   std::vector<std::uint64_t> out(in.below(6));
-  for (std::uint64_t& it : out) it = number(in);
+  for (std::uint64_t& value : out) value = number(in);
   if (in.below(4) != 0) std::sort(out.begin(), out.end());
   return out;
 }
 
-/// All objects that a caller may have at once, on one file.
+/// All objects that a caller may have for one file.
 class Caller {
  public:
   Caller(std::span<const std::byte> file, Choices in)
@@ -156,18 +157,18 @@ class Caller {
     if (in_.below(4) == 0) request.cells.numbers = numbers(in_);
     if (in_.below(4) == 0) {
       request.cells.blocks.emplace();
-      for (std::uint64_t it : numbers(in_))
-        request.cells.blocks->push_back(static_cast<std::uint32_t>(it));
+      for (std::uint64_t block : numbers(in_))
+        request.cells.blocks->push_back(static_cast<std::uint32_t>(block));
     }
     if (in_.below(4) == 0) {
       request.cells.box.emplace();
-      for (double& it : *request.cells.box) it = (in_.byte() - 64) / 32.;
+      for (double& bound : *request.cells.box) bound = (in_.byte() - 64) / 32.;
     }
     if (in_.below(4) == 0) request.vertices = numbers(in_);
     if (in_.below(3) == 0) {
       request.arrays.emplace();
-      for (std::uint64_t it : numbers(in_))
-        request.arrays->push_back(static_cast<std::uint32_t>(it));
+      for (std::uint64_t array : numbers(in_))
+        request.arrays->push_back(static_cast<std::uint32_t>(array));
     }
     request.unused_vertices = in_.flag();
     return request;
@@ -256,16 +257,16 @@ class Caller {
   }
 
   shm::Extra extra() {
-    shm::Extra it;
-    it.key = std::string(in_.below(4), 'k');
-    it.type = static_cast<shm::ScalarType>(in_.below(12));
-    it.refers = static_cast<shm::Reference>(in_.below(4));
-    for (std::uint64_t length : numbers(in_)) it.shape.push_back(length);
-    it.data.resize(in_.below(64));
-    return it;
+    shm::Extra extra;
+    extra.key = std::string(in_.below(4), 'k');
+    extra.type = static_cast<shm::ScalarType>(in_.below(12));
+    extra.refers = static_cast<shm::Reference>(in_.below(4));
+    for (std::uint64_t length : numbers(in_)) extra.shape.push_back(length);
+    extra.data.resize(in_.below(64));
+    return extra;
   }
 
-  /// Of the file if it has one that can be read.
+  /// Returns the schema of the file if it can be read, otherwise another one.
   shm::Schema schema() const {
     if (segments_) return segments_->schema();
     shm::Schema schema;
@@ -357,7 +358,7 @@ class Caller {
         joiner_.reset();
         break;
       case 3: (void)shm::place(chunks_, joiner_->chunks()); break;
-      case 4: {  // bytes that are no chunks, or cut ones
+      case 4: {  // bytes that are not chunks, or that are cut off
         shm::PartChunks wrong = chunks_;
         if (!wrong.bytes.empty()) wrong.bytes.pop_back();
         if (in_.flag()) wrong.bytes.assign(file_.begin(), file_.end());
@@ -372,7 +373,7 @@ class Caller {
     }
   }
 
-  /// A file on the disk, for which the temporary folder must be there.
+  /// Uses a file on disk; the temporary folder must exist.
   void call_files() {
     const std::filesystem::path folder = std::filesystem::temp_directory_path();
     path_ = (folder / ("fuzz_calls." + std::to_string(::getpid()))).string();
@@ -411,11 +412,11 @@ class Caller {
     switch (in_.below(16) == 0 ? 6 : in_.below(6)) {
       case 6: call_files(); break;
       case 5: {
-        const std::uint8_t it = in_.byte();
-        (void)shm::scalar_name(static_cast<shm::ScalarType>(it));
-        (void)shm::shape_name(static_cast<shm::CellShape>(it));
-        (void)shm::order_name(static_cast<shm::Order>(it));
-        (void)shm::codec_name(static_cast<shm::ConnectivityCodec>(it));
+        const std::uint8_t value = in_.byte();
+        (void)shm::scalar_name(static_cast<shm::ScalarType>(value));
+        (void)shm::shape_name(static_cast<shm::CellShape>(value));
+        (void)shm::order_name(static_cast<shm::Order>(value));
+        (void)shm::codec_name(static_cast<shm::ConnectivityCodec>(value));
         (void)shm::array_stream_names(schema());
         break;
       }
@@ -424,7 +425,7 @@ class Caller {
         auto mesh = shm::read_mesh(source, shm_fuzz::small_limits());
         if (!mesh) break;
         if (const auto sets = shm::sets_of(*mesh)) (void)shm::extras_of_sets(*sets);
-        // Whatever was read can be written, or is refused; damaged sizes are refused.
+        // A mesh that was read can be written or is refused; wrong sizes must be refused.
         if (in_.flag() && !mesh->xyz.empty()) mesh->xyz.pop_back();
         if (in_.flag() && !mesh->corners.empty()) mesh->corners[0] = number(in_);
         shm::NullSink sink;
@@ -451,7 +452,7 @@ class Caller {
   Choices in_;
   shm::MemoryRandomSource source_;
   shm::MemorySource front_;
-  std::string path_;  // of a file on the disk, once there is one
+  std::string path_;  // path of a file on disk, once it exists
   std::uint64_t fed_ = 0;
   shm::NullSink appended_, joined_;
   shm::PartChunks chunks_;
@@ -470,7 +471,7 @@ class Caller {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;
   const std::size_t script = std::min<std::size_t>(data[0], size - 1);
-  // Of its very size, so that a read beyond the end is seen.
+  // A buffer of exactly this size, so that a read beyond its end is detected.
   const auto all = std::as_bytes(std::span(data, size)).subspan(1);
   const Bytes file(all.begin(), all.end() - static_cast<std::ptrdiff_t>(script));
   Caller(file, Choices(std::span(data, size).last(script))).run();

@@ -1,8 +1,8 @@
-// Damage behind right checksums (damaged_file.h). The target feeds the Decoder in pieces whose
-// sizes the input says. An item, an error or a wish for more; never a crash, never memory out of
-// proportion, and the same whatever the pieces. What read_summary tells of the file is what the
-// Decoder counted, where both take it; sets that it has can be written again. An input is one byte,
-// the seed of the piece sizes, and a file.
+// Damage with valid checksums (damaged_file.h). The target feeds the Decoder in pieces whose sizes
+// depend on the input. The outcome is an item, an error or a request for more; never a crash, never
+// memory out of proportion, and always the same for all piece sizes. If both read_summary and the
+// Decoder accept the file, their counts must agree; sets of the file can be written again. An input
+// is one byte, the random seed of the piece sizes, and a file.
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
@@ -23,7 +23,7 @@ using shm_fuzz::Bytes, shm_fuzz::Random;
 
 // --- the target
 
-/// What came out, as one number.
+/// A hash over all results of the Decoder.
 class Outcome {
  public:
   void add(std::span<const std::byte> bytes) {
@@ -49,10 +49,11 @@ class Outcome {
   }
   static bool same(const std::optional<shm::Totals>& a, const std::optional<shm::Totals>& b) {
     if (!a || !b) return !a && !b;
-    const auto numbers = [](const shm::Totals& it) {
-      return std::tie(it.vertices, it.cells, it.hexahedra, it.max_active_vertices,
-                      it.segment_starts, it.segment_connectivity, it.imported_vertices,
-                      it.total_bytes, it.streams, it.steps, it.block_cells, it.trailing_bytes);
+    const auto numbers = [](const shm::Totals& counts) {
+      return std::tie(counts.vertices, counts.cells, counts.hexahedra, counts.max_active_vertices,
+                      counts.segment_starts, counts.segment_connectivity, counts.imported_vertices,
+                      counts.total_bytes, counts.streams, counts.steps, counts.block_cells,
+                      counts.trailing_bytes);
     };
     return numbers(*a) == numbers(*b);
   }
@@ -73,7 +74,7 @@ class Outcome {
   std::optional<shm::Totals> totals_;
 };
 
-/// Every promise that a caller may lean on without looking.
+/// Checks all guarantees that callers rely on without checking.
 void check_block(const shm::MeshBlock& block, const shm::Schema& schema) {
   const auto expect = [](bool good) {
     if (!good) std::abort();
@@ -124,16 +125,16 @@ Outcome decode(std::span<const std::byte> bytes, std::uint32_t seed) {
     } else if (!bytes.empty()) {
       const std::size_t wish = seed == 0 ? bytes.size() : random() % (1u << (random() % 12));
       const auto piece = bytes.first(std::min(wish, bytes.size()));
-      if (auto good = decoder.feed(piece); !good) return failed(good.error());
+      if (auto status = decoder.feed(piece); !status) return failed(status.error());
       bytes = bytes.subspan(piece.size());
     } else {
-      if (std::exchange(ended, true)) std::abort();  // wants more than everything
+      if (std::exchange(ended, true)) std::abort();  // requests more after the end
       decoder.end_of_input();
     }
   }
 }
 
-/// Sets that make sense can be written again.
+/// Valid sets can be written again.
 void read_sets(const shm::Summary& summary) {
   const shm::Totals& totals = summary.totals;
   const auto sets = shm::sets_of_extras(

@@ -1,5 +1,6 @@
-// A hostile .shm file on its way to every format: what its extras say of the words and the layout
-// of the file it came from, its roles, sets and names lead the writers. A whole file or a Failure.
+// Converts a hostile .shm file to every format. Its extras, which describe words and layout of the
+// source file, its roles, sets and names control the writers. The outcome is a whole file or a
+// Failure.
 #include <unistd.h>
 
 #include <cstddef>
@@ -21,7 +22,7 @@ namespace {
 
 using namespace shm::converters;
 
-/// As `shm decompress` does, but the file gets no name.
+/// Does the same as `shm decompress`, but never gives the file its name.
 void decompress(std::span<const std::byte> file, const Format& format,
                 std::optional<StepRange> steps) {
   static const std::string folder = std::filesystem::temp_directory_path().string();
@@ -29,7 +30,7 @@ void decompress(std::span<const std::byte> file, const Format& format,
   Spool spool(folder);
   shm::MemorySource source(file);
   StagedMesh mesh(source, "hostile.shm", spool, shm_fuzz::small_limits());
-  // As the tool finds out before.
+  // The tool checks this before.
   if (steps && steps->end > mesh.info().step_times.size()) steps.reset();
   std::optional<Translation> translation;
   if (is_foreign(mesh.info(), format))

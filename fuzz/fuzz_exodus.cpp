@@ -1,7 +1,9 @@
-// Any bytes as an Exodus file: a whole mesh or a Failure. The mutator takes classic netCDF headers
-// apart, damages dimensions, attributes, types and places, or numbers in the data, and puts them
-// together again, so that what lies behind netCDF's own checks is reached.
-// HDF5 files (netCDF-4) are refused here: what HDF5 makes of hostile bytes is not ours (README.md).
+// Reads any bytes as an Exodus file: the outcome is a whole mesh or a Failure. The mutator takes
+// classic netCDF headers apart, damages dimensions, attributes, types and places, or numbers in the
+// data, and puts them together again, so that the code after netCDF's own checks is reached.
+//
+// HDF5 files (netCDF-4) are refused here: the behaviour of HDF5 for hostile bytes is not tested
+// (README.md).
 #include "exodus/exodus.h"
 
 #include <algorithm>
@@ -29,7 +31,7 @@ namespace {
 using Random = std::minstd_rand;
 using Bytes = std::vector<std::uint8_t>;
 
-/// Big-endian numbers of a classic header. Reads zeros behind the end.
+/// Big-endian numbers of a classic header. Reads zeros after the end.
 class Input {
  public:
   explicit Input(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
@@ -113,15 +115,15 @@ class Classic {
     attributes = get_attributes(in);
     const std::uint64_t variable_count = list(in);
     for (std::uint64_t i = 0; i < variable_count && in.good(); ++i) {
-      Variable it;
-      it.name = name(in);
+      Variable variable;
+      variable.name = name(in);
       for (std::uint64_t d = in.number(wide()); d > 0 && in.good(); --d)
-        it.dimensions.push_back(in.number(wide()));
-      it.attributes = get_attributes(in);
-      it.type = static_cast<std::uint32_t>(in.number(4));
-      it.size = in.number(wide());
-      it.begin = in.number(version_ == 1 ? 4 : 8);
-      variables.push_back(std::move(it));
+        variable.dimensions.push_back(in.number(wide()));
+      variable.attributes = get_attributes(in);
+      variable.type = static_cast<std::uint32_t>(in.number(4));
+      variable.size = in.number(wide());
+      variable.begin = in.number(version_ == 1 ? 4 : 8);
+      variables.push_back(std::move(variable));
     }
     if (!in.good()) return false;
     header_ = 4 + in.at();
@@ -129,10 +131,10 @@ class Classic {
     return true;
   }
 
-  /// Data moves with the length of the header.
+  /// The data moves if the length of the header changes.
   Bytes put() const {
     Bytes out = put_moved(0);
-    const std::uint64_t moved = out.size() - header_;  // wraps where it is shorter
+    const std::uint64_t moved = out.size() - header_;  // wraps if the header is shorter
     out = put_moved(moved);
     out.insert(out.end(), data.begin(), data.end());
     return out;
@@ -149,7 +151,7 @@ class Classic {
  private:
   std::size_t wide() const { return version_ == 5 ? 8 : 4; }
   std::uint64_t list(Input& in) {
-    in.number(4);  // which list it is
+    in.number(4);  // kind of the list
     return in.number(wide());
   }
   Bytes name(Input& in) {
@@ -160,13 +162,14 @@ class Classic {
   std::vector<Attribute> get_attributes(Input& in) {
     std::vector<Attribute> out;
     for (std::uint64_t n = list(in); n > 0 && in.good(); --n) {
-      Attribute it;
-      it.name = name(in);
-      it.type = static_cast<std::uint32_t>(in.number(4));
-      it.count = in.number(wide());
-      it.values = in.bytes(it.count > 1 << 20 ? 0 : it.count * type_bytes(it.type));
+      Attribute attribute;
+      attribute.name = name(in);
+      attribute.type = static_cast<std::uint32_t>(in.number(4));
+      attribute.count = in.number(wide());
+      attribute.values =
+          in.bytes(attribute.count > 1 << 20 ? 0 : attribute.count * type_bytes(attribute.type));
       in.align();
-      out.push_back(std::move(it));
+      out.push_back(std::move(attribute));
     }
     return out;
   }
@@ -181,11 +184,11 @@ class Classic {
   }
   void put_attributes(Output& out, const std::vector<Attribute>& all) const {
     put_list(out, 12, all.size());
-    for (const Attribute& it : all) {
-      put_name(out, it.name);
-      out.number(it.type, 4);
-      out.number(it.count, wide());
-      out.add(it.values);
+    for (const Attribute& attribute : all) {
+      put_name(out, attribute.name);
+      out.number(attribute.type, 4);
+      out.number(attribute.count, wide());
+      out.add(attribute.values);
       out.align();
     }
   }
@@ -194,20 +197,20 @@ class Classic {
     out.add(std::array<std::uint8_t, 4>{'C', 'D', 'F', version_});
     out.number(records, wide());
     put_list(out, 10, dimensions.size());
-    for (const Dimension& it : dimensions) {
-      put_name(out, it.name);
-      out.number(it.length, wide());
+    for (const Dimension& dimension : dimensions) {
+      put_name(out, dimension.name);
+      out.number(dimension.length, wide());
     }
     put_attributes(out, attributes);
     put_list(out, 11, variables.size());
-    for (const Variable& it : variables) {
-      put_name(out, it.name);
-      out.number(it.dimensions.size(), wide());
-      for (const std::uint64_t d : it.dimensions) out.number(d, wide());
-      put_attributes(out, it.attributes);
-      out.number(it.type, 4);
-      out.number(it.size, wide());
-      out.number(it.begin + moved, version_ == 1 ? 4 : 8);
+    for (const Variable& variable : variables) {
+      put_name(out, variable.name);
+      out.number(variable.dimensions.size(), wide());
+      for (const std::uint64_t d : variable.dimensions) out.number(d, wide());
+      put_attributes(out, variable.attributes);
+      out.number(variable.type, 4);
+      out.number(variable.size, wide());
+      out.number(variable.begin + moved, version_ == 1 ? 4 : 8);
     }
     return std::move(out.bytes);
   }
@@ -240,42 +243,44 @@ T& any(std::vector<T>& of, Random& random) {
 
 void mutate_attribute(std::vector<Attribute>& of, Random& random) {
   if (of.empty()) return;
-  Attribute& it = any(of, random);
+  Attribute& attribute = any(of, random);
   switch (random() % 5) {
-    case 0: mutate_bytes(it.name, 8); break;
-    case 1: it.type = static_cast<std::uint32_t>(random() % 14); break;
-    case 2: disturb(it.count, random); break;
-    case 3: of.erase(of.begin() + (&it - of.data())); break;
-    default: mutate_bytes(it.values, 0);
+    case 0: mutate_bytes(attribute.name, 8); break;
+    case 1: attribute.type = static_cast<std::uint32_t>(random() % 14); break;
+    case 2: disturb(attribute.count, random); break;
+    case 3: of.erase(of.begin() + (&attribute - of.data())); break;
+    default: mutate_bytes(attribute.values, 0);
   }
 }
 
 void mutate_variable(Classic& file, Random& random) {
   if (file.variables.empty()) return;
-  Variable& it = any(file.variables, random);
+  Variable& variable = any(file.variables, random);
   switch (random() % 10) {
-    case 0: mutate_bytes(it.name, 8); break;
-    case 1: it.name = any(file.variables, random).name; break;
+    case 0: mutate_bytes(variable.name, 8); break;
+    case 1: variable.name = any(file.variables, random).name; break;
     case 2:
-      if (!it.dimensions.empty())
-        any(it.dimensions, random) = random() % (file.dimensions.size() + 1);
+      if (!variable.dimensions.empty())
+        any(variable.dimensions, random) = random() % (file.dimensions.size() + 1);
       break;
     case 3:
       if (random() % 2 == 0)
-        it.dimensions.push_back(random() % (file.dimensions.size() + 1));
-      else if (!it.dimensions.empty())
-        it.dimensions.pop_back();
+        variable.dimensions.push_back(random() % (file.dimensions.size() + 1));
+      else if (!variable.dimensions.empty())
+        variable.dimensions.pop_back();
       break;
-    case 4: mutate_attribute(it.attributes, random); break;
-    case 5: it.type = static_cast<std::uint32_t>(random() % 13); break;
-    case 6: disturb(it.size, random); break;
-    case 7: it.begin = any(file.variables, random).begin; break;
-    case 8: file.variables.erase(file.variables.begin() + (&it - file.variables.data())); break;
-    default: it.begin += random() % 16 * 4 - 32;
+    case 4: mutate_attribute(variable.attributes, random); break;
+    case 5: variable.type = static_cast<std::uint32_t>(random() % 13); break;
+    case 6: disturb(variable.size, random); break;
+    case 7: variable.begin = any(file.variables, random).begin; break;
+    case 8:
+      file.variables.erase(file.variables.begin() + (&variable - file.variables.data()));
+      break;
+    default: variable.begin += random() % 16 * 4 - 32;
   }
 }
 
-/// A number of 4 bytes in the data: ids, node numbers, counts.
+/// Changes a number of 4 bytes in the data: ids, node numbers, counts.
 void mutate_data(Classic& file, Random& random) {
   if (file.data.size() < 4) return;
   const std::size_t at = random() % (file.data.size() / 4) * 4;

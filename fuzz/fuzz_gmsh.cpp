@@ -1,4 +1,4 @@
-// Any bytes as a Gmsh file: a whole mesh or a Failure.
+// Reads any bytes as a Gmsh file: the outcome is a whole mesh or a Failure.
 #include "gmsh/gmsh.h"
 
 #include <cstddef>

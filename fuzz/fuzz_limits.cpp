@@ -1,6 +1,6 @@
-// Memory within the limits. Damaged files are read with small ReadLimits, of which the first byte
-// says some; all memory that is taken meanwhile is counted, and must be no more than the limits
-// together make of it. With sanitizers that of zstd counts too; without, what operator new gives.
+// Memory within the limits. Reads damaged files with small ReadLimits, some of which the first byte
+// chooses. Counts all memory allocated meanwhile, which must not exceed the sum that the limits
+// allow. With sanitizers this includes memory of zstd; otherwise only that of operator new.
 #include <malloc.h>
 
 #include <algorithm>
@@ -36,7 +36,7 @@ std::size_t __sanitizer_get_allocated_size(const volatile void* memory);
 
 namespace {
 
-// One thread at a time counts: the targets read without others.
+// Only one thread counts: the targets read without other threads.
 thread_local bool counting = false;
 std::size_t held = 0, most_held = 0;
 
@@ -45,7 +45,7 @@ void on_malloc(const volatile void*, std::size_t bytes) {
   held += bytes;
   most_held = std::max(most_held, held);
 }
-// What was taken before is not counted when it is given back.
+// Memory allocated before counting began does not count when it is freed.
 void on_free(std::size_t bytes) {
   if (counting) held -= std::min(held, bytes);
 }
@@ -55,7 +55,7 @@ void on_free_of(const volatile void* memory) {
 }
 #endif
 
-/// The most memory that `work` holds at once.
+/// Returns the peak of the memory that `work` allocates.
 template <class Work>
 std::size_t memory_of(Work&& work) {
 #ifdef SHM_FUZZ_HOOKS
@@ -81,7 +81,7 @@ shm::ReadLimits limits_of(std::uint8_t choice) {
   return limits;
 }
 
-/// What these limits make in sum. The fixed part is what columns and zstd keep for their tables.
+/// Returns the sum that these limits allow. The fixed part is for tables of columns and of zstd.
 std::uint64_t allowed(const shm::ReadLimits& limits, std::size_t file) {
   constexpr std::uint64_t kTables = std::uint64_t{64} << 20, kPerComponent = 12 << 10;
   constexpr std::uint64_t kPerVertex = 1 << 10, kPerIndexByte = 64;

@@ -1,5 +1,5 @@
-// Parity behind a file, whose packets lie behind right checksums: what they say is checked, what
-// can be healed is healed, and what comes out as healed must be what its checksums say.
+// Parity after a file, with packets that have wrong contents and valid checksums. Their contents
+// are checked, damage is healed if possible, and healed data must match its checksums.
 #include "archive/parity.h"
 
 #include <algorithm>
@@ -45,7 +45,7 @@ void check_and_heal(shm::RandomSource& source) {
   expect(healed.size() == shape.protected_bytes);
   Bytes all(static_cast<std::size_t>(healed.size()));
   expect(bool(healed.read_at(0, all)));
-  // Once more, block by block and across their borders.
+  // Read again in pieces that cross the borders of blocks.
   for (std::size_t at = 0; at < all.size(); at += 1000) {
     Bytes piece(std::min<std::size_t>(1500, all.size() - at));
     expect(bool(healed.read_at(at, piece)));
@@ -71,21 +71,21 @@ extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t s
   const auto file = std::as_writable_bytes(std::span(data, size));
   const auto places = shm::parity_packets(file);
   if (places.empty() || random() % 8 == 0) return LLVMFuzzerMutate(data, size, max_size);
-  if (random() % 3 == 0) {  // sectors that are lost
+  if (random() % 3 == 0) {  // lost sectors
     const std::size_t at = random() % size,
                       count = std::min<std::size_t>(size - at, random() % 5000);
     std::fill_n(data + at, count, static_cast<std::uint8_t>(random()));
     return size;
   }
-  // The same lie in one packet or in all of them: of its header, or of what it holds.
+  // Makes the same wrong change in one packet or in all packets: in the header, or in the payload.
   const bool all = random() % 2 == 0, payload = random() % 3 == 0;
   const std::size_t chosen = places[random() % places.size()], field = random(), way = random();
   for (const std::size_t at : places) {
     if (!all && at != chosen) continue;
     const shm::Section header = shm::parity_header(file, at);
     if (!payload) {
-      const shm::Field& it = header.fields[field % header.fields.size()];
-      shm::put_parity_header(file, at, shm::changed(header, it, way));
+      const shm::Field& target = header.fields[field % header.fields.size()];
+      shm::put_parity_header(file, at, shm::changed(header, target, way));
     } else if (size - at > shm::kPacketHeader) {
       const std::size_t behind = at + shm::kPacketHeader;
       data[behind + random() % (size - behind)] = static_cast<std::uint8_t>(random());

@@ -1,6 +1,6 @@
-// Files with damage behind right checksums, read by their index: segments, steps, pieces. A value,
-// an error; never a crash, never memory out of proportion. The first byte says which piece is asked
-// for.
+// Reads damaged files with valid checksums by their index: segments, steps, pieces. The outcome is
+// a value or an error; never a crash, and never memory out of proportion. The first byte chooses
+// the piece.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -36,8 +36,8 @@ void read_steps(shm::Result<shm::StepReader> reader) {
       if (!values) continue;
       const std::size_t stride = shm::scalar_bytes(reader->schema().arrays[a].type) *
                                  reader->schema().arrays[a].components;
-      for (const shm::StepValues& it : *values)
-        if (it.values.size() % stride != 0) std::abort();
+      for (const shm::StepValues& piece : *values)
+        if (piece.values.size() % stride != 0) std::abort();
     }
 }
 
@@ -70,7 +70,7 @@ shm::ExtractRequest request_of(std::uint8_t which, const shm::MeshExtractor& rea
   return request;
 }
 
-/// What next() promises: each vertex and cell once.
+/// Checks the guarantee of next(): each vertex and cell once.
 void read_piece(shm::MeshExtractor& reader, const shm::ExtractRequest& request) {
   if (!reader.begin(request)) return;
   std::size_t vertices = 0, cells = 0;
@@ -114,7 +114,7 @@ void read_pieces(shm::Result<shm::MeshExtractor> reader, std::uint8_t which) {
   }
 }
 
-/// A surface that is sound, by the index and front to back.
+/// Checks that boundary surfaces are valid, read by the index and front to back.
 void find_boundary(const std::vector<std::byte>& bytes, std::uint8_t which) {
   const shm::ReadLimits limits = shm_fuzz::small_limits();
   shm::BoundaryOptions options;
@@ -134,16 +134,17 @@ void find_boundary(const std::vector<std::byte>& bytes, std::uint8_t which) {
   }
 }
 
-/// What a report says of healing must be so; with an index made anew if all can be decoded.
+/// Checks that a file is restored as its damage report says, with a rebuilt index if all chunks can
+/// be decoded.
 void judge(shm::RandomSource& source) {
   const shm::ReadLimits limits = shm_fuzz::small_limits();
   const auto report = shm::find_damage(source, limits);
   shm::MemorySink sink;
-  const auto good = shm::write_in_order(source, sink, limits);
+  const auto status = shm::write_in_order(source, sink, limits);
   if (!report) return;
-  if (report->restorable && !good) std::abort();
-  if (!good && !sink.bytes.empty()) std::abort();
-  if (!good || report->restorable) return;
+  if (report->restorable && !status) std::abort();
+  if (!status && !sink.bytes.empty()) std::abort();
+  if (!status || report->restorable) return;
   if (!report->lacks_index) std::abort();
   shm::MemorySource written(sink.bytes);
   auto reader = shm::Reader::open(written, limits);
@@ -159,7 +160,7 @@ void judge(shm::RandomSource& source) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;
-  // Of their very size, so that a read beyond the end is seen.
+  // A buffer of exactly this size, so that a read beyond its end is detected.
   const std::vector<std::byte> bytes(reinterpret_cast<const std::byte*>(data) + 1,
                                      reinterpret_cast<const std::byte*>(data) + size);
   shm::MemoryRandomSource source(bytes);

@@ -1,6 +1,6 @@
-// Any mesh through the Writer and back: bytes say schema, options, cells and values. What is
-// written must come back as it was, and must be the same bytes again, with threads too. Calls that
-// make no sense must be refused, and the writer must stand it.
+// Any mesh is written with the Writer and read back; the input chooses schema, options, cells and
+// values. The mesh must be restored exactly, and writing it again, also with threads, must give the
+// same bytes. Invalid calls must be refused without harm to the writer.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -17,7 +17,7 @@
 
 namespace {
 
-/// Values of a run of scalars: smooth, repeated, or any bits.
+/// Adds a run of scalars: smooth, repeated, or with any bits.
 void add_values(std::vector<std::byte>& out, shm::ScalarType type, std::size_t count, Choices& in) {
   const std::size_t width = shm::scalar_bytes(type);
   const std::uint32_t how = in.below(3);
@@ -44,8 +44,8 @@ shm::TestMesh make_mesh(Choices& in) {
   schema.delay = in.below(4) == 0 ? in.below(20) : 0;
   const std::uint32_t blocks = 1 + in.below(3);
   for (std::uint32_t b = 0; b < blocks; ++b) {
-    const auto& it = kShapes[in.flag() ? 0 : in.below(std::size(kShapes))];
-    schema.blocks.push_back({static_cast<std::int64_t>(b + 1), "b", it.shape, it.nodes});
+    const auto& shape = kShapes[in.flag() ? 0 : in.below(std::size(kShapes))];
+    schema.blocks.push_back({static_cast<std::int64_t>(b + 1), "b", shape.shape, shape.nodes});
   }
   const std::uint32_t arrays = in.below(4);
   for (std::uint32_t a = 0; a < arrays; ++a) {
@@ -57,7 +57,7 @@ shm::TestMesh make_mesh(Choices& in) {
     if (info.location == shm::Location::cell && in.flag()) info.blocks = {in.below(blocks)};
     schema.arrays.push_back(info);
   }
-  // A grid, or any nodes.
+  // A grid, or arbitrary nodes.
   const std::uint32_t n = 1 + in.below(5), m = n + 1;
   mesh.vertices = m * m * m;
   const std::uint32_t cells = in.below(n * n * n + 1);
@@ -96,8 +96,8 @@ shm::WriteOptions make_options(Choices& in) {
   return options;
 }
 
-/// The same with time steps, or rounded: what is written can be read, and steps hold the values
-/// that were given, whatever their order.
+/// The same with time steps, or with rounding: the written file must be readable, and its steps
+/// must contain the given values, in any order.
 void with_more(shm::TestMesh mesh, const shm::WriteOptions& options, Choices& in) {
   if (in.flag())
     mesh.schema.coordinate_quantization =
@@ -116,7 +116,7 @@ void with_more(shm::TestMesh mesh, const shm::WriteOptions& options, Choices& in
         if (!info.per_step) continue;
         const std::size_t size = mesh.arrays[a].size();
         add_values(given.emplace_back(), info.type, size / shm::scalar_bytes(info.type), in);
-        if (auto good = writer.add_step_values(a, step, given.back()); !good) return good;
+        if (auto status = writer.add_step_values(a, step, given.back()); !status) return status;
       }
     return {};
   };
@@ -156,7 +156,7 @@ void with_more(shm::TestMesh mesh, const shm::WriteOptions& options, Choices& in
     }
 }
 
-/// What no caller should do.
+/// Makes invalid calls.
 void misuse(const shm::TestMesh& mesh, const shm::WriteOptions& options, Choices& in) {
   shm::NullSink sink;
   auto writer = shm::Writer::create(sink, mesh.schema, options);
@@ -165,7 +165,7 @@ void misuse(const shm::TestMesh& mesh, const shm::WriteOptions& options, Choices
   for (int calls = 0; calls < 64 && !in.empty(); ++calls) {
     const auto some = std::span<const std::byte>(bytes).first(in.below(32));
     std::vector<std::uint64_t> corners(in.below(9));
-    for (std::uint64_t& it : corners) it = in.below(5);
+    for (std::uint64_t& corner : corners) corner = in.below(5);
     switch (in.below(8)) {
       case 0:
       case 1: (void)writer->add_vertex(in.below(8), some, {}); break;
@@ -192,7 +192,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     return 0;
   }
   shm::NullSink none;
-  if (!shm::Writer::create(none, mesh.schema, options)) return 0;  // shifts with a delay, say
+  if (!shm::Writer::create(none, mesh.schema, options))
+    return 0;  // for example, shifts with a delay
   if (in.below(4) == 0) {
     with_more(mesh, options, in);
     return 0;

@@ -1,16 +1,14 @@
-// Writes the seeds of the fuzz targets into folders below DIR: make_seeds DIR SOURCE_DIR, which
-// is this project's.
-//   shm      the golden files of all versions, and one small file for each feature of the format as
-//            it is now, each behind the byte that says the piece sizes
-//   calls    some of these with a script of calls behind them (fuzz_calls)
-//   archive  archives, behind a byte
+// make_seeds DIR SOURCE_DIR: writes the seeds of the fuzz targets into folders below DIR.
+// SOURCE_DIR is the folder of this project.
+//   shm      the golden files of all versions, and one small file for each feature of the current
+//            format, each after the byte that sets the piece sizes
+//   calls    some of these, followed by a script of calls (fuzz_calls)
+//   archive  archives, after a byte
 //   writer   choices (fuzz_writer)
-// and with converters
+// With converters also
 //   parity   files with parity
 //   exodus, gmsh, ucd, vtk, vtu   some of the feature files in these formats
-//   converted   these and what the targets of these formats have in their corpus, compressed,
-//   behind
-//            a byte
+//   converted   these, and the corpus of the targets of these formats, compressed, after a byte
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -54,7 +52,7 @@ std::string text_of(const std::vector<std::byte>& bytes) {
 struct Golden {
   std::string name, bytes;
 };
-/// Names tell the folders below: "0.1-keep.shm".
+/// Names include the folders below `folder`: "0.1-keep.shm".
 std::vector<Golden> golden_files(const path& folder) {
   std::vector<Golden> files;
   for (const auto& file : std::filesystem::recursive_directory_iterator(folder)) {
@@ -68,7 +66,7 @@ std::vector<Golden> golden_files(const path& folder) {
   return files;
 }
 
-/// Steps of an array on few cells, in several segments and groups.
+/// An array on few cells with time steps, in several segments and groups.
 shm::FeatureFile steps_on_few_cells(shm::Order order, shm::ConnectivityCodec codec) {
   shm::TestMesh mesh = shm::bent_grid(4, 4, 3);
   mesh.schema.blocks.push_back({2, "few", shm::CellShape::hexahedron, 8});
@@ -76,25 +74,27 @@ shm::FeatureFile steps_on_few_cells(shm::Order order, shm::ConnectivityCodec cod
   mesh.schema.arrays.push_back(
       shm::array_of("fixed", shm::Location::cell, shm::ScalarType::float32));
   mesh.arrays.push_back(moving_values(mesh.schema.arrays[0], mesh.cells.size(), 1));
-  shm::Stepped it{with_order(std::move(mesh), order, order == shm::Order::keep, 0), {}, {}};
-  add_stepped(it.mesh, shm::array_of("t", shm::Location::cell, shm::ScalarType::float64, 2, {1}));
-  add_stepped(it.mesh, shm::array_of("n", shm::Location::cell, shm::ScalarType::int16, 1, {1}));
-  add_stepped(it.mesh, shm::array_of("p", shm::Location::cell, shm::ScalarType::float32));
+  shm::Stepped stepped{with_order(std::move(mesh), order, order == shm::Order::keep, 0), {}, {}};
+  add_stepped(stepped.mesh,
+              shm::array_of("t", shm::Location::cell, shm::ScalarType::float64, 2, {1}));
+  add_stepped(stepped.mesh,
+              shm::array_of("n", shm::Location::cell, shm::ScalarType::int16, 1, {1}));
+  add_stepped(stepped.mesh, shm::array_of("p", shm::Location::cell, shm::ScalarType::float32));
   for (const std::uint32_t array : {1u, 2u, 3u})
     for (const std::uint64_t step : {0u, 1u, 2u, 5u})
-      it.values[{array, step}] =
-          moving_values(it.mesh.schema.arrays[array], elements_of(it.mesh, array), step);
-  it.options.group_cells = 8;
-  it.options.segment_cells = 16;
-  it.options.key_steps = 3;
-  it.options.connectivity = codec;
-  if (codec == shm::ConnectivityCodec::patterns) it.options.level = shm::Level::fast;
+      stepped.values[{array, step}] =
+          moving_values(stepped.mesh.schema.arrays[array], elements_of(stepped.mesh, array), step);
+  stepped.options.group_cells = 8;
+  stepped.options.segment_cells = 16;
+  stepped.options.key_steps = 3;
+  stepped.options.connectivity = codec;
+  if (codec == shm::ConnectivityCodec::patterns) stepped.options.level = shm::Level::fast;
   return {std::string("few_cells_") + std::string(shm::order_name(order)) + "_" +
               std::string(codec_name(codec)),
-          written(it)};
+          written(stepped)};
 }
 
-/// The same file with damage here and there, whose checksums tell it.
+/// Copies of the file with damage at various places, which checksums detect.
 void add_damaged(const shm::FeatureFile& file, std::vector<shm::FeatureFile>& out) {
   constexpr std::size_t kPlaces = 12;
   for (std::size_t i = 1; i < kPlaces; ++i) {
@@ -105,7 +105,7 @@ void add_damaged(const shm::FeatureFile& file, std::vector<shm::FeatureFile>& ou
   }
 }
 
-/// What no feature file has, as each takes more than it should there.
+/// Files with features that the feature files lack, because they would be too large there.
 std::vector<shm::FeatureFile> more_files() {
   std::vector<shm::FeatureFile> files;
   {  // packs to far less than a thirtieth
@@ -121,7 +121,7 @@ std::vector<shm::FeatureFile> more_files() {
     (void)writer->finish();
     files.push_back({"zeros", std::move(sink.bytes)});
   }
-  {  // sets of each kind, and one of each that makes no sense
+  {  // sets of each kind, and an invalid set of each kind
     using Kind = shm::MeshSet::Kind;
     std::vector<shm::MeshSet> sets = {{Kind::nodes, 7, "inlet", {0, 3, 5}, {}, {}, {1, .5, 2}},
                                       {Kind::sides, -1, "", {0, 4, 4}, {1, 6, 2}, {}, {}},
@@ -135,7 +135,7 @@ std::vector<shm::FeatureFile> more_files() {
         const auto made = shm::extras_of_sets(sets);
         if (!made) return made.error();
         for (const shm::Extra& extra : *made)
-          if (auto good = writer.add_extra(extra); !good) return good;
+          if (auto status = writer.add_extra(extra); !status) return status;
         return {};
       };
       (void)write_mesh(shm::bent_grid(3, 2, 2), sink, {}, extras);
@@ -163,7 +163,7 @@ std::vector<shm::FeatureFile> more_files() {
             const std::uint64_t elements = array == 0 ? mesh.vertices : mesh.cells.size();
             for (std::uint64_t e = 0; e < elements; ++e)
               shm::append(values, static_cast<float>(e * e % 100 + 3 * step));
-            if (auto good = writer.add_step_values(array, step, values); !good) return good;
+            if (auto status = writer.add_step_values(array, step, values); !status) return status;
           }
         return writer.set_step_times(std::vector<double>{0, 1, 2, 3});
       };
@@ -177,7 +177,7 @@ std::vector<shm::FeatureFile> more_files() {
   return files;
 }
 
-/// Random choices of fuzz_writer.
+/// Random choices for fuzz_writer.
 void write_choices(const path& folder) {
   shm::PlainRandom random(12);
   for (int file = 0; file < 160; ++file) {
@@ -188,7 +188,7 @@ void write_choices(const path& folder) {
   }
 }
 
-/// Random calls, several scripts each.
+/// Random calls, several scripts for each file.
 void write_calls(const path& folder, const std::vector<shm::FeatureFile>& features) {
   shm::PlainRandom random(11);
   for (const shm::FeatureFile& feature : features)
@@ -201,7 +201,7 @@ void write_calls(const path& folder, const std::vector<shm::FeatureFile>& featur
 }
 
 #ifdef SHM_SEEDS_OF_CONVERTERS
-/// Formats that cannot hold a mesh get no seed of it.
+/// Writes the files in all formats. Formats that cannot store a mesh get no seed from it.
 void write_formats(const path& folder, const std::vector<shm::FeatureFile>& features) {
   using namespace shm::converters;
   constexpr std::array<std::string_view, 8> kSome = {
@@ -225,7 +225,7 @@ void write_formats(const path& folder, const std::vector<shm::FeatureFile>& feat
   }
 }
 
-/// .shm files that came from other formats, whose words and layouts they hold.
+/// .shm files from other formats, with the words and layouts of these.
 void write_converted(const path& folder, const path& seeds) {
   using namespace shm::converters;
   std::vector<path> files;
@@ -242,7 +242,7 @@ void write_converted(const path& folder, const path& seeds) {
       compress_mesh(*mesh, sink, options, spool);
       write(folder / (seeds.filename().string() + "-" + file.filename().string()),
             choice++ + text_of(sink.bytes));
-    } catch (const Failure&) {  // most of a corpus is no whole mesh
+    } catch (const Failure&) {  // most files of a corpus are not whole meshes
     }
   }
 }

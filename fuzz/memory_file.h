@@ -1,4 +1,4 @@
-// A file that lives in memory and has a path, for readers that open files.
+// A file in memory that has a path, for readers that open files.
 #pragma once
 
 #include <sys/mman.h>

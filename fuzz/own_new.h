@@ -1,7 +1,8 @@
-// Every operator new and delete of a program, by two functions that the includer has defined:
-//   void* taken(std::size_t bytes)   null where there is no memory
+// Defines every operator new and delete of a program by two functions, which the including file
+// defines before:
+//   void* taken(std::size_t bytes)   null if there is no memory
 //   void given_back(void* memory)    not null
-// For one source file of a program.
+// Include this in one source file of a program.
 #pragma once
 
 #include <cstddef>

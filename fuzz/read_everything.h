@@ -1,4 +1,4 @@
-// Reads all that a mesh holds, as a converter would, and checks what MeshSource promises.
+// Reads a whole mesh, as a converter would, and checks the guarantees of MeshSource.
 #pragma once
 
 #include <algorithm>

@@ -1,5 +1,5 @@
-// main() for a fuzz target without a fuzzer: runs it once over each file named, and over each file
-// of each folder named. For compilers that have no libFuzzer, and for debuggers.
+// main() for a fuzz target without a fuzzer: runs it once for each given file, and for each file of
+// each given folder. For compilers without libFuzzer, and for debuggers.
 #include <algorithm>
 #include <cstdint>
 #include <cstdio>
@@ -10,7 +10,7 @@
 #include <vector>
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size);
-/// Mutators want it; nothing is mutated here.
+/// Needed by the mutators; nothing is mutated here.
 extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t*, std::size_t size, std::size_t) {
   return size;
 }

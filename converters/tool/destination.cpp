@@ -24,7 +24,8 @@ constexpr std::string_view kStandardStream = "-";
   throw Failure(Error{ErrorCode::output, std::move(detail), {}, kNoOffset, path});
 }
 
-// What a path leads to; nothing where it leads nowhere. "-": `standard`, a descriptor.
+// Returns the status of the file that a path leads to, or nothing if there is none. "-" means the
+// descriptor `standard`.
 std::optional<struct stat> status_of(const std::string& path, int standard) {
   struct stat status {};
   const int failed =
@@ -39,25 +40,25 @@ bool is_same(const struct stat& a, const struct stat& b) {
 
 void refuse_inputs(const std::string& path, const struct stat& output,
                    const std::vector<std::string>& inputs) {
-  if (!S_ISREG(output.st_mode)) return;  // terminals and sockets are read and written
+  if (!S_ISREG(output.st_mode)) return;  // terminals and sockets may be both read and written
   for (const std::string& input : inputs) {
     const auto status = status_of(input, STDIN_FILENO);
     if (!status || !is_same(*status, output)) continue;
-    if (input == path) refuse(path, "is what is read, and is not written over");
-    refuse(path, "is the same file as " + input + ", which is read, and is not written over");
+    if (input == path) refuse(path, "is an input, and is not overwritten");
+    refuse(path, "is the same file as " + input + ", which is an input, and is not overwritten");
   }
 }
 
-// A question on the terminal, if there is one.
+// Asks the user on the terminal. Returns false if there is no terminal.
 bool may_replace(const std::string& what) {
   if (::isatty(STDIN_FILENO) == 0 || ::isatty(STDERR_FILENO) == 0) return false;
-  std::fprintf(stderr, "shm: %s there already. Write over it? [y/N] ", what.c_str());
+  std::fprintf(stderr, "shm: %s already. Overwrite? [y/N] ", what.c_str());
   std::array<char, 16> answer{};
   if (std::fgets(answer.data(), answer.size(), stdin) == nullptr) return false;
   return answer[0] == 'y' || answer[0] == 'Y';
 }
 
-// What only the end of the work would find otherwise.
+// Checks the folder of an output. Without this check an error would only appear after all the work.
 void check_folder(const std::string& path) {
   const std::filesystem::path parent = std::filesystem::path(path).parent_path();
   const std::string folder = parent.empty() ? "." : parent.string();
@@ -68,7 +69,7 @@ void check_folder(const std::string& path) {
     refuse(path, "cannot be written: " + folder + ": " + std::strerror(errno));
 }
 
-// All are asked for at once.
+// Checks all files of a series, and asks the user once for all of them.
 void check_series(const Places& places, bool force) {
   for (const std::string& path : places.series) {
     const auto status = status_of(path, STDOUT_FILENO);
@@ -81,8 +82,8 @@ void check_series(const Places& places, bool force) {
   const std::size_t others = places.series.size() - 1;
   const std::string more =
       others == 0 ? "" : " and " + std::to_string(others) + " more of " + *places.output;
-  if (!may_replace(first + more + (others == 0 ? " is" : " are")))
-    refuse(first, "is there already" + more + "; --force replaces what is written");
+  if (!may_replace(first + more + (others == 0 ? " exists" : " exist")))
+    refuse(first, "exists already" + more + "; --force replaces existing files");
 }
 
 }  // namespace
@@ -99,7 +100,7 @@ void check_places(const Places& places, bool force) {
   check_series(places, force);
   const std::string& path = *places.output;
   if (path == kStandardStream && places.compressed && ::isatty(STDOUT_FILENO) != 0)
-    refuse("standard output", "is a terminal, and no place for compressed bytes; -o names a file");
+    refuse("standard output", "is a terminal, which takes no compressed bytes; -o names a file");
   const auto status = status_of(path, STDOUT_FILENO);
   if (!status) {
     if (errno != ENOENT) refuse(path, std::string("cannot be written: ") + std::strerror(errno));
@@ -110,7 +111,7 @@ void check_places(const Places& places, bool force) {
   refuse_inputs(path, *status, places.inputs);
   if (path == kStandardStream || !S_ISREG(status->st_mode)) return;
   check_folder(path);
-  if (!force && !may_replace(path + " is")) refuse(path, "is there already; --force replaces it");
+  if (!force && !may_replace(path + " exists")) refuse(path, "exists already; --force replaces it");
 }
 
 }  // namespace shm::converters

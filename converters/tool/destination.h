@@ -1,6 +1,6 @@
-// Where a command may write. Nothing that is there is written over unasked, and what the command
-// reads is never written over: that is found before any work, by asking the operating system which
-// file a path leads to.
+// Checks where a command may write. No existing file is overwritten unless the user agrees, and no
+// input of the command is ever overwritten. This is checked before any work, by asking the
+// operating system which file a path leads to.
 #pragma once
 
 #include <optional>
@@ -9,23 +9,25 @@
 
 namespace shm::converters {
 
-// What a command reads, and what it is to write.
+// The files that a command reads and writes.
 struct Places {
-  std::vector<std::string> inputs;  // paths; "-" and "" are passed over
-  std::optional<std::string>
-      output;               // nothing: what is written is known later, or changed in place
-  bool compressed = false;  // .shm
-  // Where the output is a name for many files: those of them that are there.
+  std::vector<std::string> inputs;    // paths; "-" and "" are ignored
+  std::optional<std::string> output;  // nothing: not known yet, or the input is changed in place
+  bool compressed = false;            // the output is binary, and refused on a terminal
+  // Existing files among the outputs, if the output is a name for many files.
   std::vector<std::string> series = {};
 };
 
-// "-" where `path` is a name of standard input (descriptor 0) or output (1) in /dev.
+// Returns "-" if `path` is a name in /dev or /proc of standard input (descriptor 0) or output (1),
+// otherwise `path`.
 std::string standard_or(std::string path, int descriptor);
 
-// Call before anything is read; an output is a file to be, a device, a pipe, or "-". Throws Failure
-// (output) where it, or one of its series, is an input (under whatever name, even with --force);
-// where a file is there, and neither --force nor an answer on the terminal lets it go; where none
-// can be made; where compressed bytes would go to a terminal.
+// Checks an output: a file to be written, a device, a pipe, or "-". Call this before reading
+// anything. Throws Failure (output) in these cases:
+// - the output, or a file of its series, is an input, under whatever name, even with --force;
+// - a file exists, and neither --force nor an answer on the terminal allows replacing it;
+// - the output cannot be created;
+// - compressed bytes would go to a terminal.
 void check_places(const Places& places, bool force);
 
 }  // namespace shm::converters

@@ -12,7 +12,7 @@
 namespace shm::converters {
 namespace {
 
-// For the eye; JSON has all digits.
+// Formats a number with six digits, for text. JSON has all digits.
 std::string rounded(double value) {
   char text[64];
   return {text, std::to_chars(text, text + sizeof text, value, std::chars_format::general, 6).ptr};
@@ -59,7 +59,7 @@ std::string share_text(const Finding& finding, const char* verb, const char* ver
          element_of(finding, finding.compared == 1) + " " + (finding.different == 1 ? verb : verbs);
 }
 
-// The line of one finding, without its places.
+// Returns the line of one finding, without its places.
 std::string headline(const Finding& finding) {
   const std::string& kind = finding.kind;
   if (kind == "only_in_a" || kind == "only_in_b") {
@@ -79,7 +79,7 @@ std::string headline(const Finding& finding) {
   if (kind == "cells") return text + " in corners or block";
   const auto& places = finding.places;
   if (kind == "values" && !places.empty() && !places.front().distance) return text;  // strings
-  if (std::isinf(finding.largest)) return text + ", some by no finite number";
+  if (std::isinf(finding.largest)) return text + ", some of them not finite";
   text += ", largest difference " + rounded(finding.largest);
   if (finding.relative) text += " (" + rounded(*finding.relative) + " of the range in A)";
   return text;
@@ -115,7 +115,7 @@ Json optional_json(const std::optional<T>& value) {
   return value ? Json(*value) : Json(nullptr);
 }
 
-// What is not finite is null.
+// Returns null for values that are not finite.
 Json number_json(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
 Json place_json(const DiffPlace& place) {

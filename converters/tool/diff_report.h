@@ -1,4 +1,4 @@
-// What shm diff reports: text for people, JSON for programs.
+// Reports of shm diff: text for people, JSON for programs.
 #pragma once
 
 #include <string>

@@ -23,7 +23,7 @@ using Box = std::array<double, 6>;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr Box kNoBox = {kInfinity, kInfinity, kInfinity, -kInfinity, -kInfinity, -kInfinity};
 
-// Arrays by the names of their streams.
+// Maps the names of array streams to array indices.
 std::map<std::string, std::size_t> arrays_by_stream(const Schema& schema) {
   std::map<std::string, std::size_t> arrays;
   for (std::string& name : array_stream_names(schema))
@@ -31,7 +31,8 @@ std::map<std::string, std::size_t> arrays_by_stream(const Schema& schema) {
   return arrays;
 }
 
-// The element that a stream is counted by, and how many there are; "" for none.
+// Returns the kind of element that a stream is counted by and the number of these elements; "" if
+// there is none.
 std::pair<std::string, std::uint64_t> element_of(const std::string& stream,
                                                  const std::map<std::string, std::size_t>& arrays,
                                                  const MeshInfo& info, const Totals& totals) {
@@ -53,7 +54,8 @@ std::string padded(std::string text, std::size_t width, bool right = false) {
 std::string codecs_text(const std::vector<ConnectivityCodec>& of_segments) {
   std::map<ConnectivityCodec, std::size_t> segments;
   for (ConnectivityCodec codec : of_segments)
-    if (codec != ConnectivityCodec::automatic) ++segments[codec];  // else there are no cells
+    if (codec != ConnectivityCodec::automatic)
+      ++segments[codec];  // automatic: the segment has no cells
   if (segments.empty()) return "none";
   std::string text;
   for (const auto& [codec, count] : segments) {
@@ -63,7 +65,7 @@ std::string codecs_text(const std::vector<ConnectivityCodec>& of_segments) {
   return text;
 }
 
-// By segment.
+// One name per segment.
 Json codecs_json(const std::vector<ConnectivityCodec>& of_segments) {
   Json names = Json::array();
   for (ConnectivityCodec codec : of_segments)
@@ -79,7 +81,8 @@ std::string quantization_text(const Quantization& quantization, ScalarType type)
   return text + ", error at most " + number_text(quantization.max_error(type));
 }
 
-// Bits of the box, 0 where there is none; and the largest error, null where there is no loss.
+// Adds the number of bits of the box (0 if there is none) and the largest error (null if the data
+// is lossless).
 void add_quantization(Json& json, const std::string& prefix, const Quantization& quantization,
                       ScalarType type) {
   const bool of_box = quantization.lossy() && quantization.bits != Quantization::kAbsolute;
@@ -139,7 +142,7 @@ Json schema_json(const MeshInfo& info) {
   return json;
 }
 
-// Titles of fixed length end with zeros.
+// Titles of fixed length are padded with zeros.
 std::string title_of(const MeshInfo& info) {
   Keys used;
   const Extra* const given = find_extra(info, "mesh/title");
@@ -148,7 +151,7 @@ std::string title_of(const MeshInfo& info) {
   return title.substr(0, title.find('\0'));
 }
 
-// Names come from files, and move no cursor of a terminal.
+// Replaces control characters, which could move the cursor of a terminal. Names come from files.
 std::string quoted(std::string name) {
   std::replace_if(
       name.begin(), name.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; }, '?');
@@ -196,7 +199,7 @@ Json info_fields(const InfoReport& report) {
   return json;
 }
 
-// Six digits, as people read coordinates.
+// Formats a number with six digits, as usual for coordinates.
 std::string short_number(double value) {
   char text[32];
   std::snprintf(text, sizeof text, "%.6g", value);
@@ -230,7 +233,7 @@ std::string times_text(const std::vector<double>& times) {
   return text;
 }
 
-// The first ones of a list, a line each, and how many more there are.
+// Lists the first 100 items, one per line, and the number of items left out.
 template <class List, class Line>
 std::string first_of(const List& list, Line&& line) {
   constexpr std::size_t kShown = 100;
@@ -265,7 +268,7 @@ std::string array_text(const ArrayInfo& array, const FoundRange* range) {
 }
 
 std::string_view ranges_hint(const InfoExtent& extent) {
-  if (extent.is_unreadable) return " (whose values cannot all be read: see shm verify)";
+  if (extent.is_unreadable) return " (not all values can be read: see shm verify)";
   return extent.ranges.empty() ? " (--ranges reads their values)" : "";
 }
 
@@ -308,7 +311,7 @@ std::string coder_text(const MeshInfo& info, const Totals& totals) {
          padded(std::to_string(totals.total_bytes), 15, true) + "\n";
 }
 
-// Widens a range by values of one type.
+// Widens a range to include values of one type.
 void widen(FoundRange& range, const std::byte* values, std::size_t count, ScalarType type) {
   with_scalar(type, [&](auto zero) {
     using T = decltype(zero);

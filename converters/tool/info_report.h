@@ -1,4 +1,4 @@
-// What shm info prints of a mesh: for engineers first, then for who looks at the coder.
+// Reports of shm info: first the facts about the mesh, then those about its encoding.
 #pragma once
 
 #include <array>
@@ -19,17 +19,18 @@ struct FoundRange {
   std::uint64_t not_finite = 0;
 };
 
-// What is known beside the heads of a file.
+// Facts about a mesh that are not in the headers of a file.
 struct InfoExtent {
   std::optional<std::array<double, 6>> box;  // smallest x y z, largest x y z
-  std::vector<FoundRange> ranges;            // of each array; empty: not looked at
+  std::vector<FoundRange> ranges;            // one per array; empty: not read
   bool is_unreadable = false;                // the values could not be read
 };
 
-// Of the index of a .shm file, which is read again; so many bytes behind its end are passed over.
+// Opens a .shm file again and reads the box from its index. Ignores the last `trailing_bytes` bytes
+// of the file.
 std::optional<std::array<double, 6>> box_of_index(const std::string& path,
                                                   std::uint64_t trailing_bytes);
-// Reads all points, and with `ranges` all values.
+// Reads all points, and all values if `ranges` is true.
 InfoExtent measure_extent(MeshSource& mesh, bool ranges, const Progress& progress);
 
 struct InfoReport {
@@ -39,7 +40,7 @@ struct InfoReport {
   InfoExtent extent;
 };
 std::string info_json(const InfoReport& report);
-// `verbose`: the coder's view, too.
+// `verbose`: includes order, codecs, segments and streams.
 std::string info_text(const InfoReport& report, bool verbose);
 
 struct MemberSummary {

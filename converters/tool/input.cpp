@@ -20,8 +20,8 @@
 namespace shm::converters {
 namespace {
 
-// Standard input, or what cannot be read twice: a pipe with a name, as <(COMMAND) of a shell is
-// one.
+// Returns true for standard input and other inputs that cannot be read twice: named pipes, such as
+// <(COMMAND) of a shell, devices and sockets.
 bool is_read_once(const std::string& path) {
   std::error_code none;
   const auto status = std::filesystem::status(path, none);
@@ -29,7 +29,7 @@ bool is_read_once(const std::string& path) {
          std::filesystem::is_character_file(status) || std::filesystem::is_socket(status);
 }
 
-// HDF5 takes no file by a name in /proc.
+// HDF5 cannot open a file by a name in /proc.
 bool needs_name(std::span<const std::byte> head) {
   constexpr std::array<unsigned char, 4> kHdf5 = {0x89, 'H', 'D', 'F'};
   return head.size() >= kHdf5.size() && std::memcmp(head.data(), kHdf5.data(), kHdf5.size()) == 0;
@@ -42,7 +42,7 @@ bool looks_packed(std::span<const std::byte> head) {
   return bytes.starts_with(kGzip) || bytes.starts_with(kXz) || bytes.starts_with(kZstd);
 }
 
-// A source whose beginning has been looked at.
+// A source whose first bytes can be inspected before it is read.
 class HeadedSource final : public ByteSource {
  public:
   HeadedSource(std::unique_ptr<ByteSource> source, const std::string& name)
@@ -67,7 +67,7 @@ class HeadedSource final : public ByteSource {
   }
 
  private:
-  static constexpr std::size_t kHead = 16;  // enough to know .shm files, archives and HDF5
+  static constexpr std::size_t kHead = 16;  // enough to recognize .shm files, archives and HDF5
   std::unique_ptr<ByteSource> source_;
   std::vector<std::byte> head_;
   std::size_t given_ = 0;
@@ -133,7 +133,7 @@ bool ToolInput::is_shm() const {
 void ToolInput::require_shm() const {
   if (is_series())
     throw Failure(Error{
-        ErrorCode::unsupported, "is a series of files, and no .shm file", {}, kNoOffset, path_});
+        ErrorCode::unsupported, "is a series of files, not a .shm file", {}, kNoOffset, path_});
   if (!is_stream()) converters::require_shm(path_);
 }
 
@@ -155,7 +155,7 @@ const ArchiveMember& part_of(const std::vector<ArchiveMember>& members, const st
   }
   if (members.size() > kNamed) names += ", ...";
   wrong_use(part.empty() ? path + " is an archive of " + names +
-                               ": --part names one of them; shm split gives back all"
+                               ": --part names one of them; shm split restores all"
                          : "there is no part " + part + " in " + path + "; there are " + names);
 }
 
@@ -172,7 +172,7 @@ std::unique_ptr<MeshSource> ToolInput::open(Spool& spool, const Progress& progre
   };
   if (!part_.empty()) {
     if (is_series() || !is_archive(path_))
-      wrong_use("--part needs an archive; " + name_ + " is none");
+      wrong_use("--part needs an archive; " + name_ + " is not one");
     return open_part();
   }
   if (is_series()) return open_series(*series_, spool, progress, print_remark);

@@ -1,7 +1,7 @@
-// The mesh that a command of the tool reads: a file, standard input for "-", a pipe, each as it is
-// or packed by gzip, xz or zstd. A .shm file that comes through a pipe or packed is read as it
-// comes; anything else then goes to a temporary file first, since its reader needs to seek.
-// A name of many files, and a collection, are a series of them.
+// The mesh that a command of the tool reads: a file, standard input for "-", or a pipe, either
+// plain or packed by gzip, xz or zstd. A .shm file that is packed or comes through a pipe is
+// decoded as it arrives. Any other input of this kind is first copied to a temporary file, since
+// its reader needs to seek. A name for many files, or a collection, is opened as a series.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,7 @@ namespace shm::converters {
 
 class ToolInput {
  public:
-  // Of standard input reads the beginning. What is spooled goes to spool_directory(options), and
+  // Reads the beginning of standard input. A temporary copy goes to spool_directory(options), and
   // its name to options.spooled, for messages. Throws Failure.
   explicit ToolInput(CommonOptions& options) : ToolInput(options, options.input) {}
   ToolInput(CommonOptions& options, const std::string& path)
@@ -30,36 +30,39 @@ class ToolInput {
   ToolInput(const ToolInput&) = delete;
   ToolInput& operator=(const ToolInput&) = delete;
 
-  // A file with all of it, where is_stream() is false.
+  // The path of a file with the whole input. Requires !is_stream().
   const std::string& path() const { return path_; }
   bool is_stream() const { return stream_ != nullptr; }
   bool is_series() const { return series_.has_value(); }
-  std::uint64_t bytes() const;  // of all files; 0 where that is not known
+  std::uint64_t bytes() const;  // of all files; 0 if unknown
   bool is_shm() const;
-  // Throws Failure where it is none.
+  // Throws Failure if the input is not a .shm file.
   void require_shm() const;
 
-  // Once. Of an archive the part that the options name, or its only one. Throws Failure.
+  // Opens the mesh; call this once. Opens the part of an archive that the options name, or its only
+  // part. Throws Failure.
   std::unique_ptr<MeshSource> open(Spool& spool, const Progress& progress, unsigned threads = 0);
   FileSummary summarize(const Progress& progress);
 
  private:
   class Stream;
-  std::unique_ptr<Stream> stream_;   // of a .shm file that comes through a pipe
-  std::unique_ptr<FileSink> spool_;  // holds what came
+  std::unique_ptr<Stream> stream_;   // a .shm file that comes through a pipe
+  std::unique_ptr<FileSink> spool_;  // temporary copy of the input
   std::optional<RemovedOnSignals> on_signals_;
   std::string name_, path_, part_;
   std::optional<std::vector<SeriesFile>> series_;
 };
 
-// Whether a file was packed by gzip, xz or zstd; false where it cannot be read, or only once.
+// Returns true if a file is packed by gzip, xz or zstd; false if it cannot be read, or can be read
+// only once.
 bool is_packed(const std::string& path);
 
-// The part of an archive of that name, or its only one. Throws Failure (misuse) naming all.
+// Returns the part of an archive with this name, or its only part. Throws Failure (misuse) that
+// lists the parts.
 const ArchiveMember& part_of(const std::vector<ArchiveMember>& members, const std::string& part,
                              const std::string& path);
 
-// Prints what of a series is not that of its first file.
+// Prints a remark to standard error, for example on a file of a series that differs from the first.
 void print_remark(const std::string& sentence);
 
 }  // namespace shm::converters

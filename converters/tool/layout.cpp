@@ -11,7 +11,7 @@
 namespace shm::converters {
 namespace {
 
-// Counts, for each bin, the segments that pass: a difference array along each row.
+// Counts the segments that pass through each bin, by a difference array for each row.
 class SegmentCounter {
  public:
   SegmentCounter(std::uint64_t vertices, std::uint64_t cells)
@@ -93,10 +93,10 @@ class LayoutMeter final : public CompactedMesh {
   std::uint64_t cell_ = 0, rank_ = 0, active_ = 0;
 };
 
-// 1234567 as "1 234 567", with narrow spaces that no browser breaks.
+// Formats 1234567 as "1 234 567", with narrow no-break spaces.
 std::string grouped(std::uint64_t number) {
   std::string text = std::to_string(number);
-  for (std::size_t at = text.size(); at > 3;) text.insert(at -= 3, "\u202f");
+  for (std::size_t position = text.size(); position > 3;) text.insert(position -= 3, "\u202f");
   return text;
 }
 
@@ -112,7 +112,7 @@ std::string percent(std::uint64_t part, std::uint64_t whole) {
 
 constexpr std::string_view kGreens[] = {"", "#c9ead3", "#8fd0a5", "#46ad6d", "#137a3e"};
 
-// The bins of one level as one path of unit-high strokes; equal runs below one another merge.
+// Draws the bins of one level as one path of rectangles. Equal runs in consecutive rows are merged.
 std::string level_path(const LayoutRaster& raster, std::uint8_t level) {
   struct Run {
     std::size_t begin, end, top;
@@ -192,7 +192,8 @@ void add_diagram(std::string& svg, const Layout& layout, const LayoutRaster& ras
 }  // namespace
 
 bool is_scattered(const Layout& layout) {
-  // A front through a cube of n^3 cells takes n^2; a few of them are a mesh of some parts.
+  // A front through a cube of n^3 cells has about n^2 vertices. The factor 4 allows for meshes of
+  // several parts.
   const double front = std::cbrt(static_cast<double>(layout.vertices));
   const double ideal = 4 * front * front;
   return static_cast<double>(layout.width) >
@@ -202,8 +203,8 @@ bool is_scattered(const Layout& layout) {
 std::string layout_verdict(const Layout& layout, std::optional<double> saved) {
   constexpr double kWorthAWord = .05;
   if (layout.cells == 0) return "there are no cells";
-  if (!is_scattered(layout)) return "cells that share vertices stand close together";
-  const std::string words = "cells that share vertices lie scattered";
+  if (!is_scattered(layout)) return "cells that share vertices are stored close together";
+  const std::string words = "cells that share vertices are scattered over the file";
   if (!saved) return words + ": --order free may make the file much smaller";
   if (*saved < kWorthAWord) return words + ", but --order free would save less than 5 %";
   return words + ": --order free would save about " +

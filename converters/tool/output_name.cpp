@@ -10,7 +10,8 @@ bool holds_every_step(const Format& format) {
   return format.capabilities == nullptr || format.capabilities->every_step;
 }
 
-// What one of `target` lacks and one of `named` has; empty: nothing.
+// Returns the data that a file of `target` lacks and a file of `named` would have; empty if there
+// is none.
 std::string what_is_lost(const Format& target, const Format& named, const MeshInfo& mesh,
                          std::optional<StepRange> steps, const LossList& losses) {
   const std::size_t all = mesh.step_times.size();
@@ -30,8 +31,8 @@ void check_output_name(const std::string& output, const Format& target, const Me
   const std::string lost = what_is_lost(target, *named, mesh, steps, losses);
   if (lost.empty()) return;
   throw Failure(Error{ErrorCode::misuse,
-                      "has the name of a file of format " + std::string(named->name) +
-                          ", which would hold what --format " + std::string(target.name) +
+                      "is named like a file of format " + std::string(named->name) +
+                          ", which would hold data that --format " + std::string(target.name) +
                           " loses: " + lost +
                           "; leave --format out, or give OUT a name that ends in " +
                           std::string(target.extensions[0]),

@@ -1,6 +1,5 @@
-// What the name of an output promises: a file of the format that its extension belongs to. Where
-// --format says another one, which holds less, that is a slip of the hand, and found before the
-// work.
+// The extension of an output promises a file of a certain format. If --format names another format,
+// which can store less, this is probably a mistake, and it is reported before any work.
 #pragma once
 
 #include <optional>
@@ -11,9 +10,9 @@
 
 namespace shm::converters {
 
-// Throws Failure (misuse) where a file of the format that `output` has its name of would hold what
-// one of `target` would not: the time steps of a mesh of which `steps`, or the last, is written, or
-// some of `losses`.
+// Throws Failure (misuse) if a file of the format that `output` is named for could store data that
+// a file of `target` cannot: the time steps of a mesh of which only `steps`, or the last step, is
+// written, or some of `losses`.
 void check_output_name(const std::string& output, const Format& target, const MeshInfo& mesh,
                        std::optional<StepRange> steps, const LossList& losses = {});
 

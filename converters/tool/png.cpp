@@ -1,5 +1,5 @@
-// Pictures by librsvg and cairo, which are opened when a picture is wanted: linked, their fifty
-// libraries would be most of what each start of the tool takes.
+// Renders pictures with librsvg and cairo. They are loaded when a picture is needed: if they were
+// linked, loading their fifty libraries would take most of the start-up time of the tool.
 #include "base/failure.h"
 #include "base/loaded_library.h"
 #include "tool/layout.h"
@@ -17,8 +17,8 @@ namespace shm::converters {
 
 namespace {
 
-// What is used of librsvg; the libraries it stands on are found through it. Throws Failure where it
-// does not load.
+// The functions of librsvg and its dependencies that are used here. Throws Failure if librsvg does
+// not load.
 struct Rsvg {
   LoadedLibrary library{"librsvg-2.so.2"};
 #define SHM_FUNCTION(name) decltype(&::name) name = library.find<decltype(::name)>(#name)
@@ -54,7 +54,7 @@ using Owned = std::unique_ptr<T, Unreferenced>;
 cairo_status_t add_bytes(void* to, const unsigned char* bytes, unsigned count) {
   auto& png = *static_cast<std::vector<std::byte>*>(to);
   const auto* const first = reinterpret_cast<const std::byte*>(bytes);
-  try {  // nothing may be thrown through cairo
+  try {  // an exception must not pass through cairo
     png.insert(png.end(), first, first + count);
   } catch (...) {
     return CAIRO_STATUS_NO_MEMORY;
@@ -98,7 +98,7 @@ std::vector<std::byte> png_of_svg(const std::string& svg) {
 bool has_png() { return false; }
 
 std::vector<std::byte> png_of_svg(const std::string&) {
-  wrong_use("a .png needs librsvg; this shm was built without");
+  wrong_use("a .png needs librsvg; this shm was built without it");
 }
 
 #endif

@@ -65,12 +65,12 @@ Progress ProgressLine::callback() {
   };
 }
 
-// Never less than before.
+// Returns the completed share of the whole work, which never decreases.
 double ProgressLine::share_of(std::string_view phase, double of_phase) {
-  for (std::size_t at = phase_; at < phases_.size(); ++at) {
-    if (phases_[at].name != phase) continue;
-    for (; phase_ < at; ++phase_) begun_share_ += phases_[phase_].share;
-    share_ = std::clamp(begun_share_ + of_phase * phases_[at].share, share_, 1.0);
+  for (std::size_t index = phase_; index < phases_.size(); ++index) {
+    if (phases_[index].name != phase) continue;
+    for (; phase_ < index; ++phase_) begun_share_ += phases_[phase_].share;
+    share_ = std::clamp(begun_share_ + of_phase * phases_[index].share, share_, 1.0);
     break;
   }
   return share_;
@@ -136,7 +136,7 @@ WatchedMesh::WatchedMesh(MeshSource& mesh, Progress progress, std::string_view n
 }
 
 void WatchedMesh::add(std::uint64_t bytes) {
-  read_ = std::min(read_ + bytes, all_);  // what is read again was counted before
+  read_ = std::min(read_ + bytes, all_);  // bytes read for a second time have been counted already
   if (progress_) progress_(name_, read_, all_);
 }
 

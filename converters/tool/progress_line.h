@@ -1,4 +1,4 @@
-// How far a command is: one line on the terminal for all of its work.
+// Progress of a command: one line on the terminal for all of its work.
 #pragma once
 
 #include <atomic>
@@ -15,14 +15,14 @@
 
 namespace shm::converters {
 
-// A phase that is to come, and what share of the work it is; shares need not add up to anything.
+// A phase still to come, and its share of the work. Shares need not add up to 1.
 struct ExpectedPhase {
   std::string name;
   double share;
 };
 
-// Percent, MB/s and time left of all the work, on standard error where that is a terminal;
-// rewritten at most ten times a second and wiped at the end.
+// Shows percentage, MB/s and time left for the whole work on standard error, if that is a terminal.
+// The line is rewritten at most ten times a second and erased at the end.
 class ProgressLine {
  public:
   explicit ProgressLine(const CommonOptions& options);
@@ -30,17 +30,18 @@ class ProgressLine {
   ProgressLine(const ProgressLine&) = delete;
   ProgressLine& operator=(const ProgressLine&) = delete;
 
-  // The phases that are left, in their order, and of how many bytes the work is. Others that come
-  // between them are shown by their names, and count as nothing.
+  // Declares the remaining phases, in order, and the number of bytes to work on. Other phases that
+  // occur in between are shown by name, and count as no work.
   void expect(std::vector<ExpectedPhase> phases, std::uint64_t bytes);
   Progress callback();
   void show(std::string_view phase, std::uint64_t done = 0, std::uint64_t total = 0);
-  // The same where somebody else knows the share of all the work.
+  // The same, if the caller knows the share of the whole work.
   void show_share(std::string_view words, double share);
   void wipe();
   bool is_shown() const { return shown_; }
 
-  // In a process of one of many files there is no line: `share`, of 65536ths, tells its parent.
+  // A process that handles one of many files has no line. It stores the completed share, in
+  // 65536ths, in `share` for its parent.
   static void report_to(std::atomic<std::uint32_t>* share);
 
  private:
@@ -50,16 +51,17 @@ class ProgressLine {
 
   bool shown_, dirty_ = false;
   std::vector<ExpectedPhase> phases_;
-  std::size_t phase_ = 0;  // the one that runs
+  std::size_t phase_ = 0;  // the current phase
   double begun_share_ = 0, share_ = 0;
   std::uint64_t bytes_ = 0;
   std::chrono::steady_clock::time_point begun_, last_{};
 };
 
-// "42 %  12.3 MB/s  0:31 left", once there is something to go by.
+// Formats "42 %  12.3 MB/s  0:31 left". Speed and time are left out until they can be estimated.
 std::string progress_text(double share, std::uint64_t bytes, double seconds);
 
-// A mesh that reports what is read of it, as the phase `name`: all its values once are all.
+// A mesh that reports how much of it has been read, as the phase `name`. Reading all values once
+// counts as the whole.
 class WatchedMesh final : public ForwardingMesh {
  public:
   // Borrows the mesh and the name.

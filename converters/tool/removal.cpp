@@ -20,7 +20,7 @@ namespace {
   throw Failure(Error{ErrorCode::output, detail, {}, kNoOffset, path});
 }
 
-// What differs first, in words; empty: nothing.
+// Describes the first difference; empty if there is none.
 std::string first_difference(MeshSource& source, MeshSource& written, bool is_shm, Spool& spool,
                              const Progress& progress, const CellSequence* cell_order) {
   if (is_shm) {
@@ -40,7 +40,7 @@ void check_removable(const std::string& path) {
   if (std::filesystem::is_symlink(status))
     refuse_removal(path, "is a link, which --rm does not remove");
   if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
-    refuse_removal(path, "is no file that --rm could remove");
+    refuse_removal(path, "is not a file that --rm can remove");
 }
 
 void remove_source(const std::string& source, const std::string& written, CommonOptions& options,
@@ -55,7 +55,7 @@ void remove_source(const std::string& source, const std::string& written, Common
       first_difference(watched, *after, compressed, spool, progress, cell_order);
   if (!difference.empty())
     refuse_removal(source,
-                   "is not removed, since " + written + " does not give it back: " + difference);
+                   "is not removed, because " + written + " does not restore it: " + difference);
   if (::unlink(source.c_str()) != 0)
     refuse_removal(source, std::string("cannot be removed: ") + std::strerror(errno));
 }

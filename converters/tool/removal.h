@@ -1,4 +1,4 @@
-// --rm: a file goes once what was made of it has been read back and is the same mesh.
+// --rm: removes a source once its output has been read back and found to be the same mesh.
 #pragma once
 
 #include <string>
@@ -9,12 +9,13 @@
 
 namespace shm::converters {
 
-// Throws Failure (output) where `path` is no file that may be removed: a link, a device, a pipe.
+// Throws Failure (output) if --rm may not remove `path`, because it is a link, a device, a pipe or
+// a series.
 void check_removable(const std::string& path);
 
-// Reads both files from the disk, compares them as shm verify --against does, or as shm diff where
-// `written` is no .shm file, and removes `source`. `cell_order`: as compare_meshes has it; may be
-// null. Throws Failure (output), and `source` stays, where they differ.
+// Reads both files from the disk and compares them as shm verify --against does, or as shm diff
+// does if `written` is not a .shm file. Removes `source` if they are equal; otherwise keeps it and
+// throws Failure (output). `cell_order`: as for compare_meshes; may be null.
 void remove_source(const std::string& source, const std::string& written, CommonOptions& options,
                    const Progress& progress, const CellSequence* cell_order = nullptr);
 

@@ -23,7 +23,7 @@ std::uint64_t peak_rss_bytes() {
   return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;  // Linux counts kibibytes
 }
 
-// By "point/NAME" or "cell/NAME", as in the names of streams.
+// The keys are "point/NAME" or "cell/NAME", as in the names of streams.
 Json arrays_json(const MeshInfo& info, const std::map<std::string, std::uint64_t>& streams) {
   constexpr std::string_view kPrefix = "array:";
   Json arrays = Json::object();
@@ -53,7 +53,7 @@ std::string fixed(double value, int digits) {
           std::to_chars(text, text + sizeof text, value, std::chars_format::fixed, digits).ptr};
 }
 
-// Bits for each of `count`; null (JSON) when there is none.
+// Returns bits per element; null (JSON) if `count` is 0.
 Json bits_each(std::uint64_t bytes, std::uint64_t count) {
   if (count == 0) return nullptr;
   return 8.0 * static_cast<double>(bytes) / static_cast<double>(count);
@@ -71,14 +71,14 @@ std::uint64_t connectivity_bytes(const std::map<std::string, std::uint64_t>& str
          bytes_of(streams, "imports");
 }
 
-// Values of an array, all steps and components together.
+// Returns the number of values of an array, over all steps and components.
 std::uint64_t value_count(const MeshInfo& info, std::size_t array) {
   const ArrayInfo& data = info.schema.arrays[array];
   const std::uint64_t sets = data.per_step ? info.step_times.size() : 1;
   return info.array_elements(array) * data.components * sets;
 }
 
-// Names come from files and need not be UTF-8.
+// Names come from files, so they need not be UTF-8. Invalid bytes are replaced.
 std::string dump(const Json& json) {
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
@@ -164,7 +164,8 @@ double bits_a_cell(const SizeReport& sizes) {
 
 std::string free_order_hint(const CompressRun& run, std::optional<std::uint64_t> free_bytes) {
   const std::uint64_t bytes = run.sizes.total_bytes;
-  // Where no trial was made: only what is surely bad, and a third of the file.
+  // Without a trial, hint only in clear cases: many active vertices, and connectivity of at least a
+  // third of the file.
   if (!free_bytes && (run.sizes.max_active_vertices < run.sizes.vertices / 4 ||
                       connectivity_bytes(run.sizes.streams) < bytes / 3))
     return {};
@@ -198,8 +199,8 @@ std::string join_text(const std::string& output, std::uint64_t output_bytes,
       fixed(static_cast<double>(input_bytes) / static_cast<double>(output_bytes), 1) + "x)\n";
   for (const MemberReport& member : members)
     if (!member.is_decoded)
-      text += "  " + member.name + " went in as it is, and was not decoded (shm verify " + output +
-              ")\n";
+      text += "  " + member.name +
+              " was stored unchanged and not decoded (to check it: shm verify " + output + ")\n";
   return text;
 }
 
@@ -243,8 +244,8 @@ std::string compare_text(const CompareReport& report, const std::string& source,
                          const std::string& restored, std::uint64_t stray_bytes) {
   std::string text;
   if (report.equal()) {
-    text = restored + ": " + (report.measured.empty() ? "equal to " : "within its promise of ") +
-           source + "\n";
+    text = restored + ": " +
+           (report.measured.empty() ? "equal to " : "within its error bounds of ") + source + "\n";
   } else {
     text = restored + ": " + plural(report.differences, "difference", "differences") + " from " +
            source + "\n";
@@ -256,7 +257,7 @@ std::string compare_text(const CompareReport& report, const std::string& source,
     text += "  " + error.what + ": largest error " + number_text(error.largest) + ", promised " +
             number_text(error.promised) + "\n";
   if (stray_bytes > 0)
-    text += "  " + plural(stray_bytes, "byte", "bytes") + " behind its end belong to nothing\n";
+    text += "  " + plural(stray_bytes, "byte", "bytes") + " after its end do not belong to it\n";
   return text;
 }
 

@@ -1,4 +1,4 @@
-// What the tool reports about meshes and files, as text for people and JSON for programs.
+// Reports of the tool about meshes and files: text for people and JSON for programs.
 #pragma once
 
 #include <cstddef>
@@ -25,25 +25,25 @@ struct CompressRun {
   SizeReport sizes;
 };
 std::string compress_json(const CompressRun& run, const MeshInfo& info);
-// "41 bytes from 82, 2.00 times smaller"; `of_what` stands behind the 82.
+// "41 bytes from 82, 2.00 times smaller"; `of_what` is inserted after the 82.
 std::string ratio_text(std::uint64_t bytes, std::uint64_t source_bytes,
                        const std::string& of_what = {});
 std::string compress_text(const CompressRun& run, const MeshInfo& info);
 
-// Bits a cell of connectivity and of all numbers.
+// Bits per cell of connectivity, including corner order, numbers and imports.
 double bits_a_cell(const SizeReport& sizes);
-// A hint that the same mesh in another order would need only `free_bytes`, as far as that is known;
-// empty when that is not worth a word.
+// Returns a hint that the same mesh in another order would need only `free_bytes`, if that is
+// known; empty if the saving is too small to mention.
 std::string free_order_hint(const CompressRun& run, std::optional<std::uint64_t> free_bytes);
 
-// What join made of its inputs.
+// Reports of join.
 std::string join_json(const std::string& output, std::uint64_t output_bytes,
                       const std::vector<MemberReport>& members);
 std::string join_text(const std::string& output, std::uint64_t output_bytes,
                       const std::vector<MemberReport>& members);
 
-// What verify reports: of a file that could be decoded, with so many bytes behind its end; and of
-// how it compares with its source.
+// Reports of verify: on a file that could be decoded and is followed by `stray_bytes` that do not
+// belong to it, and on its comparison with its source.
 std::string sound_json(const std::string& path, const MeshInfo& info, const ParityState& parity,
                        std::uint64_t stray_bytes);
 std::string compare_json(const CompareReport& report, const std::string& source,
@@ -52,18 +52,18 @@ std::string compare_json(const CompareReport& report, const std::string& source,
 std::string compare_text(const CompareReport& report, const std::string& source,
                          const std::string& restored, std::uint64_t stray_bytes);
 
-// Names come from files and need not be UTF-8.
+// Names come from files, so they need not be UTF-8. Invalid bytes are replaced.
 std::string json_text(const nlohmann::json& json);
 
 // "3 vertices, 1 hexahedron, 2 other cells"
 std::string counts_text(const MeshInfo& info);
 
-// What reports are made of.
+// Building blocks of reports.
 using Json = nlohmann::ordered_json;
 std::string dump(const Json& json);
 std::string plural(std::uint64_t count, const std::string& one, const std::string& many);
 std::string fixed(double value, int digits);
-Json bits_each(std::uint64_t bytes, std::uint64_t count);  // null where there is none
+Json bits_each(std::uint64_t bytes, std::uint64_t count);  // null if `count` is 0
 std::uint64_t bytes_of(const std::map<std::string, std::uint64_t>& streams,
                        const std::string& kind);
 std::uint64_t connectivity_bytes(const std::map<std::string, std::uint64_t>& streams);

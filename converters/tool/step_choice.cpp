@@ -12,9 +12,9 @@ namespace shm::converters {
 namespace {
 
 [[noreturn]] void refuse(const std::string& words, std::uint64_t steps, const std::string& where) {
-  const std::string what = "there is no step " + words + ": " + where + " has ";
-  if (steps == 0) wrong_use(what + "no time steps");
-  wrong_use(what + std::to_string(steps) + ", counted from 0 (0:" + std::to_string(steps) + ")");
+  const std::string message = "there is no step " + words + ": " + where + " has ";
+  if (steps == 0) wrong_use(message + "no time steps");
+  wrong_use(message + std::to_string(steps) + ", counted from 0 (0:" + std::to_string(steps) + ")");
 }
 
 StepRange step_at(double time, const std::vector<double>& times) {
@@ -49,9 +49,9 @@ StepRange steps_named(const std::string& words, std::uint64_t steps, const std::
   if (!TextInput::parse(std::string_view(words).substr(0, colon), range.first) ||
       (several && !TextInput::parse(std::string_view(words).substr(colon + 1), range.end)))
     wrong_use("--step " + words +
-              ": must be N, first, last or A:B, the steps A, A + 1, ..., B - 1, from 0");
+              ": must be N, first, last or A:B (the steps A to B - 1), counted from 0");
   if (several && range.first >= range.end)
-    wrong_use("--step " + words + ": there is nothing in it; " + where +
+    wrong_use("--step " + words + ": the range is empty; " + where +
               " has steps 0:" + std::to_string(steps));
   const std::uint64_t last = several ? range.end - 1 : range.first;
   if (last >= steps) refuse(words, steps, where);

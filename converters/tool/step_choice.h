@@ -1,4 +1,4 @@
-// The time steps that --step and --time ask for.
+// Selection of time steps by --step and --time.
 #pragma once
 
 #include <cstdint>
@@ -10,15 +10,17 @@
 
 namespace shm::converters {
 
-// What the words of --step mean where there are `steps`: N, first, last, or A:B, the steps A to
-// B - 1; steps count from 0. `where`: of what, for messages. Throws Failure (misuse).
+// Parses the value of --step for a mesh with `steps` steps: N, first, last, or A:B for the steps A
+// to B - 1; steps count from 0. `where`: name of the mesh in messages. Throws Failure
+// (misuse).
 StepRange steps_named(const std::string& words, std::uint64_t steps, const std::string& where);
 
 struct StepChoice {
-  std::string words;           // of --step; empty: not given
-  std::optional<double> time;  // of --time, which excludes it
+  std::string words;           // value of --step; empty: not given
+  std::optional<double> time;  // value of --time, which excludes --step
 
-  // Nothing: all. Throws Failure (misuse) where there are no such steps.
+  // Returns the chosen steps; nothing if all are. Throws Failure (misuse) if there are no such
+  // steps.
   std::optional<StepRange> in(const std::vector<double>& times) const;
 };
 

@@ -88,7 +88,8 @@ void keep_attributes(const std::string& from, const std::string& to) {
   }, made{};
   if (::stat(from.c_str(), &source) != 0 || ::stat(to.c_str(), &made) != 0) return;
   if (!S_ISREG(source.st_mode) || !S_ISREG(made.st_mode)) return;
-  // Who owns neither can do nothing about it, and has the file.
+  // A failure is ignored: a user who does not own the file cannot change it, and the file is
+  // complete.
   const std::array<struct timespec, 2> times = {source.st_atim, source.st_mtim};
   if (::utimensat(AT_FDCWD, to.c_str(), times.data(), 0) != 0) return;
   if (::chmod(to.c_str(), source.st_mode & 0777) != 0) return;
@@ -115,7 +116,7 @@ void require_shm(const std::string& path) {
 void require_no_archive(const std::string& path) {
   if (is_archive(path))
     throw Failure(Error{ErrorCode::unsupported,
-                        "is an archive of several files; shm split gives them back",
+                        "is an archive of several files; shm split restores them",
                         {},
                         kNoOffset,
                         path});

@@ -1,4 +1,4 @@
-// What the commands of the tool shm have in common: exit codes, options of all, places.
+// Parts that the commands of the tool shm share: exit codes, common options, locations of files.
 #pragma once
 
 #include <cstddef>
@@ -24,49 +24,50 @@ enum ExitCode {
 };
 ExitCode exit_code(ErrorCode code);
 
-// What every command is given.
+// Options of every command.
 struct CommonOptions {
-  std::string input;                    // what messages about no other file mean
+  std::string input;                    // also the file meant by messages that name no file
   std::string output;                   // empty: none; "-": standard output
-  std::string spooled, spooled_from;    // where what came through a pipe went, and its name
+  std::string spooled, spooled_from;    // temporary copy of a piped input; the pipe's name
   std::string part;                     // of an archive; empty: its only one
-  std::string temp;                     // empty: beside the output
-  std::optional<std::uint64_t> memory;  // bytes of the spool
+  std::string temp;                     // empty: next to the output
+  std::optional<std::uint64_t> memory;  // limit of the spool, in bytes
   std::optional<std::uint64_t> max_output, max_cells;  // of a mesh: bytes of its numbers; cells
   bool quiet = false;
-  bool force = false;  // write over the output where it is there
+  bool force = false;  // overwrite an existing output
 };
 
-// Memory of the spool: as the user wants it, or what is usual; more where `any_order` of vertices
-// or cells is likely.
+// Returns the memory limit of the spool: the user's choice, or the default, which is higher if
+// vertices or cells are likely to be accessed in `any_order`.
 std::size_t spool_memory(const CommonOptions& options, bool any_order = false);
 
 MeshLimits mesh_limits(const CommonOptions& options);
 
-// Spools go beside the output, which has room for meshes, or where the user wants them.
+// Returns the folder for spools: the user's choice, or the folder of the output, which has space
+// for meshes.
 std::string spool_directory(const CommonOptions& options);
 
-std::uint64_t file_bytes(const std::string& path);  // 0 where there is none
+std::uint64_t file_bytes(const std::string& path);  // 0 if there is no file
 
-// Text for a terminal: names come from files, and their control characters would move its cursor,
-// or end a line. They are shown as \xNN.
+// Makes text safe for a terminal. Names come from files, and their control characters could move
+// the cursor or end a line. They are shown as \xNN.
 std::string printable(std::string_view text);
-/// As text, or in an attribute, of SVG and HTML; without control characters.
+/// Escapes text for SVG and HTML, as content or attribute, and removes control characters.
 std::string escaped_markup(std::string_view text);
 
-// To standard output, or to standard error where the output itself goes there.
+// Prints to standard output, or to standard error if the output itself goes to standard output.
 void print(const CommonOptions& options, const std::string& text);
 
-// What gzip, xz and zstd keep: who may read the file, and when it was changed. Nothing where one of
-// the two is no file.
+// Copies the attributes that gzip, xz and zstd keep: permissions and modification time. Does
+// nothing if one of the two is not a regular file.
 void keep_attributes(const std::string& from, const std::string& to);
 
 bool is_shm(const std::string& path);
-// Throw Failure where it is no .shm file, where it is an archive.
+// Throw Failure if the file is not a .shm file, or is an archive, respectively.
 void require_shm(const std::string& path);
 void require_no_archive(const std::string& path);
 
-// On standard error, with --quiet too: nothing goes silently.
+// Prints to standard error, even with --quiet, so that no loss goes unnoticed.
 void report_losses(const LossList& losses, const std::string& output);
 
 }  // namespace shm::converters

@@ -303,7 +303,7 @@ class SurfaceTest(FolderTest):
             self.assertEqual(euler(ply.points, ply.faces), 4)
             self.assertEqual(len(triangles_of(self.written("touch.vtk", out="out.stl")[0])), 24)
         text = self.shm("surface", "touch.vtk", "-o", "other.ply").decode()
-        self.assertIn("1 vertex copied where faces were taken apart", text)
+        self.assertIn("1 vertex copied to separate faces", text)
 
     def test_faces_that_do_not_go_around_alike(self):
         points = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (2, 0, 0), (2, 1, 0), (1, 0, 1), (1, 1, 1)]
@@ -378,7 +378,7 @@ class SurfaceTest(FolderTest):
                               cwd=self.directory.name, capture_output=True, check=True)
         few = json.loads(done.stdout)["faces"]
         self.assertGreaterEqual(few, 4)
-        self.assertIn(f"in few.ply are {few} faces: no more of them can go".encode(), done.stderr)
+        self.assertIn(f"in few.ply: {few} faces are left; no more can be removed".encode(), done.stderr)
 
     def test_a_sheet_keeps_its_outline(self):
         points = [(x, y, 0) for y in range(11) for x in range(11)]
@@ -403,7 +403,7 @@ class SurfaceTest(FolderTest):
     def test_places(self):
         self.shm("surface", "mesh.vtk")
         before = self.bytes("mesh.vtk.ply")
-        self.refused("mesh.vtk", code=4, reason="is there already; --force replaces it")
+        self.refused("mesh.vtk", code=4, reason="exists already; --force replaces it")
         self.shm("surface", "mesh.vtk", "--force", "--decimate", "20")
         self.assertNotEqual(self.bytes("mesh.vtk.ply"), before)
         write_vtk(self.path("other.vtk"), 2)

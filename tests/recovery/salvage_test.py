@@ -397,7 +397,7 @@ class Salvage(unittest.TestCase):
         data[index.at:index.at + 8] = bytes(8)
         done = self.shm("repair", self.put(data), "-o", self.path("rest.shm"))
         self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertIn(b"the index, which was made anew", done.stdout)
+        self.assertIn(b"the index, which was rebuilt", done.stdout)
         with open(self.path("rest.shm"), "rb") as file:
             self.assertTrue(file.read() == whole)
         self.assertEqual(self.shm("verify", self.path("rest.shm"), "--against", self.path("m.e")).returncode, 0)

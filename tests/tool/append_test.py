@@ -83,7 +83,7 @@ class AppendTest(FolderTest):
             with self.subTest(how):
                 file = self.packed(first, *how)
                 output = self.shm("append", file, all_steps)
-                self.assertIn("7 time steps more, 11 in all", output)
+                self.assertIn("7 time steps added, 11 in all", output)
                 self.assert_steps(file, all_steps, "--order" not in how)
                 before = self.bytes(file)
                 self.assertIn("nothing to do", self.shm("append", file, all_steps))

@@ -391,9 +391,9 @@ $EndElements
                             (["--step", "3"], "has 3, counted from 0"),
                             (["--box", "1,2,3"], "six numbers"),
                             (["--box", "0,0,0,1,1,nan"], "six numbers"),
-                            (["--box", "0,0,1,1,1,0"], "z ends before"),
-                            (["--box", "7,7,7,8,8,8"], "the box of the mesh is 0,0,0,1.08,1,1"),
-                            (["--set", "fixed", "--block", "air"], "no conditions"),
+                            (["--box", "0,0,1,1,1,0"], "z has a minimum above"),
+                            (["--box", "7,7,7,8,8,8"], "the bounding box of the mesh is 0,0,0,1.08,1,1"),
+                            (["--set", "fixed", "--block", "air"], "cannot be used"),
                             (["--block", "steel", "--cells", "400:410"], "nothing to extract")):
             with self.subTest(words=words):
                 _, errors = self.shm("extract", self.path("grid.shm"), self.path("x.vtu"), *words,

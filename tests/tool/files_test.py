@@ -78,7 +78,7 @@ class FilesTest(FolderTest):
     def test_outputs_of_one_name(self):
         (self.folder / "out").mkdir()
         _, text = self.shm("compress", "a.vtk", "sub/deep/a.vtk", "-o", "out", code=4)
-        self.assertIn("out/a.vtk.shm: is what a.vtk becomes, too", text)
+        self.assertIn("out/a.vtk.shm: is the output of a.vtk, too", text)
         self.assertEqual(self.names("out/*"), ["out/a.vtk.shm"])
 
     def test_several_files_want_a_folder(self):
@@ -107,20 +107,20 @@ class FilesTest(FolderTest):
         self.shm("compress", "a.vtk")
         before = self.bytes("a.vtk.shm")
         _, text = self.shm("compress", "a.vtk.shm")
-        self.assertIn("a.vtk.shm: is a .shm file already", text)
+        self.assertIn("a.vtk.shm: is already a .shm file", text)
         out, text = self.shm("compress", "a.vtk.shm", "b.vtk")
         self.assertIn("2 files: 1 done, 1 passed over", out)
         self.assertEqual(self.bytes("a.vtk.shm"), before)
         # As shm compress * is typed a second time.
         _, text = self.shm("compress", "a.vtk", "a.vtk.shm", code=4)
-        self.assertIn("a.vtk.shm: is there already; --force replaces it", text)
+        self.assertIn("a.vtk.shm: exists already; --force replaces it", text)
         self.shm("compress", "a.vtk.shm", "-o", "smaller.shm", "--order", "free")
 
     def test_an_input_is_no_output_of_another(self):
         os.link(self.path("b.vtk"), self.path("a.vtk.shm"))
         before = self.bytes("b.vtk")
         _, text = self.shm("compress", "-f", "a.vtk", "b.vtk", code=4)
-        self.assertIn("is one of the files that are read", text)
+        self.assertIn("is one of the inputs", text)
         self.assertEqual(self.bytes("b.vtk"), before)
 
     def test_json_is_an_object_a_line(self):

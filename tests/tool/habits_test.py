@@ -51,19 +51,19 @@ class HabitsTest(FolderTest):
         rows = re.findall(r"^\| ([^|]+) \|", table, re.MULTILINE)
         self.assertEqual([name for name in rows if name not in ("habit", "---")], list(ROWS))
 
-    @row("name of what is made")
+    @row("name of the output")
     def test_name_of_what_is_made(self):
         self.shm("compress", "run.vtk")
         self.assertEqual(self.names(), ["run.vtk", "run.vtk.shm"])
 
-    @row("name of what comes back")
+    @row("name of the restored file")
     def test_name_of_what_comes_back(self):
         self.shm("compress", "run.vtk")
         os.rename(self.path("run.vtk"), self.path("before.vtk"))
         self.shm("decompress", "run.vtk.shm")
         self.shm("diff", "before.vtk", "run.vtk")
 
-    @row("the source stays")
+    @row("the source file")
     def test_the_source_stays(self):
         for words, left in [([], ["run.vtk", "run.vtk.shm"]), (["-k"], ["run.vtk", "run.vtk.shm"]),
                             (["--rm"], ["run.vtk.shm"])]:
@@ -80,13 +80,13 @@ class HabitsTest(FolderTest):
             status = os.stat(self.path(name))
             self.assertEqual((oct(status.st_mode & 0o777), status.st_mtime), ("0o640", 1.2e9))
 
-    @row("a file that is there")
+    @row("an existing output")
     def test_a_file_that_is_there(self):
         (self.folder / "run.vtk.shm").write_bytes(b"mine")
-        self.assertIn("is there already", self.shm("compress", "run.vtk", code=4)[1])
+        self.assertIn("exists already", self.shm("compress", "run.vtk", code=4)[1])
         self.assertEqual(self.bytes("run.vtk.shm"), b"mine")
         shown, code = self.on_terminal(["compress", "run.vtk"], b"n\n")
-        self.assertIn("Write over it? [y/N]", shown)
+        self.assertIn("Overwrite? [y/N]", shown)
         self.assertEqual((code, self.bytes("run.vtk.shm")), (4, b"mine"))
         self.shm("compress", "run.vtk", "-f")
         self.assertNotEqual(self.bytes("run.vtk.shm"), b"mine")
@@ -134,11 +134,11 @@ class HabitsTest(FolderTest):
         self.shm("compress", "run.vtk", "two.vtk", "-o", "out")
         self.assertEqual(sorted(os.listdir(self.path("out"))), ["run.vtk.shm", "two.vtk.shm"])
 
-    @row("what is compressed already")
+    @row("an input already compressed")
     def test_what_is_compressed_already(self):
         self.shm("compress", "run.vtk")
         before = self.bytes("run.vtk.shm")
-        self.assertIn("is a .shm file already", self.shm("compress", "run.vtk.shm", "-f")[1])
+        self.assertIn("is already a .shm file", self.shm("compress", "run.vtk.shm", "-f")[1])
         self.assertEqual((self.names(), self.bytes("run.vtk.shm")),
                          (["run.vtk", "run.vtk.shm"], before))
 
@@ -186,7 +186,7 @@ class HabitsTest(FolderTest):
         for word in ("-V", "--version", "version"):
             self.assertRegex(self.shm(word)[0], rb"^shm \d+\.\d+\.\d+\n$")
 
-    @row("no words at all")
+    @row("no arguments")
     def test_no_words_at_all(self):
         out, text = self.shm(code=2)
         self.assertEqual(out, b"")
@@ -199,7 +199,7 @@ class HabitsTest(FolderTest):
         self.assertIn("did you mean --level?", text)
         self.assertIn("shm compress --help", text)
 
-    @row("format of what is written")
+    @row("the output format")
     def test_format_of_what_is_written(self):
         self.shm("convert", "run.vtk", "run.vtu")
         self.assertIn(b"<VTKFile", self.bytes("run.vtu")[:200])
@@ -207,7 +207,7 @@ class HabitsTest(FolderTest):
         self.assertEqual(self.bytes("run.out"), self.bytes("run.vtu"))
         self.assertIn("--format", self.shm("convert", "run.vtk", "run.what", code=2)[1])
 
-    @row("a look at the head")
+    @row("reading headers only")
     def test_a_look_at_the_head(self):
         self.shm("compress", "run.vtk")
         whole = bytearray(self.bytes("run.vtk.shm"))
@@ -224,7 +224,7 @@ class HabitsTest(FolderTest):
                 return
         self.fail("info reads every byte")
 
-    @row("interrupted")
+    @row("interruption")
     def test_interrupted(self):
         os.mkfifo(self.path("slow"))
         running = subprocess.Popen([SHM, "compress", "slow", "-o", "out.shm"], cwd=self.folder,
@@ -237,7 +237,7 @@ class HabitsTest(FolderTest):
         os.close(feeder)
         self.assertEqual(self.names(), ["run.vtk", "slow"])
 
-    @row("the reader of a pipe goes")
+    @row("a closed pipe")
     def test_the_reader_of_a_pipe_goes(self):
         done = subprocess.run(f"{SHM} help compress | true; echo ${{PIPESTATUS[0]}}", shell=True,
                               executable="/bin/bash", capture_output=True, timeout=60)

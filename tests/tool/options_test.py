@@ -74,7 +74,7 @@ class CompletionTest(unittest.TestCase):
     def test_zsh_can_read_it(self):
         script = shm("completion", "zsh")
         self.assertTrue(script.startswith("#compdef shm\n"))
-        self.assertIn("'--order[keep\\: all numbers come back (default); stream\\: ", script)
+        self.assertIn("'--order[keep\\: keep all numbers (default); stream\\: ", script)
         self.assertIn("]:value:(keep stream free)'", script)
         if shutil.which("zsh") is None:
             self.skipTest("no zsh")
@@ -116,7 +116,7 @@ class ManualTest(unittest.TestCase):
                     place = page.index(option, place)
                 place = page.index(f" EXAMPLES shm {command} ", place)
                 self.assertIn("EXIT CODES", page[place:])
-        self.assertIn("NOTES Exact: of one type", self.shown(shm("manual", "diff")))
+        self.assertIn("NOTES Exact comparison: numbers", self.shown(shm("manual", "diff")))
         wrong = subprocess.run([SHM, "manual", "compres"], capture_output=True, text=True, timeout=60)
         self.assertEqual(wrong.returncode, 2)
 

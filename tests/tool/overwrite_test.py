@@ -108,7 +108,7 @@ class OverwriteTest(FolderTest):
                 for force in ([], ["-f"]):
                     with self.subTest(command=name, alias=alias, force=force):
                         self.expect_refusal(*[word.format(alias) for word in words], *force,
-                                            reason="is (what is|the same file as .* which is) read")
+                                            reason="is (an input|the same file as .* which is an input)")
                         attempts += 1
             self.remove_aliases()
         self.assertGreaterEqual(attempts, 40)
@@ -121,7 +121,7 @@ class OverwriteTest(FolderTest):
                 other = self.folder / ("other.svg" if name == "layout" else "other.out")
                 other.write_text("a year of work\n")
                 words = [word.format(other.name) for word in words]
-                self.expect_refusal(*words, reason="is there already")
+                self.expect_refusal(*words, reason="exists already")
                 if not name.startswith("append"):
                     self.run_tool(*words, "--force")
                     self.assertNotEqual(other.read_bytes(), b"a year of work\n")
@@ -129,26 +129,26 @@ class OverwriteTest(FolderTest):
 
     def test_default_names_are_not_replaced_either(self):
         (self.folder / "mesh.vtk.shm").write_text("older")
-        self.expect_refusal("compress", "mesh.vtk", reason="mesh.vtk.shm: is there already")
+        self.expect_refusal("compress", "mesh.vtk", reason="mesh.vtk.shm: exists already")
         self.run_tool("compress", "mesh.vtk", "-f")
 
     def test_split_replaces_nothing(self):
         self.run_tool("join", "-o", "all.shm", "mesh.vtk", "more.vtk")
-        self.expect_refusal("split", "all.shm", reason="is there already")
+        self.expect_refusal("split", "all.shm", reason="exists already")
         # The last of two is there: the first is not written either.
         (self.folder / "out").mkdir()
         (self.folder / "out" / "more.vtk").write_text("mine")
-        self.expect_refusal("split", "all.shm", "-d", "out", reason="more.vtk: is there already")
+        self.expect_refusal("split", "all.shm", "-d", "out", reason="more.vtk: exists already")
         # An archive with the name of its member.
         (self.folder / "all.shm").rename(self.folder / "out" / "mesh.vtk")
-        self.expect_refusal("split", "out/mesh.vtk", "-d", "out", "-f", reason="read")
+        self.expect_refusal("split", "out/mesh.vtk", "-d", "out", "-f", reason="an input")
 
     def test_standard_input_is_an_input(self):
         with open(self.folder / "mesh.vtk", "rb") as mesh:
-            self.expect_refusal("compress", "-", "-o", "mesh.vtk", "-f", stdin=mesh, reason="read")
+            self.expect_refusal("compress", "-", "-o", "mesh.vtk", "-f", stdin=mesh, reason="an input")
         with open(self.folder / "mesh.vtk", "rb") as mesh:
             self.expect_refusal("compress", "/dev/stdin", "-o", "mesh.vtk", "-f", stdin=mesh,
-                                reason="read")
+                                reason="an input")
 
     def test_places_where_no_file_can_be(self):
         for place, reason in [("nowhere/out.shm", "there is no folder nowhere"),
@@ -252,7 +252,7 @@ class OverwriteTest(FolderTest):
         (self.folder / "mesh.vtk.shm").write_bytes(b"old")
         for answer in (b"n\n", b"\n"):
             shown, code = self.on_terminal(["compress", "mesh.vtk"], answer)
-            self.assertIn("mesh.vtk.shm is there already. Write over it? [y/N]", shown)
+            self.assertIn("mesh.vtk.shm exists already. Overwrite? [y/N]", shown)
             self.assertEqual(code, 4, shown)
             self.assertEqual((self.folder / "mesh.vtk.shm").read_bytes(), b"old")
         shown, code = self.on_terminal(["compress", "mesh.vtk"], b"y\n")

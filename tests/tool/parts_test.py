@@ -59,7 +59,7 @@ class PartsTest(FolderTest):
         self.assertIn("out/b.vtk", self.shm("decompress", "both.shm", "-o", "out"))
         for name in ("a.vtk", "b.vtk"):
             self.shm("diff", "out/" + name, name)
-        self.assertIn("is there already", self.shm("decompress", "both.shm", code=4))
+        self.assertIn("exists already", self.shm("decompress", "both.shm", code=4))
         os.rename(self.path("both.shm"), self.path("out/both.shm"))
         self.shm("decompress", "out/both.shm", "-f")
         self.shm("compress", "a.vtk")
@@ -77,7 +77,7 @@ class PartsTest(FolderTest):
                       self.shm("convert", "both.shm", "x.vtu", "--part", "c.vtk", code=2))
         self.assertIn("--part needs an archive", self.shm("convert", "a.vtk", "x.vtu", "--part", "a", code=2))
         self.assertIn("--part needs an archive", self.shm("diff", "a.vtk", "b.vtk", "--part", "a", code=2))
-        self.assertIn("--rm removes no archive",
+        self.assertIn("--rm does not remove archives",
                       self.shm("decompress", "both.shm", "-o", "out", "--rm", code=2))
         self.assertTrue(os.path.exists(self.path("both.shm")))
 

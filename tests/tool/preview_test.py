@@ -287,7 +287,7 @@ class PreviewTest(FolderTest):
         self.shm("preview", "mesh.vtk")
         self.assertEqual(struct.unpack(">2I", self.bytes("mesh.vtk.png")[16:24]), (1024, 768))
         before = self.bytes("mesh.vtk.png")
-        self.refused("mesh.vtk", code=4, reason="is there already; --force replaces it")
+        self.refused("mesh.vtk", code=4, reason="exists already; --force replaces it")
         self.shm("preview", "mesh.vtk", "--force", "--size", "64x64")
         self.assertNotEqual(self.bytes("mesh.vtk.png"), before)
         # What makes thumbnails may want a name without an extension, of a file that is there.

@@ -92,8 +92,8 @@ class Steps(SeriesTest):
         self.shm("compress", "run.e", "-q")
         six = "the mesh has 6, counted from 0 (0:6)"
         for words, said in ((["--step", "6"], six), (["--step", "2:7"], six),
-                            (["--step", "3:3"], "nothing in it; the mesh has steps 0:6"),
-                            (["--step", "4:2"], "nothing in it"), (["--step=-1"], "first, last or A:B"),
+                            (["--step", "3:3"], "the range is empty; the mesh has steps 0:6"),
+                            (["--step", "4:2"], "the range is empty"), (["--step=-1"], "first, last or A:B"),
                             (["--step", "2:"], "first, last or A:B"), (["--step", "2x"], "A:B"),
                             (["--time", "1.2"], "times nearby are 0 (step 0), 0.5 (step 1), 1 (step 2)"),
                             (["--time", "9"], "2.5 (step 5)"), (["--time", "nan"], "nearby"),
@@ -220,7 +220,7 @@ class Files(SeriesTest):
         self.assertEqual(self.listed(), ["run.e"])
         self.write("a_7.vtu", "of another series")
         self.write("a_3.vtu", "of another series")
-        self.shm("convert", "run.e", "a_%d.vtu", code=4, stderr="a_3.vtu: is there already and 1 more of")
+        self.shm("convert", "run.e", "a_%d.vtu", code=4, stderr="a_3.vtu: exists already and 1 more of")
         os.link(self.path("run.e"), self.path("b_2.e"))
         self.shm("convert", "run.e", "b_%d.e", "-f", code=4, stderr="same file as run.e")
         os.mkdir(self.path("c_4.e"))
@@ -477,7 +477,7 @@ class Meshes(SeriesTest):
         os.rename(self.path("c_1.vtk"), self.path("a_2.vtu"))
         self.shm("info", "a_%d.vtu", code=3, stderr="a_2.vtu: is of another format than a_0.vtu")
         self.shm("compress", "a_%d.vtk", "-o", "a.shm", code=3, stderr="no file of this name")
-        self.shm("compress", "c_%d.vtk", code=2, stderr="-o names")
+        self.shm("compress", "c_%d.vtk", code=2, stderr="-o must name")
         self.exodus("e_0.e", range(2))
         self.shm("info", "e_%d.e", code=3, stderr="e_0.e: holds time steps itself")
         self.assertEqual(sorted(os.listdir(self.directory.name)),
@@ -514,10 +514,10 @@ class Meshes(SeriesTest):
         # What is read is not written over.
         self.write("b.pvd", text)
         for target in ("b.pvd", "a_0.vtu"):
-            self.shm("convert", "b.pvd", target, "-f", code=4, stderr="is read")
-        self.shm("convert", "a_%d.vtu", "a_%d.vtu", "-f", code=4, stderr="is what is read")
-        self.shm("convert", "b.pvd", "a_%d.vtu", "-f", code=4, stderr="is read")
-        self.shm("compress", "b.pvd", "-q", "-f", "-o", "a_1.vtu", code=4, stderr="is read")
+            self.shm("convert", "b.pvd", target, "-f", code=4, stderr="an input")
+        self.shm("convert", "a_%d.vtu", "a_%d.vtu", "-f", code=4, stderr="is an input")
+        self.shm("convert", "b.pvd", "a_%d.vtu", "-f", code=4, stderr="an input")
+        self.shm("compress", "b.pvd", "-q", "-f", "-o", "a_1.vtu", code=4, stderr="an input")
 
 
 if __name__ == "__main__":

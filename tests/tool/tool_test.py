@@ -190,14 +190,14 @@ class ToolTest(FolderTest):
         self.assertEqual(self.shm("info", cut)[0].splitlines()[1:],
                          self.shm("info", packed)[0].splitlines()[1:])
         self.assertRegex(self.shm("verify", cut, code=1)[0],
-                         "sound, .*, but 23 bytes behind its end belong to nothing\n$")
+                         "sound, .*, but 23 bytes after its end do not belong to it\n$")
         self.assertEqual(json.loads(self.shm("verify", cut, "--json", code=1)[0])["stray_bytes"], 23)
         against = self.shm("verify", cut, "--against", self.mesh, code=1)[0]
-        self.assertRegex(against, "(?s)equal to .*\n  23 bytes behind its end belong to nothing\n$")
+        self.assertRegex(against, "(?s)equal to .*\n  23 bytes after its end do not belong to it\n$")
         archive = self.path("torn_archive.shm")
         self.shm("join", "-o", archive, packed, cut)
         self.assertRegex(self.shm("verify", archive, code=1)[0],
-                         "(?s)sound, [^\n]*[a-z]\n.*sound, .*, but 23 bytes behind its end belong to nothing\n$")
+                         "(?s)sound, [^\n]*[a-z]\n.*sound, .*, but 23 bytes after its end do not belong to it\n$")
         os.remove(archive)
         damaged = bytearray(good)
         damaged[len(good) // 2] ^= 0x10
@@ -826,7 +826,7 @@ class ToolTest(FolderTest):
         if SANITIZED:  # fontconfig leaves its tables to the system
             return
         png = self.path("mesh.png")
-        self.assertIn("stand close together", self.shm("layout", self.mesh, "-o", png)[0])
+        self.assertIn("stored close together", self.shm("layout", self.mesh, "-o", png)[0])
         with open(png, "rb") as picture:
             head = picture.read(24)
         self.assertEqual((head[:8], head[16:24]), (b"\x89PNG\r\n\x1a\n", struct.pack(">2I", 1240, 664)))

@@ -50,7 +50,7 @@ class ViewTest(FolderTest):
         self.assertEqual(self.viewed("mesh.shm"), ("mesh.shm", self.bytes("mesh.shm")))
         self.shm("view", "mesh.shm", "-q", "--page", "page.html")
         self.assertEqual(self.bytes("mesh.shm.html"), self.bytes("out.html"))
-        self.assertIn("is there already", self.shm("view", "mesh.shm", "--page", "page.html", code=4)[1])
+        self.assertIn("exists already", self.shm("view", "mesh.shm", "--page", "page.html", code=4)[1])
 
     def test_others_are_compressed(self):
         self.assertEqual(self.viewed("mesh.vtk"), ("mesh.vtk", self.bytes("mesh.shm")))

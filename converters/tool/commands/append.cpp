@@ -29,20 +29,21 @@ void copy_to(OutputFile& output, const std::string& path) {
   output.commit();
 }
 
-// The share of parity that the file has, if any. New parity would make damage last, so there must
-// be none.
+// Returns the parity share of the file, or nothing if it has no parity. Throws Failure if the file
+// is damaged: new parity would protect the damaged bytes, and they could no longer be healed.
 std::optional<double> parity_to_renew(const std::string& path, const Progress& progress) {
   const auto file = unwrap(FileRandomSource::open(path), path);
-  const auto it = is_whole_file(*file) ? nullptr : ProtectedFile::open(*file);
-  if (!it) return std::nullopt;
-  it->check(progress);
-  if (!it->damaged_blocks().empty())
+  const auto parity = is_whole_file(*file) ? nullptr : ProtectedFile::open(*file);
+  if (!parity) return std::nullopt;
+  parity->check(progress);
+  if (!parity->damaged_blocks().empty())
     throw Failure(Error{ErrorCode::corrupt, "is damaged; its parity may heal it: shm repair",
                         "parity", kNoOffset, path});
-  return it->share();
+  return parity->share();
 }
 
-// What the file at `path` holds, where it was made of a series of files of the format of `more`.
+// Returns the contents of the file at `path` if it was made from a series of files in the format of
+// `more`.
 std::optional<MeshInfo> series_with(const std::string& path, const MeshInfo& more) {
   const Format* format = format_named(more.schema.source_format);
   if (format == nullptr || !holds_one_step(more, *format, true)) return std::nullopt;
@@ -57,20 +58,20 @@ std::optional<MeshInfo> series_with(const std::string& path, const MeshInfo& mor
 CLI::App* AppendCommand::add_to(CLI::App& tool) {
   CLI::App* command = add_command(
       tool, *this, "append",
-      "Put more time steps of the same mesh behind those of a .shm file. The file is the old one "
-      "or\n"
-      "the new one at every instant; what stands in it is copied, not coded again",
-      "  shm append run.shm run.e                  the steps of run.e after the last one in "
+      "Add time steps of the same mesh to a .shm file, after its last step. At any instant the "
+      "file\n"
+      "is either the old one or the new one. Existing data is copied, not encoded again",
+      "  shm append run.shm run.e                  the steps of run.e later than the last one in "
       "run.shm\n"
-      "  shm append run.shm run.e-s002             restarted: its steps go behind\n"
+      "  shm append run.shm run.e-s002             output of a restarted run\n"
       "  shm append run.shm run.e --step 4 --step 5\n"
-      "  shm append run.shm state7.vtu --time 0.7  one step, of a file without a time");
+      "  shm append run.shm state7.vtu --time 0.7  one step, from a file that has no time");
   command->add_option("FILE", input, ".shm file with time steps")->required()->type_name("");
   command
       ->add_option("SOURCE", source,
                    mesh_file_text() +
-                       ", with the same vertices and cells, in\nthe same numbers (or "
-                       "those that FILE was made of), and the same arrays")
+                       ", with the same vertices and cells,\nnumbered as in FILE or as in the mesh "
+                       "that FILE was made from, and the same arrays")
       ->required()
       ->type_name("");
   command->add_option("-o,--output", output, "File to write (default: FILE)")->type_name("OUT.shm");
@@ -78,12 +79,13 @@ CLI::App* AppendCommand::add_to(CLI::App& tool) {
   auto* chosen =
       command
           ->add_option("--step", steps,
-                       "Step N of SOURCE, from 0, first or last, or the steps A, A + 1, "
-                       "..., B - 1, whatever their times;\nmay be repeated (default: all "
-                       "that are later than the last one in FILE)")
+                       "Step of SOURCE to append: N (from 0), first, last, or A:B for the steps A "
+                       "to B - 1,\nregardless of time. May be repeated (default: all steps later "
+                       "than the last one in FILE)")
           ->allow_extra_args(false)
           ->type_name("N|first|last|A:B");
-  command->add_flag("--all", all, "All steps of SOURCE, whatever their times")->excludes(chosen);
+  command->add_flag("--all", all, "Append all steps of SOURCE, regardless of their times")
+      ->excludes(chosen);
   command
       ->add_option(
           "--time", time,
@@ -91,19 +93,20 @@ CLI::App* AppendCommand::add_to(CLI::App& tool) {
       ->type_name("T");
   command
       ->add_option("--key-steps", key_steps,
-                   "As in compress (default: the most that FILE has from one key step to the next, "
+                   "As for compress (default: the largest distance between key steps in FILE, "
                    "at least 8)")
       ->check(whole_number(1, ~std::uint32_t{0}))
       ->type_name("N");
-  command->add_option("--level", level, "As in compress")
+  command->add_option("--level", level, "As for compress")
       ->check(one_of({"fast", "default", "best"}))
       ->type_name("fast|default|best");
   command
-      ->add_option("--cell-order", cell_order, "The file with which FILE was made in --order free")
+      ->add_option("--cell-order", cell_order,
+                   "Cell order file used to compress FILE with --order free")
       ->type_name("FILE");
   command->add_flag("--strict", strict,
-                    "Write nothing where something of SOURCE would be left out beside the steps "
-                    "(which is\nnamed on standard error in any case): exit code 6");
+                    "Write nothing (exit code 6) if data of SOURCE other than its steps would be "
+                    "left out.\nSuch data is listed on standard error in any case");
   add_threads(*command, threads, "Decode segments");
   command->add_flag("--json", json, "Print steps and sizes as JSON");
   return command;
@@ -112,7 +115,7 @@ CLI::App* AppendCommand::add_to(CLI::App& tool) {
 AppendHow AppendCommand::how(const MeshInfo& info, const Progress& progress) const {
   AppendHow wanted;
   wanted.all = all;
-  // A source without steps stands for one.
+  // A source without time steps counts as one step.
   const std::uint64_t count = std::max<std::uint64_t>(info.step_times.size(), 1);
   for (const std::string& words : steps) {
     const StepRange range = steps_named(words, count, "SOURCE");
@@ -146,7 +149,7 @@ std::string AppendCommand::text_of(const AppendOutcome& outcome) const {
     return input + ": " + source + " has no later time step; nothing to do\n";
   const std::size_t fresh = outcome.steps.size(), in_all = outcome.times.size();
   return output + ": " + std::to_string(fresh) + (fresh == 1 ? " time step" : " time steps") +
-         " more, " + std::to_string(in_all) + " in all, " +
+         " added, " + std::to_string(in_all) + " in all, " +
          std::to_string(outcome.sizes->total_bytes) + " bytes\n";
 }
 
@@ -198,7 +201,7 @@ ExitCode AppendCommand::run() {
   } else if (!outcome.losses.empty())
     return kIncomplete;
   else if (output != input)
-    copy_to(file, input);  // nothing is new: the same file, where it is wanted
+    copy_to(file, input);  // no new steps: the output is a copy of the file
   if (json)
     std::fputs(json_of(outcome).c_str(), stdout);
   else

@@ -1,4 +1,4 @@
-// shm append: more time steps of the same mesh behind those of a .shm file.
+// shm append: adds time steps of the same mesh to a .shm file.
 #pragma once
 
 #include <cstdint>
@@ -16,8 +16,8 @@ struct AppendCommand final : Command {
   std::string source, level = "default", cell_order;
   std::vector<std::string> steps;  // see steps_named()
   std::optional<double> time;
-  std::uint32_t key_steps = 0;  // as in the file
-  unsigned threads = 0;         // one for each core
+  std::uint32_t key_steps = 0;  // 0: as in the file
+  unsigned threads = 0;         // 0: one per core
   bool all = false, strict = false, json = false;
 
   CLI::App* add_to(CLI::App& tool) override;

@@ -23,20 +23,21 @@
 namespace shm::converters {
 namespace {
 
-// "5%", or "5": above 0, 100 at most.
+// Parses a percentage such as "5%" or "5": above 0, at most 100.
 double percent_of(const std::string& text) {
   double percent = 0;
   const char* const end = text.data() + text.size();
-  const auto [at, error] = std::from_chars(text.data(), end, percent);
-  if (error != std::errc() || (at != end && (*at != '%' || at + 1 != end)) ||
+  const auto [rest, error] = std::from_chars(text.data(), end, percent);
+  if (error != std::errc() || (rest != end && (*rest != '%' || rest + 1 != end)) ||
       !(percent > 0 && percent <= 100))
-    throw CLI::ValidationError("--parity", "'" + text + "' is no share above 0 and up to 100%");
+    throw CLI::ValidationError("--parity",
+                               "'" + text + "' is not a percentage above 0 and up to 100%");
   return percent;
 }
 
-// A hint on standard error when order and numbers that nobody may need are much of the file. Looks
-// only at what is dear and has many vertices waiting for their last use; closer, by a trial, where
-// the mesh is small enough for that.
+// Prints a hint on standard error if order and numbering, which the user may not need, take up much
+// of the file. Considers only meshes with expensive connectivity and many active vertices. If the
+// mesh is small enough, a trial measures the saving.
 void hint_at_free_order(MeshSource& mesh, const CompressOptions& how, const CompressRun& run,
                         Spool& spool) {
   constexpr double kDearBits = 6;
@@ -55,21 +56,23 @@ void hint_at_free_order(MeshSource& mesh, const CompressOptions& how, const Comp
 CLI::App* CompressCommand::add_to(CLI::App& tool) {
   CLI::App* command = add_command(
       tool, *this, "compress", "Compress a mesh with all its data into a .shm file",
-      "  shm compress rotor.e                     writes rotor.e.shm, gives back all as it was\n"
-      "  shm compress -r runs --rm                each mesh in the folder runs and below, which "
-      "goes\n"
-      "                                           once its .shm has been found to be the same\n"
-      "  shm compress 'run_%04d.vtu' -o run.shm   a file for each time step; or run.pvd\n"
-      "  shm compress part.vtk -o part.shm --json sizes of all streams for a program\n"
+      "  shm compress rotor.e                     writes rotor.e.shm; restores everything exactly\n"
+      "  shm compress -r runs --rm                each mesh in folder runs and below; removes "
+      "each\n"
+      "                                           source once its .shm file is found to be the "
+      "same\n"
+      "  shm compress 'run_%04d.vtu' -o run.shm   a series with a file per time step; or run.pvd\n"
+      "  shm compress part.vtk -o part.shm --json sizes of all streams, for programs\n"
       "  shm compress part.msh --order stream --delay 100\n"
       "                                           smaller: vertices renumbered, cells reordered\n"
-      "  shm compress part.e --order free         the same mesh in the order that is smallest\n"
-      "  shm compress scan.vtk --bits 16          coordinates rounded to 16 bits of the box\n"
+      "  shm compress part.e --order free         the same mesh in the order that compresses best\n"
+      "  shm compress scan.vtk --bits 16          coordinates rounded to 16 bits of the bounding "
+      "box\n"
       "  shm compress flow.e --rel 1e-4           coordinates and fields within 1e-4 of their "
       "range\n"
       "  shm compress flow.e --abs 1e-6 --array coordinates:lossless --array point/T:abs=0.01");
-  add_files(*command, *this, mesh_file_text() + ",\nas it is or packed by gzip, xz or zstd");
-  add_output(*command, *this, "File to write, or folder for IN.shm (default: IN.shm beside IN)",
+  add_files(*command, *this, mesh_file_text() + ",\nplain or compressed with gzip, xz or zstd");
+  add_output(*command, *this, "File to write, or folder for IN.shm (default: IN.shm next to IN)",
              "OUT.shm");
   add_removal(*command, *this);
   add_order(*command, order);
@@ -77,83 +80,86 @@ CLI::App* CompressCommand::add_to(CLI::App& tool) {
   command
       ->add_option("--delay", delay,
                    "Cells in the delay buffer, 0 for none\n"
-                   "(default: none; in --order stream what a trial on a sample finds smaller)")
+                   "(default: 0; with --order stream, a trial on a sample decides)")
       ->check(whole_number(0, 1u << 20))
       ->type_name("N");
   command
       ->add_option("--cell-order", cell_order,
-                   "For --order free: the cells in the order of this file, a number from 0 in each "
-                   "line,\ninstead of a search; verify needs the file too")
+                   "With --order free: take the cell order from FILE, one cell number (from 0) per "
+                   "line,\ninstead of searching for one; verify --against needs the same FILE")
       ->type_name("FILE");
-  command->add_option("--bits", bits, "Round coordinates to N bits of the bounding box, 1..52")
+  command->add_option("--bits", bits, "Round coordinates to N bits of the bounding box, 1 to 52")
       ->check(whole_number(1, 52))
       ->type_name("N");
   command
-      ->add_option("--abs", abs,
-                   "Round coordinates and all floating-point fields; no finite value moves by more "
-                   "than E,\nand what is not finite stays (--bits, if given, is for coordinates)")
+      ->add_option(
+          "--abs", abs,
+          "Round coordinates and all floating-point fields: finite values change by at most "
+          "E,\nothers not at all (--bits takes precedence for coordinates)")
       ->type_name("E");
   command
-      ->add_option("--rel", rel,
-                   "The same, with a bound for each array: E times its range over all components, "
-                   "blocks and\nsteps; for coordinates the largest side of their box")
+      ->add_option(
+          "--rel", rel,
+          "Like --abs, with a bound for each array: E times its range over all components, "
+          "blocks and\nsteps; for coordinates, E times the longest side of the bounding box")
       ->type_name("E");
   command
-      ->add_option("--array", arrays,
-                   "For one array, whatever the options above say: NAME:abs=E, NAME:rel=E, "
-                   "NAME:bits=N or\nNAME:lossless; NAME is coordinates or an array's, as "
-                   "point/NAME or cell/NAME where there are\nseveral. May be repeated")
+      ->add_option(
+          "--array", arrays,
+          "Accuracy of one array, overriding the options above: NAME:abs=E, NAME:rel=E, "
+          "NAME:bits=N\nor NAME:lossless. NAME is coordinates or an array, as point/NAME or "
+          "cell/NAME if several\nhave that name. May be repeated")
       ->allow_extra_args(false)
       ->type_name("NAME:HOW");
   command
       ->add_option(
           "--codec", codec,
-          "Connectivity: auto, what the level tries (default); paper, the published scheme; rows; "
-          "replay, fast on regular layouts; mixed, smallest, half as fast as rows; shifts, many "
-          "times faster\nwhere numbers run in rows and layers, coordinates and arrays too, which "
-          "may take "
-          "more room\n(no delay); patterns, the same for meshes of any kind")
+          "Codec of connectivity. auto: the best that the level tries (default); paper: the "
+          "published\nscheme; rows; replay: fast on regular layouts; mixed: smallest, half as fast "
+          "as rows; shifts: many\ntimes faster if numbers run in rows and layers, also codes "
+          "coordinates and arrays, may be larger\n(no --delay); patterns: like shifts, for any "
+          "mesh")
       ->check(one_of(codec_names()))
       ->type_name(CLI::detail::join(codec_names(), "|"));
   command
       ->add_option_function<std::string>(
           "--parity", [this](const std::string& text) { parity = percent_of(text); },
-          "Add so much of the file again as parity, such as 5%: shm repair then heals what is "
-          "lost\n"
-          "of it, wherever that is, while it is less")
+          "Append parity, P percent of the file size, such as 5%: shm repair then restores lost "
+          "bytes,\nwherever they are, as long as they are fewer than that")
       ->type_name("P%");
   command
-      ->add_option("--segment-cells", segment_cells,
-                   "Start afresh every N cells, for random access and threads (default: by budget)")
+      ->add_option(
+          "--segment-cells", segment_cells,
+          "Start a segment every N cells, for random access and threads (default: by budget)")
       ->check(whole_number(1))
       ->type_name("N");
   command
       ->add_option("--restart-budget", restart_budget,
-                   "Start afresh where at most P percent of the vertices have to be stored again\n"
+                   "Start segments as long as at most P percent of the vertices are stored twice\n"
                    "(default: 0.2; 0: never)")
       ->check(CLI::Validator(
           [](const std::string& word) {
             double percent = 0;
-            const bool right = TextInput::parse(std::string_view(word), percent);
-            return right && percent >= 0 && percent <= 100
+            const bool is_number = TextInput::parse(std::string_view(word), percent);
+            return is_number && percent >= 0 && percent <= 100
                        ? std::string()
-                       : "'" + word + "' is no number from 0 to 100";
+                       : "'" + word + "' is not a number from 0 to 100";
           },
           ""))
       ->type_name("P");
   command
       ->add_option(
           "--key-steps", key_steps,
-          "Of N time steps in turn at least one refers to no other, so that reading can\n"
-          "begin there (default: 8; 1: all, so for a mesh of one step: give 8 where shm append is\n"
-          "to put more behind it)")
+          "At least one of N consecutive time steps refers to no other step, so that reading can\n"
+          "begin there (default: 8; 1: every step, as for a mesh with one step: give 8 if shm "
+          "append\nwill add more)")
       ->check(whole_number(1, ~std::uint32_t{0}))
       ->type_name("N");
   command->add_flag("--json", json, "Print the sizes as JSON");
   return command;
 }
 
-// --array beats the others; for coordinates --bits beats --abs and --rel.
+// --array takes precedence over the other options, and --bits over --abs and --rel for coordinates.
 Lossy CompressCommand::lossy() const {
   if (abs && rel) wrong_use("--abs and --rel exclude each other");
   Lossy wanted;
@@ -168,7 +174,7 @@ Lossy CompressCommand::lossy() const {
 CompressOptions CompressCommand::how() const {
   if (!(restart_budget >= 0)) wrong_use("--restart-budget must be a number from 0 to 100");
   if (delay.value_or(0) > 0 && order == "free")
-    wrong_use("--order free needs --delay 0, since it moves cells anyway; it is " +
+    wrong_use("--order free needs --delay 0, since it reorders cells anyway; --delay is " +
               std::to_string(*delay));
   CompressOptions wanted;
   wanted.lossy = lossy();
@@ -183,7 +189,8 @@ CompressOptions CompressCommand::how() const {
   return wanted;
 }
 
-// Roughly as a profile has them: a byte of a cell or a step costs as much in each of its phases.
+// Returns the phases with rough shares of the work, from a profile: a byte of a cell or of a step
+// takes about as long in each phase that handles it.
 std::vector<ExpectedPhase> CompressCommand::phases_of(const MeshInfo& info) const {
   const MeshBytes bytes = bytes_of_mesh(info);
   const double cells = static_cast<double>(bytes.cells);
@@ -242,14 +249,14 @@ std::string CompressCommand::why_passed_over(const std::string& path) const {
   std::error_code none;
   if (!output.empty() && !std::filesystem::is_directory(output, none)) return {};
   if (!std::filesystem::is_regular_file(path, none) || !is_shm(path)) return {};
-  return "is a .shm file already; -o names another one";
+  return "is already a .shm file; -o FILE compresses it again";
 }
 
 std::string CompressCommand::output_beside(const std::string& path) const {
   if (path == "-") return path;
   std::error_code none;
   if (!std::filesystem::exists(path, none) && series_of(path))
-    wrong_use(path + " is a name of many files; -o names the .shm file");
+    wrong_use(path + " is the name of a series of files; -o must name the .shm file");
   return unpacked_name(path) + ".shm";
 }
 
@@ -257,10 +264,11 @@ void CompressCommand::check_use() const {
   if (output == "-" && json)
     wrong_use("--json and the compressed mesh cannot both go to standard output");
   if (!cell_order.empty() && order != "free")
-    wrong_use("--cell-order needs --order free; it is " + order);
-  if (parity && !has_parity_codes()) wrong_use("--parity needs ISA-L; this shm was built without");
+    wrong_use("--cell-order needs --order free; --order is " + order);
+  if (parity && !has_parity_codes())
+    wrong_use("--parity needs ISA-L; this shm was built without it");
   if (remove && (abs || rel || bits > 0 || !arrays.empty()))
-    wrong_use("--rm needs a file that gives all back; --abs, --rel, --bits and --array round");
+    wrong_use("--rm needs lossless compression; --abs, --rel, --bits and --array round values");
 }
 
 ExitCode CompressCommand::run() {
@@ -269,7 +277,7 @@ ExitCode CompressCommand::run() {
   CompressOptions wanted = how();
   const auto start = std::chrono::steady_clock::now();
   ProgressLine line(*this);
-  // An incoherent mesh is read in any order: pages that go to disk would come back soon.
+  // Order free accesses the mesh in random order: pages written to disk would soon be read again.
   Spool spool(spool_directory(*this), spool_memory(*this, order == "free"), mesh_limits(*this));
   line.show("reading " + input);
   ToolInput in(*this);

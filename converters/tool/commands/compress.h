@@ -1,4 +1,4 @@
-// shm compress: a mesh with all its data into a .shm file.
+// shm compress: compresses a mesh with all its data into a .shm file.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@ namespace shm::converters {
 
 struct CompressCommand final : FileCommand {
   std::string order = "keep", level = "default", codec = "auto", cell_order;
-  std::optional<std::uint32_t> delay;  // none given: as a trial finds
+  std::optional<std::uint32_t> delay;  // not given: 0; for order stream, chosen by a trial
   std::uint32_t bits = 0;
   std::optional<std::string> abs, rel;
   std::vector<std::string> arrays;  // NAME:ACCURACY
@@ -31,7 +31,7 @@ struct CompressCommand final : FileCommand {
   bool changes_size() const override { return true; }
   std::string output_beside(const std::string& path) const override;
   ExitCode run() override;
-  // What is asked for, but for progress and --cell-order. Throws Failure (misuse).
+  // Returns the options given, except progress and --cell-order. Throws Failure (misuse).
   CompressOptions how() const;
 
  private:

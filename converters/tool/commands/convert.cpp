@@ -21,14 +21,14 @@
 namespace shm::converters {
 
 CLI::App* ConvertCommand::add_to(CLI::App& tool) {
-  CLI::App* command =
-      add_command(tool, *this, "convert", "Write a mesh of any known format in another one",
-                  "  shm convert part.msh part.e\n"
-                  "  shm convert part.e part.dat --format vtk\n"
-                  "  shm convert run.e 'run_%04d.vtu'           a file for each time step\n"
-                  "  shm convert 'run_%04d.vtu' run.e           and back\n"
-                  "  shm convert run.e run.pvd                  the same, with their times\n"
-                  "  shm convert run.e last.vtk --step last");
+  CLI::App* command = add_command(
+      tool, *this, "convert", "Convert a mesh from any known format to another one",
+      "  shm convert part.msh part.e\n"
+      "  shm convert part.e part.dat --format vtk\n"
+      "  shm convert run.e 'run_%04d.vtu'           one file per time step\n"
+      "  shm convert 'run_%04d.vtu' run.e           and back\n"
+      "  shm convert run.e run.pvd                  the same, with the times of the steps\n"
+      "  shm convert run.e last.vtk --step last");
   command->add_option("IN", input, mesh_file_text())->required()->type_name("");
   command->add_option("OUT", output, output_text())->required()->type_name("");
   add_force(*command, *this);
@@ -41,7 +41,7 @@ CLI::App* ConvertCommand::add_to(CLI::App& tool) {
 
 ExitCode ConvertCommand::write(ToolInput& in) {
   if (remove && (steps.time || !steps.words.empty()))
-    wrong_use("--rm needs a file that gives all back; --step and --time take some of it");
+    wrong_use("--rm needs an output with all time steps; --step and --time select some of them");
   const StepFiles step_files(output, format);
   ProgressLine line(*this);
   Spool spool(spool_directory(*this), spool_memory(*this), mesh_limits(*this));
@@ -50,7 +50,7 @@ ExitCode ConvertCommand::write(ToolInput& in) {
   const Format* const named = format_of_name(output);
   if (step_files.is_one_file() && named != nullptr && named->name != step_files.format().name &&
       !in.is_stream() && in.is_shm() && !is_archive(in.path())) {
-    // Before all of it is decoded.
+    // Check the name before decoding the whole file.
     const MeshInfo info = in.summarize(line.callback()).info;
     check_output_name(output, step_files.format(), info, steps.in(info.step_times));
   }
@@ -59,7 +59,8 @@ ExitCode ConvertCommand::write(ToolInput& in) {
                                   : write_each(*mesh, step_files, spool, line);
 }
 
-// Reports what the output will lack; whether nothing is to be written then.
+// Reports the data that the output will lack. Returns true if nothing is to be written for that
+// reason.
 bool ConvertCommand::stops_for(const LossList& losses, ProgressLine& line) const {
   if (losses.empty()) return false;
   line.wipe();
@@ -72,9 +73,9 @@ ExitCode ConvertCommand::write_one(MeshSource& mesh, const Format& target, Spool
   const auto chosen = steps.in(mesh.info().step_times);
   if (chosen && chosen->size() > 1 && holds_one_step(mesh.info(), target, true))
     wrong_use("--step " + steps.words + " is " + std::to_string(chosen->size()) +
-              " steps, and a file of " + std::string(target.name) +
-              " holds one; a name such as out_%04d takes one file for each");
-  // What was of this format and is written whole goes as it is.
+              " steps, but a file of format " + std::string(target.name) +
+              " holds one; a name such as out_%04d writes one file per step");
+  // A mesh that comes from this format and is written whole needs no conversion.
   std::optional<Conversion> conversion;
   if (chosen || is_foreign(mesh.info(), target) || mesh.info().step_times.size() > 1)
     conversion.emplace(mesh, target, chosen, spool);
@@ -93,18 +94,18 @@ ExitCode ConvertCommand::write_one(MeshSource& mesh, const Format& target, Spool
   return kDone;
 }
 
-// Where all of it is in what was written.
+// Removes the input if the output contains all of its data.
 void ConvertCommand::remove_input(const LossList& losses, ProgressLine& line) {
   if (!losses.empty())
     throw Failure(Error{ErrorCode::output,
-                        "is not removed: " + output + " lacks what is listed",
+                        "is not removed: " + output + " lacks the data listed above",
                         {},
                         kNoOffset,
                         input});
   remove_source(input, output, *this, line.callback());
 }
 
-// All that is lost is known before the first file is written.
+// All losses are found before the first file is written.
 ExitCode ConvertCommand::write_each(MeshSource& mesh, const StepFiles& step_files, Spool& spool,
                                     ProgressLine& line) {
   MeshInfo info = mesh.info();
@@ -121,7 +122,7 @@ ExitCode ConvertCommand::write_each(MeshSource& mesh, const StepFiles& step_file
   for (std::uint64_t step = range.first; step < range.end; ++step) {
     line.show("writing", step - range.first, range.size());
     Spool own(spool.directory(), spool.memory_budget(),
-              spool.limits());  // what it takes on the disk goes with it
+              spool.limits());  // its disk space is freed after each file
     Conversion conversion(mesh, step_files.format(), step_in_file(info, step), own);
     write_mesh(conversion.mesh(), step_files.file(step), step_files.format(), own);
   }
@@ -145,16 +146,17 @@ ExitCode ConvertCommand::run() {
 
 CLI::App* DecompressCommand::add_to(CLI::App& tool) {
   CLI::App* command =
-      add_command(tool, *this, "decompress", "Write the mesh of a .shm file in another format",
+      add_command(tool, *this, "decompress",
+                  "Write the mesh of a .shm file in its source format or another one",
                   "  shm decompress rotor.e.shm               writes rotor.e\n"
-                  "  shm decompress *.shm -o restored         each into the folder restored\n"
+                  "  shm decompress *.shm -o restored         each into folder restored\n"
                   "  shm decompress part.shm -o part.out --format vtk");
   add_files(*command, *this, ".shm file, - for standard input");
-  add_output(
-      *command, *this,
-      output_text() +
-          "; or a folder for it\n(default: what IN was made of, under its name without .shm)",
-      "OUT");
+  add_output(*command, *this,
+             output_text() +
+                 ". Or a folder for it\n(default: the source format of IN, under the name of IN "
+                 "without .shm)",
+             "OUT");
   add_removal(*command, *this);
   add_format(*command, format);
   add_strict(*command, strict);
@@ -181,7 +183,7 @@ bool DecompressCommand::is_for(const Format* of_file) const {
   return of_file != nullptr && of_file->name == "shm";
 }
 
-// A file for each step: a collection, or a name with their numbers.
+// Returns the name of a series with one file per step: a collection, or a name with step numbers.
 std::string DecompressCommand::name_of_series(const std::string& name, const Format& written) {
   constexpr std::string_view kCollection = ".pvd";
   if (name.ends_with(kCollection)) return name;
@@ -191,7 +193,7 @@ std::string DecompressCommand::name_of_series(const std::string& name, const For
   return written.name == "vtu" ? stem + std::string(kCollection) : stem + "_%04d" + extension;
 }
 
-// The folder for all, or the file itself.
+// Returns the folder for all members, or the name of the file if there is one member or --part.
 std::string DecompressCommand::output_of_archive(const std::string& path) const {
   const std::filesystem::path folder = std::filesystem::path(path).parent_path();
   const ArchiveFile archive(path);
@@ -202,7 +204,8 @@ std::string DecompressCommand::output_of_archive(const std::string& path) const 
   return (folder / (was_packed(member) ? name.stem() : name)).string();
 }
 
-// The name of IN without .shm where that names what is written; else with the usual extension.
+// Returns the name of IN without .shm if its extension is that of the written format. Otherwise
+// adds the usual extension of that format.
 std::string DecompressCommand::output_beside(const std::string& path) const {
   constexpr std::string_view kExtension = ".shm";
   std::string name = unpacked_name(path);
@@ -223,13 +226,13 @@ std::string DecompressCommand::output_beside(const std::string& path) const {
   if (path != "-" && name != path && named != nullptr && (written == nullptr || named == written))
     return name;
   if (path == "-" || written == nullptr || written->name == "shm")
-    wrong_use("-o names the file to write; " + path + " does not show what it was made of");
+    wrong_use("-o must name the output; " + path + " does not show which format it was made from");
   return name + std::string(written->extensions[0]);
 }
 
 ExitCode DecompressCommand::run() {
   if (splits_) {
-    if (remove) wrong_use("--rm removes no archive");
+    if (remove) wrong_use("--rm does not remove archives");
     SplitCommand split;
     static_cast<CommonOptions&>(split) = *this;
     split.directory = output;

@@ -1,4 +1,4 @@
-// shm convert and shm decompress: a mesh in another format.
+// shm convert and shm decompress: write a mesh in another format.
 #pragma once
 
 #include <string>
@@ -16,10 +16,10 @@ class StepFiles;
 class ToolInput;
 
 struct ConvertCommand : FileCommand {
-  std::string format;  // empty: by name
+  std::string format;  // empty: by the name of the output
   StepChoice steps;
   bool strict = false;
-  bool keeps_attributes = false;  // of IN: what is unpacked has them
+  bool keeps_attributes = false;  // the output gets the mode and times of IN, as with gzip
 
   CLI::App* add_to(CLI::App& tool) override;
   Places places() override;
@@ -45,12 +45,12 @@ struct DecompressCommand final : ConvertCommand {
   ExitCode run() override;
 
  private:
-  // Of an archive all files go into a folder, as shm split puts them there.
+  // An archive with several members is split into a folder, as shm split does.
   bool is_to_split() const;
   std::string output_of_archive(const std::string& path) const;
   static std::string name_of_series(const std::string& name, const Format& written);
 
-  bool splits_ = false;  // as places() found
+  bool splits_ = false;  // set by places()
 };
 
 }  // namespace shm::converters

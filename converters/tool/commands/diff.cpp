@@ -28,74 +28,77 @@ std::unique_ptr<MeshSource> open_named(ToolInput& in, Spool& spool, const Progre
 }
 
 constexpr const char* kDiffDescription =
-    "Compare any two meshes, of any formats: what differs, by how much, and where";
+    "Compare two meshes of any formats: list each difference, its size and its place";
 
 constexpr const char* kDiffExamples =
-    "  shm diff old.e new.e                     every bit; exit code 1 when they differ\n"
+    "  shm diff old.e new.e                     exact; exit code 1 if they differ\n"
     "  shm diff old.e new.e --rel 1e-6 --ignore exodus/variable/qa_records\n"
     "  shm diff old.e new.e --abs 1e-9 --array T:rel=0.01 --array coordinates:lossless\n"
     "  shm diff part.msh part.e --match         in any order of vertices and cells\n"
     "  shm diff a.vtk b.vtk --json | jq '.differences[] | {what, different, places}'\n"
     "\n"
-    "Exact: of one type, numbers are equal when their bits are (-0.0 is not 0.0); of two types,\n"
-    "when they are the same number. With a tolerance NaN equals NaN, and -0.0 equals 0.0; "
-    "integers\n"
-    "must be the same. Between formats, only what both can hold is compared: mesh, fields, times;\n"
-    "other types of numbers are a note. Numbers of vertices, cells, steps count from 0.\n"
+    "Exact comparison: numbers of the same type are equal if their bits are (-0.0 is not 0.0),\n"
+    "numbers of different types if their values are. With a tolerance, NaN equals NaN, -0.0 "
+    "equals\n"
+    "0.0, and integers must be identical. Between formats, only data that both can store is\n"
+    "compared: mesh, fields, times; a different type of numbers is only a note. Vertices, cells "
+    "and\n"
+    "steps are numbered from 0.\n"
     "\n"
     "JSON: equal, tolerance, match, a and b (file, format, vertices, cells, blocks, arrays, "
     "steps),\n"
     "matched_vertices, matched_cells, values_compared, values_different, differences, notes. Each\n"
-    "of these: kind (count, block, type, array, steps, times, coordinates, cells, values, extra,\n"
-    "only_in_a, only_in_b, unmatched, not_compared, format), what, a, b (in words), compared,\n"
-    "different, largest_difference, largest_relative (null: not finite, or no range), and places,\n"
-    "the largest difference first: element, a, b (numbers), where (x y z), step_a, step_b, time,\n"
-    "component, value_a, value_b, difference.";
+    "difference and note has kind (count, block, type, array, steps, times, coordinates, cells,\n"
+    "values, extra, only_in_a, only_in_b, unmatched, not_compared, format), what, a, b (as text),\n"
+    "compared, different, largest_difference, largest_relative (null: not finite, or no range), "
+    "and\n"
+    "places, the largest difference first: element, a, b (numbers), where (x y z), step_a, "
+    "step_b,\n"
+    "time, component, value_a, value_b, difference.";
 
 }  // namespace
 
 CLI::App* DiffCommand::add_to(CLI::App& tool) {
   CLI::App* const command = add_command(tool, *this, "diff", kDiffDescription, kDiffExamples);
   command->add_option("A", input, "A mesh of any known format")->required()->type_name("");
-  command->add_option("B", b, "Another one")->required()->type_name("");
+  command->add_option("B", b, "The mesh to compare A with")->required()->type_name("");
   command
       ->add_option(
           "--abs", abs,
-          "Numbers that are at most E apart are equal: coordinates, times, floating-point\n"
-          "arrays")
+          "Treat coordinates, times and floating-point values that differ by at most E as equal")
       ->type_name("E");
   command
       ->add_option("--rel", rel,
-                   "The same, with a bound for each array: E times its range in A over all "
-                   "components, blocks and\nsteps; for coordinates the largest side of their box")
+                   "Like --abs, with a bound for each array: E times its range in A over all "
+                   "components, blocks and\nsteps; for coordinates, E times the longest side of "
+                   "the bounding box")
       ->type_name("E");
   command
       ->add_option("--array", arrays,
-                   "For one array, or coordinates, whatever the options above say: NAME:abs=E, "
-                   "NAME:rel=E or\nNAME:lossless (exact); NAME as point/NAME or cell/NAME where "
-                   "there are several. May be repeated")
+                   "Tolerance of one array, or of coordinates, overriding the options above: "
+                   "NAME:abs=E,\nNAME:rel=E or NAME:lossless (exact); NAME as point/NAME or "
+                   "cell/NAME if several have that name.\nMay be repeated")
       ->allow_extra_args(false)
       ->type_name("NAME:HOW");
-  command->add_option("--only", only, "Of the arrays, compare this one only. May be repeated")
+  command->add_option("--only", only, "Compare no other array than this one. May be repeated")
       ->allow_extra_args(false)
       ->type_name("NAME");
   command
-      ->add_option(
-          "--ignore", ignored,
-          "Leave out an array, coordinates, or an extra (or all extras below a path). May be "
-          "repeated")
+      ->add_option("--ignore", ignored,
+                   "Ignore an array, coordinates, or an extra (or all extras below a path). May be "
+                   "repeated")
       ->allow_extra_args(false)
       ->type_name("NAME");
   command->add_flag("--match", match,
-                    "Vertices and cells may be in any order, and cells turned (needs memory):\n"
-                    "vertices are found by their places, cells by their vertices");
+                    "Allow any order of vertices and cells, and rotated cells (needs memory):\n"
+                    "vertices are matched by position, cells by their vertices");
   command->add_flag("--no-maps", no_maps,
-                    "Leave out arrays that only one format knows: number maps, attributes, tags");
+                    "Ignore arrays that are specific to one format: number maps, attributes, tags");
   command->add_flag("--no-extras", no_extras,
-                    "Leave out what is neither mesh nor array: sets, titles, names, field data");
+                    "Ignore all data except mesh and arrays: sets, titles, names, field data");
   command
       ->add_option("--limit", limit,
-                   "Places listed of each difference, the largest first (default: 3)")
+                   "Number of places to list per difference, the largest first (default: 3)")
       ->check(whole_number(0))
       ->type_name("N");
   add_part(*command, *this);
@@ -123,14 +126,14 @@ ExitCode DiffCommand::run() {
   options.ignored = ignored;
   options.limit = limit;
   ProgressLine line(*this);
-  // With --match, places and values are read in any order.
+  // --match reads positions and values in random order.
   Spool spool(spool_directory(*this), spool_memory(*this, match), mesh_limits(*this));
   line.show("reading " + input);
   const auto part_in = [&](const std::string& path) {
     return is_archive(path) ? part : std::string();
   };
   if (!part.empty() && part_in(input).empty() && part_in(b).empty())
-    wrong_use("--part needs an archive; A and B are none");
+    wrong_use("--part needs an archive; neither A nor B is one");
   ToolInput in_a(*this, input, part_in(input)), in_b(*this, b, part_in(b));
   const auto mesh_a = open_named(in_a, spool, line.callback());
   const auto mesh_b = open_named(in_b, spool, line.callback());

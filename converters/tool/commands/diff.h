@@ -1,4 +1,4 @@
-// shm diff: what differs between any two meshes.
+// shm diff: reports the differences between any two meshes.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@
 namespace shm::converters {
 
 struct DiffCommand final : Command {
-  std::string b;  // beside the input
+  std::string b;  // the second mesh; `input` is the first
   std::optional<std::string> abs, rel;
   std::vector<std::string> arrays, only, ignored;
   bool match = false, no_maps = false, no_extras = false, json = false;

@@ -33,7 +33,7 @@
 namespace shm::converters {
 namespace {
 
-// "1 'left', 2": at most some.
+// Returns a list such as "1 'left', 2", cut off after 40 items.
 template <class Items, class Name>
 std::string listed(const Items& items, Name&& name) {
   constexpr std::size_t kMost = 40;
@@ -48,7 +48,7 @@ std::string with_name(std::int64_t id, const std::string& name) {
   return name.empty() ? std::to_string(id) : std::to_string(id) + " '" + name + "'";
 }
 
-// --- what the words of the options mean
+// --- values of options
 
 CellSelection::Range range_of(const std::string& text, std::uint64_t cells) {
   const std::size_t colon = text.find(':');
@@ -56,13 +56,13 @@ CellSelection::Range range_of(const std::string& text, std::uint64_t cells) {
   if (colon == std::string::npos ||
       !TextInput::parse(std::string_view(text).substr(0, colon), range.first) ||
       !TextInput::parse(std::string_view(text).substr(colon + 1), range.end))
-    wrong_use("--cells " + text + ": must be A:B, the cells A, A + 1, ..., B - 1");
+    wrong_use("--cells " + text + ": must be A:B, for the cells A to B - 1");
   if (range.first >= range.end)
     wrong_use("--cells " + text +
-              ": there is nothing in it; the mesh has cells 0:" + std::to_string(cells));
+              ": the range is empty; the mesh has cells 0:" + std::to_string(cells));
   if (range.end > cells)
     wrong_use("--cells " + text +
-              ": goes beyond the end; the mesh has cells 0:" + std::to_string(cells));
+              ": the range exceeds the mesh, which has cells 0:" + std::to_string(cells));
   return range;
 }
 
@@ -78,7 +78,7 @@ std::array<double, 6> box_of(const std::string& text) {
   }
   for (std::size_t c = 0; c < 3; ++c)
     if (box[c] > box[3 + c])
-      wrong_use("--box " + text + ": " + "xyz"[c] + " ends before it begins");
+      wrong_use("--box " + text + ": " + "xyz"[c] + " has a minimum above its maximum");
   return box;
 }
 
@@ -94,16 +94,17 @@ std::vector<std::uint32_t> blocks_of(const std::vector<std::string>& wanted,
           any = true;
         }
     };
-    take([](const BlockInfo& it) { return it.name; });
-    if (!any) take([](const BlockInfo& it) { return std::to_string(it.id); });
+    take([](const BlockInfo& block) { return block.name; });
+    if (!any) take([](const BlockInfo& block) { return std::to_string(block.id); });
     if (!any)
-      wrong_use("there is no block " + text + "; ids are " +
-                listed(blocks, [](const BlockInfo& it) { return with_name(it.id, it.name); }));
+      wrong_use(
+          "there is no block " + text + "; ids are " +
+          listed(blocks, [](const BlockInfo& block) { return with_name(block.id, block.name); }));
   }
   return {found.begin(), found.end()};
 }
 
-// point/NAME, cell/NAME, or NAME of both; v also means v_x, v_y, v_z.
+// Finds arrays by point/NAME, cell/NAME, or NAME for both; v also finds v_x, v_y, v_z.
 std::vector<std::uint32_t> arrays_of(const std::vector<std::string>& wanted,
                                      const std::vector<ArrayInfo>& arrays) {
   std::set<std::uint32_t> found;
@@ -135,7 +136,7 @@ MeshSet set_of(const std::string& text, const std::vector<MeshSet>& sets) {
       set.name = std::move(name);
       found.push_back(std::move(set));
     }
-  const auto label = [](const MeshSet& it) { return label_of(it); };
+  const auto label = [](const MeshSet& set) { return label_of(set); };
   if (found.empty()) wrong_use("there is no set " + text + "; there are " + listed(sets, label));
   if (found.size() > 1)
     wrong_use("several sets are called " + text + ": " + listed(found, label) +
@@ -143,7 +144,7 @@ MeshSet set_of(const std::string& text, const std::vector<MeshSet>& sets) {
   return found.front();
 }
 
-// --- the piece
+// --- the extraction
 
 class Extraction {
  public:
@@ -153,7 +154,7 @@ class Extraction {
         format_(files_.format()),
         spool_(spool) {}
 
-  // False where something is lost and --strict was given.
+  // Returns false, and writes nothing, if data would be lost and --strict was given.
   bool run(ProgressLine& line);
   std::string summary() const;
 
@@ -174,7 +175,7 @@ class Extraction {
   std::unique_ptr<SectionSource> member_;
   std::unique_ptr<CountedSource> source_;
   std::optional<MeshExtractor> extractor_;
-  MeshInfo whole_;  // of the file: schema, counts, times, extras
+  MeshInfo whole_;  // schema, counts, times and extras of the whole file
   std::vector<MeshSet> sets_;
   std::optional<MeshSet> wanted_set_;
   std::optional<StepRange> steps_;
@@ -187,8 +188,7 @@ class Extraction {
 
 void Extraction::open() {
   const std::string& path = options_.input;
-  if (path == "-")
-    wrong_use("extract needs a file that it can read anywhere; IN is standard input");
+  if (path == "-") wrong_use("extract needs random access to its input; IN is standard input");
   const Format* format = format_of_file(path);
   if (format == nullptr || format->name != "shm")
     throw Failure(Error{
@@ -201,7 +201,7 @@ void Extraction::open() {
     member_ = std::make_unique<SectionSource>(*file_, member.offset, member.bytes);
     source = member_.get();
   } else if (!options_.part.empty()) {
-    wrong_use("--part needs an archive; " + path + " is none");
+    wrong_use("--part needs an archive; " + path + " is not one");
   }
   source_ = std::make_unique<CountedSource>(*source);
   extractor_.emplace(unwrap(MeshExtractor::open(*source_), path));
@@ -233,7 +233,7 @@ void Extraction::choose_set() {
   members.erase(std::unique(members.begin(), members.end()), members.end());
   if (wanted_set_->kind == MeshSet::Kind::nodes) {
     if (request.cells.range || request.cells.blocks)
-      wrong_use("--cells and --block are no conditions for nodes, as those of " +
+      wrong_use("--cells and --block select cells and cannot be used for the nodes of " +
                 label_of(*wanted_set_));
     request.vertices = std::move(members);
   } else if (!wanted_set_->blocks.empty()) {
@@ -257,8 +257,8 @@ void Extraction::choose_steps() {
       !files_.is_one_file() || format_.capabilities == nullptr || format_.capabilities->every_step;
   if (steps_ && steps_->size() > 1 && !every_step)
     wrong_use("--step " + options_.steps.words + " is " + std::to_string(steps_->size()) +
-              " steps, and a file of " + std::string(format_.name) +
-              " holds one; a name such as out_%04d takes one file for each");
+              " steps, but a file of format " + std::string(format_.name) +
+              " holds one; a name such as out_%04d writes one file per step");
   if (steps_ && steps_->size() == 1 && files_.is_one_file()) how_.step = steps_->first;
   if (steps == 0 || (!how_.step && every_step)) return;
   const std::uint64_t step = how_.step.value_or(steps - 1);
@@ -268,7 +268,7 @@ void Extraction::choose_steps() {
     how_.points = static_cast<std::uint32_t>(*points);
   else if (points)
     losses_.push_back("points of time step " + std::to_string(step) +
-                      " (of another type than the first ones)");
+                      " (whose number type is not that of the mesh's coordinates)");
 }
 
 void Extraction::stage() {
@@ -288,9 +288,8 @@ void Extraction::stage() {
       std::snprintf(text, sizeof text, "%s%.6g", c > 0 ? "," : "", end);
       box += text;
     }
-    wrong_use("there is nothing to extract: no " +
-              std::string(how_.request.vertices ? "vertex" : "cell") +
-              " is all that is asked for; the box of the mesh is " + box);
+    wrong_use("nothing to extract: no " + std::string(how_.request.vertices ? "vertex" : "cell") +
+              " meets all conditions; the bounding box of the mesh is " + box);
   }
   layers_.push_back(std::move(piece));
   if (steps_ && steps_->size() > 1 && files_.is_one_file())
@@ -320,7 +319,8 @@ void Extraction::stage() {
   layers_.push_back(std::move(sides));
 }
 
-// Words of the source are about the whole mesh.
+// Returns the piece as the target format can store it. A sibling format gets no shortcut, because
+// the extras of the source describe the whole mesh.
 Translation Extraction::translated(std::optional<StepRange> step, Spool& spool) {
   Capabilities capabilities =
       format_.capabilities != nullptr ? *format_.capabilities : kShmCapabilities;
@@ -349,7 +349,7 @@ bool Extraction::run(ProgressLine& line) {
   return true;
 }
 
-// A file for each step.
+// Writes one file per time step.
 bool Extraction::write_each(ProgressLine& line) {
   MeshInfo info = layers_.back()->info();
   const StepRange range = steps_in_files(info, steps_);
@@ -365,7 +365,7 @@ bool Extraction::write_each(ProgressLine& line) {
   files_.begin();
   for (std::uint64_t step = range.first; step < range.end; ++step) {
     line.show("writing " + options_.output, step - range.first, range.size());
-    // What it takes on the disk goes with it.
+    // The disk space of this spool is freed after each file.
     Spool own(spool_.directory(), spool_.memory_budget(), spool_.limits());
     Translation translation = translated(step_in_file(info, step), own);
     FromElsewhere mesh(translation.mesh(), whole_);
@@ -389,58 +389,56 @@ CLI::App* ExtractCommand::add_to(CLI::App& tool) {
   CLI::App* command = add_command(
       tool, *this, "extract",
       "Write a piece of a .shm file as a mesh of its own, in any format. Only the bytes that the\n"
-      "piece needs are read. Conditions for cells are met all together; without any, all cells "
-      "go.\n"
-      "Vertices and cells are numbered anew, in their old order; shm_vertex_number and\n"
-      "shm_cell_number (in Exodus the number maps) hold what they were. Sets are cut to what is "
-      "left",
+      "piece needs are read. Cells must meet all conditions given; without any, all cells are\n"
+      "written. Vertices and cells are renumbered but keep their order; shm_vertex_number and\n"
+      "shm_cell_number (in Exodus the number maps) hold their old numbers. Sets lose the members\n"
+      "that are not in the piece",
       "  shm extract rotor.e.shm part.vtu --box 0,0,0,1,1,0.5 --array temperature --step 12\n"
       "  shm extract rotor.e.shm casing.e --block casing\n"
       "  shm extract rotor.e.shm inlet.vtk --set inlet     its sides, as quads and triangles\n"
       "  shm extract rotor.e.shm first.shm --cells 0:100000\n"
       "  shm extract pieces.shm box.vtu --part rotor.e.4.0 --box 0,0,0,1,1,1");
-  command->add_option("IN", input, ".shm file that can be read anywhere")
-      ->required()
-      ->type_name("");
+  command->add_option("IN", input, ".shm file (not a pipe)")->required()->type_name("");
   command->add_option("OUT", output, output_text())->required()->type_name("");
   add_force(*command, *this);
   add_format(*command, format);
   command
       ->add_option(
           "--cells", cells,
-          "Cells A, A + 1, ..., B - 1, from 0 in the order of IN (in order keep that of the "
+          "Cells A to B - 1, counted from 0 in the order of IN (with --order keep, that of the "
           "source)")
       ->type_name("A:B");
   command
       ->add_option("--block", blocks,
-                   "Cells of the blocks with this name, or this number if no name is so; may be "
-                   "repeated")
+                   "Cells of the blocks with this name, or with this id if no block has the name. "
+                   "May be repeated")
       ->allow_extra_args(false)
       ->type_name("ID");
   command
       ->add_option("--box", box,
-                   "Cells with a vertex in this box, or on its faces: "
+                   "Cells with at least one vertex in this box or on its faces: "
                    "xmin,ymin,zmin,xmax,ymax,zmax")
       ->type_name("BOX");
   command
       ->add_option(
           "--set", set,
           "A set by name or number, or side_set_N, node_set_N, element_set_N. Element set "
-          "or physical\ngroup: its cells; side set: its sides as cells with the values of "
-          "their points;\nnode set: its points, each a cell (of the conditions only --box)")
+          "or physical\ngroup: its cells. Side set: its sides as cells, with the values of "
+          "their points.\nNode set: its points, each as a cell (of the other conditions only --box "
+          "applies)")
       ->type_name("NAME");
   command
       ->add_option(
           "--array", arrays,
-          "This array alone, and number maps; NAME, point/NAME or cell/NAME, v for v_x, v_y, "
+          "Only this array, and number maps: NAME, point/NAME or cell/NAME, v for v_x, v_y, "
           "v_z. May be\nrepeated")
       ->allow_extra_args(false)
       ->type_name("NAME");
   add_steps(*command, steps);
-  command->add_option("--part", part, "Which file of an archive")->type_name("NAME");
+  command->add_option("--part", part, "File of an archive to read")->type_name("NAME");
   command->add_flag("--strict", strict,
-                    "Write nothing when OUT would lack something of the piece (which is named on "
-                    "standard error\nin any case): exit code 6");
+                    "Write nothing (exit code 6) if OUT would lack data of the piece. Such data is "
+                    "listed on\nstandard error in any case");
   return command;
 }
 

@@ -18,28 +18,31 @@
 namespace shm::converters {
 namespace {
 
-// Of the numbers of a mesh: its values are read unasked where that takes no time worth a thought.
+// Size of a mesh in memory up to which its values are read without --ranges, because that takes no
+// noticeable time.
 constexpr std::uint64_t kSmallBytes = std::uint64_t{8} << 20;
 
 }  // namespace
 
 CLI::App* InfoCommand::add_to(CLI::App& tool) {
-  CLI::App* command =
-      add_command(tool, *this, "info",
-                  "List what a mesh holds, and with -v where the bytes of a .shm file go.\n"
-                  "Of a large .shm file heads alone are read, unless --ranges wants its values;\n"
-                  "shm verify checks all of it.",
-                  "  shm info rotor.e.shm\n"
-                  "  shm info rotor.e.shm -v                  the coder's view, too\n"
-                  "  shm info rotor.e.shm --json | jq .streams");
-  add_files(*command, *this, ".shm file (or any mesh, without sizes); of several a line each");
-  command->add_flag("-v,--verbose", verbose,
-                    "Order, codecs, segments and the bytes of each stream of a .shm file, too");
+  CLI::App* command = add_command(
+      tool, *this, "info",
+      "List the contents of a mesh; with -v also the size of each stream of a .shm file.\n"
+      "For a large .shm file only headers are read, unless --ranges asks for its values.\n"
+      "shm verify checks the whole file.",
+      "  shm info rotor.e.shm\n"
+      "  shm info rotor.e.shm -v                  also codecs, segments and streams\n"
+      "  shm info rotor.e.shm --json | jq .streams");
+  add_files(*command, *this,
+            ".shm file, or any other mesh (without sizes). Several files get one line each");
+  command->add_flag(
+      "-v,--verbose", verbose,
+      "List also order, codecs, segments and the bytes of each stream of a .shm file");
   command->add_flag(
       "--ranges", ranges,
-      "Read all values, and show the range of each array; up to 8 MB are read without\n"
-      "it, too, but for --json");
-  command->add_flag("--json", json, "Print as JSON; all keys are there without -v");
+      "Read all values and show the range of each array; without --json this is the default\n"
+      "for meshes of up to 8 MB");
+  command->add_flag("--json", json, "Print as JSON, with all keys even without -v");
   return command;
 }
 
@@ -47,7 +50,8 @@ bool InfoCommand::is_small(const MeshInfo& info) const {
   return !json && !is_one_of_many && bytes_of_mesh(info).all() <= kSmallBytes;
 }
 
-// The ranges of a small file are more than was asked for: it may be damaged, and the rest is shown.
+// Returns the extent of a small file. The user did not ask for ranges, so a damaged file is no
+// error here: the rest of the report is still printed.
 InfoExtent InfoCommand::extent_of_small(ToolInput& in, const FileSummary& summary,
                                         ProgressLine& line) const {
   try {

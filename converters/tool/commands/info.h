@@ -1,4 +1,4 @@
-// shm info: what a mesh holds, and where the bytes of a .shm file go.
+// shm info: lists the contents of a mesh, and the size of each stream of a .shm file.
 #pragma once
 
 #include "compression/decompress.h"

@@ -17,7 +17,7 @@
 namespace shm::converters {
 namespace {
 
-// All parts are open at once, and there may be thousands.
+// All parts are open at the same time, and there may be thousands of them.
 void allow_many_files() {
   rlimit files{};
   if (getrlimit(RLIMIT_NOFILE, &files) != 0) return;
@@ -30,19 +30,18 @@ void allow_many_files() {
 CLI::App* JoinCommand::add_to(CLI::App& tool) {
   CLI::App* command = add_command(
       tool, *this, "join",
-      "Put several meshes into one .shm file: the pieces of a decomposed mesh, the files of a\n"
-      "restarted run. .shm files go in as they are, others are compressed. With --merge the "
-      "pieces\n"
-      "become one mesh, by the numbers that their nodes and elements have in the whole",
+      "Put several meshes into one .shm file: the pieces of a decomposed mesh, or the files of a\n"
+      "restarted run. .shm files are stored unchanged, others are compressed. With --merge the\n"
+      "pieces become one mesh, in which nodes and elements have their numbers in the whole mesh",
       "  shm join -o rotor.shm rotor.e.4.0 rotor.e.4.1 rotor.e.4.2 rotor.e.4.3\n"
       "  shm join --merge -o rotor.shm rotor.e.4    one mesh of rotor.e.4.0 to rotor.e.4.3\n"
       "  shm join -o run.shm run.e run.e-s002 run.e-s003\n"
-      "  shm join -o rounded.shm a.e.shm b.e.shm     made by shm compress, with its options");
+      "  shm join -o rounded.shm a.e.shm b.e.shm     files compressed with other options");
   command->add_option("IN", inputs, "Files of format " + format_names())->required()->type_name("");
   command->add_option("-o,--output", output, "File to write")->required()->type_name("OUT.shm");
   command->add_flag("--merge", merge,
-                    "One mesh of the parts of a decomposed Exodus mesh, as epu makes it;\n"
-                    "NAME.COUNT means NAME.COUNT.0 and those that follow");
+                    "Merge the parts of a decomposed Exodus mesh into one mesh, as epu does;\n"
+                    "NAME.COUNT means NAME.COUNT.0 and the files that follow it");
   add_force(*command, *this);
   add_order(*command, order);
   add_level(*command, level);
@@ -55,7 +54,7 @@ Places JoinCommand::places() {
   if (merge) {
     const Format* format = format_of_name(output);
     if (format != nullptr && format->name != "shm")
-      wrong_use("join writes .shm files; shm decompress writes what they were made of");
+      wrong_use("join writes .shm files; shm decompress converts them to other formats");
     inputs = files_of_parts(inputs);
   }
   return {inputs, output, true};

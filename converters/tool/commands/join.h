@@ -1,4 +1,4 @@
-// shm join: several meshes into one .shm file, each as it is or as parts of one mesh.
+// shm join: puts several meshes into one .shm file, as an archive or merged into one mesh.
 #pragma once
 
 #include <string>
@@ -13,7 +13,7 @@ namespace shm::converters {
 struct JoinCommand final : Command {
   std::vector<std::string> inputs;
   std::string order = "keep", level = "default";
-  unsigned threads = 0;  // one for each core
+  unsigned threads = 0;  // 0: one per core
   bool merge = false;
   bool json = false;
 

@@ -30,7 +30,7 @@ struct Repair {
   bool has_parity = false;
   std::uint64_t blocks = 0, healed = 0, damaged_packets = 0;
   std::vector<std::uint64_t> lost;  // blocks that parity could not heal
-  DamageReport damage;              // of what parity left
+  DamageReport damage;              // damage that is left after healing by parity
   bool new_index = false;
   std::optional<SalvageReport> salvaged;
 
@@ -40,7 +40,7 @@ struct Repair {
   }
 };
 
-// Blocks as byte ranges of the file: "0-4095, 12288-20479"; the first few of them.
+// Returns blocks as byte ranges of the file, such as "0-4095, 12288-20479". Long lists are cut off.
 std::string ranges_text(const std::vector<std::uint64_t>& blocks) {
   constexpr int kMostRanges = 8;
   std::string text;
@@ -83,12 +83,12 @@ std::string salvage_text(const SalvageReport& salvaged, const CommonOptions& opt
   std::string text = options.output + ": " + std::to_string(salvaged.vertices) + " vertices, " +
                      std::to_string(salvaged.cells) + " cells; ";
   if (salvaged.missing.empty()) {
-    text += "nothing is missing, but the file is written anew";
+    text += "nothing is missing, but the file was encoded again";
     if (!salvaged.laid_out.empty())
-      text += ", without the layout of the file of format " + salvaged.laid_out + " it came from";
+      text += ", without the layout of the " + salvaged.laid_out + " file it was made from";
     return text + "\n";
   }
-  text += "missing of " + options.input + ":\n";
+  text += "missing from " + options.input + ":\n";
   for (const std::string& sentence : salvaged.missing) text += "  " + sentence + "\n";
   return text;
 }
@@ -99,13 +99,13 @@ std::string outcome_text(const Repair& repair, const CommonOptions& options) {
   if (repair.new_index) {
     const bool others = repair.damage.has_other_ranges;
     return options.output +
-           ": as it was; every chunk was there but the index, which was made anew" +
-           (others ? ", with ranges of the values as they are restored\n" : "\n");
+           ": restored; every chunk was found except the index, which was rebuilt" +
+           (others ? ", with value ranges taken from the restored values\n" : "\n");
   }
-  if (!repair.has_parity) return options.output + ": as it was; every chunk was there\n";
-  return options.output + ": as it was; " + counted(repair.healed, "block") + " of " +
+  if (!repair.has_parity) return options.output + ": restored; every chunk was found\n";
+  return options.output + ": restored; " + counted(repair.healed, "block") + " of " +
          std::to_string(repair.blocks) + " healed, " + counted(repair.damaged_packets, "packet") +
-         " of parity made anew\n";
+         " of parity rewritten\n";
 }
 
 bool is_same_file(const std::string& a, const std::string& b) {
@@ -131,11 +131,11 @@ class RepairRun {
   std::unique_ptr<LenientSource> lenient_;
   std::unique_ptr<ProtectedFile> protected_;
   std::unique_ptr<FileSink> scratch_;
-  RandomSource* source_ = nullptr;  // as far as parity healed it
+  RandomSource* source_ = nullptr;  // the file, healed by parity as far as possible
   Repair repair_;
 };
 
-// By parity, as far as it goes.
+// Heals the file by parity, as far as possible.
 void RepairRun::heal() {
   file_ = unwrap(FileRandomSource::open(options_.input), options_.input);
   lenient_ = std::make_unique<LenientSource>(*file_);
@@ -150,7 +150,7 @@ void RepairRun::heal() {
   repair_.damaged_packets = protected_->damaged_packets();
   repair_.lost = protected_->heal(*scratch_, line_.callback());
   repair_.healed = protected_->damaged_blocks().size() - repair_.lost.size();
-  // Parity may be of something else that stood here.
+  // The parity may belong to another file that was at this place before.
   if (repair_.lost.empty() && !is_whole_file(protected_->healed()))
     throw Failure(Error{ErrorCode::corrupt, "its parity does not protect a whole .shm file",
                         "parity", kNoOffset, options_.input});
@@ -160,30 +160,30 @@ void RepairRun::heal() {
 void RepairRun::fail_unhealed(std::string detail) const {
   if (!repair_.lost.empty())
     detail = counted(repair_.lost.size(), "block") + " of " + std::to_string(repair_.blocks) +
-             " cannot be healed, more than parity goes for: bytes " + ranges_text(repair_.lost) +
-             "; " + detail;
+             " cannot be healed, more than the parity can restore: bytes " +
+             ranges_text(repair_.lost) + "; " + detail;
   throw Failure(Error{ErrorCode::corrupt, std::move(detail), repair_.has_parity ? "parity" : "",
                       kNoOffset, options_.input});
 }
 
-// What parity left. A block whose checksum is lost may well be good.
+// Finds the damage that parity could not heal. A block whose checksum is lost may be undamaged.
 void RepairRun::find_rest() {
   if (repair_.has_parity && repair_.lost.empty()) return;
   line_.show("looking for damage");
   auto damage = find_damage(*source_);
   if (!damage && damage.error().code == ErrorCode::unsupported)
-    fail_unhealed(damage.error().detail + ": parity alone would heal it");
+    fail_unhealed(damage.error().detail + ": only parity could heal it");
   repair_.damage = unwrap(std::move(damage), options_.input);
 }
 
-/// False, and nothing is written, where the index is lost and cannot be made anew.
+/// Returns false, and writes nothing, if the index is lost and cannot be rebuilt.
 bool RepairRun::write_as_it_was() {
   OutputFile output(options_.output, spool_directory(options_));
   if (repair_.damage.damages.empty()) {
     unwrap(output.sink().copy(*source_, 0, source_->size()), options_.output);
   } else {
     repair_.new_index = !repair_.damage.restorable;
-    if (repair_.new_index) line_.show("making the index anew");
+    if (repair_.new_index) line_.show("rebuilding the index");
     auto written = write_in_order(*source_, output.sink());
     const bool failed = !written && written.error().code != ErrorCode::io;
     if (repair_.new_index && failed) return repair_.new_index = false;
@@ -201,7 +201,7 @@ bool RepairRun::write_as_it_was() {
 
 void RepairRun::salvage_rest() {
   if (is_same_file(options_.input, options_.output))
-    fail_unhealed("it cannot be given back as it was; -o OUT.shm writes what of it is whole");
+    fail_unhealed("it cannot be restored exactly; -o OUT.shm writes its undamaged parts");
   OutputFile output(options_.output, spool_directory(options_));
   Spool spool(spool_directory(options_), spool_memory(options_), mesh_limits(options_));
   repair_.salvaged =
@@ -225,20 +225,19 @@ Repair RepairRun::run() {
 CLI::App* RepairCommand::add_to(CLI::App& tool) {
   CLI::App* command = add_command(
       tool, *this, "repair",
-      "Give a damaged .shm file back as it was, by the parity behind it, or write what of it is\n"
-      "whole: every segment that no damage touched. What is missing then is listed, and the exit\n"
-      "code is 7.",
+      "Restore a damaged .shm file exactly, by means of its parity, or salvage its undamaged\n"
+      "parts: every segment without damage. Missing data is then listed, and the exit code is 7.",
       "  shm repair rotor.e.shm                  in place\n"
       "  shm repair rotor.e.shm -o healed.shm\n"
       "  shm repair rotor.e.shm -o rest.shm --json | jq .missing");
   command->add_option("IN", input, ".shm file")->required()->type_name("");
   command
       ->add_option("-o,--output", output,
-                   "File to write (default: IN, where\n"
-                   "nothing of it is lost)")
+                   "File to write (default: IN,\n"
+                   "if none of its data is lost)")
       ->type_name("OUT.shm");
   add_force(*command, *this);
-  command->add_flag("--json", json, "Print as JSON what was healed, and what is missing");
+  command->add_flag("--json", json, "Print the healed blocks and the missing data as JSON");
   return command;
 }
 
@@ -258,7 +257,7 @@ ExitCode RepairCommand::run() {
     std::fputs(outcome_json(repair, *this).c_str(), stdout);
   else if (repair.is_whole())
     print(*this, outcome_text(repair, *this));
-  else  // with --quiet too: nothing goes silently
+  else  // even with --quiet, so that no loss goes unnoticed
     std::fputs(outcome_text(repair, *this).c_str(), output == "-" ? stderr : stdout);
   return repair.is_whole() ? kDone : kSalvaged;
 }

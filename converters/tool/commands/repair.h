@@ -1,4 +1,4 @@
-// shm repair: a damaged file as it was, or what of it is whole.
+// shm repair: restores a damaged file, or salvages its undamaged parts.
 #pragma once
 
 #include "tool/running/command.h"

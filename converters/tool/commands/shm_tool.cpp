@@ -1,8 +1,9 @@
-// shm: the tool, and the list of its commands. Everything that goes wrong in a command is thrown as
-// a Failure and reported once, by run_tool.
-// Exit codes: 0 done, 1 a difference was found, 2 wrong use, 3 bad or unreadable input,
-// 4 output could not be written, 5 a limit was exceeded, 6 the output would lack something
-// (--strict), 7 repair salvaged a part.
+// shm: the tool, and the list of its commands. A command that fails throws a Failure, which
+// run_tool reports once.
+//
+// Exit codes: 0 done, 1 a difference was found, 2 wrong use, 3 bad or unreadable input, 4 output
+// could not be written, 5 a limit was exceeded, 6 the output would lack something (--strict), 7
+// repair salvaged a part.
 #include <malloc.h>
 
 #include <csignal>
@@ -29,7 +30,7 @@
 namespace shm::converters {
 namespace {
 
-// As `shm --help` lists them.
+// Returns the commands in the order in which `shm --help` lists them.
 Commands commands() {
   Commands all;
   all.push_back(std::make_unique<CompressCommand>());
@@ -56,10 +57,11 @@ Commands commands() {
 }  // namespace shm::converters
 
 int main(int argc, char** argv) {
-  // What large arrays leave goes back to the system, and is not kept for smaller ones to come.
+  // Freed memory of large arrays returns to the system instead of being kept for smaller
+  // allocations.
   ::mallopt(M_MMAP_THRESHOLD, 768 * 1024);
   shm::converters::remove_outputs_on_signals();
-  std::signal(SIGPIPE, SIG_IGN);  // who writes to a pipe that is closed hears of it
-  std::signal(SIGXFSZ, SIG_IGN);  // who writes more than a quota lets through, too
+  std::signal(SIGPIPE, SIG_IGN);  // so that writing to a closed pipe fails with an error
+  std::signal(SIGXFSZ, SIG_IGN);  // likewise beyond the file size limit
   return shm::converters::run_tool(shm::converters::commands, argc, argv);
 }

@@ -11,24 +11,25 @@
 namespace shm::converters {
 
 CLI::App* SplitCommand::add_to(CLI::App& tool) {
-  CLI::App* command =
-      add_command(tool, *this, "split",
-                  "Give back the files of which shm join made an archive, each in its own format",
-                  "  shm split rotor.shm -d pieces\n"
-                  "  shm split run.shm run.e-s002               only this one, here\n"
-                  "  shm split run.shm --packed                 .shm files, one for each");
-  command->add_option("IN", input, "Archive that shm join made")->required()->type_name("");
-  command->add_option("NAME", members, "Members to give back; default: all")->type_name("");
-  command->add_option("-d,--directory", directory, "Directory to write to; default: here")
+  CLI::App* command = add_command(
+      tool, *this, "split",
+      "Restore the files that shm join put into an archive, each in its own format",
+      "  shm split rotor.shm -d pieces\n"
+      "  shm split run.shm run.e-s002               only this file, into the current folder\n"
+      "  shm split run.shm --packed                 as .shm files");
+  command->add_option("IN", input, "Archive made by shm join")->required()->type_name("");
+  command->add_option("NAME", members, "Members to restore (default: all)")->type_name("");
+  command
+      ->add_option("-d,--directory", directory, "Directory to write to (default: the current one)")
       ->check(CLI::Validator(CLI::ExistingDirectory).description(""))
       ->type_name("DIR");
-  command->add_flag("--packed", packed, "As .shm files, without decompressing");
+  command->add_flag("--packed", packed, "Write .shm files, without decompressing");
   add_force(*command, *this);
   add_threads(*command, threads, "Decode segments");
   return command;
 }
 
-// Where split writes a member.
+// Returns the path that split writes a member to.
 std::string SplitCommand::path_of(const ArchiveMember& member) const {
   const std::string path = (std::filesystem::path(directory) / member.name).string();
   return packed && !was_packed(member) ? path + ".shm" : path;

@@ -14,7 +14,7 @@ struct SplitCommand final : Command {
   std::vector<std::string> members;  // empty: all
   std::string directory = ".";
   bool packed = false;
-  unsigned threads = 0;  // one for each core
+  unsigned threads = 0;  // 0: one per core
 
   CLI::App* add_to(CLI::App& tool) override;
   ExitCode run() override;

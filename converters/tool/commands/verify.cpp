@@ -26,12 +26,12 @@
 namespace shm::converters {
 namespace {
 
-// Empty where there is none, or where it is of something else.
+// Returns an empty state if the file has no parity, or parity of another file.
 ParityState parity_state(const std::string& path, const Progress& progress) {
   const auto file = unwrap(FileRandomSource::open(path), path);
   const auto protected_file = is_whole_file(*file) ? nullptr : ProtectedFile::open(*file);
   if (!protected_file) return {};
-  // A mesh that is sound ends with its trailer; parity of more or less is not of this file.
+  // A sound mesh ends with its trailer. Parity that ends elsewhere belongs to another file.
   SectionSource itself(*file, 0, protected_file->shape().protected_bytes);
   if (!is_whole_file(itself)) return {};
   protected_file->check(progress);
@@ -39,8 +39,8 @@ ParityState parity_state(const std::string& path, const Progress& progress) {
           protected_file->damaged_packets()};
 }
 
-// How many bytes stand behind the end of the mesh and are no parity: what an append left that was
-// torn, or what somebody put there.
+// Returns the number of bytes after the end of the mesh that are not parity, for example the
+// remains of an interrupted append.
 std::uint64_t stray_bytes(RandomSource& file) {
   if (is_whole_file(file) || ProtectedFile::open(file)) return 0;
   const auto summary = read_summary(file);
@@ -53,18 +53,18 @@ std::uint64_t stray_bytes(const ToolInput& in) {
 
 std::string stray_text(std::uint64_t bytes) {
   return bytes == 0 ? std::string()
-                    : ", but " + counted(bytes, "byte") + " behind its end belong to nothing";
+                    : ", but " + counted(bytes, "byte") + " after its end do not belong to it";
 }
 
 std::string parity_text(const ParityState& state) {
   if (!state.there) return {};
   if (state.sound()) return ", parity of " + counted(state.blocks, "block") + " too";
-  return "; of its parity " + counted(state.damaged_packets, "packet") + " and of its " +
+  return "; damaged: " + counted(state.damaged_packets, "packet") + " of parity, and of " +
          counted(state.blocks, "block") + " " + std::to_string(state.damaged_blocks) +
-         " are not what they were (shm repair)";
+         " (shm repair)";
 }
 
-// The file that a member was made of, in the directory --against.
+// Returns the path of the file that a member was made from, in the directory of --against.
 std::string source_of_member(const ArchiveMember& member, const std::string& directory) {
   const std::filesystem::path path = std::filesystem::path(directory) / member.name;
   return was_packed(member) && !std::filesystem::exists(path)
@@ -75,20 +75,21 @@ std::string source_of_member(const ArchiveMember& member, const std::string& dir
 }  // namespace
 
 CLI::App* VerifyCommand::add_to(CLI::App& tool) {
-  CLI::App* command =
-      add_command(tool, *this, "verify",
-                  "Decode all of a .shm file; with --against, prove that it holds the same mesh;\n"
-                  "of what was rounded, print the largest error, and prove that it keeps its bound",
-                  "  shm verify rotor.e.shm\n"
-                  "  shm verify -r archive                      all .shm files in a folder\n"
-                  "  shm verify rotor.e.shm --against rotor.e   exit code 1 when they differ");
+  CLI::App* command = add_command(
+      tool, *this, "verify",
+      "Decode all of a .shm file; with --against, check that it contains the same mesh\n"
+      "as its source. For rounded data, print the largest error and check it against its bound",
+      "  shm verify rotor.e.shm\n"
+      "  shm verify -r archive                      all .shm files in a folder\n"
+      "  shm verify rotor.e.shm --against rotor.e   exit code 1 if they differ");
   add_files(*command, *this, ".shm file, - for standard input");
-  command->add_option("--against", against, "Mesh that IN was made of")->type_name("SOURCE");
-  command->add_option("--cell-order", cell_order, "The file with which IN was made in --order free")
+  command->add_option("--against", against, "Mesh that IN was made from")->type_name("SOURCE");
+  command
+      ->add_option("--cell-order", cell_order,
+                   "Cell order file used to compress IN with --order free")
       ->type_name("FILE");
-  command->add_flag(
-      "--json", json,
-      "Print as JSON whether they are equal, how many differences there are, and counts");
+  command->add_flag("--json", json,
+                    "Print the result, the number of differences and the counts as JSON");
   return command;
 }
 
@@ -98,8 +99,8 @@ bool VerifyCommand::is_for(const Format* format) const {
 
 ExitCode VerifyCommand::verify_archive() {
   if (!against.empty() && !std::filesystem::is_directory(against))
-    wrong_use("--against of an archive must be the directory of the files that it was made of; " +
-              against + " is none");
+    wrong_use("--against must be the directory of the source files if IN is an archive; " +
+              against + " is not a directory");
   if (!cell_order.empty())
     wrong_use("--cell-order needs a file of one mesh; " + input + " is an archive");
   ArchiveFile archive(input);
@@ -134,8 +135,8 @@ ExitCode VerifyCommand::verify_archive() {
   return code;
 }
 
-// Reports all that is damaged in the file at `path`, which is the input or a copy of it, and then
-// throws the failure on, with what repair can do about it.
+// Reports all damage in the file at `path`, which is the input or a copy of it, then throws the
+// failure again with a hint at repair.
 void VerifyCommand::fail_with_damage(const Failure& failure, const std::string& path) const {
   Error error = failure.error();
   const bool may_be_damage = error.code == ErrorCode::corrupt ||
@@ -144,7 +145,7 @@ void VerifyCommand::fail_with_damage(const Failure& failure, const std::string& 
   if (!may_be_damage || !file) throw Failure(error);
   auto parity = ProtectedFile::open(**file);
   if (parity && parity->is_of_something_else()) parity = nullptr;
-  // Packets of small files may hold copies of what they protect.
+  // Search only the protected bytes: packets of small files may contain copies of these.
   LenientSource lenient(**file);
   const std::uint64_t bytes =
       parity ? std::min(parity->shape().protected_bytes, lenient.size()) : lenient.size();
@@ -152,9 +153,9 @@ void VerifyCommand::fail_with_damage(const Failure& failure, const std::string& 
   const auto damage = find_damage(itself);
   const bool found = damage && !damage->damages.empty();
   if (parity)
-    error.detail += "; there is parity to heal it by: shm repair";
+    error.detail += "; its parity may heal it: shm repair";
   else if (found && damage->schema)
-    error.detail += "; shm repair -o OUT.shm writes what of it is whole";
+    error.detail += "; shm repair -o OUT.shm writes its undamaged parts";
   if (json) {
     nlohmann::json fields;
     fields["file"] = input;
@@ -176,7 +177,7 @@ void VerifyCommand::fail_with_damage(const Failure& failure, const std::string& 
 
 ExitCode VerifyCommand::run() {
   if (!cell_order.empty() && against.empty()) wrong_use("--cell-order needs --against SOURCE");
-  if (!against.empty() && is_one_of_many) wrong_use("--against is of one file; IN are several");
+  if (!against.empty() && is_one_of_many) wrong_use("--against needs a single IN");
   ToolInput in(*this);
   if (!in.is_stream() && !in.is_series() && is_archive(in.path())) {
     input = in.path();

@@ -1,5 +1,5 @@
-// shm verify: whether all of a .shm file can be decoded, and whether it holds the same mesh as its
-// source.
+// shm verify: checks that all of a .shm file can be decoded, and that it contains the same mesh as
+// its source.
 #pragma once
 
 #include <string>

@@ -18,7 +18,8 @@
 namespace shm::converters {
 namespace {
 
-// Measured on a sample; nothing where the mesh is too large for a trial.
+// Returns the share of the file that order free would save, measured on a sample; nothing if the
+// mesh is too large for a trial.
 std::optional<double> saved_in_free_order(MeshSource& mesh, Spool& spool) {
   constexpr std::uint64_t kMostCells = 1 << 19;
   if (mesh.info().cells() > kMostCells) return std::nullopt;
@@ -37,11 +38,11 @@ CLI::App* LayoutCommand::add_to(CLI::App& tool) {
       tool, *this, "layout",
       "Draw how coherently a mesh is stored: vertices down, cells across, a green line\n"
       "from the first to the last use of each vertex",
-      "  shm layout rotor.e                       writes rotor.e.svg, and a verdict in words\n"
+      "  shm layout rotor.e                       writes rotor.e.svg, and prints a verdict\n"
       "  shm layout rotor.e -o rotor.png");
   add_files(*command, *this, mesh_file_text());
   add_output(*command, *this,
-             "Picture to write, or folder for pictures (default: IN.svg beside IN)",
+             "Picture to write, or folder for pictures (default: IN.svg next to IN)",
              "OUT.svg|OUT.png");
   add_part(*command, *this);
   return command;
@@ -57,8 +58,8 @@ Places LayoutCommand::places() {
   const bool is_device =
       std::filesystem::exists(output, none) && !std::filesystem::is_regular_file(output, none);
   if (output != "-" && !is_device && extension != ".svg" && extension != ".png")
-    wrong_use("a picture is a .svg or .png file, by its name; OUT is " + output);
-  if (is_png() && !has_png()) wrong_use("a .png needs librsvg, which is not there");
+    wrong_use("a picture is a .svg or .png file; OUT is " + output);
+  if (is_png() && !has_png()) wrong_use("a .png needs librsvg, which is not installed");
   return {{input}, output};
 }
 

@@ -1,4 +1,4 @@
-// shm layout: a picture of how coherently a mesh is stored.
+// shm layout: draws how coherently a mesh is stored.
 #pragma once
 
 #include "tool/running/command.h"

@@ -25,9 +25,9 @@
 namespace shm::converters {
 namespace {
 
-// --- what the words of the options mean
+// --- values of options
 
-// So many finite numbers with commas between them; nothing where there are others.
+// Parses N finite numbers separated by commas. Returns nothing if the text is anything else.
 template <std::size_t N>
 std::optional<std::array<double, N>> numbers_of(std::string_view text) {
   std::array<double, N> numbers{};
@@ -74,11 +74,11 @@ std::optional<HalfSpace> half_space(const std::string& text) {
                         ? std::nullopt
                         : numbers_of<1>(std::string_view(text).substr(colon + 1));
   if (!normal || !most)
-    wrong_use("--clip " + text + ": must be X,Y,Z:D, what is left is x*X + y*Y + z*Z <= D");
+    wrong_use("--clip " + text + ": must be X,Y,Z:D, which keeps x*X + y*Y + z*Z <= D");
   return HalfSpace{*normal, most->front()};
 }
 
-// --- what is said of it
+// --- reports
 
 std::string preview_json(const PreviewCommand& command, const ShownBoundary& shown,
                          const Picture& picture, std::size_t bytes) {
@@ -122,10 +122,9 @@ std::string legend_name(const ArrayChoice& array) {
 CLI::App* PreviewCommand::add_to(CLI::App& tool) {
   CLI::App* command = add_command(
       tool, *this, "preview",
-      "Draw a mesh as it looks from outside: the faces that one cell alone has, cells\n"
-      "without volume, lines and points; where there are none, its vertices. Each element block "
-      "has\n"
-      "its colour, or values have",
+      "Draw a mesh as it looks from outside: the faces that belong to only one cell, cells\n"
+      "without volume, lines and points; if there are none of these, its vertices. Colours show\n"
+      "the element blocks, or the values of an array",
       "  shm preview rotor.e.shm                  writes rotor.e.shm.png\n"
       "  shm preview rotor.e -o rotor.png --array temperature@last\n"
       "  shm preview rotor.e.shm -o cut.png --clip 1,0,0:0.5 --array point/v --size 1600x1200\n"
@@ -133,33 +132,34 @@ CLI::App* PreviewCommand::add_to(CLI::App& tool) {
       "JSON: input, output, output_bytes, width, height, covered_pixels (of the mesh), vertices,\n"
       "faces, faces_skipped (without an area, or with a vertex that is not finite), "
       "cells_left_out\n"
-      "(whose shape is not known), array (name, location, step, least, greatest; or null).");
+      "(of unknown shape), array (name, location, step, least, greatest; or null).");
   add_files(*command, *this, mesh_file_text());
   add_output(*command, *this,
-             "Picture to write, or folder for pictures (default: IN.png beside IN)", "OUT.png");
+             "Picture to write, or folder for pictures (default: IN.png next to IN)", "OUT.png");
   command->add_option("--size", size, "Pixels across and down, 16 to 4096 (default: 1024x768)")
       ->type_name("WxH");
   command
       ->add_option("--view", view,
-                   "From where one looks: the direction from the mesh to the eye (default: from "
-                   "before, above\nand the right, 1,-2,1; a mesh in a plane is looked at from its "
-                   "normal)")
+                   "Direction from the mesh to the viewer (default: from the front, above and the "
+                   "right,\n1,-2,1; along the normal for a mesh in a plane)")
       ->type_name("X,Y,Z");
-  command->add_option("--up", up, "The axis that goes up on the picture (default: z)")
+  command->add_option("--up", up, "Axis that points up in the picture (default: z)")
       ->check(one_of({"x", "y", "z"}))
       ->type_name("x|y|z");
   command
-      ->add_option("--array", array,
-                   "Colours show this array, with a legend: NAME, point/NAME or cell/NAME, v for "
-                   "v_x, v_y, v_z;\nof vectors the length. @ a time step: N, from 0, first or last "
-                   "(default: last)")
+      ->add_option(
+          "--array", array,
+          "Array to show as colours, with a legend: NAME, point/NAME or cell/NAME, v for "
+          "v_x, v_y, v_z;\nvectors are shown by their length. @STEP is N (from 0), first or "
+          "last (default: last)")
       ->type_name("NAME[@STEP]");
   command
       ->add_option("--clip", clip,
-                   "Cells alone whose middle is where x*X + y*Y + z*Z <= D: what is inside is seen")
+                   "Draw only cells whose centre satisfies x*X + y*Y + z*Z <= D, to see the inside")
       ->type_name("X,Y,Z:D");
-  command->add_flag("--edges", edges,
-                    "Edges around all faces (default: around those some pixels wide)");
+  command->add_flag(
+      "--edges", edges,
+      "Draw edges around all faces (default: around those that are some pixels wide)");
   add_part(*command, *this);
   command->add_flag("--json", json, "Print as JSON");
   return command;
@@ -211,7 +211,7 @@ ExitCode PreviewCommand::run() {
   line.wipe();
   if (shown.boundary.left_out > 0)
     print_remark("not in " + output + ": " + plural(shown.boundary.left_out, "cell", "cells") +
-                 " whose shape is not known");
+                 " of unknown shape");
   if (json)
     std::fputs(preview_json(*this, shown, picture, png.size()).c_str(), stdout);
   else

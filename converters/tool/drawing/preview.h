@@ -1,4 +1,4 @@
-// shm preview: a picture of a mesh.
+// shm preview: draws a picture of a mesh.
 #pragma once
 
 #include <string>

@@ -20,14 +20,15 @@
 namespace shm::converters {
 namespace {
 
-// As the user wants it, or by the name of the output; what has no extension is PLY.
+// Returns the format that the user asked for, or the one of the output's extension, or PLY if it
+// has none.
 SurfaceFormat surface_format_of(const SurfaceCommand& command) {
   if (!command.format.empty()) return *surface_format(command.format);
   const std::string extension = std::filesystem::path(command.output).extension().string();
   if (extension.empty()) return SurfaceFormat::ply;
   const auto format = surface_format(std::string_view(extension).substr(1));
   if (!format)
-    wrong_use("a surface is a .ply, .stl or .obj file, or what --format says; OUT is " +
+    wrong_use("a surface is a .ply, .stl or .obj file, by its name or by --format; OUT is " +
               command.output);
   return *format;
 }
@@ -58,29 +59,28 @@ std::string surface_text(const SurfaceCommand& command, const WrittenSurface& wr
   if (written.triangles_before > written.faces)
     text += " of " + plural(written.triangles_before, "triangle", "triangles");
   if (written.copies > 0)
-    text += "; " + plural(written.copies, "vertex", "vertices") +
-            " copied where faces were taken apart";
+    text += "; " + plural(written.copies, "vertex", "vertices") + " copied to separate faces";
   if (written.rounded > 0)
     text +=
         "; coordinates of " + plural(written.rounded, "vertex", "vertices") + " rounded to float32";
   return text + "\n";
 }
 
-// What of the surface is not in the file. Nothing goes silently.
+// Reports the parts of the surface that are not in the file, even with --quiet.
 void remark_what_is_missing(const SurfaceCommand& command, const ShownBoundary& shown,
                             const WrittenSurface& written) {
   const auto remark = [&](std::uint64_t count, const std::string& one, const std::string& many,
                           const std::string& why) {
     if (count > 0) print_remark("not in " + command.output + ": " + plural(count, one, many) + why);
   };
-  remark(shown.boundary.left_out, "cell", "cells", " whose shape is not known");
+  remark(shown.boundary.left_out, "cell", "cells", " of unknown shape");
   remark(written.lines_and_points, "line or point", "lines and points", "");
   remark(written.collapsed, "face", "faces", " with fewer than three different vertices");
   remark(written.not_finite, "face", "faces",
          " with a vertex that is not finite or too far away for float32");
   if (command.decimate && written.faces > *command.decimate)
-    print_remark("in " + command.output + " are " + plural(written.faces, "face", "faces") +
-                 ": no more of them can go");
+    print_remark("in " + command.output + ": " + plural(written.faces, "face", "faces") +
+                 " are left; no more can be removed");
 }
 
 }  // namespace
@@ -88,37 +88,37 @@ void remark_what_is_missing(const SurfaceCommand& command, const ShownBoundary& 
 CLI::App* SurfaceCommand::add_to(CLI::App& tool) {
   CLI::App* command = add_command(
       tool, *this, "surface",
-      "Write the boundary of a mesh for programs that know surfaces alone: the faces that one "
-      "cell\n"
-      "alone has, and cells without volume, as PLY (with the element block of each face), STL or "
-      "OBJ.\nCoordinates are rounded to float32",
+      "Write the boundary of a mesh for programs that only know surfaces: the faces that belong\n"
+      "to only one cell, and cells without volume, as PLY (with the element block of each face),\n"
+      "STL or OBJ. Coordinates are rounded to float32",
       "  shm surface rotor.e.shm                  writes rotor.e.shm.ply\n"
       "  shm surface rotor.e -o rotor.ply --array temperature@last\n"
       "  shm surface rotor.e.shm -o rotor.stl --decimate 20000\n"
       "\n"
       "JSON: input, output, output_bytes, vertices, faces, triangles_before (decimation; or "
       "null),\n"
-      "vertices_copied (where more than two faces meet at an edge, or do not go around alike),\n"
+      "vertices_copied (at edges with more than two faces, or with faces of opposite "
+      "orientation),\n"
       "vertices_rounded (to float32), lines_and_points, faces_collapsed (fewer than three "
-      "different\nvertices), faces_not_finite, cells_left_out (whose shape is not known), array "
-      "(name, location,\nstep, least, greatest; or null).");
+      "different\nvertices), faces_not_finite, cells_left_out (of unknown shape), array (name, "
+      "location,\nstep, least, greatest; or null).");
   add_files(*command, *this, mesh_file_text());
-  add_output(
-      *command, *this,
-      "File to write, or folder for files (default: IN.ply beside IN, or what --format says)",
-      "OUT.ply");
-  command->add_option("--format", format, "Of OUT (default: by its name)")
+  add_output(*command, *this,
+             "File to write, or folder for files (default: IN.ply next to IN, or as --format says)",
+             "OUT.ply");
+  command->add_option("--format", format, "Format of OUT (default: by its name)")
       ->check(one_of({"ply", "stl", "obj"}))
       ->type_name("ply|stl|obj");
   command
       ->add_option(
           "--array", array,
-          "Colours show this array, in PLY: NAME, point/NAME or cell/NAME, v for v_x, v_y, "
-          "v_z;\nof vectors the length. @ a time step: N, from 0, first or last (default: "
+          "Array to show as colours, in PLY only: NAME, point/NAME or cell/NAME, v for v_x, v_y, "
+          "v_z;\nvectors are shown by their length. @STEP is N (from 0), first or last (default: "
           "last)")
       ->type_name("NAME[@STEP]");
   command
-      ->add_option("--decimate", decimate, "Leave N triangles, those that change the shape least")
+      ->add_option("--decimate", decimate,
+                   "Reduce to N triangles, first removing those that change the shape least")
       ->check(whole_number(1))
       ->type_name("N");
   add_part(*command, *this);

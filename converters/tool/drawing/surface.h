@@ -1,4 +1,4 @@
-// shm surface: the boundary of a mesh as a file for other programs.
+// shm surface: writes the boundary of a mesh as a file for other programs.
 #pragma once
 
 #include <cstdint>

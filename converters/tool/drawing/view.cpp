@@ -22,19 +22,20 @@ namespace {
 void copy_bytes(RandomSource& source, const std::string& path, ByteSink& into) {
   constexpr std::uint64_t kPiece = 1 << 20;
   std::vector<std::byte> piece;
-  for (std::uint64_t at = 0; at < source.size(); at += piece.size()) {
-    piece.resize(static_cast<std::size_t>(std::min(kPiece, source.size() - at)));
-    unwrap(source.read_at(at, piece), path);
+  for (std::uint64_t offset = 0; offset < source.size(); offset += piece.size()) {
+    piece.resize(static_cast<std::size_t>(std::min(kPiece, source.size() - offset)));
+    unwrap(source.read_at(offset, piece), path);
     unwrap(into.write(piece), path);
   }
 }
 
-// A file, or a part of an archive where one is named: as it stands, if it can be opened.
+// Copies a .shm file, or the named part of an archive, unchanged, after checking that it can be
+// opened.
 void copy_shm(const std::string& path, const std::string& part, const std::string& input,
               ByteSink& into) {
   const auto whole = unwrap(FileRandomSource::open(path), path);
   if (!is_archive(path)) {
-    if (!part.empty()) wrong_use("--part needs an archive; " + input + " is none");
+    if (!part.empty()) wrong_use("--part needs an archive; " + input + " is not one");
     (void)unwrap(MeshExtractor::open(*whole), path);
     return copy_bytes(*whole, path, into);
   }
@@ -50,16 +51,17 @@ void copy_shm(const std::string& path, const std::string& part, const std::strin
 CLI::App* ViewCommand::add_to(CLI::App& tool) {
   CLI::App* command = add_command(
       tool, *this, "view",
-      "Write a page that shows a mesh in a browser: one file with the mesh in it, to open or\n"
-      "to mail, which needs no network and no program but the browser",
+      "Write a page that shows a mesh in a browser: a single file that contains the mesh, to open\n"
+      "or to send by mail. It needs no network and no program except the browser",
       "  shm view rotor.e.shm                     writes rotor.e.shm.html\n"
-      "  shm view rotor.e -o rotor.html           compresses it on the way");
+      "  shm view rotor.e -o rotor.html           compresses the mesh first");
   add_files(*command, *this, mesh_file_text());
-  add_output(*command, *this, "Page to write, or folder for pages (default: IN.html beside IN)",
+  add_output(*command, *this, "Page to write, or folder for pages (default: IN.html next to IN)",
              "OUT.html");
   add_level(*command, level);
   command
-      ->add_option("--page", page, "The page without a mesh (default: the one installed with shm)")
+      ->add_option("--page", page,
+                   "Page without a mesh to use (default: the one installed with shm)")
       ->type_name("FILE");
   add_part(*command, *this);
   return command;

@@ -1,4 +1,4 @@
-// shm view: a page that shows a mesh in a browser.
+// shm view: writes a page that shows a mesh in a browser.
 #pragma once
 
 #include <string>
@@ -16,7 +16,7 @@ struct ViewCommand final : FileCommand {
   ExitCode run() override;
 
  private:
-  // For people: the name of the file, or of the part.
+  // Returns the name to display: that of the file, or of the part.
   std::string shown_name() const;
 };
 

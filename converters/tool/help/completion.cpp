@@ -9,20 +9,20 @@ namespace {
 
 struct CompletedOption {
   std::vector<std::string> names;  // with their dashes
-  std::vector<std::string> words;  // of which one follows; empty where it is none of a few
+  std::vector<std::string> words;  // the possible values; empty if there is no fixed set
   bool has_value = false;
-  std::string help;  // its first line
+  std::string help;  // the first line
 };
 
 struct CompletedCommand {
   std::string name, help;
   std::vector<CompletedOption> options;
-  std::vector<std::string> words;  // of an operand that is one of a few; else it is a file
+  std::vector<std::string> words;  // the possible operands; empty if operands are files
 };
 
 std::string first_line(const std::string& text) { return text.substr(0, text.find('\n')); }
 
-// Of "keep|stream|free", as the help shows it: all three.
+// Splits a type such as "keep|stream|free", as the help shows it, into its words.
 std::vector<std::string> words_of_type(const std::string& type) {
   std::vector<std::string> words;
   if (type.find('|') == std::string::npos) return words;
@@ -35,11 +35,11 @@ std::vector<std::string> words_of_type(const std::string& type) {
 }
 
 CompletedCommand completed(const CLI::App& command) {
-  CompletedCommand it{command.get_name(), first_line(command.get_description()), {}, {}};
+  CompletedCommand entry{command.get_name(), first_line(command.get_description()), {}, {}};
   for (const CLI::Option* option : command.get_options()) {
     const auto words = words_of_type(option->get_type_name());
     if (option->get_positional()) {
-      it.words.insert(it.words.end(), words.begin(), words.end());
+      entry.words.insert(entry.words.end(), words.begin(), words.end());
       continue;
     }
     CompletedOption made;
@@ -48,9 +48,9 @@ CompletedCommand completed(const CLI::App& command) {
     made.words = words;
     made.has_value = option->get_expected_max() > 0;
     made.help = first_line(option->get_description());
-    it.options.push_back(std::move(made));
+    entry.options.push_back(std::move(made));
   }
-  return it;
+  return entry;
 }
 
 std::vector<CompletedCommand> completed_commands(const CLI::App& tool) {
@@ -116,7 +116,8 @@ std::string for_bash(const CompletedCommand& itself,
          "complete -o default -F _shm shm\n";
 }
 
-// Between single quotes, in what _arguments and _describe take apart at colons and brackets.
+// Escapes help text for use in single quotes, and for _arguments and _describe, which split it at
+// colons and brackets.
 std::string for_zsh(const std::string& help) {
   std::string text;
   for (const char c : help)

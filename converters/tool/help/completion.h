@@ -1,4 +1,4 @@
-// What shells complete of command lines of a tool, made of the options that there are.
+// Completion scripts for shells, generated from the options of the tool.
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@ class App;
 
 namespace shm::converters {
 
-// Scripts that define what bash and zsh offer for the next word.
+// Return scripts by which bash and zsh complete the next word of a command line.
 std::string bash_completion(const CLI::App& tool);
 std::string zsh_completion(const CLI::App& tool);
 

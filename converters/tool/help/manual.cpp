@@ -9,7 +9,8 @@
 namespace shm::converters {
 namespace {
 
-// As roff shows it literally: lines that begin with a dot or a quote are no requests.
+// Escapes text so that roff shows it literally. In particular, a line that begins with a dot or a
+// quote must not be taken for a request.
 std::string literal(const std::string& text) {
   std::string roff;
   char before = '\n';
@@ -31,7 +32,7 @@ std::string literal(const std::string& text) {
 std::string bold(const std::string& text) { return "\\fB" + literal(text) + "\\fR"; }
 std::string italic(const std::string& text) { return "\\fI" + literal(text) + "\\fR"; }
 
-// Lines as they stand.
+// Returns lines that roff prints without filling.
 std::string block(const std::string& lines) { return ".PP\n.nf\n" + literal(lines) + "\n.fi\n"; }
 
 std::string option_text(const CLI::Option& option) {
@@ -47,7 +48,7 @@ std::string option_text(const CLI::Option& option) {
   return ".TP\n" + names + "\n" + literal(option.get_description()) + "\n";
 }
 
-// The operands of a command: those in brackets may be left out.
+// Returns the synopsis of a command. Operands in brackets are optional.
 std::string synopsis(const CLI::App& command) {
   std::string line = bold("shm " + command.get_name()) + " [" + italic("OPTIONS") + "]";
   for (const CLI::Option* option : command.get_options()) {
@@ -75,7 +76,8 @@ std::string command_text(const CLI::App& command) {
          description_text(command) + options_text(command) + block(command.get_footer());
 }
 
-// By which whatis and apropos find a page: what is described first, without capital and full stop.
+// Returns the text by which whatis and apropos find a page: the first clause of the description,
+// without capital and full stop.
 std::string short_text(const CLI::App& command) {
   std::string text = command.get_description() + ". ";
   std::replace(text.begin(), text.end(), '\n', ' ');
@@ -84,7 +86,7 @@ std::string short_text(const CLI::App& command) {
   return text;
 }
 
-// The examples, and what else the help ends with.
+// Returns the examples, and the notes that follow them in the help.
 std::string footer_text(const std::string& footer) {
   const std::string heading = "Examples:\n";
   const std::size_t end = std::min(footer.find("\n\n"), footer.size());
@@ -100,7 +102,7 @@ std::string head(const CLI::App& tool, const std::string& name, const std::strin
          literal(name) + " \\- " + literal(what) + "\n.SH SYNOPSIS\n";
 }
 
-// "shm(1)", as pages are cited.
+// Returns a reference to a page, such as "shm(1)".
 std::string page(const std::string& name, int section) {
   return bold(name) + "(" + std::to_string(section) + ")";
 }

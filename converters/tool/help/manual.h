@@ -1,4 +1,4 @@
-// The pages that man shows of a tool: one made of the help of all its commands, and one of each.
+// Manual pages of a tool: one with the help of all its commands, and one for each command.
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@ class App;
 
 namespace shm::converters {
 
-// In roff, with the macros of man.
+// In roff, with the man macros.
 std::string manual_page(const CLI::App& tool);
 std::string manual_page(const CLI::App& tool, const CLI::App& command);
 

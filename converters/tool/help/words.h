@@ -1,4 +1,4 @@
-// Words of the command line that nobody knows, and which ones may have been meant.
+// Finds known words that resemble a mistyped word of the command line.
 #pragma once
 
 #include <span>
@@ -7,9 +7,9 @@
 
 namespace shm::converters {
 
-// The one of `known` that `word` turns into by the fewest slips of the hand (a letter too many, too
-// few, another one, or two exchanged), the first of equals; empty where that takes more than one
-// for each three letters.
+// Returns the word of `known` that has the fewest typing errors compared with `word` (a letter
+// added, missing or replaced, or two letters exchanged); the first one if several have equally few.
+// Returns an empty string if there is more than one error per three letters.
 std::string nearest_word(std::string_view word, std::span<const std::string> known);
 
 }  // namespace shm::converters

@@ -1,5 +1,5 @@
-// A command of the tool shm. To add one: a struct in a unit of its own in tool/commands, with its
-// options and how it runs, and its line in the list of shm_tool.cpp.
+// A command of the tool shm. To add one, write a struct with its options and run() in a unit of its
+// own in tool/commands, and add it to the list in shm_tool.cpp.
 #pragma once
 
 #include <string>
@@ -17,35 +17,36 @@ namespace shm::converters {
 
 struct Command : CommonOptions {
   virtual ~Command() = default;
-  // Adds the command with its options to `tool`, which this must outlive.
+  // Adds the command with its options to `tool`. This object must outlive `tool`.
   virtual CLI::App* add_to(CLI::App& tool) = 0;
-  // What it reads and writes with the options given, of which nothing may be lost. Throws Failure.
+  // Returns the files that the command reads and writes with the given options, so that no input is
+  // overwritten. Throws Failure.
   virtual Places places() { return {}; }
-  // Whether it says itself what can be done about a damaged file.
+  // Returns true if the command itself explains how to repair a damaged file.
   virtual bool names_repair() const { return false; }
-  // Once, behind places(). Throws Failure.
+  // Runs the command; called once, after places(). Throws Failure.
   virtual ExitCode run() = 0;
 };
 
-// A command that takes any number of files and works on each by itself; of several, in a process of
-// its own. run() then has one of them as `input`, and as `output` what output_beside() makes of it,
-// or what the user wants instead.
+// A command that takes any number of files and handles each on its own; if there are several, each
+// in its own process. When run() is called, `input` is one of the files, and `output` is the result
+// of output_beside() or the output that the user chose.
 struct FileCommand : Command {
   std::vector<std::string> files;
-  bool recursive = false;             // folders, too
+  bool recursive = false;             // take the files in folders
   bool to_stdout = false;             // -c
   bool remove = false, keep = false;  // --rm; -k, which excludes it
   bool json = false;
-  bool is_one_of_many = false;  // a line is enough
-  unsigned threads = 0;         // one for each core
+  bool is_one_of_many = false;  // report a single line
+  unsigned threads = 0;         // 0: one per core
 
-  // Whether a file of a folder is for it; null: of no known format.
+  // Returns true if the command takes files of this format from a folder. Null: unknown format.
   virtual bool is_for(const Format* format) const { return format != nullptr; }
-  // Whether it matters how many bytes become how many.
+  // Returns true if the report states the sizes of input and output.
   virtual bool changes_size() const { return false; }
-  // Why an input is left alone; empty: it is not.
+  // Returns the reason for skipping an input; empty if it is not skipped.
   virtual std::string why_passed_over(const std::string& /*path*/) const { return {}; }
-  // What is written of an input where the user names nothing; empty: nothing is written. Throws
+  // Returns the output for an input if the user names none; empty if nothing is written. Throws
   // Failure.
   virtual std::string output_beside(const std::string& /*path*/) const { return {}; }
 };

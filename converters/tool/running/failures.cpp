@@ -16,13 +16,14 @@
 namespace shm::converters {
 namespace {
 
-// Whether standard output is a pipe that nobody reads any more: `shm info x | head` is no mistake.
+// Returns true if standard output is a pipe that has lost its reader: `shm info x | head` is no
+// error.
 bool nobody_listens() {
   struct pollfd out = {STDOUT_FILENO, POLLOUT, 0};
   return ::poll(&out, 1, 0) > 0 && (out.revents & POLLERR) != 0;
 }
 
-// Whether `path` is a file, and a .shm file by its beginning.
+// Returns true if `path` is a file that begins like a .shm file.
 bool is_shm_file(const std::string& path) {
   std::error_code none;
   try {
@@ -38,7 +39,7 @@ int complain(int code, const std::string& sentence) {
   return code;
 }
 
-// Asks for no memory, since there may be none for good.
+// Allocates no memory, because none may be left.
 int complain_of_memory(const Command* chosen) noexcept {
   std::fputs("shm: ", stderr);
   for (const char c : chosen != nullptr ? std::string_view(chosen->input) : std::string_view()) {
@@ -49,7 +50,7 @@ int complain_of_memory(const Command* chosen) noexcept {
   return kLimit;
 }
 
-// What is being handled.
+// Reports the exception that is being handled.
 int complain_of_failure(const Command* chosen) {
   const auto input = [&] { return chosen != nullptr ? chosen->input : std::string(); };
   try {
@@ -61,7 +62,8 @@ int complain_of_failure(const Command* chosen) {
     if (error.file.empty() && error.code != ErrorCode::misuse) error.file = input();
     const bool damaged = error.code == ErrorCode::corrupt || error.code == ErrorCode::truncated;
     if (damaged && chosen != nullptr && !chosen->names_repair() && is_shm_file(error.file))
-      error.detail += "; shm verify lists what is damaged, shm repair -o OUT.shm writes the rest";
+      error.detail +=
+          "; shm verify lists the damage, shm repair -o OUT.shm writes the undamaged parts";
     return complain(exit_code(error.code), error.message());
   } catch (const std::bad_alloc&) {
     throw;
@@ -77,7 +79,7 @@ int complain_of_failure(const Command* chosen) {
 int code_of_failure(const Command* chosen) noexcept {
   try {
     return complain_of_failure(chosen);
-  } catch (...) {  // memory: what is thrown, or for a sentence about it
+  } catch (...) {  // out of memory, either in the command or when composing the message
     return complain_of_memory(chosen);
   }
 }

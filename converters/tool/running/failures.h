@@ -1,17 +1,17 @@
-// What goes wrong in a command, on standard error, and the exit code that follows from it.
+// Reports failures of a command on standard error, with the exit code for each.
 #pragma once
 
 #include "tool/running/command.h"
 
 namespace shm::converters {
 
-// For who handles what a command has thrown: reports it, and the exit code that follows from it.
-// `chosen`: the command that runs, null as long as there is none. Where memory has run out there
-// may be none for a sentence either: kLimit, and one that takes none.
+// Call this while an exception of a command is being handled: reports it and returns its exit code.
+// `chosen`: the running command; null if none has been chosen yet. If memory has run out, prints a
+// fixed message, which needs no memory, and returns kLimit.
 int code_of_failure(const Command* chosen) noexcept;
 
-// What `work` returns, or the exit code of what it throws. `chosen` is looked at when something is
-// thrown.
+// Returns the result of `work`, or the exit code of the exception it throws. `chosen` is read when
+// an exception is thrown.
 template <class Work>
 int reported(const Command* const& chosen, const Work& work) noexcept {
   try {

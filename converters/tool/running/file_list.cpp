@@ -43,14 +43,14 @@ class Listing {
     list_.tasks.push_back(std::move(task));
   }
 
-  // Links are not followed: they may lead anywhere, and round in circles.
+  // Links are not followed: they may lead out of the folder, or form cycles.
   void add_folder(const std::string& folder) {
     std::error_code error;
     std::vector<fs::path> files;
-    fs::recursive_directory_iterator at(folder, error), end;
-    while (!error && at != end) {
-      if (!at->is_symlink() && at->is_regular_file()) files.push_back(at->path());
-      at.increment(error);
+    fs::recursive_directory_iterator entry(folder, error), end;
+    while (!error && entry != end) {
+      if (!entry->is_symlink() && entry->is_regular_file()) files.push_back(entry->path());
+      entry.increment(error);
     }
     if (error) refuse(folder, refusal(ErrorCode::io, "cannot be read: " + error.message(), folder));
     std::sort(files.begin(), files.end());
@@ -58,7 +58,7 @@ class Listing {
       take({file.string(), {}, {}, {}, {}, 0}, file.lexically_relative(folder), false);
   }
 
-  // `below`: its place below the folder that outputs go to.
+  // `below`: path of the file relative to the folder of the outputs.
   void take(FileTask task, const fs::path& below, bool named) {
     try {
       if (!named && !purpose_.is_for(format_of(task.input))) {
@@ -92,7 +92,7 @@ class Listing {
         writers_.emplace(fs::path(task.output).lexically_normal(), task.input);
     if (!is_new)
       throw Failure(
-          refusal(ErrorCode::output, "is what " + first->second + " becomes, too", task.output));
+          refusal(ErrorCode::output, "is the output of " + first->second + ", too", task.output));
   }
 
   const FilePurpose& purpose_;

@@ -1,4 +1,4 @@
-// The files that a command is to work on one by one, and where what it makes of each is to go.
+// The files that a command handles one by one, and the output of each.
 #pragma once
 
 #include <cstdint>
@@ -12,11 +12,11 @@
 namespace shm::converters {
 
 struct FileTask {
-  std::string input, output;  // output: empty where nothing is written
+  std::string input, output;  // output: empty if nothing is written
   std::uint64_t bytes = 0;    // of the input
-  std::string passed_over;    // why; empty: it is not
-  Result<void> refusal;       // why it is not begun, found before any work
-  int code = 0;               // how it ended
+  std::string passed_over;    // the reason; empty: not passed over
+  Result<void> refusal;       // reason for not starting it, found before any work
+  int code = 0;               // exit code
 };
 
 struct FileList {
@@ -24,20 +24,21 @@ struct FileList {
   std::uint64_t others = 0;  // files in folders that the command is not for
 };
 
-// What the command does with files.
+// The way in which a command handles files.
 struct FilePurpose {
   bool recursive = false;
-  std::string folder;  // where all that is written goes; empty: beside its input
-  // Whether a file in a folder is one for the command; null: of no known format.
+  std::string folder;  // folder for all outputs; empty: next to each input
+  // Returns true if the command takes files of this format from a folder. Null: unknown format.
   std::function<bool(const Format*)> is_for;
-  // Why one that was named is passed over; empty: it is not. May throw Failure.
+  // Returns the reason for passing over a named file; empty: none. May throw Failure.
   std::function<std::string(const std::string& input)> why_passed_over;
-  // What is written beside an input; empty: nothing. May throw Failure.
+  // Returns the output next to an input; empty: none. May throw Failure.
   std::function<std::string(const std::string& input)> output_beside;
 };
 
-// `paths` in their order, the files of a folder by their names. Folders without --recursive,
-// folders and files that cannot be read, and two outputs of one name are refusals of their tasks.
+// Lists the files of `paths` in their order; the files of a folder are sorted by name. A task is
+// refused if its path is a folder and --recursive is not given, if its path cannot be read, or if
+// another task has the same output.
 FileList list_files(const std::vector<std::string>& paths, const FilePurpose& purpose);
 
 }  // namespace shm::converters

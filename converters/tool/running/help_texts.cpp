@@ -11,7 +11,7 @@ namespace shm::converters {
 CLI::App* CompletionCommand::add_to(CLI::App& tool) {
   all = &tool;
   CLI::App* command =
-      tool.add_subcommand("completion", "Print what a shell completes of command lines of shm");
+      tool.add_subcommand("completion", "Print the completion script of shm for a shell");
   command->footer(
       "Examples:\n"
       "  shm completion bash > ~/.local/share/bash-completion/completions/shm\n"
@@ -31,18 +31,18 @@ ExitCode CompletionCommand::run() {
 CLI::App* ManualCommand::add_to(CLI::App& tool) {
   all = &tool;
   CLI::App* command =
-      tool.add_subcommand("manual", "Print what man shm shows: the help of all commands");
+      tool.add_subcommand("manual", "Print the manual page of shm, or of one of its commands");
   command->footer(
       "Examples:\n"
       "  shm manual | man -l -\n"
-      "  shm manual compress | man -l -           of one command, as man shm-compress");
-  std::vector<std::string> names;  // this is the last one, so these are all
+      "  shm manual compress | man -l -           the page of one command, as man shm-compress");
+  std::vector<std::string> names;  // of all commands, since this is the last one
   std::string type;
   for (const CLI::App* other : tool.get_subcommands([](const CLI::App*) { return true; })) {
     names.push_back(other->get_name());
     type += (type.empty() ? "" : "|") + names.back();
   }
-  command->add_option("COMMAND", one, "The page of this command alone")
+  command->add_option("COMMAND", one, "Print the page of this command only")
       ->check(one_of(names))
       ->type_name(type);
   return command;

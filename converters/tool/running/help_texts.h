@@ -1,4 +1,4 @@
-// shm completion, shm manual: texts that are made of the options and the help of all commands.
+// shm completion and shm manual: texts generated from the options and help of all commands.
 #pragma once
 
 #include <string>
@@ -9,14 +9,14 @@ namespace shm::converters {
 
 struct CompletionCommand final : Command {
   std::string shell;
-  const CLI::App* all = nullptr;  // of which this is a command
+  const CLI::App* all = nullptr;  // the tool, with all its commands
 
   CLI::App* add_to(CLI::App& tool) override;
   ExitCode run() override;
 };
 
 struct ManualCommand final : Command {
-  std::string one;  // of the commands; empty: all
+  std::string one;  // name of a command; empty: all
   const CLI::App* all = nullptr;
 
   CLI::App* add_to(CLI::App& tool) override;

@@ -57,14 +57,15 @@ int run_on_one(FileCommand& command) {
   return command.run();
 }
 
-// Identity of a file whatever its name; nothing where there is none.
+// Returns the identity of a file, independent of its name; nothing if there is no file.
 std::optional<std::pair<dev_t, ino_t>> identity(const std::string& path) {
   struct stat status {};
   if (::stat(path.c_str(), &status) != 0) return std::nullopt;
   return std::pair(status.st_dev, status.st_ino);
 }
 
-// What would only be found when a task runs; and the folders that outputs go to.
+// Finds refusals that would otherwise only appear when a task runs, and creates the folders of the
+// outputs.
 void check_tasks(FileCommand& command, FileList& list) {
   std::set<std::pair<dev_t, ino_t>> inputs;
   for (const FileTask& task : list.tasks)
@@ -80,7 +81,7 @@ void check_tasks(FileCommand& command, FileList& list) {
       const auto there = identity(task.output);
       if (there && inputs.contains(*there))
         throw Failure(Error{ErrorCode::output,
-                            "is one of the files that are read, and is not written over",
+                            "is one of the inputs, and is not overwritten",
                             {},
                             kNoOffset,
                             task.output});
@@ -93,7 +94,7 @@ void check_tasks(FileCommand& command, FileList& list) {
   }
 }
 
-// Each document of a text, on one line.
+// Puts each JSON document of a text on one line.
 std::string on_lines(const std::string& text) {
   std::string lines;
   std::istringstream documents(text);
@@ -105,8 +106,8 @@ std::string on_lines(const std::string& text) {
   return lines;
 }
 
-// What each of several processes would do for itself: the libraries of formats are opened where
-// names promise some files of theirs. One that does not load is reported with its file.
+// Loads the library of each format that at least two file names indicate, once for all processes. A
+// library that fails to load is reported later, with the file that needs it.
 void load_libraries(const FileList& list) {
   std::map<const Format*, std::size_t> files;
   for (const FileTask& task : list.tasks)
@@ -193,18 +194,18 @@ class Sum {
 int run_on_files(FileCommand& command) {
   command.output = standard_or(command.output, STDOUT_FILENO);
   if (command.remove && (command.to_stdout || command.output == "-"))
-    wrong_use("--rm needs a file that is written, and not standard output");
+    wrong_use("--rm needs an output file, not standard output");
   if (command.to_stdout) {
     if (!command.output.empty()) wrong_use("-c and -o exclude each other");
     command.output = "-";
   }
   if (command.files.size() == 1 && !is_folder(command.files[0])) return run_on_one(command);
   if (command.output == "-")
-    wrong_use("standard output takes what is written of one file; IN are several");
+    wrong_use("standard output takes the output of one file; IN are several");
   for (const std::string& file : command.files)
-    if (file == "-") wrong_use("- is standard input, and no one of several files");
+    if (file == "-") wrong_use("- is standard input, and cannot be one of several files");
   if (!command.output.empty() && !is_folder(command.output))
-    wrong_use("of several files -o is the folder for what is written; there is no folder " +
+    wrong_use("with several files -o is the folder for the outputs; there is no folder " +
               command.output);
   FileList list = list_files(command.files, purpose_of(command));
   check_tasks(command, list);

@@ -9,12 +9,12 @@ namespace shm::converters {
 
 namespace {
 
-// CLI11's own words are those of programmers: "x unit not recognized", and a list of 26.
+// The messages of CLI11 are made for programmers: "x unit not recognized", and a list of 26 units.
 const CLI::Validator kSize(
     [](std::string& word) {
       constexpr std::uint64_t kLeast = 1 << 20;
       const std::string given = word;
-      const std::string wrong = "'" + given + "' is no size, such as 512M or 2G";
+      const std::string wrong = "'" + given + "' is not a size such as 512M or 2G";
       if (given.starts_with('-')) return wrong;
       try {
         CLI::AsSizeValue(false)(word);
@@ -33,8 +33,8 @@ CLI::Validator whole_number(std::uint64_t least, std::uint64_t most) {
         std::uint64_t number = 0;
         if (TextInput::parse(std::string_view(word), number) && number >= least && number <= most)
           return std::string();
-        return "'" + word + "' is no whole number from " + std::to_string(least) +
-               (most < ~std::uint32_t{0} ? " to " + std::to_string(most) : " on");
+        return "'" + word + "' is not a whole number from " + std::to_string(least) +
+               (most < ~std::uint32_t{0} ? " to " + std::to_string(most) : " up");
       },
       ""};
 }
@@ -60,32 +60,33 @@ CLI::App* add_command(CLI::App& tool, CommonOptions& options, const std::string&
   command
       ->add_option(
           "--memory", options.memory,
-          "What tables of vertices, cells and values may take of it, such as 512M; the "
-          "rest is on disk\n(default: 256M; 1G for what needs them in any order); more also allows "
-          ".shm files\nthat need more active vertices than they may have for their size")
+          "Memory limit for tables, e.g. 512M (default: 256M; 1G with --order free and diff "
+          "--match). Excess\ngoes to --temp. A higher limit also admits .shm files with more "
+          "active vertices")
       ->transform(kSize)
       ->type_name("SIZE");
   command
-      ->add_option("--max-output", options.max_output,
-                   "Refuse a mesh whose numbers take more than SIZE, with exit code 5")
+      ->add_option(
+          "--max-output", options.max_output,
+          "Refuse a mesh whose coordinates, values and cells need more than SIZE (exit code 5)")
       ->transform(kSize)
       ->type_name("SIZE");
   command
       ->add_option("--max-cells", options.max_cells,
-                   "Refuse a mesh of more than N cells, or of more than N vertices")
+                   "Refuse a mesh of more than N cells or more than N vertices (exit code 5)")
       ->check(whole_number(1, ~std::uint64_t{0}))
       ->type_name("N");
-  command->add_flag("-q,--quiet", options.quiet, "No progress, and no summary at the end");
+  command->add_flag("-q,--quiet", options.quiet, "Print no progress and no summary");
   return command;
 }
 
 void add_files(CLI::App& command, FileCommand& options, const std::string& what) {
   command.add_option("IN", options.files, what)->required()->type_name("");
   command.add_flag("-r,--recursive", options.recursive,
-                   "Of a folder the files in it and in the folders below, links left out");
+                   "Take the files in folders and their subfolders; links are not followed");
   command
       .add_option("-T,--threads", options.threads,
-                  "Work with N threads (default: one a core); of several files, small ones (32 MB) "
+                  "Use N threads (default: one per core); of several files, those below 32 MB run "
                   "side by\nside")
       ->check(whole_number(1, 1024))
       ->type_name("N");
@@ -94,49 +95,50 @@ void add_files(CLI::App& command, FileCommand& options, const std::string& what)
 void add_output(CLI::App& command, FileCommand& options, const std::string& output,
                 const std::string& type) {
   command.add_option("-o,--output", options.output, output)->type_name(type);
-  command.add_flag("-c,--stdout", options.to_stdout, "Write to standard output, as -o - does");
+  command.add_flag("-c,--stdout", options.to_stdout, "Write to standard output, like -o -");
   add_force(command, options);
 }
 
 void add_removal(CLI::App& command, FileCommand& options) {
   CLI::Option* const remove = command.add_flag(
       "--rm", options.remove,
-      "Remove IN once what was written of it has been read back and found to be the same mesh");
-  command.add_flag("-k,--keep", options.keep, "Keep IN, as without --rm")->excludes(remove);
+      "Remove IN once the output has been read back and found to be the same mesh");
+  command.add_flag("-k,--keep", options.keep, "Keep IN (default)")->excludes(remove);
 }
 
 void add_part(CLI::App& command, CommonOptions& options) {
-  command.add_option("--part", options.part, "Of an archive this file")->type_name("NAME");
+  command.add_option("--part", options.part, "File of an archive to read")->type_name("NAME");
 }
 
 void add_force(CLI::App& command, CommonOptions& options) {
   command.add_flag("-f,--force", options.force,
-                   "Write over a file that is there (default: ask on a terminal, else exit code "
-                   "4); never\nover what is read");
+                   "Overwrite an existing file, but never an input (default: ask on a terminal, "
+                   "otherwise\nexit code 4)");
 }
 
 void add_threads(CLI::App& command, unsigned& threads, const std::string& what) {
-  command.add_option("-T,--threads", threads, what + " with N threads (default: one a core)")
+  command.add_option("-T,--threads", threads, what + " with N threads (default: one per core)")
       ->check(whole_number(1, 1024))
       ->type_name("N");
 }
 
 void add_order(CLI::App& command, std::string& order) {
   command
-      .add_option(
-          "--order", order,
-          "keep: all numbers come back (default); stream: vertices numbered by first use;\n"
-          "free: the same mesh, its cells in whatever order is smallest (needs memory or disk)")
+      .add_option("--order", order,
+                  "keep: keep all numbers (default); stream: number vertices by first use;\n"
+                  "free: the same mesh, with cells in the order that compresses best (needs memory "
+                  "or disk)")
       ->check(one_of({"keep", "stream", "free"}))
       ->type_name("keep|stream|free");
 }
 
 void add_level(CLI::App& command, std::string& level) {
   command
-      .add_option("--level", level,
-                  "fast: little work for each cell; default; best: the smallest file, slower. Also "
-                  "--fast,\n"
-                  "--best, and -1 to -9: up to -3 fast, from -7 best")
+      .add_option(
+          "--level", level,
+          "fast: little work per cell; default; best: the smallest file, slower. Short forms: "
+          "--fast,\n"
+          "--best, and -1 to -9 (-1 to -3: fast, -7 to -9: best)")
       ->check(one_of({"fast", "default", "best"}))
       ->type_name("fast|default|best");
 }
@@ -145,25 +147,26 @@ void add_format(CLI::App& command, std::string& format) {
   std::string names;
   for (const Format& one : formats()) names += (names.empty() ? "" : "|") + std::string(one.name);
   command
-      .add_option("--format", format,
-                  "Of OUT (default: by its name). Refused where the name is that of a format which "
-                  "would hold\nwhat this one loses")
+      .add_option(
+          "--format", format,
+          "Format of OUT (default: by its name). Refused if OUT is named for another format, "
+          "which could\nhold data that this one loses")
       ->type_name(names);
 }
 
 void add_strict(CLI::App& command, bool& strict) {
   command.add_flag("--strict", strict,
-                   "Write nothing when OUT, of another format than the mesh came from, would lack "
-                   "something\n(which is named on standard error in any case): exit code 6");
+                   "Write nothing (exit code 6) if OUT, in another format than the source, would "
+                   "lack data.\nSuch data is listed on standard error in any case");
 }
 
 void add_steps(CLI::App& command, StepChoice& steps) {
   auto* step = command
                    .add_option("--step", steps.words,
-                               "Time step N, from 0, first or last, or the steps A, A + 1, ..., B "
-                               "- 1 alone\n(default: all; the last where a file holds one)")
+                               "Only time step N (from 0), first or last, or the steps A to B - 1\n"
+                               "(default: all; the last if a file holds one)")
                    ->type_name("N|first|last|A:B");
-  command.add_option("--time", steps.time, "The time step of this time alone")
+  command.add_option("--time", steps.time, "Only the time step at time T")
       ->excludes(step)
       ->type_name("T");
 }
@@ -205,9 +208,9 @@ std::string format_names() {
 std::string mesh_file_text() { return "File of format " + format_names(); }
 
 std::string output_text() {
-  return "File to write; a name such as out_%04d.vtu is a file for each time step, with its "
-         "number,\n"
-         "out.pvd a collection of such files in a folder out, for ParaView";
+  return "File to write. A name such as out_%04d.vtu writes one file per time step, with its "
+         "number;\n"
+         "out.pvd writes such files into folder out, and a collection of them for ParaView";
 }
 
 }  // namespace shm::converters

@@ -14,19 +14,20 @@
 
 namespace shm::converters {
 
-// A command of the tool, with what all commands are given. `options` must outlive the tool.
+// Adds a command to the tool, with the options that all commands have. `options` must outlive the
+// tool.
 CLI::App* add_command(CLI::App& tool, CommonOptions& options, const std::string& name,
                       const std::string& description, const std::string& examples);
 
-// What commands of many files share: the files (`what` they are), -r, -T, and the threads (`what`
-// one does); where something is written, -o (`output` describes it), -f and -c.
+// Options of commands that take many files. add_files() adds the files (`what` describes them), -r
+// and -T; add_output() adds -o (`output` describes it), -f and -c.
 void add_files(CLI::App& command, FileCommand& options, const std::string& what);
 void add_output(CLI::App& command, FileCommand& options, const std::string& output,
                 const std::string& type);
 // --rm and -k.
 void add_removal(CLI::App& command, FileCommand& options);
 
-// Checks of the word that an option is given: a whole number of this range, one of some words.
+// Validators for the value of an option: a whole number in this range, or one of these words.
 CLI::Validator whole_number(std::uint64_t least, std::uint64_t most = ~std::uint64_t{0});
 CLI::Validator one_of(std::vector<std::string> words);
 
@@ -37,24 +38,24 @@ void add_threads(CLI::App& command, unsigned& threads, const std::string& what);
 void add_order(CLI::App& command, std::string& order);
 void add_level(CLI::App& command, std::string& level);
 void add_format(CLI::App& command, std::string& format);
-// What another format than the mesh's own cannot hold.
+// --strict: write nothing if the output's format cannot store all data of a mesh of another format.
 void add_strict(CLI::App& command, bool& strict);
 // --step and --time.
 void add_steps(CLI::App& command, StepChoice& steps);
 
-// What the words of --order, --level and --codec mean.
+// Return the meaning of the words of --order, --level and --codec.
 Order order_of(const std::string& name);
 Level level_of(const std::string& name);
 ConnectivityCodec codec_of(const std::string& name);
 
-// "auto", and the words of all codecs.
+// Returns "auto" and the names of all codecs.
 std::vector<std::string> codec_names();
 
-// All formats of the table: "exodus, vtk, ... or shm".
+// Returns the names of all formats: "exodus, vtk, ... or shm".
 std::string format_names();
-// The description of a file of any of them.
+// Returns the description of an input of any format, for help texts.
 std::string mesh_file_text();
-// That of an output of one mesh.
+// Returns the description of an output of one mesh, for help texts.
 std::string output_text();
 
 }  // namespace shm::converters

@@ -35,7 +35,7 @@ ScratchFile scratch() {
   ScratchFile file(std::tmpfile());
   if (!file && errno == ENOMEM) throw std::bad_alloc();
   if (!file)
-    throw Failure(Error{ErrorCode::output, "no temporary file can be made", {}, kNoOffset, {}});
+    throw Failure(Error{ErrorCode::output, "cannot create a temporary file", {}, kNoOffset, {}});
   return file;
 }
 
@@ -48,15 +48,15 @@ std::string content(std::FILE* file) {
   return text;
 }
 
-// A task that was begun and has not been handed on.
+// A task that was started and has not been passed to `done`.
 struct Running {
   FileTask* task;
   ScratchFile out, error;
-  pid_t process = -1;    // -1: there is none, or it has ended
-  std::size_t slot = 0;  // of its share
+  pid_t process = -1;    // -1: not started, or ended
+  std::size_t slot = 0;  // index of its share
 };
 
-// How far each of some processes is, where all of them see it.
+// Completed shares of several processes, in shared memory.
 class SharedShares {
  public:
   using Share = std::atomic<std::uint32_t>;
@@ -88,7 +88,7 @@ class Processes {
   ~Processes() {
     for (const Running& one : begun_)
       if (one.process > 0) ::kill(one.process, SIGTERM);
-    // Nothing is shown or kept of them, which could take memory that there is not.
+    // Their output is neither shown nor kept, since that could need memory that is not available.
     for (const Running& one : begun_)
       while (one.process > 0 && ::waitpid(one.process, nullptr, 0) < 0 && errno == EINTR) {
       }
@@ -122,7 +122,7 @@ class Processes {
     one.process = ::fork();
     if (one.process < 0)
       throw Failure(Error{ErrorCode::over_limit,
-                          std::string("no process: ") + std::strerror(errno),
+                          std::string("cannot start a process: ") + std::strerror(errno),
                           {},
                           kNoOffset,
                           one.task->input});
@@ -156,7 +156,7 @@ class Processes {
     progress_(ended_, bytes / std::max(1.0, static_cast<double>(bytes_)));
   }
 
-  // The next process that ends; `status` as waitpid has it.
+  // Returns the next process that ends; `status` as from waitpid.
   pid_t next_end(int& status) const {
     if (!progress_) return ::waitpid(-1, &status, 0);
     while (true) {
@@ -181,7 +181,7 @@ class Processes {
         one.task->code = WEXITSTATUS(status);
         return;
       }
-      // The system's own way to take memory back is SIGKILL.
+      // The system ends processes by SIGKILL when memory runs out.
       const int signal = WTERMSIG(status);
       one.task->code = signal == SIGKILL ? kLimit : kBadInput;
       std::fprintf(one.error.get(), "shm: %s: the process was ended by a signal: %s\n",
@@ -193,7 +193,7 @@ class Processes {
     hand_on();
   }
 
-  // What has ended and has nothing before it that has not.
+  // Passes tasks to `done` in order, up to the first one that has not ended.
   void hand_on() {
     while (!begun_.empty() && begun_.front().process < 0) {
       const Running one = std::move(begun_.front());

@@ -1,5 +1,5 @@
-// Files one by one, each in a process of its own: what one does to its process harms no other, and
-// libraries that know no threads (HDF5) work side by side.
+// Handles files one by one, each in a process of its own. A process cannot harm the work on another
+// file, and libraries without thread support (HDF5) can be used in parallel.
 #pragma once
 
 #include <functional>
@@ -10,22 +10,21 @@
 
 namespace shm::converters {
 
-// Files of fewer bytes are worked on side by side, one thread each; larger ones alone.
+// Files below this size are handled side by side, with one thread each; larger files one at a time.
 inline constexpr std::uint64_t kSmallFile = std::uint64_t{32} << 20;
 
-// What a process printed.
+// Output of a process.
 struct Printed {
   std::string out, error;
 };
 
-// Of all tasks: how many have ended, and what share of their bytes is done.
+// Receives the number of tasks that have ended, and the completed share of the bytes of all tasks.
 using TasksProgress = std::function<void(std::size_t ended, double share)>;
 
 // Runs `work` in a new process for each task that is neither refused nor passed over, with the
-// number of threads it may have, and sets the task's code to what it returns. Up to `jobs`
-// processes at a time. `done` is called for each task, in their order,
-// `progress`, which may be empty, some ten times a second. Where this process ends,
-// they end too.
+// number of threads it may use, and stores its result in the task's code. At most `jobs` processes
+// run at a time. `done` is called for each task, in order; `progress`, which may be empty, about
+// ten times a second. If this process ends, its child processes end too.
 void run_each(std::span<FileTask> tasks, unsigned jobs,
               const std::function<int(const FileTask&, unsigned threads)>& work,
               const std::function<void(const FileTask&, const Printed&)>& done,

@@ -30,15 +30,15 @@ std::string meant(const std::string& nearest) {
   return nearest.empty() ? "" : "; did you mean " + nearest + "?";
 }
 
-// What is wrong with the words, and where to read more: an option that there is not is named before
-// all that follows from it.
+// Describes the mistake in the arguments, and where to read more. An unknown option is reported
+// first, since it may be the cause of the other mistakes.
 std::string complaint(const CLI::App& app, const CLI::ParseError& error) {
   const auto chosen = app.get_subcommands();
   const CLI::App& command = chosen.empty() ? app : *chosen.front();
   const std::string name = chosen.empty() ? "shm" : "shm " + command.get_name();
   std::string wrong = error.what();
   constexpr std::string_view kNoNumber = "Could not convert: ";
-  if (wrong.starts_with(kNoNumber)) wrong = wrong.substr(kNoNumber.size()) + " is no number";
+  if (wrong.starts_with(kNoNumber)) wrong = wrong.substr(kNoNumber.size()) + " is not a number";
   for (const std::string& word : command.remaining()) {
     if (word.size() < 2 || word.front() != '-') continue;
     std::vector<std::string> known;
@@ -51,7 +51,8 @@ std::string complaint(const CLI::App& app, const CLI::ParseError& error) {
   return wrong + " (see " + name + " --help)";
 }
 
-// Habits from gzip, xz and zstd: shm -d FILE, and -1 to -9, --fast and --best.
+// Accepts options that users know from gzip, xz and zstd: shm -d FILE, and -1 to -9, --fast and
+// --best.
 void follow_habits(std::vector<std::string>& words, const CLI::App& app) {
   constexpr std::array<std::pair<std::string_view, std::string_view>, 8> kCommands = {
       {{"-z", "compress"},
@@ -66,11 +67,11 @@ void follow_habits(std::vector<std::string>& words, const CLI::App& app) {
     if (words[0] == option) words[0] = command;
   if (words[0] != "compress" && words[0] != "join") return;
   const CLI::App* const command = app.get_subcommand(words[0]);
-  bool is_value = false;  // of the option before it
+  bool is_value = false;  // the word is the value of the option before it
   for (std::string& word : words) {
     if (word == "--") return;
     if (std::exchange(is_value, false)) continue;
-    // Not by get_option_no_throw(), which ends the program where memory runs out.
+    // get_option_no_throw() would end the program if memory runs out.
     for (const CLI::Option* const option : command->get_options())
       if (word.starts_with('-') && option->check_name(word))
         is_value = option->get_expected_max() > 0;
@@ -82,8 +83,8 @@ void follow_habits(std::vector<std::string>& words, const CLI::App& app) {
   }
 }
 
-// The words behind "shm", as CLI11 takes them: the last one first. `help` and `version` are what
-// --help and --version are.
+// Returns the words after "shm" in the order that CLI11 expects: the last one first. `help` and
+// `version` become --help and --version.
 std::vector<std::string> words_of(int argc, char** argv, const CLI::App& app) {
   std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
   if (words.empty()) words = {"--help"};
@@ -96,22 +97,22 @@ std::vector<std::string> words_of(int argc, char** argv, const CLI::App& app) {
   return words;
 }
 
-// A file that stands where a command should.
+// Returns true if a file was given in the place of a command.
 bool is_file(const std::string& word) {
   std::error_code none;
   return std::filesystem::is_regular_file(word, none);
 }
 
 int parse_and_run(const Commands& commands, int argc, char** argv, Command*& chosen) {
-  CLI::App app{"shm compresses hexahedral meshes with their data and gives them back."};
+  CLI::App app{"shm compresses hexahedral meshes with their data, and restores them."};
   app.name("shm");
   app.set_version_flag("-V,--version", "shm " SHM_VERSION);
   app.require_subcommand(1);
   app.footer(
-      "shm COMMAND --help explains its options and gives examples.\n"
+      "shm COMMAND --help explains the options of a command and gives examples.\n"
       "Exit codes: 0 done, 1 a difference was found, 2 wrong use, 3 bad or unreadable input,\n"
-      "4 output could not be written, 5 a limit was exceeded, 6 the output would lack something\n"
-      "of the mesh (--strict), 7 repair salvaged what is whole, and something is missing.");
+      "4 output could not be written, 5 a limit was exceeded, 6 the output would lack data of the\n"
+      "mesh (--strict), 7 repair salvaged the undamaged parts, and some data is missing.");
   std::vector<std::pair<CLI::App*, Command*>> added;
   std::vector<std::string> names = {"help", "version"};
   for (const auto& command : commands) {

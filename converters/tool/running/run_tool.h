@@ -1,4 +1,4 @@
-// The tool shm, given its commands.
+// Runs the tool shm, given its commands.
 #pragma once
 
 #include <memory>
@@ -10,8 +10,8 @@ namespace shm::converters {
 
 using Commands = std::vector<std::unique_ptr<Command>>;
 
-// Runs the one that the arguments name, and reports on standard error what goes wrong, memory for
-// the commands themselves included. Gives the exit code.
+// Runs the command that the arguments name, and reports failures on standard error, even if there
+// is no memory for the commands themselves. Returns the exit code.
 int run_tool(Commands (*commands)(), int argc, char** argv) noexcept;
 
 }  // namespace shm::converters

@@ -1,5 +1,5 @@
-// The array that an option names, at one time step: NAME, point/NAME or cell/NAME, v also for v_x,
-// v_y, v_z; NAME@STEP.
+// The array that an option names: NAME, point/NAME or cell/NAME, or v for v_x, v_y and v_z. @STEP
+// may follow, to choose a time step.
 #pragma once
 
 #include <cstdint>
@@ -15,16 +15,18 @@ namespace shm::converters {
 std::string array_label(const ArrayInfo& array);
 
 struct ArrayChoice {
-  std::string name;  // as it was asked for, without where it is and without its step
+  std::string name;  // as given, without location and step
   Location location = Location::point;
-  // Indices of arrays whose components are together those of one value. Of a name that stands
-  // again, as on other blocks, a list each: the first one that covers a cell has its value.
+  // Indices of arrays whose components together form one value. If the name occurs several times,
+  // for example on different blocks, there are several lists: a cell has the value of the first
+  // list that covers it.
   std::vector<std::vector<std::uint32_t>> layers;
-  std::optional<std::uint64_t> step;  // where any of them has steps
+  std::optional<std::uint64_t> step;  // if any of the arrays has steps
 };
 
-// What `words` of `option` mean; without a step the last one. `steps`: of the mesh. Throws Failure
-// (misuse) where there is no such array or step, or one of vertices and another one of cells.
+// Parses `words`, the value of `option`. Without @STEP the last step is chosen. `steps`: number of
+// steps of the mesh. Throws Failure (misuse) if there is no such array or step, or if the name
+// means both an array of vertices and one of cells.
 ArrayChoice array_named(const std::string& words, const std::string& option, const Schema& schema,
                         std::uint64_t steps);
 

@@ -13,14 +13,14 @@
 namespace shm::converters {
 namespace {
 
-// What is no number is nowhere.
+// A place with a NaN is in no half space.
 bool is_in(const HalfSpace& space, const std::array<double, 3>& place) {
   double along = 0;
   for (std::size_t i = 0; i < 3; ++i) along += space.normal[i] * place[i];
   return along <= space.most;
 }
 
-// Coordinates of a mesh, asked for one vertex at a time.
+// Coordinates of a mesh, read one vertex at a time.
 class VertexPlaces {
  public:
   VertexPlaces(MeshSource& mesh, const Spool& spool)
@@ -30,14 +30,15 @@ class VertexPlaces {
                [&mesh](std::uint64_t first, std::uint64_t count, std::byte* out) {
                  mesh.read_points(first, count, out);
                }) {}
-  // Valid until the next one.
+  // The result is valid until the next call.
   std::span<const std::byte> operator[](std::uint64_t vertex) { return {cache_[vertex], bytes_}; }
   std::array<double, 3> place(std::uint64_t vertex) {
     const std::byte* const from = cache_[vertex];
-    std::array<double, 3> at{};
+    std::array<double, 3> xyz{};
     for (std::size_t i = 0; i < 3; ++i)
-      at[i] = type_ == ScalarType::float32 ? number_at<float>(from, i) : number_at<double>(from, i);
-    return at;
+      xyz[i] =
+          type_ == ScalarType::float32 ? number_at<float>(from, i) : number_at<double>(from, i);
+    return xyz;
   }
 
  private:
@@ -53,10 +54,10 @@ class VertexPlaces {
   PageCache cache_;
 };
 
-// The cells whose middle is in a half space, and which ones of the mesh's these are.
+// The cells whose centre is in a half space, with their numbers in the mesh.
 class KeptCells final : public ForwardingMesh {
  public:
-  // Borrows all.
+  // Borrows all arguments.
   KeptCells(MeshSource& mesh, const std::optional<HalfSpace>& kept, const Spool& spool)
       : ForwardingMesh(mesh), kept_(kept) {
     info_ = mesh.info();
@@ -89,7 +90,7 @@ class KeptCells final : public ForwardingMesh {
     source_.rewind_cells();
     first_ = count_ = 0;
   }
-  // Of cell `index` of the batch that came last.
+  // Returns the number of cell `index` of the last batch.
   std::uint64_t number(std::size_t index) const { return kept_ ? numbers_[index] : first_ + index; }
 
  private:
@@ -108,10 +109,10 @@ class KeptCells final : public ForwardingMesh {
   std::optional<VertexPlaces> places_;
   CellBatch all_;
   std::vector<std::uint64_t> numbers_;
-  std::uint64_t first_ = 0, count_ = 0;  // of the batch that came last, or is still to come
+  std::uint64_t first_ = 0, count_ = 0;  // of the last batch, or of the next one
 };
 
-// A mesh on its way into a BoundaryFinder.
+// Passes a mesh to a BoundaryFinder.
 class BoundaryFeeder final : public CompactedMesh {
  public:
   BoundaryFeeder(KeptCells& cells, MeshSource& mesh, BoundaryFinder& finder, const Spool& spool)
@@ -172,7 +173,7 @@ std::vector<std::byte> values_of_vertices(MeshSource& mesh, const BoundaryArray&
   return values;
 }
 
-// What stands for a value that there is not.
+// Returns the value of cells that an array does not cover.
 std::vector<std::byte> no_value(const ArrayInfo& array) {
   std::vector<std::byte> value(scalar_bytes(array.type) * array.components);
   const auto fill = [&]<class T>(T number) {
@@ -184,7 +185,7 @@ std::vector<std::byte> no_value(const ArrayInfo& array) {
   return value;
 }
 
-// Faces come in the order of their cells: one pass over both.
+// Faces are in the order of their cells, so one pass over both is enough.
 std::vector<std::byte> values_of_faces(MeshSource& mesh, const BoundaryArray& array,
                                        const std::vector<std::uint64_t>& cells) {
   const Schema& schema = mesh.info().schema;

@@ -16,14 +16,14 @@
 namespace shm::converters {
 namespace {
 
-// As index.html of bindings/web/page has it, once.
+// Occurs exactly once in index.html of bindings/web/page.
 constexpr std::string_view kPlace =
     R"(<script type="application/octet-stream" id="file" data-name=""></script>)";
 constexpr std::string_view kNameEnd = R"("></script>)", kFileEnd = "</script>";
 
 constexpr std::uintmax_t kMostPage = 16 << 20;
 
-// Nothing where it is not there.
+// Returns nothing if the file does not exist.
 std::optional<std::string> text_of(const std::filesystem::path& path) {
   std::error_code none;
   if (!std::filesystem::is_regular_file(path, none) ||
@@ -67,7 +67,7 @@ std::string empty_page(const std::string& path) {
     page = found_page();
   } else {
     auto text = text_of(path);
-    if (!text) wrong_use("--page " + path + ": cannot be read, or is no page");
+    if (!text) wrong_use("--page " + path + ": cannot be read, or is not a page");
     page = *std::move(text);
   }
   const std::size_t place = page.find(kPlace);

@@ -18,7 +18,7 @@
 namespace shm::converters {
 namespace {
 
-// Tells how much of a file has been read.
+// Reports how much of a file has been read.
 class WatchedSource final : public RandomSource {
  public:
   WatchedSource(RandomSource& source, Progress progress)
@@ -53,7 +53,7 @@ class ShownReader {
 
   ShownBoundary shown() {
     const std::optional<HalfSpace>& kept = request_.kept;
-    // Read anywhere a .shm file gives its boundary without a stop on the disk.
+    // With random access, the boundary of a .shm file is found without temporary files.
     if (in_.is_shm() && !in_.is_stream() && !kept) return of_file();
     line_.expect(
         {{"decoding", 4}, {"finding last uses", 1}, {"streaming cells", 4}, {request_.next, 1}},
@@ -74,7 +74,7 @@ class ShownReader {
       shown.array = array_named(request_.array, "--array", shown.schema, steps);
   }
 
-  // Where there is no face.
+  // Shows vertices if there is no face.
   void show_points(MeshSource& mesh, const std::optional<HalfSpace>& kept,
                    ShownBoundary& shown) const {
     if (!request_.points_instead || shown.boundary.face_count() > 0) return;
@@ -124,7 +124,8 @@ class ShownReader {
   const ShownRequest& request_;
 };
 
-// The length of a vector that may be very long or very short.
+// Returns the length of a vector. Scales the parts, so that very large or very small ones neither
+// overflow nor underflow.
 double length_of(const std::vector<double>& parts) {
   if (parts.size() == 1) return parts[0];
   double most = 0, sum = 0;

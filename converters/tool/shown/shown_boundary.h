@@ -1,6 +1,6 @@
-// The boundary surface that commands show, of whatever they are given: a .shm file, read for what
-// is needed alone, or any other mesh; with one number for each vertex, or for each face, of the
-// array that the user names.
+// The boundary surface that commands show: of a .shm file, of which only the necessary parts are
+// read, or of any other mesh. It has one number for each vertex, or for each face, from the array
+// that the user names.
 #pragma once
 
 #include <optional>
@@ -25,30 +25,30 @@ struct ShownBoundary {
   Schema schema;
   BoundarySurface boundary;
   std::optional<ArrayChoice> array;
-  bool only_points = false;  // vertices, since there is no face
+  bool only_points = false;  // the faces are vertices, since the mesh has no faces
 
   Surface surface() const;  // borrows the boundary
 };
 
 struct ShownRequest {
-  std::string array;              // as --array has it; empty: none
-  std::optional<HalfSpace> kept;  // cells there alone
-  bool points_instead = false;  // where there is no face the vertices, as points_of_mesh() has them
-  unsigned threads = 0;         // one for each core
-  std::string next;             // what the command does with it, a tenth of the work
+  std::string array;              // the value of --array; empty: none
+  std::optional<HalfSpace> kept;  // only cells with their centre there
+  bool points_instead = false;    // show vertices, as points_of_mesh() does, if there are no faces
+  unsigned threads = 0;           // 0: one per core
+  std::string next;               // the command's next phase, a tenth of the work
 };
 
-// `in` is not opened yet. Throws Failure.
+// `in` must not be open yet. Throws Failure.
 ShownBoundary shown_boundary(const CommonOptions& options, ToolInput& in, Spool& spool,
                              ProgressLine& line, const ShownRequest& request);
 
-// Of its array a number for each vertex, or for each face: of vectors the length, NaN where there
-// is none. Must hold: there is an array. Frees its values.
+// Returns a number for each vertex, or for each face, from the chosen array: the length of a
+// vector, NaN if there is no value. Requires a chosen array, and frees its values.
 std::vector<double> values_of(ShownBoundary& shown);
 
-// Vertices by their numbers in the mesh, faces by those of their cells and by side, and corners of
-// sides from the least number on, in whichever order they were found; and with them `values`, which
-// may be empty.
+// Sorts vertices by their numbers in the mesh and faces by cell number and side, and rotates the
+// corners of sides so that the least number comes first. The result does not depend on the order in
+// which they were found. Reorders `values`, which may be empty, accordingly.
 void put_in_mesh_order(BoundarySurface& boundary, bool values_of_points,
                        std::vector<double>& values);
 
