@@ -191,7 +191,9 @@ TEST(WholeMesh, BatchesAreAsSingleCalls) {
     Result<void> added;
     if (fault == 0) added = writer->add_vertices(numbers, points.first(24), of_vertices);
     if (fault == 1) added = writer->add_vertices(numbers, points, of_vertices.first(4));
-    if (fault >= 2) ASSERT_TRUE(writer->add_vertices(numbers, points, of_vertices));
+    if (fault >= 2) {
+      ASSERT_TRUE(writer->add_vertices(numbers, points, of_vertices));
+    }
     if (fault == 2) added = writer->add_cells(1, kCells, corners, last_uses, of_cells);
     if (fault == 3) added = writer->add_cells(0, kCells - 1, corners, {}, of_cells.first(8));
     if (fault == 4)

@@ -207,7 +207,7 @@ shmf_status shmf_open_source(const shmf_source* source, const shmf_open_options*
   if (source != nullptr && source->struct_size >= sizeof(std::size_t))
     std::memcpy(&own, source, std::min(source->struct_size, sizeof own));
   bool closes = false;  // set: the source closes itself when it is destroyed
-  const auto status = shmf::give_handle(file, error, [&]() -> Result<shmf::FilePointer> {
+  const auto opened = shmf::give_handle(file, error, [&]() -> Result<shmf::FilePointer> {
     if (const auto status = taken(source, "the source"); !status) return status.error();
     if (own.read_at == nullptr) return misuse("the source has no read_at()");
     auto made = std::make_unique<shmf_file>();
@@ -218,7 +218,7 @@ shmf_status shmf_open_source(const shmf_source* source, const shmf_open_options*
     return shmf::opened(std::move(made), options);
   });
   if (!closes && own.close != nullptr) own.close(own.context);
-  return status;
+  return opened;
 }
 
 void shmf_close(shmf_file* file) { delete file; }
