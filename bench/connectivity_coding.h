@@ -10,8 +10,8 @@
 #include <utility>
 #include <vector>
 
-#include "connectivity/connectivity.h"
-#include "connectivity/vertex_numbers.h"
+#include "codecs/surface/cells/connectivity.h"
+#include "codecs/surface/cells/vertex_numbers.h"
 
 namespace shm::bench {
 

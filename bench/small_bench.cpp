@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include "bytes/binary.h"
+#include "base/binary.h"
 #include "options.h"
 #include "shm/reader.h"
 #include "shm/writer.h"

@@ -5,7 +5,7 @@
 #include <iterator>
 #include <span>
 
-#include "container/format.h"
+#include "format/format.h"
 
 /// Takes bytes from the input; zeros after its end.
 class Choices {

@@ -16,8 +16,8 @@
 #include <utility>
 #include <vector>
 
-#include "bytes/binary.h"
-#include "bytes/packing.h"
+#include "base/binary.h"
+#include "base/packing.h"
 #include "shm/reader.h"
 #include "support/file_fields.h"
 #include "support/file_surgery.h"

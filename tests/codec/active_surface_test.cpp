@@ -1,4 +1,4 @@
-#include "surface/active_surface.h"
+#include "mesh/active_surface.h"
 
 #include <gtest/gtest.h>
 

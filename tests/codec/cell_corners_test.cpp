@@ -1,9 +1,9 @@
 // Cells of all shapes: what is open between them, that they come back, and how few bytes say them.
 #include <numeric>
 
+#include "mesh/open_faces.h"
 #include "support/coded_meshes.h"
 #include "support/sanitized.h"
-#include "surface/open_faces.h"
 
 namespace shm {
 namespace {

@@ -1,6 +1,6 @@
 // The ten ways in which a hexahedron meets its neighbours, each met on purpose, and connectivity
 // alone in both directions.
-#include "connectivity/connectivity.h"
+#include "codecs/surface/cells/connectivity.h"
 
 #include <gtest/gtest.h>
 
@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "mesh/hexahedron.h"
 #include "support/test_mesh.h"
-#include "surface/hexahedron.h"
 
 namespace shm {
 namespace {

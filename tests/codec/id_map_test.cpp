@@ -1,4 +1,4 @@
-#include "surface/number_map.h"
+#include "base/number_map.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Nodes of second-order cells: where they stand, what they cost, and that all of them come back.
-#include "connectivity/mid_nodes.h"
+#include "codecs/surface/cells/mid_nodes.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 #include <random>
 #include <vector>
 
-#include "connectivity/mid_node_numbers.h"
+#include "codecs/surface/cells/mid_node_numbers.h"
 #include "support/second_order_mesh.h"
 
 namespace shm {

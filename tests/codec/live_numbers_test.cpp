@@ -1,4 +1,4 @@
-#include "surface/live_numbers.h"
+#include "codecs/shifts/live_numbers.h"
 
 #include <gtest/gtest.h>
 

@@ -10,7 +10,7 @@
 #include <span>
 #include <vector>
 
-#include "bytes/binary.h"
+#include "base/binary.h"
 #include "entropy/models.h"
 #include "entropy/range_coder.h"
 

@@ -1,5 +1,5 @@
-#include "bytes/packing.h"
-#include "bytes/binary.h"
+#include "base/packing.h"
+#include "base/binary.h"
 
 #include <gtest/gtest.h>
 

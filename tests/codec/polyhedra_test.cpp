@@ -1,9 +1,9 @@
 // Polyhedra: what is open between them, that they come back, and how few bytes say them.
 #include <numeric>
 
+#include "mesh/polyhedron_surface.h"
 #include "support/coded_meshes.h"
 #include "support/sanitized.h"
-#include "surface/polyhedron_surface.h"
 
 namespace shm {
 namespace {

@@ -1,6 +1,6 @@
 // ShiftNeighbours: in grids whose numbers never run into those of another row, what numbers tell is
 // what stands there: looked up here by coordinates.
-#include "shifts/shift_neighbours.h"
+#include "codecs/shifts/shift_neighbours.h"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 #include <map>
 #include <vector>
 
-#include "surface/hexahedron.h"
+#include "mesh/hexahedron.h"
 
 namespace shm {
 namespace {

@@ -1,6 +1,6 @@
 // Cells encoded as shifts: all come back whatever they are, grids cost next to nothing, and damaged
 // bytes do no harm.
-#include "shifts/shifts.h"
+#include "codecs/shifts/shifts.h"
 
 #include <gtest/gtest.h>
 
@@ -13,8 +13,8 @@
 #include <utility>
 #include <vector>
 
-#include "bytes/binary.h"
-#include "bytes/packing.h"
+#include "base/binary.h"
+#include "base/packing.h"
 
 namespace shm {
 namespace {

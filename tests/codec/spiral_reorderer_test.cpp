@@ -1,4 +1,4 @@
-#include "connectivity/spiral_reorderer.h"
+#include "pipeline/spiral_reorderer.h"
 
 #include <gtest/gtest.h>
 
@@ -6,8 +6,8 @@
 #include <random>
 #include <set>
 
+#include "mesh/hexahedron.h"
 #include "support/test_mesh.h"
-#include "surface/hexahedron.h"
 
 namespace shm {
 namespace {

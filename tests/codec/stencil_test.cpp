@@ -1,5 +1,5 @@
 // Stencils against the paper's Table 1 and against what they must predict exactly.
-#include "connectivity/stencil.h"
+#include "codecs/shared/stencil.h"
 
 #include <gtest/gtest.h>
 

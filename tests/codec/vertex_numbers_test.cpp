@@ -1,5 +1,5 @@
 // Vertex numbers alone: what they cost on files numbered in the usual ways, and that all come back.
-#include "connectivity/vertex_numbers.h"
+#include "codecs/surface/cells/vertex_numbers.h"
 
 #include <gtest/gtest.h>
 

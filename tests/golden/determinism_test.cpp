@@ -14,9 +14,9 @@
 #include <map>
 #include <string>
 
-#include "bytes/binary.h"
-#include "bytes/packing.h"
-#include "groups/mesh_streams.h"
+#include "base/binary.h"
+#include "base/packing.h"
+#include "codecs/surface/mesh_streams.h"
 #include "support/feature_files.h"
 #include "support/file_surgery.h"
 

@@ -2,10 +2,10 @@
 #include <array>
 #include <string>
 
-#include "bytes/binary.h"
-#include "bytes/packing.h"
+#include "base/binary.h"
+#include "base/packing.h"
+#include "format/schema.h"
 #include "hostile/watched_memory.h"
-#include "model/schema.h"
 #include "support/hostile.h"
 #include "support/sanitized.h"
 

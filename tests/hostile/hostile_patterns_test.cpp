@@ -3,11 +3,11 @@
 #include <string>
 #include <vector>
 
-#include "bytes/binary.h"
-#include "bytes/packing.h"
+#include "base/binary.h"
+#include "base/packing.h"
+#include "codecs/patterns/byte_planes.h"
+#include "codecs/patterns/pattern_cells.h"
 #include "hostile/watched_memory.h"
-#include "patterns/byte_planes.h"
-#include "patterns/pattern_cells.h"
 #include "support/hostile.h"
 
 namespace shm {

@@ -3,8 +3,8 @@
 #include <string>
 #include <unordered_set>
 
-#include "bytes/binary.h"
-#include "bytes/packing.h"
+#include "base/binary.h"
+#include "base/packing.h"
 #include "hostile/watched_memory.h"
 #include "shm/appender.h"
 #include "support/hostile.h"

@@ -5,9 +5,9 @@
 #include <string>
 #include <unordered_set>
 
-#include "bytes/binary.h"
-#include "bytes/packing.h"
-#include "model/schema.h"
+#include "base/binary.h"
+#include "base/packing.h"
+#include "format/schema.h"
 #include "steps/step_topology.h"
 #include "support/hostile.h"
 #include "support/sanitized.h"

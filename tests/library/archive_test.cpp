@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "container/chunk_writer.h"
-#include "container/format.h"
+#include "format/chunk_writer.h"
+#include "format/format.h"
 #include "support/feature_files.h"
 #include "support/item_text.h"
 

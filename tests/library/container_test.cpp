@@ -8,9 +8,9 @@
 #include <tuple>
 #include <vector>
 
-#include "bytes/binary.h"
-#include "container/chunk_writer.h"
-#include "container/format.h"
+#include "base/binary.h"
+#include "format/chunk_writer.h"
+#include "format/format.h"
 #include "support/file_surgery.h"
 
 namespace shm::container {

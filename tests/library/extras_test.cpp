@@ -1,6 +1,6 @@
 // Extras as bytes: what is packed together comes back, whatever it is made of; the dictionary is
 // the one of the text.
-#include "model/schema.h"
+#include "format/schema.h"
 
 #include <gtest/gtest.h>
 
@@ -11,8 +11,8 @@
 #include <numeric>
 #include <random>
 
-#include "bytes/dictionary.h"
-#include "bytes/packing.h"
+#include "base/dictionary.h"
+#include "base/packing.h"
 
 namespace shm {
 namespace {

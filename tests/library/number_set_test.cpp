@@ -1,5 +1,5 @@
 // NumberSet: all numbers come out again, and one that is there twice is told, wherever it lies.
-#include "access/number_set.h"
+#include "random/number_set.h"
 
 #include <gtest/gtest.h>
 

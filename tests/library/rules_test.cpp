@@ -280,9 +280,9 @@ TEST(Rules, OneFileForEachOperatingSystemMeetsIt) {
         if (header.starts_with("sys/") || system_headers().contains(header)) {
           const bool threads =
               header == "thread" || header == "mutex" || header == "condition_variable";
-          EXPECT_TRUE((threads && source.path == "libshmformat/src/bytes/threads.h") ||
-                      source.path == "libshmformat/src/model/io_posix.cpp" ||
-                      source.path == "libshmformat/src/model/io_windows.cpp")
+          EXPECT_TRUE((threads && source.path == "libshmformat/src/base/threads.h") ||
+                      source.path == "libshmformat/src/io/io_posix.cpp" ||
+                      source.path == "libshmformat/src/io/io_windows.cpp")
               << source.path << " includes " << header;
         }
 }

@@ -7,7 +7,7 @@
 #include <limits>
 #include <vector>
 
-#include "model/schema.h"
+#include "format/schema.h"
 #include "support/feature_files.h"
 
 namespace shm {

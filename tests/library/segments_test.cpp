@@ -11,7 +11,7 @@
 #include <thread>
 #include <vector>
 
-#include "bytes/ordered_tasks.h"
+#include "base/ordered_tasks.h"
 #include "shm/segment_reader.h"
 #include "support/coded_meshes.h"
 #include "support/counted_source.h"

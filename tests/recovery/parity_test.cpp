@@ -9,8 +9,8 @@
 #include <iterator>
 #include <random>
 
+#include "base/binary.h"
 #include "base/failure.h"
-#include "bytes/binary.h"
 #include "shm/segment_reader.h"
 #include "support/feature_files.h"
 #include "support/file_fields.h"

@@ -4,7 +4,7 @@
 
 #include <functional>
 
-#include "shifts/shifts.h"
+#include "codecs/shifts/shifts.h"
 #include "steps/step_values.h"
 #include "support/file_surgery.h"
 #include "support/sanitized.h"

@@ -3,10 +3,10 @@
 #include "steps/step_values.h"
 #include "steps/step_memory.h"
 
+#include "codecs/shared/shuffled_zstd.h"
 #include "support/coded_meshes.h"
 #include "support/file_surgery.h"
 #include "support/sanitized.h"
-#include "values/shuffled_zstd.h"
 
 namespace shm {
 namespace {

@@ -13,8 +13,8 @@
 #include <utility>
 #include <vector>
 
-#include "bytes/codec.h"
-#include "container/format.h"
+#include "codecs/shared/codec_id.h"
+#include "format/format.h"
 #include "support/file_surgery.h"
 #include "support/stepped_mesh.h"
 

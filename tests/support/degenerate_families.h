@@ -10,8 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include "mesh/hexahedron.h"
 #include "support/test_mesh.h"
-#include "surface/hexahedron.h"
 
 namespace shm {
 

@@ -10,9 +10,9 @@
 #include <utility>
 #include <vector>
 
-#include "bytes/binary.h"
-#include "bytes/packing.h"
-#include "container/random_chunks.h"
+#include "base/binary.h"
+#include "base/packing.h"
+#include "format/random_chunks.h"
 #include "support/feature_files.h"
 #include "support/file_surgery.h"
 #include "support/item_text.h"

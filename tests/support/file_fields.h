@@ -17,9 +17,9 @@
 #include <utility>
 #include <vector>
 
-#include "bytes/binary.h"
-#include "bytes/packing.h"
-#include "container/format.h"
+#include "base/binary.h"
+#include "base/packing.h"
+#include "format/format.h"
 #include "support/file_surgery.h"
 
 namespace shm {

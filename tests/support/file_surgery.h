@@ -11,10 +11,10 @@
 #include <utility>
 #include <vector>
 
-#include "bytes/binary.h"
-#include "bytes/packing.h"
-#include "container/format.h"
-#include "model/schema.h"
+#include "base/binary.h"
+#include "base/packing.h"
+#include "format/format.h"
+#include "format/schema.h"
 #include "shm/io.h"
 #include "shm/summary.h"
 

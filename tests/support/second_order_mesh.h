@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "mesh/node_layout.h"
 #include "support/test_mesh.h"
-#include "surface/node_layout.h"
 
 namespace shm {
 

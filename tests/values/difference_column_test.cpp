@@ -1,6 +1,6 @@
 // Values encoded as differences along numbers: every bit comes back whatever values and numbers
 // are, what is smooth costs little, bounds hold, and damaged bytes do no harm.
-#include "shifts/difference_column.h"
+#include "codecs/shifts/difference_column.h"
 
 #include <gtest/gtest.h>
 
@@ -17,8 +17,8 @@
 #include <utility>
 #include <vector>
 
-#include "bytes/binary.h"
-#include "bytes/packing.h"
+#include "base/binary.h"
+#include "base/packing.h"
 #include "support/sanitized.h"
 
 namespace shm {

@@ -1,5 +1,5 @@
 // Fitted weights: those that made the samples come back, whatever else is among the samples.
-#include "values/fitting.h"
+#include "codecs/surface/values/fitting.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Indices of linear domains by loops over all values: the same as a ValueTranslator has for each.
-#include "patterns/linear_indices.h"
+#include "codecs/patterns/linear_indices.h"
 
 #include <gtest/gtest.h>
 

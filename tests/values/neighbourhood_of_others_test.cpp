@@ -9,10 +9,10 @@
 #include <set>
 #include <vector>
 
-#include "surface/cell_shapes.h"
-#include "surface/open_faces.h"
-#include "values/cell_frames.h"
-#include "values/neighbourhood.h"
+#include "codecs/shared/cell_frames.h"
+#include "codecs/shared/neighbourhood.h"
+#include "mesh/cell_shapes.h"
+#include "mesh/open_faces.h"
 #include "values/seen_neighbours.h"
 
 namespace shm {

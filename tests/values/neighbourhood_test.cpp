@@ -1,6 +1,6 @@
 // Neighbourhoods on grids, where it is plain what they must be, however the corners of a hexahedron
 // stand; and in meshes that no one would make, where they must not name what is not there.
-#include "values/neighbourhood.h"
+#include "codecs/shared/neighbourhood.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Magnitudes so far: ranks, the nearest one, and what came with each, as a plain list has them.
-#include "values/recalled_values.h"
+#include "codecs/surface/values/recalled_values.h"
 
 #include <gtest/gtest.h>
 

@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "values/neighbourhood.h"
+#include "codecs/shared/neighbourhood.h"
 
 namespace shm {
 

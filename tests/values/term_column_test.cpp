@@ -1,5 +1,5 @@
 // Values told by terms: what a group takes over from the one before is the same in both directions.
-#include "patterns/term_column.h"
+#include "codecs/patterns/term_column.h"
 
 #include <gtest/gtest.h>
 
@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "groups/term_columns.h"
+#include "codecs/patterns/term_columns.h"
 
 namespace shm {
 namespace {

@@ -1,6 +1,6 @@
 // Columns of values over a mesh: every bit comes back whatever the values are and however they are
 // encoded, what is predicted costs nearly nothing, and damaged bytes do no harm.
-#include "values/value_column.h"
+#include "codecs/surface/values/value_column.h"
 
 #include <gtest/gtest.h>
 

@@ -13,8 +13,8 @@
 #include <string>
 #include <vector>
 
-#include "values/mode_choice.h"
-#include "values/value_domain.h"
+#include "codecs/shared/value_domain.h"
+#include "codecs/surface/values/mode_choice.h"
 
 namespace shm {
 namespace {

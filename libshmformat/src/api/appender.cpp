@@ -7,11 +7,11 @@
 #include <string>
 #include <utility>
 
-#include "access/indexed_file.h"
-#include "access/indexed_topology.h"
 #include "api/file_writer.h"
-#include "bytes/errors.h"
-#include "container/chunk_copy.h"
+#include "base/errors.h"
+#include "format/chunk_copy.h"
+#include "random/indexed_file.h"
+#include "random/indexed_topology.h"
 #include "shm/step_reader.h"
 #include "shm/summary.h"
 

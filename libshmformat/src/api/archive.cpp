@@ -7,10 +7,10 @@
 #include <set>
 #include <utility>
 
-#include "bytes/binary.h"
-#include "bytes/errors.h"
-#include "container/chunk_writer.h"
-#include "container/random_chunks.h"
+#include "base/binary.h"
+#include "base/errors.h"
+#include "format/chunk_writer.h"
+#include "format/random_chunks.h"
 
 namespace shm {
 

@@ -7,8 +7,8 @@
 #include <utility>
 #include <variant>
 
+#include "base/errors.h"
 #include "boundary/boundary_search.h"
-#include "bytes/errors.h"
 
 namespace shm {
 

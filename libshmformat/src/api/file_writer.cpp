@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <utility>
 
-#include "bytes/binary.h"
-#include "bytes/errors.h"
-#include "bytes/packing.h"
-#include "model/schema.h"
+#include "base/binary.h"
+#include "base/errors.h"
+#include "base/packing.h"
+#include "format/schema.h"
 
 namespace shm {
 namespace {

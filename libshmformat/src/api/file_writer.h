@@ -11,9 +11,9 @@
 #include <utility>
 #include <vector>
 
-#include "bytes/errors.h"
-#include "bytes/packing.h"
-#include "container/chunk_writer.h"
+#include "base/errors.h"
+#include "base/packing.h"
+#include "format/chunk_writer.h"
 #include "shm/reader.h"
 #include "shm/writer.h"
 #include "steps/step_encoder.h"

@@ -8,11 +8,11 @@
 #include <string>
 #include <utility>
 
-#include "access/indexed_file.h"
-#include "access/piece_picker.h"
-#include "access/piece_request.h"
-#include "bytes/errors.h"
-#include "segment/segment_decoder.h"
+#include "base/errors.h"
+#include "pipeline/segment_decoder.h"
+#include "random/indexed_file.h"
+#include "random/piece_picker.h"
+#include "random/piece_request.h"
 
 namespace shm {
 namespace {

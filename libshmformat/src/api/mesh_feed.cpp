@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "api/mesh_parts.h"
-#include "bytes/errors.h"
-#include "bytes/lists.h"
+#include "base/errors.h"
+#include "base/lists.h"
 
 namespace shm {
 namespace {

@@ -3,7 +3,7 @@
 // 2005).
 #pragma once
 
-#include "segment/mesh_encoder.h"
+#include "pipeline/mesh_encoder.h"
 #include "shm/mesh.h"
 
 namespace shm {

@@ -6,9 +6,9 @@
 #include <string>
 #include <utility>
 
-#include "access/indexed_file.h"
 #include "api/compact_numbers.h"
 #include "api/mesh_parts.h"
+#include "random/indexed_file.h"
 #include "shm/mesh.h"
 
 namespace shm {

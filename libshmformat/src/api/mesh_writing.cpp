@@ -4,8 +4,8 @@
 #include <utility>
 
 #include "api/mesh_parts.h"
-#include "bytes/errors.h"
-#include "model/schema.h"
+#include "base/errors.h"
+#include "format/schema.h"
 #include "shm/mesh.h"
 #include "shm/recorded_order.h"
 

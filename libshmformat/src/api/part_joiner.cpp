@@ -5,9 +5,9 @@
 #include <utility>
 
 #include "api/file_writer.h"
-#include "bytes/errors.h"
-#include "model/schema.h"
-#include "segment/mesh_encoder.h"
+#include "base/errors.h"
+#include "format/schema.h"
+#include "pipeline/mesh_encoder.h"
 #include "shm/part_writer.h"
 
 namespace shm {

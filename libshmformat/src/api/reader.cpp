@@ -7,12 +7,12 @@
 #include <optional>
 #include <utility>
 
-#include "bytes/binary.h"
-#include "bytes/packing.h"
-#include "container/chunk_list.h"
-#include "container/format.h"
-#include "model/schema.h"
-#include "segment/mesh_decoder.h"
+#include "base/binary.h"
+#include "base/packing.h"
+#include "format/chunk_list.h"
+#include "format/format.h"
+#include "format/schema.h"
+#include "pipeline/mesh_decoder.h"
 #include "steps/step_decoder.h"
 
 namespace shm {

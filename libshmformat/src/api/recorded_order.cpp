@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "api/positions.h"
-#include "bytes/errors.h"
+#include "base/errors.h"
 
 namespace shm {
 namespace {

@@ -4,8 +4,8 @@
 #include <string>
 #include <utility>
 
-#include "access/indexed_file.h"
-#include "segment/segment_decoder.h"
+#include "pipeline/segment_decoder.h"
+#include "random/indexed_file.h"
 
 namespace shm {
 

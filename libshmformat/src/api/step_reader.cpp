@@ -8,12 +8,12 @@
 #include <string>
 #include <utility>
 
-#include "access/indexed_file.h"
-#include "access/indexed_topology.h"
-#include "access/segment_steps.h"
-#include "access/step_index.h"
-#include "bytes/errors.h"
-#include "groups/mesh_streams.h"
+#include "base/errors.h"
+#include "codecs/shared/group_parts.h"
+#include "random/indexed_file.h"
+#include "random/indexed_topology.h"
+#include "random/segment_steps.h"
+#include "random/step_index.h"
 #include "steps/step_memory.h"
 
 namespace shm {

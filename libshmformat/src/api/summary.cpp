@@ -5,10 +5,11 @@
 #include <string>
 #include <utility>
 
-#include "access/indexed_file.h"
-#include "access/step_index.h"
-#include "container/random_chunks.h"
-#include "groups/mesh_streams.h"
+#include "codecs/registry.h"
+#include "codecs/shared/group_parts.h"
+#include "format/random_chunks.h"
+#include "random/indexed_file.h"
+#include "random/step_index.h"
 
 namespace shm {
 namespace {
@@ -137,15 +138,15 @@ Result<void> Summarizer::add_streams(std::size_t group, const std::vector<Stream
 }
 
 Result<void> Summarizer::take_codec(std::size_t group, container::Codec codec) {
-  const auto known = connectivity_codec(codec);
+  const CellCodec* known = find_codec(codec);
   if (!known)
     return wrong_group(
         group, "connectivity: codec " + std::to_string(static_cast<int>(codec)) + " is unknown",
         ErrorCode::unsupported);
   ConnectivityCodec& of_segment = totals_.segment_connectivity[file_.groups()[group].segment];
-  if (of_segment != ConnectivityCodec::automatic && of_segment != *known)
+  if (of_segment != ConnectivityCodec::automatic && of_segment != known->name)
     return wrong_group(group, "connectivity: another codec than before in this segment");
-  of_segment = *known;
+  of_segment = known->name;
   return {};
 }
 

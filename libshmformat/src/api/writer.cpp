@@ -9,10 +9,10 @@
 
 #include "api/file_writer.h"
 #include "api/mesh_feed.h"
-#include "bytes/binary.h"
-#include "bytes/errors.h"
-#include "model/schema.h"
-#include "segment/mesh_encoder.h"
+#include "base/binary.h"
+#include "base/errors.h"
+#include "format/schema.h"
+#include "pipeline/mesh_encoder.h"
 
 namespace shm {
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <utility>
 
-#include "bytes/errors.h"
+#include "base/errors.h"
 
 namespace shm {
 namespace {

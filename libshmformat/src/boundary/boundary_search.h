@@ -10,13 +10,13 @@
 #include <span>
 #include <vector>
 
+#include "base/number_map.h"
 #include "boundary/cell_sides.h"
 #include "boundary/side_table.h"
 #include "boundary/surface_builder.h"
 #include "shm/boundary_surface.h"
 #include "shm/reader.h"
 #include "shm/result.h"
-#include "surface/number_map.h"
 
 namespace shm {
 

@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <span>
 
+#include "mesh/open_faces.h"
 #include "shm/schema.h"
-#include "surface/open_faces.h"
 
 namespace shm {
 

@@ -12,8 +12,8 @@
 #include <utility>
 #include <vector>
 
-#include "bytes/lists.h"
-#include "surface/number_map.h"
+#include "base/lists.h"
+#include "base/number_map.h"
 
 namespace shm {
 

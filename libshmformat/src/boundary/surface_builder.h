@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "bytes/lists.h"
+#include "base/lists.h"
 #include "shm/boundary_surface.h"
 #include "shm/reader.h"
 #include "shm/schema.h"

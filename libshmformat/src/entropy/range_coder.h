@@ -18,7 +18,7 @@
 #include <utility>
 #include <vector>
 
-#include "bytes/binary.h"
+#include "base/binary.h"
 
 namespace shm {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "bytes/lists.h"
+#include "base/lists.h"
 
 namespace shm {
 

@@ -4,7 +4,7 @@
 #include <tuple>
 #include <utility>
 
-#include "bytes/lists.h"
+#include "base/lists.h"
 
 namespace shm {
 namespace {

@@ -4,9 +4,9 @@
 #include <string>
 #include <utility>
 
-#include "bytes/errors.h"
-#include "groups/mesh_streams.h"
-#include "values/shuffled_zstd.h"
+#include "base/errors.h"
+#include "codecs/shared/group_parts.h"
+#include "codecs/shared/shuffled_zstd.h"
 
 namespace shm {
 namespace {

@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "container/format.h"
+#include "format/format.h"
 
 namespace shm {
 

@@ -2,8 +2,8 @@
 
 #include <utility>
 
-#include "groups/mesh_streams.h"
-#include "values/shuffled_zstd.h"
+#include "codecs/shared/group_parts.h"
+#include "codecs/shared/shuffled_zstd.h"
 
 namespace shm {
 

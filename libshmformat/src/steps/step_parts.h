@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "bytes/binary.h"
+#include "base/binary.h"
 #include "steps/step_values.h"
 
 namespace shm {

@@ -4,8 +4,8 @@
 #include <string>
 #include <utility>
 
-#include "bytes/lists.h"
-#include "segment/segment_decoder.h"
+#include "base/lists.h"
+#include "codecs/registry.h"
 
 namespace shm {
 
@@ -134,7 +134,8 @@ Result<void> StepTopology::decode(const Group& group) {
     if (!made) return made.error();
     decoder_ = std::move(*made);
   }
-  if (auto status = decoder_->begin_group(group.header); !status) return status;
+  if (auto status = decoder_->begin_group(group.header, codec_of_cells(group.header)); !status)
+    return status;
   auto streams = std::span<const std::byte>(group.streams);
   for (const container::StreamEntry& entry : group.header.streams) {
     const auto bytes = streams.first(static_cast<std::size_t>(entry.bytes));

@@ -12,11 +12,11 @@
 #include <span>
 #include <vector>
 
-#include "container/format.h"
-#include "groups/group_decoder.h"
+#include "codecs/shared/group_decoder.h"
+#include "codecs/surface/values/value_column.h"
+#include "format/format.h"
 #include "shm/result.h"
 #include "shm/schema.h"
-#include "values/value_column.h"
 
 namespace shm {
 

@@ -12,8 +12,8 @@
 #include <span>
 #include <vector>
 
-#include "container/format.h"
-#include "patterns/term_column.h"
+#include "codecs/patterns/term_column.h"
+#include "format/format.h"
 #include "steps/step_elements.h"
 
 namespace shm {

@@ -1,0 +1,104 @@
+// Packed blobs: stored raw or compressed with zstd, whichever is smaller. Large blobs are also
+// tried as byte planes, small blobs with a dictionary. Unpacking uses no code of packing, so that a
+// program that only reads links no compressor.
+// spec: "Packed blobs"
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "base/binary.h"
+
+namespace shm {
+
+/// Methods that put_packed() may use.
+enum class Packing {
+  none,             ///< stored raw
+  plain,            ///< the methods that readers of 0.9 know
+  with_dictionary,  ///< all methods
+  bounded,          ///< as plain, but the blob unpacks to at most 256 times its packed bytes
+};
+/// Writes the method (one byte: 0 raw, 1 zstd, 2 zstd of planes, 3 zstd with the dictionary), the
+/// unpacked length (not for method 3), the number of planes (only for method 2) and the bytes. The
+/// packed blob never unpacks to more than most_unpacked() of its size.
+void put_packed(ByteWriter& out, std::span<const std::byte> blob, Packing packing = Packing::plain);
+
+/// Largest unpacked size of a blob with this number of packed bytes, in files of 0.10. Frozen: part
+/// of the format.
+inline constexpr std::uint64_t kMostUnpackedEach = 256;
+inline constexpr std::uint64_t most_unpacked(std::uint64_t packed) {
+  constexpr std::uint64_t kAnyway = std::uint64_t{1} << 24;
+  return kAnyway + kMostUnpackedEach * packed;
+}
+
+/// Limits the memory for everything that a file contains besides its mesh and its values.
+class UnpackBudget {
+ public:
+  /// `most`: ReadLimits::max_unpacked_bytes.
+  explicit UnpackBudget(std::uint64_t most) : most_(most) {}
+
+  /// Returns the remaining budget. `file_bytes`: the size of the file, or the number of bytes read
+  /// so far if the size is unknown.
+  std::uint64_t left(std::uint64_t file_bytes) const {
+    const std::uint64_t all = limit_with(most_, kMostUnpackedEach, file_bytes);
+    return all - std::min(taken_, all);
+  }
+  void take(std::uint64_t bytes) { taken_ += std::min(bytes, ~taken_); }
+
+ private:
+  std::uint64_t most_, taken_ = 0;
+};
+
+/// A zstd context that is reused, since creating one takes as long as packing a few kilobytes.
+/// Throws std::bad_alloc if zstd runs out of memory.
+class ZstdCompressor {
+ public:
+  ZstdCompressor();
+  ~ZstdCompressor();
+  ZstdCompressor(ZstdCompressor&&) noexcept;
+  ZstdCompressor& operator=(ZstdCompressor&&) noexcept;
+
+  /// Returns one frame, which is valid until the next call.
+  std::span<const std::byte> compress(std::span<const std::byte> bytes, int level);
+
+ private:
+  struct Context;
+  std::unique_ptr<Context> context_;  // created by the first call
+};
+
+std::vector<std::byte> zstd_compress(std::span<const std::byte> bytes, int level);
+
+/// Unpacks all remaining bytes of `in`. Returns nullopt if they are damaged or unpack to more than
+/// `limit` bytes. Memory grows with the bytes that are really unpacked, not with the length stated
+/// in the header.
+std::optional<std::vector<std::byte>> get_packed(ByteReader& in, std::uint64_t limit);
+
+/// Returns the unpacked length that a blob states, without advancing the caller's reader.
+std::uint64_t stated_packed_size(ByteReader in);
+
+/// A zstd context that is reused. Throws std::bad_alloc if zstd runs out of memory.
+class ZstdDecompressor {
+ public:
+  ZstdDecompressor();
+  ~ZstdDecompressor();
+  ZstdDecompressor(ZstdDecompressor&&) noexcept;
+  ZstdDecompressor& operator=(ZstdDecompressor&&) noexcept;
+
+  /// Decompresses a single frame into `out`. Returns false unless it yields exactly `size` bytes.
+  bool decompress(std::span<const std::byte> bytes, std::uint64_t size,
+                  std::vector<std::byte>& out);
+
+ private:
+  struct Context;
+  std::unique_ptr<Context> context_;  // created by the first call
+};
+
+/// Returns exactly `size` bytes, or nullopt.
+std::optional<std::vector<std::byte>> zstd_decompress(std::span<const std::byte> bytes,
+                                                      std::uint64_t size);
+
+}  // namespace shm

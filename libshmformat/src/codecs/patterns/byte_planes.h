@@ -1,0 +1,71 @@
+// Byte planes: byte 0 (the least significant) of all numbers, then byte 1 of all, and so on. Each
+// plane is left out if it is zero, and otherwise stored as it is or compressed with zstd.
+// spec: "Patterns"
+#pragma once
+
+#include <algorithm>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "base/binary.h"
+#include "base/packing.h"
+
+namespace shm {
+
+/// Writes a plane: the size of the stored bytes, then these bytes. Size 0: the plane is zero; the
+/// size of the plane: stored as it is; any other size: one zstd frame.
+void put_plane(ByteWriter& out, std::span<const std::byte> plane, ZstdCompressor& zstd);
+
+/// Reads a plane of `size` bytes. Returns false if the data is damaged.
+bool get_plane(ByteReader& in, std::uint64_t size, std::vector<std::byte>& plane,
+               ZstdDecompressor& zstd);
+
+/// Returns the number of bytes that the largest number needs.
+template <class Word>
+std::uint32_t plane_count(std::span<const Word> numbers) {
+  Word all = 0;
+  for (const Word number : numbers) all |= number;
+  return static_cast<std::uint32_t>((std::bit_width(all) + 7) / 8);
+}
+
+/// Writes the low `planes` bytes of each number.
+template <class Word>
+void put_planes(ByteWriter& out, std::span<const Word> numbers, std::uint32_t planes,
+                std::vector<std::byte>& scratch, ZstdCompressor& zstd) {
+  scratch.resize(numbers.size());
+  std::byte* const plane = scratch.data();
+  for (std::uint32_t b = 0; b < planes; ++b) {
+    for (std::size_t i = 0; i < numbers.size(); ++i)
+      plane[i] = static_cast<std::byte>(numbers[i] >> 8 * b);
+    put_plane(out, scratch, zstd);
+  }
+}
+
+/// Reads numbers of `planes` bytes. Returns false if the data is damaged.
+template <class Word>
+bool get_planes(ByteReader& in, std::uint32_t planes, std::span<Word> numbers,
+                std::vector<std::byte>& scratch, ZstdDecompressor& zstd) {
+  if (planes == 0) std::fill(numbers.begin(), numbers.end(), Word{0});
+  for (std::uint32_t b = 0; b < planes; ++b) {
+    if (!get_plane(in, numbers.size(), scratch, zstd)) return false;
+    const std::byte* const plane = scratch.data();
+    if (b == 0)
+      for (std::size_t i = 0; i < numbers.size(); ++i) numbers[i] = std::to_integer<Word>(plane[i]);
+    else
+      for (std::size_t i = 0; i < numbers.size(); ++i)
+        numbers[i] |= std::to_integer<Word>(plane[i]) << 8 * b;
+  }
+  return true;
+}
+
+/// Writes numbers, preceded by the number of planes.
+void put_numbers(ByteWriter& out, std::span<const std::uint32_t> numbers,
+                 std::vector<std::byte>& scratch, ZstdCompressor& zstd);
+/// Reads exactly `count` numbers. Returns false if the data is damaged.
+bool get_numbers(ByteReader& in, std::uint64_t count, std::vector<std::uint32_t>& numbers,
+                 std::vector<std::byte>& scratch, ZstdDecompressor& zstd);
+
+}  // namespace shm

@@ -1,0 +1,151 @@
+// TermColumn: codes an array in bulk. A value is stored as its residual against a prediction: from
+// other vertices of the same cell, from the previous step, or from the previous element. The
+// residuals become byte planes under zstd. Fast, since it needs neither neighbourhoods nor models.
+// spec: "Values by terms"
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "base/binary.h"
+#include "base/packing.h"
+#include "codecs/patterns/vertex_terms.h"
+#include "codecs/shared/codec_id.h"
+#include "codecs/shared/value_domain.h"
+
+namespace shm {
+
+/// Limit on the components of all columns in terms together. Each component needs 8 bytes per live
+/// vertex, 16 if it has a table. Frozen: part of the format.
+inline constexpr std::uint32_t kMostTermComponents = 32;
+
+/// Buffers that columns use in turn.
+struct TermScratch {
+  std::vector<std::uint64_t> words;
+  std::vector<std::int64_t> indices, references;
+  std::vector<std::byte> bytes;
+  ZstdCompressor packing;
+  ZstdDecompressor unpacking;
+};
+
+class TermColumn {
+ public:
+  /// If `may_have_terms` is false, all groups are in shuffled_zstd.
+  TermColumn(const ArrayInfo& info, bool may_have_terms);
+
+  /// The elements of a group: vertices with their terms, or `count` other elements.
+  struct Elements {
+    std::span<const VertexTerms> vertices{};
+    std::size_t count = 0;
+    std::uint32_t slots = 0;  ///< above every slot of a vertex; 0 for other elements
+    /// For other elements: reference values of the prediction, packed like the values; or empty.
+    std::span<const std::byte> reference{};
+  };
+
+  struct Encoded {
+    Codec codec = Codec::terms;
+    std::vector<std::byte> bytes;
+  };
+  /// Encodes a group, in terms or in shuffled_zstd. `values`: all its values, `stride` bytes apart.
+  Encoded encode(const Elements& elements, const std::byte* values, std::size_t stride,
+                 TermScratch& scratch);
+  /// Encodes a group in terms. Must hold: the column may have terms.
+  std::vector<std::byte> encode_terms(const Elements& elements, const std::byte* values,
+                                      std::size_t stride, TermScratch& scratch);
+
+  bool takes(Codec codec) const {
+    return codec == Codec::shuffled_zstd || (codec == Codec::terms && may_have_terms_);
+  }
+  std::size_t element_bytes() const { return components_.size() * width_; }
+  /// Decoding: begins a group, which may unpack to `limit` bytes. Returns false if the data is
+  /// damaged.
+  bool begin_group(Codec codec, std::span<const std::byte> bytes, std::uint64_t limit,
+                   TermScratch& scratch);
+  /// Decoding: begins a group without values.
+  void begin_empty_group() { count_ = next_ = 0; }
+  /// Decodes the next elements of the group and appends their values, packed, to `out`. Returns
+  /// false if fewer elements are left or the data is damaged.
+  bool decode(const Elements& elements, std::vector<std::byte>& out, TermScratch& scratch);
+  /// Returns true if all values of the group have been decoded.
+  bool at_end() const { return next_ == count_; }
+  /// Returns true if values of the group are predicted from the reference.
+  bool refers() const;
+
+ private:
+  /// How a value is predicted. Frozen: part of the format.
+  enum class Predictor : std::uint8_t {
+    nothing,
+    last,
+    terms,      ///< vertices only
+    reference,  ///< if the elements have references
+    change,     ///< the reference, plus the difference of the previous element from its reference
+  };
+  static constexpr std::uint8_t kPredictors = 5;
+  struct Component {
+    // kept from group to group
+    std::vector<std::uint64_t> ranks;  // by slot: group << 32 | rank; only for groups with a table
+    std::uint64_t last = 0;            // state of the previous element
+    ValueDomain domain;
+    // of the current group
+    Predictor predictor = Predictor::last;
+    std::vector<std::int64_t> table;  // indices that occur, ascending; empty: no table
+    std::uint32_t width = 0;          // bytes of a residual
+    std::size_t planes = 0;           // offset of its planes
+    std::uint64_t change = 0;         // previous element minus its reference
+  };
+  template <class Differences>
+  class Direct;
+  template <class Differences>
+  class Ranked;
+
+  // Calls code(differences, element, predicted) for each element. It returns the index of the
+  // value, or its rank if the component has a table. `references`: indices of the references, for
+  // predictors that use them.
+  template <class Code>
+  void for_each_value(std::size_t c, const Elements& elements,
+                      std::span<const std::int64_t> references, Code&& code);
+  template <class Known, class Code>
+  static void walk(Known known, Predictor predictor, const Elements& elements,
+                   std::span<const std::int64_t> references, std::uint64_t& change, Code& code);
+  void refer(std::size_t c, const Elements& elements, std::vector<std::int64_t>& references,
+             std::vector<std::uint64_t>& words) const;
+  void make_room_for_slots(const Elements& elements);
+
+  ValueDomain choose_domain(std::size_t c, std::span<std::uint64_t> words,
+                            std::span<std::int64_t> indices) const;
+  Predictor choose_predictor(const Component& component, const Elements& elements,
+                             const TermScratch& scratch, std::uint64_t& bits) const;
+  void encode_component(std::size_t c, const Elements& elements, const std::byte* values,
+                        std::size_t stride, ByteWriter& heads, ByteWriter& planes,
+                        TermScratch& scratch);
+  bool read_terms(std::span<const std::byte> bytes, std::uint64_t most, TermScratch& scratch);
+  bool read_heads(ByteReader& in);
+  bool read_table(ByteReader& in, std::vector<std::int64_t>& table, TermScratch& scratch) const;
+  bool decode_component(std::size_t c, const Elements& elements, std::byte* out,
+                        TermScratch& scratch);
+  static constexpr std::size_t kTogether = 3;
+  void decode_floats(std::size_t c, const Elements& elements, std::byte* out);
+  bool can_decode_together(const Elements& elements) const;
+  void decode_together(const Elements& elements, std::byte* out, TermScratch& scratch);
+  void take_residuals(const Component& component, std::span<std::uint64_t> words) const;
+  void save_values(std::size_t c, std::span<std::uint64_t> indices, std::byte* out) const;
+
+  std::shared_ptr<const ArrayInfo> info_;
+  bool may_have_terms_;
+  std::size_t width_;
+  std::vector<Component> components_;
+  // States kept from group to group, by slot and component: bits of a double, or an index.
+  std::vector<std::uint64_t> states_;
+  std::uint32_t group_ = 0;  // counts groups, to mark ranks
+
+  // the group that is being decoded
+  Codec codec_ = Codec::terms;
+  std::vector<std::byte> unpacked_;
+  std::uint64_t count_ = 0, next_ = 0;
+};
+
+}  // namespace shm

@@ -1,0 +1,59 @@
+// Vertex terms: the vertices that a new vertex is predicted from. They are other vertices of the
+// cell that introduces it: of a hexahedron, of a quadrilateral, of an edge.
+// spec: "Values by terms"
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <unordered_map>
+#include <vector>
+
+#include "codecs/patterns/pattern_cells.h"
+#include "shm/schema.h"
+
+namespace shm {
+
+/// Most terms of a vertex. Frozen: part of the format.
+inline constexpr std::uint32_t kMostTerms = 7;
+
+/// A new vertex, and the slots of the vertices that predict it. By number of terms:
+///   7   corners of a hexahedron: three neighbours, minus three across faces, plus the opposite one
+///   3   corners of a quadrilateral: both neighbours, minus the opposite corner
+///   2   the middle of two vertices
+///   1   a copy of the vertex
+///   0   a copy of the previous element
+struct VertexTerms {
+  std::uint32_t slot = 0;
+  std::uint32_t count = 0;
+  std::array<std::uint32_t, kMostTerms> slots{};  ///< entries from `count` on are unused
+};
+
+class TermFinder {
+ public:
+  explicit TermFinder(const Schema& schema);
+
+  /// Appends the terms of the vertices that the cell introduces, in order of its nodes.
+  void add_cell(const PatternCell& cell, std::vector<VertexTerms>& terms);
+
+ private:
+  struct Recipe {
+    std::uint8_t node = 0, count = 0;
+    std::array<std::uint8_t, kMostTerms> nodes{};
+  };
+  struct Block {
+    CellShape shape = CellShape::other;
+    std::uint32_t nodes = 0, corners = 0;
+    std::unordered_map<std::uint64_t, std::vector<Recipe>> recipes;  // by PatternCell::introduced
+    // shortcut if only nodes 0 to 7 are introduced
+    std::array<const std::vector<Recipe>*, 256> of_first_eight{};
+  };
+  static Recipe recipe_of(const Block& block, std::uint32_t node, std::uint64_t known);
+  static std::vector<Recipe> recipes_of(const Block& block, const PatternCell& cell);
+  const std::vector<Recipe>& known_recipes_of(Block& block, const PatternCell& cell);
+
+  std::vector<Block> blocks_;
+  std::vector<Recipe> recipes_;  // for cells with a vertex at several nodes
+};
+
+}  // namespace shm

@@ -1,0 +1,177 @@
+#include "codecs/shared/segment_encoder.h"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "base/binary.h"
+#include "base/lists.h"
+#include "format/schema.h"
+
+namespace shm {
+
+// --- values
+
+GroupValues::GroupValues(const Schema& schema)
+    : schema_(&schema), cell_bytes_(cell_data_bytes(schema)) {
+  vertex_bytes_ = 3 * scalar_bytes(schema.coordinate_type);
+  columns_.push_back({0, false, vertex_bytes_, 0});
+  for (std::uint32_t a = 0; a < schema.arrays.size(); ++a) {
+    const ArrayInfo& info = schema.arrays[a];
+    if (info.per_step) continue;
+    const bool of_cells = info.location == Location::cell;
+    const std::size_t bytes = scalar_bytes(info.type) * info.components;
+    columns_.push_back({a, of_cells, bytes, vertex_bytes_});
+    if (!of_cells) vertex_bytes_ += bytes;
+  }
+}
+
+void GroupValues::add_cell(std::uint32_t block, const std::byte* values) {
+  for (Column& column : columns_) {
+    if (!column.of_cells || !schema_->array_covers(column.array, block)) continue;
+    column.cells.append(values, column.bytes);
+    values += column.bytes;
+  }
+}
+
+std::array<double, 6> GroupValues::box() const {
+  std::array<double, 6> box{};
+  const auto ranges = box_of(schema_->coordinate_type, vertices_.data(), count(0), vertex_bytes_);
+  for (std::size_t c = 0; c < 3; ++c) {
+    box[c] = ranges[c].minimum;
+    box[3 + c] = ranges[c].maximum;
+  }
+  return box;
+}
+
+void GroupValues::clear() {
+  vertices_.clear();
+  for (Column& column : columns_) column.cells.clear();
+}
+
+// --- groups
+
+void SegmentSize::add(container::StreamKind kind, std::uint64_t bytes) {
+  using container::StreamKind;
+  constexpr std::uint64_t kStreamHeadBytes = 8;  // approximate; in the header of its group
+  const bool of_values = kind == StreamKind::geometry || kind == StreamKind::array;
+  const bool of_topology = kind == StreamKind::connectivity || kind == StreamKind::corner_order ||
+                           kind == StreamKind::vertex_numbers;
+  (of_values ? values : of_topology ? topology : besides) += bytes;
+  (of_values ? values : besides) += kStreamHeadBytes;
+}
+
+SegmentEncoder::SegmentEncoder(const Schema& schema, const SegmentOptions& options,
+                               const SegmentStart& start)
+    : schema_(&schema),
+      options_(options),
+      start_(start),
+      values_(schema),
+      next_cell_(start.first_cell),
+      next_vertex_(start.first_vertex) {
+  for (const ArrayInfo& info : schema.arrays) {
+    if (!info.per_step) continue;
+    std::uint64_t& most = info.location == Location::point ? vertex_step_bytes_ : cell_step_bytes_;
+    most = std::max<std::uint64_t>(most, scalar_bytes(info.type) * info.components);
+  }
+  begin_group();
+}
+
+Result<void> SegmentEncoder::take(const SegmentPiece& piece, std::vector<EncodedGroup>& done) {
+  Place place;
+  for (const SegmentPiece::Cell& cell : piece.cells) {
+    if (cell.block == SegmentPiece::kUnused) {
+      encode_unused(piece, place.vertex);
+      ++group_.header.unused_vertices;
+    } else {
+      if (group_.header.unused_vertices > 0)
+        end_group(done);  // unused vertices come last in a group
+      if (!encode_cell(piece, cell, place))
+        return Error{ErrorCode::misuse,
+                     "cell " + std::to_string(cell.number) +
+                         " cannot be encoded: two vertices have the same number",
+                     "mesh",
+                     kNoOffset,
+                     {}};
+      if (options_.values) values_.add_cell(cell.block, piece.cell_data.data() + place.data);
+      if (options_.with_order) group_.cell_numbers.push_back(cell.number);
+      place.data += values_.cell_bytes(cell.block);
+      group_.header.decoded_bytes += values_.cell_bytes(cell.block) + 8 * cell.nodes;
+      ++group_.header.cells;
+      group_.hexahedra += is_hexahedral(schema_->blocks[cell.block]) ? 1 : 0;
+    }
+    place.node += cell.nodes;
+    place.vertex += cell.new_vertices;
+    if (is_full()) end_group(done);
+  }
+  return {};
+}
+
+void SegmentEncoder::take_vertex(const SegmentPiece& piece, std::size_t index) {
+  const SegmentPiece::Vertex& vertex = piece.vertices[index];
+  if (options_.values)
+    values_.add_vertex(piece.vertex_values.data() + index * values_.vertex_bytes());
+  container::GroupHeader& group = group_.header;
+  group.decoded_bytes += values_.vertex_bytes();
+  if (vertex.imported) {
+    ++group.imported_vertices;
+  } else {
+    ++group.vertices;
+    if (options_.with_order) group_.own.push_back({vertex.number, vertex.ticket});
+  }
+}
+
+void SegmentEncoder::note_active(std::uint64_t active) {
+  group_.header.max_active_vertices = std::max(group_.header.max_active_vertices, active);
+}
+
+void SegmentEncoder::add_stream(container::StreamEntry entry, std::vector<std::byte> bytes) {
+  entry.bytes = bytes.size();
+  entry.checksum = checksum(bytes);
+  group_.header.streams.push_back(entry);
+  group_.streams.push_back(std::move(bytes));
+}
+
+bool SegmentEncoder::is_full() const {
+  const container::GroupHeader& group = group_.header;
+  return group.cells >= options_.group_cells || group.decoded_bytes >= kFullGroupBytes ||
+         group.vertices * vertex_step_bytes_ >= kFullGroupBytes ||
+         group.cells * cell_step_bytes_ >= kFullGroupBytes ||
+         (group.unused_vertices > 0 && group.vertices >= kFullGroupVertices);
+}
+
+void SegmentEncoder::begin_group() {
+  group_.segment = start_.segment;
+  group_.header.first_cell = next_cell_;
+  group_.header.first_vertex = next_vertex_;
+}
+
+void SegmentEncoder::end_group(std::vector<EncodedGroup>& done) {
+  encode_streams();
+  for (const container::StreamEntry& entry : group_.header.streams)
+    finished_.add(entry.kind, entry.bytes);
+  group_.header.box = values_.box();
+  values_.clear();
+  tile_ends_ = {};
+  next_cell_ += group_.header.cells;
+  next_vertex_ += group_.header.vertices;
+  done.push_back(std::exchange(group_, group_like(group_)));
+  begin_group();
+}
+
+SegmentSize SegmentEncoder::size() {
+  SegmentSize size = finished_;
+  if (has_group()) add_size_at_hand(size);
+  return size;
+}
+
+void SegmentEncoder::end(std::vector<EncodedGroup>& done) {
+  if (has_group()) end_group(done);
+}
+
+bool SegmentEncoder::has_group() const {
+  const container::GroupHeader& group = group_.header;
+  return group.cells + group.vertices + group.imported_vertices > 0;
+}
+
+}  // namespace shm

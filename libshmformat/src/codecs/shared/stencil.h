@@ -1,0 +1,63 @@
+// Stencil: the live vertices that a new vertex is predicted from. These are the spectral rules of
+// the paper (section 3.2, Table 1), for any set of known corners.
+// spec: "Stencils"
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "mesh/cell_topology.h"
+#include "mesh/hexahedron.h"
+
+namespace shm {
+
+struct Stencil {
+  enum Kind : std::uint8_t {
+    last,           ///< the vertex coded before; 0 before the first
+    copy,           ///< at[0]
+    midpoint,       ///< (at[0] + at[1]) / 2
+    parallelogram,  ///< at[0] + at[1] - at[2]
+    lorenzo,        ///< at[0] + at[1] + at[2] - at[3] - at[4] - at[5] + at[6]
+  };
+  Kind kind = last;
+  std::array<std::uint32_t, 7> at{};  ///< vertex slots
+
+  /// Returns how many entries of `at` this kind uses.
+  std::uint32_t size() const {
+    constexpr std::array<std::uint8_t, 5> kSize = {0, 1, 2, 3, 7};
+    return kSize[kind];
+  }
+};
+
+/// Returns the prediction from numbers by slot, modulo 2^64; 0 for kind last.
+std::uint64_t spectral(const Stencil& stencil, const std::vector<std::uint64_t>& numbers);
+
+/// Returns the stencil of the new vertex at `position`. `known`: bit i is set if position i < 64 of
+/// the cell already has a value.
+Stencil stencil_of(const CellTopology& cell, std::uint32_t position, std::uint64_t known);
+
+/// Calls `visit(position, stencil, known)` for new vertices of a cell. `positions`: its
+/// new_positions, in the order in which they become known.
+template <class Visit>
+void for_each_new_vertex(const CellTopology& cell, std::span<const std::uint32_t> positions,
+                         Visit&& visit) {
+  if (positions.empty()) return;
+  // A vertex may occur at several positions. All of them become known when it is coded, none
+  // before.
+  const auto positions_of = [&](std::uint32_t slot) {
+    std::uint64_t found = 0;
+    for (std::size_t i = 0; i < cell.slots.size() && i < 64; ++i)
+      if (cell.slots[i] == slot) found |= std::uint64_t{1} << i;
+    return found;
+  };
+  std::uint64_t known = ~std::uint64_t{0};
+  for (std::uint32_t position : positions) known &= ~positions_of(cell.slots[position]);
+  for (std::uint32_t position : positions) {
+    visit(position, stencil_of(cell, position, known), known);
+    known |= positions_of(cell.slots[position]);
+  }
+}
+
+}  // namespace shm

@@ -1,0 +1,337 @@
+// ValueDomain: the set of numbers that a component of an array uses in one group. The encoder finds
+// the domain and writes it to the stream. In a domain, values are whole numbers ("indices") in the
+// order of the values; a residual is a difference of indices. Predictions are computed from
+// *states*. A value space translates between indices and states:
+//   LinearSpace   state = index: multiples of a step, decimal or binary, quantized values, integers
+//   FloatSpace    state = the value; index = its place among all floating-point numbers
+//   DecimalSpace  state = the value; index = its place among numbers of N significant digits
+//   RankSpace     one of the above; index = place in a sorted table of the values that occur
+// Uses only + - * / in a fixed order, for the same bits on every machine.
+// spec: "Value domains"
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cfloat>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <span>
+#include <type_traits>
+#include <vector>
+
+#include "shm/schema.h"
+
+namespace shm {
+
+// Predictions are part of the format: each operation rounds once, to the type of its operands.
+// 32-bit x86 needs -msse2 -mfpmath=sse for this.
+static_assert(FLT_EVAL_METHOD == 0 && std::numeric_limits<double>::is_iec559 &&
+                  std::numeric_limits<float>::is_iec559,
+              "needs IEEE arithmetic without excess precision");
+
+// Indices and their differences are computed modulo 2^64, since damaged data may contain any
+// number.
+constexpr std::int64_t plus(std::int64_t a, std::int64_t b) {
+  return static_cast<std::int64_t>(static_cast<std::uint64_t>(a) + static_cast<std::uint64_t>(b));
+}
+constexpr std::int64_t minus(std::int64_t a, std::int64_t b) {
+  return static_cast<std::int64_t>(static_cast<std::uint64_t>(a) - static_cast<std::uint64_t>(b));
+}
+
+/// Returns the bit length of the magnitude.
+constexpr std::uint32_t bit_length(std::int64_t number) {
+  const auto bits = static_cast<std::uint64_t>(number);
+  return static_cast<std::uint32_t>(std::bit_width(number < 0 ? 0 - bits : bits));
+}
+
+/// Bound of the indices of LinearSpace.
+inline constexpr std::int64_t kLargestIndex = std::int64_t{1} << 53;
+
+/// 10^n for n = 0..22, exact.
+inline constexpr std::array<double, 23> kPowersOfTen = {
+    1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,  1e8,  1e9,  1e10, 1e11,
+    1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
+
+inline bool is_finite(double v) {
+  constexpr double kMost = std::numeric_limits<double>::max();
+  return v >= -kMost && v <= kMost;
+}
+
+/// Returns the nearest integer, halves rounded up, within +-2^53; 0 for NaN.
+inline std::int64_t nearest_integer(double v) {
+  constexpr auto kMost = static_cast<double>(kLargestIndex);
+  if (!(v > -kMost)) return v == v ? -kLargestIndex : 0;
+  if (v >= kMost) return kLargestIndex;
+  // v + 0.5 would be inexact for the number just below 0.5, and from 2^52 on.
+  auto down = static_cast<std::int64_t>(v);
+  if (static_cast<double>(down) > v) --down;
+  return v - static_cast<double>(down) >= 0.5 ? down + 1 : down;
+}
+
+/// Returns the bits of a float or double as a signed integer in the order of the values; -1 for
+/// -0.0. Takes bits, not a float, because values must be restored bit by bit: on 32-bit x86,
+/// returning a float from a function sets the quiet bit of a NaN.
+template <class Bits>
+std::int64_t ordered_index_of(Bits of) {
+  using Signed = std::make_signed_t<Bits>;
+  constexpr int kTop = 8 * sizeof(Bits) - 1;
+  constexpr auto kMagnitude = static_cast<Signed>(~(Bits{1} << kTop));
+  const auto bits = static_cast<Signed>(of);
+  // Branch-free, because signs of field values alternate.
+  return static_cast<Signed>(bits ^ (bits >> kTop & kMagnitude));
+}
+template <class Unsigned>
+Unsigned ordered_bits(std::int64_t index) {
+  using Signed = std::make_signed_t<Unsigned>;
+  constexpr int kTop = 8 * sizeof(Unsigned) - 1;
+  constexpr auto kMagnitude = static_cast<Signed>(~(Unsigned{1} << kTop));
+  const auto narrow = static_cast<Signed>(static_cast<Unsigned>(index));
+  return static_cast<Unsigned>(narrow ^ (narrow >> kTop & kMagnitude));
+}
+/// The same for values; the payload of a NaN may be lost.
+template <class T>
+std::int64_t ordered_index(T value) {
+  using Bits = std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint64_t>;
+  return ordered_index_of(std::bit_cast<Bits>(value));
+}
+template <class T>
+T ordered_value(std::int64_t index) {
+  using Bits = std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint64_t>;
+  return std::bit_cast<T>(ordered_bits<Bits>(index));
+}
+
+struct LinearSpace {
+  static std::int64_t index(double prediction) { return nearest_integer(prediction); }
+  static double state(std::int64_t index) { return static_cast<double>(index); }
+  /// Subtracted from sizes of residuals to make small and large values comparable; nothing to do
+  /// here.
+  static std::int32_t scale(double) { return 0; }
+};
+
+template <class T>
+struct FloatSpace {
+  static std::int64_t index(double prediction) {
+    return ordered_index(static_cast<T>(prediction == prediction ? prediction : 0.0));
+  }
+  static double state(std::int64_t index) { return static_cast<double>(ordered_value<T>(index)); }
+  /// Returns the biased binary exponent.
+  static std::int32_t scale(double prediction) {
+    return static_cast<std::int32_t>(std::bit_cast<std::uint64_t>(prediction) >> 52 & 0x7ff);
+  }
+};
+
+/// Numbers m * 10^k with `digits` significant digits: 10^(digits-1) <= m < 10^digits, |k| <= 22.
+struct DecimalSpace {
+  static constexpr std::int32_t kMostPower = 22;
+  std::int32_t digits = 1;  ///< 1..15
+
+  std::int64_t index(double prediction) const {
+    if (!(prediction == prediction)) return 0;
+    const double size = prediction < 0 ? -prediction : prediction;
+    const double low = kPowersOfTen[static_cast<std::size_t>(digits) - 1], high = low * 10.0;
+    std::int32_t k = -kMostPower;
+    // Find the smallest k for which the mantissa has at most `digits` digits, by binary search.
+    std::int32_t above = kMostPower;
+    while (k < above) {
+      const std::int32_t middle = k + (above - k) / 2;
+      if (mantissa(size, middle) < high - 0.5)
+        above = middle;
+      else
+        k = middle + 1;
+    }
+    double m = mantissa(size, k);
+    if (m < low - 0.5) return 0;  // only below the smallest number
+    if (!(m < high - 0.5)) m = high - 1.0;
+    const std::int64_t whole = std::clamp(nearest_integer(m), static_cast<std::int64_t>(low),
+                                          static_cast<std::int64_t>(high) - 1);
+    const std::int64_t place =
+        (k + kMostPower) * span() + (whole - static_cast<std::int64_t>(low)) + 1;
+    return prediction < 0 ? -place : place;
+  }
+  double state(std::int64_t index) const {
+    if (index == 0) return 0.0;
+    const std::int64_t most = (2 * kMostPower + 1) * span();
+    const std::int64_t within = std::clamp(index, -most, most);
+    const std::int64_t place = (within < 0 ? -within : within) - 1;
+    const auto k = static_cast<std::int32_t>(place / span()) - kMostPower;
+    const double m =
+        static_cast<double>(place % span()) + kPowersOfTen[static_cast<std::size_t>(digits) - 1];
+    const double size = k >= 0 ? m * kPowersOfTen[static_cast<std::size_t>(k)]
+                               : m / kPowersOfTen[static_cast<std::size_t>(-k)];
+    return index < 0 ? -size : size;
+  }
+  static std::int32_t scale(double) { return 0; }
+
+ private:
+  std::int64_t span() const {
+    return 9 * static_cast<std::int64_t>(kPowersOfTen[static_cast<std::size_t>(digits) - 1]);
+  }
+  static double mantissa(double size, std::int32_t k) {
+    return k >= 0 ? size / kPowersOfTen[static_cast<std::size_t>(k)]
+                  : size * kPowersOfTen[static_cast<std::size_t>(-k)];
+  }
+};
+
+/// Ranks in a table. Must hold: `table` ascends and is not empty.
+template <class Base>
+struct RankSpace {
+  Base base;
+  std::span<const std::int64_t> table;
+
+  std::int64_t index(double prediction) const {
+    const std::int64_t wanted = base.index(prediction);
+    const auto next = std::lower_bound(table.begin(), table.end(), wanted);
+    if (next == table.begin()) return 0;
+    auto rank = next - table.begin();
+    if (next == table.end() || distance(wanted, next[-1]) <= distance(*next, wanted)) --rank;
+    return rank;
+  }
+  double state(std::int64_t index) const {
+    const auto last = static_cast<std::int64_t>(table.size()) - 1;
+    return base.state(table[static_cast<std::size_t>(std::clamp<std::int64_t>(index, 0, last))]);
+  }
+  std::int32_t scale(double) const { return 0; }
+
+ private:
+  static std::uint64_t distance(std::int64_t high, std::int64_t low) {
+    return static_cast<std::uint64_t>(high) - static_cast<std::uint64_t>(low);
+  }
+};
+
+enum class DomainKind : std::uint8_t {
+  floats = 0,     ///< every bit pattern of the stored type
+  narrow = 1,     ///< doubles that are exact as float32
+  binary = 2,     ///< d * 2^-exponent
+  decimal = 3,    ///< d / 10^exponent, or d * 10^-exponent
+  digits = 4,     ///< `exponent` significant decimal digits
+  integers = 5,   ///< whole numbers: integer types
+  quantized = 6,  ///< minimum + d * step of the schema
+};
+inline constexpr std::uint32_t kDomainKinds = 7;
+
+struct ValueDomain {
+  DomainKind kind = DomainKind::floats;
+  std::int32_t exponent = 0;
+  bool negative_zero = false;  ///< whether a zero may be -0.0 (binary, decimal, digits)
+  bool escapes = false;  ///< whether values outside of the domain occur; they are stored in full
+  // Use of earlier values of the component.
+  bool recalls = false;   ///< whether some values are coded relative to earlier values
+  bool partners = false;  ///< with a reference: whether elements may have partners
+  bool operator==(const ValueDomain&) const = default;
+
+  bool is_linear() const {
+    return kind == DomainKind::binary || kind == DomainKind::decimal ||
+           kind == DomainKind::integers || kind == DomainKind::quantized;
+  }
+  /// Returns true if values have the same states in both domains.
+  bool has_states_of(const ValueDomain& other) const {
+    return kind == other.kind && exponent == other.exponent;
+  }
+  /// Returns true if kind and exponent are allowed for arrays of this type.
+  bool fits(const ArrayInfo& info) const;
+};
+
+/// Translates the bits of scalars of one component to indices and back.
+class ValueTranslator {
+ public:
+  ValueTranslator(const ArrayInfo& info, std::size_t component, const ValueDomain& domain);
+
+  /// Returns the index of a value, whose bits are in the low bytes; nothing if the domain does not
+  /// contain the value. The sign of a zero is lost if negative_zero is set.
+  std::optional<std::int64_t> index(std::uint64_t bits) const;
+  /// Returns the bits of the value with this index.
+  std::uint64_t bits(std::int64_t index) const;
+
+  /// Translate states between domains, by way of the value. They accept any number, and give the
+  /// same result on all machines.
+  double as_value(double state) const;    ///< state of this domain -> value
+  double from_value(double value) const;  ///< value -> state of this domain
+
+ private:
+  double linear_value(std::int64_t index) const;
+
+  ScalarType type_;
+  ValueDomain domain_;
+  double minimum_ = 0, step_ = 1, max_error_ = 0;
+};
+
+/// Returns a value as a double, as as_value() would.
+double scalar_as_double(ScalarType type, std::uint64_t bits);
+
+/// Returns the bits of -0.0.
+constexpr std::uint64_t negative_zero(ScalarType type) {
+  return type == ScalarType::float32 ? 0x80000000u : std::uint64_t{1} << 63;
+}
+
+/// Returns the index of a value in a space; nothing if the space does not contain the value.
+std::optional<std::int64_t> index_in(const auto& space, const ValueTranslator& translator,
+                                     std::uint64_t bits) {
+  const auto index = translator.index(bits);
+  if constexpr (requires { space.table; }) {
+    if (!index) return index;
+    const auto found = std::lower_bound(space.table.begin(), space.table.end(), *index);
+    if (found == space.table.end() || *found != *index) return std::nullopt;
+    return found - space.table.begin();
+  } else {
+    return index;
+  }
+}
+
+/// Calls visit(space) with the space of a domain, or with the space of ranks if `table` is not
+/// empty. The table is borrowed.
+template <class Visit>
+auto with_space(const ArrayInfo& info, const ValueDomain& domain,
+                std::span<const std::int64_t> table, Visit&& visit) {
+  const auto ranked = [&](const auto& base) {
+    if (table.empty()) return visit(base);
+    return visit(RankSpace<std::remove_cvref_t<decltype(base)>>{base, table});
+  };
+  switch (domain.kind) {
+    case DomainKind::floats:
+      if (info.type == ScalarType::float32) return ranked(FloatSpace<float>());
+      return ranked(FloatSpace<double>());
+    case DomainKind::narrow: return ranked(FloatSpace<float>());
+    case DomainKind::digits: return ranked(DecimalSpace{domain.exponent});
+    default: return ranked(LinearSpace());
+  }
+}
+
+// --- encoder: possible domains
+
+/// How the encoder will code a group's values of one component.
+struct DomainPlan {
+  ValueDomain domain;
+  /// the indices that occur, ascending; empty: indices are coded, not ranks
+  std::vector<std::int64_t> table;
+};
+
+/// The domain of a component, and its estimated size.
+struct DomainChoice {
+  DomainPlan plan;
+  double bits = 0;          ///< of the group, with the table
+  double sampled_bits = 0;  ///< per element of the sample, without recalled values and partners
+};
+
+/// Returns ways to code these values (bits of scalars), the most likely first; never empty.
+std::vector<DomainPlan> domain_candidates(const ArrayInfo& info, std::size_t component,
+                                          std::span<const std::uint64_t> bits);
+
+/// Returns a domain of all these values, without escapes and without -0.0: an evenly spaced domain
+/// if its indices are much shorter than floating-point numbers. Must hold: `bits` is not empty.
+ValueDomain evenly_spaced_domain(const ArrayInfo& info, std::size_t component,
+                                 std::span<const std::uint64_t> bits);
+
+/// Returns the domain that covers all values of such arrays, as far as possible.
+inline ValueDomain widest_domain(const ArrayInfo& info) {
+  if (!is_float(info.type)) return {DomainKind::integers};
+  return {info.quantization.bits > 0 ? DomainKind::quantized : DomainKind::floats};
+}
+
+/// Returns true if the domain covers these values. Escapes and -0.0 are accepted only if `domain`
+/// has them.
+bool still_fits(const ArrayInfo& info, std::size_t component, const ValueDomain& domain,
+                std::span<const std::uint64_t> bits);
+
+}  // namespace shm

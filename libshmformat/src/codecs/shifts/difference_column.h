@@ -1,0 +1,108 @@
+// DifferenceColumn: codes an array whose element numbers run in rows and layers. A value is stored
+// as its residual against a prediction along these numbers; the bytes of all residuals are sorted
+// by significance and compressed with zstd. Fast, since it needs neither neighbourhoods nor models.
+// spec: "Values as differences"
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "base/binary.h"
+#include "base/packing.h"
+#include "codecs/shared/codec_id.h"
+#include "codecs/shifts/differences.h"
+
+namespace shm {
+
+/// Buffers that columns use in turn.
+struct DifferenceScratch {
+  std::vector<std::vector<std::uint64_t>> words;  // by component
+  std::vector<std::byte> planes;
+};
+
+class DifferenceColumn {
+ public:
+  /// If `may_differ` is false, all groups are in shuffled_zstd.
+  DifferenceColumn(const ArrayInfo& info, bool may_differ);
+
+  struct Encoded {
+    Codec codec = Codec::differences;
+    std::vector<std::byte> bytes;
+  };
+  /// Encodes a group. `numbers`: numbers of its elements in coding order. `values`: all its values,
+  /// `stride` bytes apart. `lags`: distances along which values may be predictable, the most likely
+  /// first.
+  Encoded encode(std::span<const std::uint64_t> numbers, const std::byte* values,
+                 std::size_t stride, std::span<const std::uint32_t> lags,
+                 DifferenceScratch& scratch, ZstdCompressor& zstd);
+
+  /// Encoding: call it if another column has coded the group, in shuffled_zstd.
+  void forget() { remembers_ = false; }
+
+  std::size_t element_bytes() const { return components_.size() * width_; }
+  /// Returns true if groups of this column may use `codec`.
+  bool takes(Codec codec) const {
+    return codec == Codec::shuffled_zstd || (codec == Codec::differences && may_differ_);
+  }
+  /// Decoding: begins a group, which may unpack to `limit` bytes. Returns false if the data is
+  /// damaged.
+  bool begin_group(Codec codec, std::span<const std::byte> bytes, std::uint64_t limit,
+                   ZstdDecompressor& zstd);
+  /// Decoding: begins a group without values.
+  void begin_empty_group() { count_ = next_ = 0; }
+  /// Decodes the next elements of the group and appends their values, packed, to `out`. Returns
+  /// false if fewer elements are left.
+  bool decode(std::span<const std::uint64_t> numbers, std::vector<std::byte>& out,
+              DifferenceScratch& scratch);
+  /// Returns true if all values of the group have been decoded.
+  bool at_end() const { return next_ == count_; }
+
+ private:
+  struct Component {
+    ValueDomain domain;
+    std::uint32_t width = 0;  // bytes of a residual
+    std::size_t planes = 0;   // offset of its planes
+  };
+
+  /// Three components use four words, so that the compiler can process two at once.
+  std::size_t ring_stride() const { return components_.size() == 3 ? 4 : components_.size(); }
+  void begin(std::span<const Factor> factors, std::span<const ValueDomain> domains,
+             std::uint64_t count);
+  std::vector<ValueDomain> choose_domains(std::span<const std::vector<std::uint64_t>> bits) const;
+  void round_to_quantized(std::span<const ValueDomain> domains,
+                          std::span<std::vector<std::uint64_t>> bits) const;
+  std::vector<std::byte> encode_differences(std::span<const std::uint64_t> numbers,
+                                            std::span<const std::uint32_t> lags,
+                                            DifferenceScratch& scratch, ZstdCompressor& zstd);
+  bool read_differences(std::span<const std::byte> bytes, std::uint64_t most,
+                        ZstdDecompressor& zstd);
+  void read_residuals(std::size_t c, std::span<std::uint64_t> out) const;
+  /// Predicts each component of each element, and keeps the state of the index that
+  /// code(differences, element, component, predicted index) returns.
+  template <class Code>
+  void for_each_value(std::span<const std::uint64_t> numbers, Code&& code);
+  template <std::size_t kComponents, class Differences, class Code>
+  void walk(const Differences& differences, std::span<const std::uint64_t> numbers, Code& code);
+
+  std::shared_ptr<const ArrayInfo> info_;
+  bool may_differ_;
+  std::size_t width_;
+  std::vector<Component> components_;
+  KnownNumbers known_;
+  std::vector<std::uint64_t> ring_;  // states, by number and component
+  std::vector<std::uint64_t> last_;  // states of the previous element, by component
+  bool remembers_ = false;           // whether ring_ and last_ hold anything
+  std::vector<Tap> taps_;
+
+  // the group that is being decoded
+  Codec codec_ = Codec::differences;
+  std::vector<std::byte> unpacked_;
+  std::uint64_t count_ = 0, next_ = 0;
+};
+
+}  // namespace shm

@@ -1,0 +1,35 @@
+// The value columns of a segment in shifts: one for the coordinates, one for each static array.
+// spec: "Values as differences"
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "codecs/shifts/difference_column.h"
+#include "codecs/surface/values/static_columns.h"
+#include "format/format.h"
+#include "shm/schema.h"
+
+namespace shm {
+
+/// Column 0 is geometry, the static arrays follow in schema order.
+std::vector<DifferenceColumn> difference_columns(const Schema& schema);
+
+/// Returns the same columns over neighbourhoods. A column is null if it is left out or must not be
+/// coded as differences, because both kinds need memory by number, however few elements there are.
+template <class Coder>
+std::vector<std::unique_ptr<ValueColumn<Coder>>> predicted_columns(
+    const Schema& schema, std::span<const DifferenceColumn> columns, const DecodedParts& parts) {
+  std::vector<std::unique_ptr<ValueColumn<Coder>>> predicted;
+  const std::vector<bool> included = parts.columns(schema);
+  for_each_static_column(schema, [&](const auto&... arguments) {
+    const std::size_t c = predicted.size();
+    const bool may_be = included[c] && columns[c].takes(Codec::differences);
+    predicted.push_back(may_be ? std::make_unique<ValueColumn<Coder>>(arguments...) : nullptr);
+  });
+  return predicted;
+}
+
+}  // namespace shm

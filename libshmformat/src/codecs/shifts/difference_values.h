@@ -1,0 +1,106 @@
+// Translates the values of a component to words, and to indices of a domain without escapes, from
+// which differences are computed.
+// spec: "Values as differences"
+#pragma once
+
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <span>
+
+#include "codecs/shared/value_domain.h"
+#include "codecs/shifts/differences.h"
+
+namespace shm {
+
+/// Loads the values of one component, `stride` bytes apart and in host byte order, as bits in the
+/// low bytes of words.
+template <class Bits>
+void load_as(const std::byte* values, std::size_t stride, std::span<std::uint64_t> bits) {
+  for (std::uint64_t& word : bits) {
+    Bits value;
+    std::memcpy(&value, values, sizeof value);
+    word = value;
+    values += stride;
+  }
+}
+inline void load(const std::byte* values, std::size_t stride, std::size_t width,
+                 std::span<std::uint64_t> bits) {
+  switch (width) {
+    case 1: return load_as<std::uint8_t>(values, stride, bits);
+    case 2: return load_as<std::uint16_t>(values, stride, bits);
+    case 4: return load_as<std::uint32_t>(values, stride, bits);
+    default: return load_as<std::uint64_t>(values, stride, bits);
+  }
+}
+
+/// Stores words as values, `stride` bytes apart.
+template <class Bits>
+void save_as(std::span<const std::uint64_t> bits, std::byte* to, std::size_t stride) {
+  for (std::uint64_t word : bits) {
+    const auto value = static_cast<Bits>(word);
+    std::memcpy(to, &value, sizeof value);
+    to += stride;
+  }
+}
+inline void save(std::span<const std::uint64_t> bits, std::byte* to, std::size_t stride,
+                 std::size_t width) {
+  switch (width) {
+    case 1: return save_as<std::uint8_t>(bits, to, stride);
+    case 2: return save_as<std::uint16_t>(bits, to, stride);
+    case 4: return save_as<std::uint32_t>(bits, to, stride);
+    default: return save_as<std::uint64_t>(bits, to, stride);
+  }
+}
+
+/// Calls work(index_of, bits_of) with the translation of a domain. Unlike ValueTranslator it has an
+/// index for every integer. All values must be in the domain.
+template <class Work>
+decltype(auto) with_translation(const ArrayInfo& info, std::size_t component,
+                                const ValueDomain& domain, Work&& work) {
+  if (domain.kind == DomainKind::integers)
+    return work([whole = WholeDifferences::of(info.type)](
+                    std::uint64_t bits) { return whole.within(bits); },
+                [](std::int64_t index) { return static_cast<std::uint64_t>(index); });
+  if (domain.kind == DomainKind::floats && info.type == ScalarType::float32)
+    return work(
+        [](std::uint64_t bits) { return ordered_index_of(static_cast<std::uint32_t>(bits)); },
+        [](std::int64_t index) -> std::uint64_t { return ordered_bits<std::uint32_t>(index); });
+  if (domain.kind == DomainKind::floats)
+    return work([](std::uint64_t bits) { return ordered_index_of(bits); },
+                [](std::int64_t index) { return ordered_bits<std::uint64_t>(index); });
+  const ValueTranslator translator(info, component, domain);
+  return work([&translator](std::uint64_t bits) { return translator.index(bits).value_or(0); },
+              [&translator](std::int64_t index) { return translator.bits(index); });
+}
+
+/// Returns true if all values of an array may be in a domain without escapes. The values of a
+/// quantized array may be coded as stored floats, in case some of them would be escapes.
+inline bool may_be(const ArrayInfo& info, const ValueDomain& domain) {
+  return domain.kind != DomainKind::digits &&
+         (domain.fits(info) || (is_float(info.type) && domain == ValueDomain()));
+}
+
+/// Returns true if components of these domains use the same kind of prediction, as all components
+/// of an array must.
+inline bool predicted_alike(DomainKind a, DomainKind b) {
+  const auto is_float = [](DomainKind kind) {
+    return kind == DomainKind::floats || kind == DomainKind::narrow;
+  };
+  return is_float(a) || is_float(b) ? a == b : true;
+}
+
+/// Returns the largest number of bytes of a residual.
+inline std::uint32_t most_bytes(ScalarType type, DomainKind kind) {
+  if (kind == DomainKind::narrow) return 4;
+  const bool as_stored = kind == DomainKind::floats || kind == DomainKind::integers;
+  return as_stored ? static_cast<std::uint32_t>(scalar_bytes(type)) : 8;
+}
+
+/// Returns the number of bytes of the largest residual, given the bitwise or of all residuals.
+inline std::uint32_t bytes_for(std::uint64_t residuals) {
+  return static_cast<std::uint32_t>((std::bit_width(residuals) + 7) / 8);
+}
+
+}  // namespace shm

@@ -1,0 +1,45 @@
+// ImportedNumbers: the stream numbers of live imported vertices, by their numbers in the segment.
+// It needs memory for the live vertices only.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "base/lists.h"
+#include "base/number_map.h"
+
+namespace shm {
+
+class ImportedNumbers {
+ public:
+  bool empty() const { return count_ == 0; }
+  /// Must hold: `import` is present.
+  std::uint64_t operator[](std::uint64_t import) const { return numbers_[slots_.find(import)]; }
+  /// Must hold: `import` is absent.
+  void add(std::uint64_t import, std::uint64_t number) {
+    auto slot = static_cast<std::uint32_t>(numbers_.size());
+    if (free_.empty()) {
+      numbers_.push_back(number);
+    } else {
+      slot = free_.back();
+      free_.pop_back();
+      numbers_[slot] = number;
+    }
+    slots_.insert(import, slot);
+    ++count_;
+  }
+  /// Must hold: `import` is present.
+  void remove(std::uint64_t import) {
+    free_.push_back(slots_.find(import));
+    slots_.erase(import);
+    --count_;
+  }
+
+ private:
+  NumberMap slots_;
+  std::vector<std::uint64_t> numbers_;
+  std::vector<std::uint32_t> free_;
+  std::uint64_t count_ = 0;
+};
+
+}  // namespace shm

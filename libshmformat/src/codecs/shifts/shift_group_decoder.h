@@ -1,0 +1,87 @@
+// ShiftGroupDecoder: decodes the groups of a segment in shifts. The mirror of
+// shift_segment_encoder.h.
+// spec: "Shifts", "Values as differences"
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "codecs/shared/group_decoder.h"
+#include "codecs/shifts/difference_column.h"
+#include "codecs/shifts/imported_numbers.h"
+#include "codecs/shifts/live_numbers.h"
+#include "codecs/shifts/shift_neighbours.h"
+#include "codecs/shifts/shifts.h"
+#include "codecs/surface/cells/number_column.h"
+#include "codecs/surface/values/value_column.h"
+#include "entropy/range_coder.h"
+
+namespace shm {
+
+class ShiftGroupDecoder final : public GroupDecoder {
+ public:
+  /// Must hold: takes_shifts(schema).
+  ShiftGroupDecoder(const Schema& schema, const SegmentStart& start, const DecodedParts& parts,
+                    CellBytes cell_bytes);
+
+  Result<void> begin_stream(const container::StreamEntry& entry,
+                            std::span<const std::byte> bytes) override;
+  std::vector<std::uint64_t> alive() const override { return live_.own(); }
+  Items items() const override { return {vertex_items_, cell_items_}; }
+  std::uint32_t slots() const override { return neighbours_.slots(); }
+
+ private:
+  Result<void> begin_streams(std::optional<ConnectivityCodec> codec) override;
+  Result<void> begin_connectivity(std::span<const std::byte> bytes, std::uint64_t decoded_bytes);
+  Result<void> begin_column(const container::StreamEntry& entry, std::span<const std::byte> bytes,
+                            std::uint64_t decoded_bytes);
+  Result<void> decode_elements(DecodedBlock& decoded) override;
+  bool decode_column(std::size_t column, const MeshBlock& block,
+                     std::vector<std::byte>& out) override;
+  bool is_used_up() const override;
+
+  Result<void> decode_cells(DecodedBlock& decoded);
+  std::size_t decode_alike(DecodedBlock& decoded, std::size_t cell, std::size_t most);
+  bool count_run(const CellMarks& marks, std::span<const std::uint64_t> numbers, std::size_t count,
+                 std::uint64_t& introduced, std::uint64_t& finalized);
+  bool take_run(const CellMarks& marks, std::span<const std::uint64_t> numbers, std::size_t count,
+                DecodedBlock& decoded);
+  bool introduce_and_finalize(const CellMarks& marks, std::span<const std::uint64_t> numbers,
+                              DecodedBlock& decoded);
+  bool introduce(std::uint64_t number, bool imported, DecodedBlock& decoded);
+  void name_imports(std::vector<std::uint64_t>& corners);
+
+  bool names_imports_;  // true: imported vertices get their stream numbers
+  ShiftDecoder shifts_;
+  std::vector<DifferenceColumn> columns_;
+  std::vector<std::unique_ptr<ValueColumn<SplitDecoder>>>
+      predicted_;  // predicted columns; empty until a group has neighbourhoods
+  std::vector<std::uint8_t> is_predicted_;  // by column: 1 if predicted in the current group
+  ShiftNeighbours neighbours_;
+  bool has_neighbours_ = false;  // true: the current group has neighbourhoods
+  DifferenceScratch scratch_;
+  ZstdDecompressor zstd_;
+  std::size_t next_column_ = 0;
+  std::size_t most_cell_bytes_ = 0;
+  LiveNumbers live_;
+  std::array<std::size_t, kMostShiftNodes>
+      hints_{};  // by node: the last place of its number in live_
+
+  // If vertices are numbered by their order
+  std::uint64_t next_own_, next_import_ = kFirstImport;
+  ImportedNumbers imports_;
+  std::vector<std::uint64_t> finalized_;  // imports that cells of the current block may still use
+  NumberColumn<RangeDecoder> import_numbers_;
+  RangeDecoder import_coder_{std::span<const std::byte>()};
+
+  // The current block
+  std::vector<std::uint64_t>
+      new_numbers_;                   // numbers of new vertices, including imported and unused ones
+  std::vector<std::uint64_t> cells_;  // numbers of the cells that an array covers
+  std::vector<Neighbourhood> vertex_items_, cell_items_;
+};
+
+}  // namespace shm

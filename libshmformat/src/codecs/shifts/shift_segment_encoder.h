@@ -1,0 +1,81 @@
+// ShiftSegmentEncoder: encodes the cells of a segment as shifts, and values as differences along
+// their numbers. It uses no active surface and finds neighbours by number: it is fast, on meshes
+// whose numbers run in rows and layers.
+// spec: "Shifts", "Values as differences"
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "codecs/shared/segment_encoder.h"
+#include "codecs/shifts/difference_column.h"
+#include "codecs/shifts/shift_neighbours.h"
+#include "codecs/shifts/shifts.h"
+
+namespace shm {
+
+class ShiftSegmentEncoder final : public SegmentEncoder {
+ public:
+  /// `schema` has passed check_schema() and must outlive the encoder. Must hold:
+  /// takes_shifts(schema).
+  ShiftSegmentEncoder(const Schema& schema, const SegmentOptions& options,
+                      const SegmentStart& start);
+
+ private:
+  bool encode_cell(const SegmentPiece& piece, const SegmentPiece::Cell& cell,
+                   const Place& place) override;
+  void encode_unused(const SegmentPiece& piece, std::size_t vertex) override;
+  void encode_streams() override;
+  void add_size_at_hand(SegmentSize& size) override;
+  std::uint64_t values_at_hand(ValueChoices* choices) override;
+  std::uint64_t number_of(const SegmentPiece::Vertex& vertex) const;
+  void take_numbered(const SegmentPiece& piece, std::size_t index, std::uint64_t number);
+  void note_lags();
+  std::vector<std::uint32_t> cell_lags() const;
+  bool predicts() const { return !predicted_.empty(); }
+  void begin_element(bool is_cell);
+  std::uint32_t ring_bits() const;
+  void find_neighbours(std::span<const std::byte> shifts);
+  void add_columns();
+  void choose_lags();
+  std::vector<std::uint64_t> numbers_of_cells(std::size_t column) const;
+  void add_column(std::size_t column, std::span<const std::uint64_t> numbers);
+
+  bool numbered_by_order_;
+  ShiftEncoder shifts_;
+  std::vector<DifferenceColumn> columns_;
+  std::vector<std::unique_ptr<ValueColumn<SplitEncoder>>>
+      predicted_;  // predicted columns; empty at level fast
+  // Cells are decoded again from their bitstream, which takes less memory and time than keeping
+  // them.
+  ShiftDecoder decoder_;
+  ShiftNeighbours neighbours_;
+  bool has_rings_ = false;  // true: groups have neighbourhoods, for values here or for steps
+  DifferenceScratch scratch_;
+  ZstdCompressor packing_;
+  ZstdDecompressor unpacking_;
+
+  std::vector<std::uint64_t> number_of_;  // by handle
+  std::vector<std::uint64_t> corners_;    // corner numbers of the current cell
+  std::uint64_t active_ = 0;
+
+  // The current group
+  std::vector<std::uint64_t>
+      introduced_;  // numbers of introduced vertices, including imported and unused ones
+  std::vector<std::uint32_t> cell_blocks_;
+  TiledItems vertices_, cells_;
+  std::vector<std::uint32_t> by_vertex_, by_cell_;  // lags, ascending
+  struct Lag {
+    std::uint64_t lag = 0, weight = 0;
+  };
+  std::vector<Lag> lags_;  // differences between corner numbers in a cell
+  std::array<std::uint32_t, 65>
+      spreads_{};  // number of cells, by the bit length of the span of their numbers
+
+  std::uint64_t next_own_, next_import_ = kFirstImport;
+};
+
+}  // namespace shm

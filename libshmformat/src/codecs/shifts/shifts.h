@@ -1,0 +1,156 @@
+// Shifts: cells as differences. A shift is the difference between a cell and the previous cell of
+// its block: the amounts to add to the vertex numbers, and which vertices are new, imported and
+// used for the last time. Shifts repeat if numbers run in rows and layers. A cell is then one byte,
+// the place of its shift in a table, and zstd compresses these bytes.
+//
+// in:    cells, with numbers                     out: a bitstream for each group
+// keeps: the last cell of each block, a table of shifts; updated alike in both directions
+// spec: "Shifts"
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "base/binary.h"
+#include "base/packing.h"
+#include "shm/schema.h"
+
+namespace shm {
+
+/// Most cells that are decoded together.
+inline constexpr std::size_t kShiftedCellsAtOnce = 64;
+
+/// A cell without its vertex numbers. Sets of node positions are bit masks.
+struct CellMarks {
+  std::uint32_t block = 0;
+  std::uint64_t introduced = 0;  ///< vertices that are new in the segment
+  std::uint64_t imports = 0;     ///< subset of `introduced`: vertices that an earlier segment owns
+  std::uint64_t last_use = 0;    ///< vertices that no later cell uses
+  bool operator==(const CellMarks&) const = default;
+};
+
+/// Most nodes of a cell in shifts. Frozen: part of the format.
+inline constexpr std::uint32_t kMostShiftNodes = 64;
+
+/// Most components of a stepped array in a file with shifts. Step values over shifts are kept by
+/// number, which needs memory even if an array has few elements. Frozen: part of the format.
+inline constexpr std::uint32_t kMostShiftStepComponents = 32;
+
+struct Shift {
+  CellMarks marks;
+  /// amounts to add to the vertex numbers, modulo 2^64
+  std::array<std::uint64_t, kMostShiftNodes> by{};
+};
+
+/// Returns true if cells of the schema can be coded as shifts: no delay, a fixed number of nodes
+/// per cell in each block, no stepped array with more than kMostShiftStepComponents components.
+bool takes_shifts(const Schema& schema);
+
+/// First number of imported vertices, unless order is keep. Shifts then run over stream numbers. An
+/// encoder does not know the stream numbers of vertices that earlier segments own, so these are
+/// numbered from here.
+inline constexpr std::uint64_t kFirstImport = std::uint64_t{1} << 63;
+
+/// State of both directions. Must hold: takes_shifts(schema).
+class ShiftTable {
+ public:
+  // A symbol below kPlaces is the place of a shift in the table. kNew announces a new shift.
+  static constexpr std::uint32_t kPlaces = 255;
+  static constexpr std::uint8_t kNew = 255;
+
+  explicit ShiftTable(const Schema& schema);
+
+  std::uint32_t nodes(std::uint32_t block) const { return nodes_[block]; }
+  /// Largest number of nodes per cell of any block.
+  std::size_t most_nodes() const { return most_nodes_; }
+  /// Returns the vertex numbers of the last cell of the block; initially zeros.
+  std::vector<std::uint64_t>& last(std::uint32_t block) {
+    if (last_[block].empty()) last_[block].resize(nodes_[block]);
+    return last_[block];
+  }
+  const Shift& at(std::size_t place) const { return shifts_[place]; }
+  std::size_t size() const { return shifts_.size(); }
+  /// Adds a shift in place of the oldest one, and returns its place.
+  std::size_t add(const Shift& shift);
+  std::size_t blocks() const { return nodes_.size(); }
+
+ private:
+  std::vector<std::uint32_t> nodes_;  // by block
+  std::size_t most_nodes_ = 0;
+  std::vector<std::vector<std::uint64_t>> last_;
+  std::vector<Shift> shifts_;
+  std::size_t next_ = 0;
+};
+
+class ShiftEncoder {
+ public:
+  ShiftEncoder(const Schema& schema, bool may_import);
+
+  void add_cell(const CellMarks& marks, std::span<const std::uint64_t> numbers);
+  /// Adds a vertex that no cell uses. Call it after the cells of the group.
+  void add_unused(std::uint64_t number);
+  /// Returns the bitstream of the group so far.
+  std::vector<std::byte> packed(ZstdCompressor& zstd) const;
+  /// Returns the bitstream of the group, and begins the next group.
+  std::vector<std::byte> finish(ZstdCompressor& zstd);
+  /// Returns the symbol of each cell of the group.
+  std::span<const std::uint8_t> symbols() const { return symbols_; }
+
+ private:
+  std::size_t find(const Shift& shift, std::uint32_t nodes) const;
+  void write(const Shift& shift, std::uint32_t nodes);
+
+  ShiftTable table_;
+  bool may_import_;
+  std::vector<std::uint64_t> keys_;     // hash of the shift, by place
+  std::vector<std::uint8_t> followed_;  // by place: the shift that came after it last time
+  std::size_t last_place_ = 0;
+  Shift shift_;
+  ByteWriter bytes_;  // new shifts, then unused vertices
+  std::vector<std::uint8_t> symbols_;
+  std::uint64_t last_unused_ = 0;
+};
+
+class ShiftDecoder {
+ public:
+  ShiftDecoder(const Schema& schema, bool may_import);
+
+  /// Begins a group with `cells` cells, which may unpack to `limit` bytes. Returns false if the
+  /// data is damaged.
+  bool begin_group(std::span<const std::byte> bytes, std::uint32_t cells, std::uint64_t limit,
+                   ZstdDecompressor& zstd);
+  /// Decodes the next cells of the group that have the same shift: at least one, at most `most`,
+  /// which must be above 0. Returns null marks if the data is damaged. Stores their vertex numbers
+  /// in `numbers`, which must have room for `most` cells of any block.
+  struct Cells {
+    const CellMarks* marks;
+    std::size_t count;
+  };
+  Cells next_cells(std::uint64_t* numbers, std::size_t most);
+  std::uint32_t nodes(std::uint32_t block) const { return table_.nodes(block); }
+  std::size_t most_nodes() const { return table_.most_nodes(); }
+  /// Returns the number of the next unused vertex; nothing if the data is damaged.
+  std::optional<std::uint64_t> next_unused();
+  /// Returns true if all data of the group has been used, and no more.
+  bool at_end() const {
+    return bytes_.ok() && bytes_.left() == 0 && next_symbol_ == symbols_.size();
+  }
+
+ private:
+  const Shift* read_shift();
+
+  ShiftTable table_;
+  bool may_import_;
+  Shift shift_;
+  std::vector<std::byte> unpacked_;
+  ByteReader bytes_{{}};
+  std::span<const std::byte> symbols_;
+  std::size_t next_symbol_ = 0;
+  std::uint64_t last_unused_ = 0;
+};
+
+}  // namespace shm

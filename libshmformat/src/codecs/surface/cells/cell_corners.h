@@ -1,0 +1,157 @@
+// CellCorners: codes the corners of cells other than hexahedra, node by node in stored order. Each
+// corner is a new vertex or one of several candidates: the vertex that continues the numbers of the
+// last cell of the block, nodes of cells that come after neighbours of that cell, nodes of open
+// faces that share vertices with this cell, and nodes of the last cell. Candidates are tried in the
+// order of how often candidates like them were right.
+// in:    the corners of a cell          out: decisions for "connectivity"
+// keeps: open faces of cells of all shapes, last cells, models; the same in encoder and decoder
+// spec: "Corners of other cells"
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "entropy/mixing.h"
+#include "entropy/models.h"
+#include "mesh/active_surface.h"
+#include "mesh/cell_shapes.h"
+#include "mesh/cell_topology.h"
+#include "mesh/open_faces.h"
+
+namespace shm {
+
+template <class Coder>
+class CellCorners {
+ public:
+  /// `surface` must outlive this object.
+  explicit CellCorners(ActiveSurface& surface) : surface_(&surface) {}
+
+  /// Codes the corners of a cell that has at least one: slots and new_positions.
+  /// `add_vertex(position)` creates the new vertex. Returns false only when decoding damaged data.
+  bool code(Coder& symbols, CellTopology& cell, CellShape shape,
+            const std::function<void(std::uint32_t)>& add_vertex);
+  /// Opens and closes faces by the corners of a cell of any shape. Call it after the corners are
+  /// coded, before the last uses. `as_stored`: corners of a hexahedron are taken in the order of
+  /// the source; otherwise in the coder's frame.
+  void take_note(const CellTopology& cell, CellShape shape, bool as_stored);
+  /// Codes last_use of the corners of a cell that code() has coded.
+  void code_last_use(Coder& symbols, CellTopology& cell, CellShape shape);
+  void forget(std::uint32_t vertex) { faces_.forget(vertex); }
+
+  const OpenFaces& faces() const { return faces_; }
+
+ private:
+  static constexpr std::uint32_t kMost = OpenFaces::kMost;
+  static constexpr std::uint32_t kShapes = 7, kPositions = 8;
+  static constexpr std::size_t kCandidates = 24;
+  /// A lead that is right more often than this, in parts of 65536, is tried without looking at
+  /// faces.
+  static constexpr std::uint32_t kSure = 64512;
+  enum Question : std::uint32_t { kNew, kAmong, kWhich, kLast, kQuestions };
+
+  /// A vertex that the node at a position may be, and the reasons for it.
+  struct Candidate {
+    std::uint32_t slot = kNone;
+    std::uint8_t guesses = 0;  ///< number of guesses that have it at this position, at most 2
+    bool shift = false;        ///< true: it continues the numbers of the block's last cell
+    std::uint8_t shared = 0;   ///< number of known nodes of open faces that it would close
+    std::uint8_t directions =
+        0;  ///< 1 if such a face runs against the side of this cell, plus 2 if along it
+    std::uint8_t beside = 0;     ///< number of edges of open faces that lead to it
+    std::uint8_t place = kMost;  ///< its position in the last cell; kMost: none
+    std::uint32_t chance = 0;    ///< probability that it is right, in parts of 65536
+    MixedBit* model = nullptr;
+    /// Returns a context of its reasons.
+    std::uint32_t why() const { return clue(guesses, shared, directions, shift, place); }
+  };
+  /// A cell that the next cell may be next to, and its node at each position of the next cell.
+  struct Guess {
+    std::uint64_t number = 0;
+    std::array<std::uint8_t, kMost> place{};  ///< by position; kMost: none
+  };
+  /// The last cell of a block.
+  struct Past {
+    std::vector<std::uint64_t> ids;
+    std::uint64_t step = 0;  ///< difference of the first node's id to that of the cell before
+    std::array<std::uint64_t, kMost> behind;
+    std::vector<Guess> guesses;
+    Past() { behind.fill(OpenFaces::kNever); }
+  };
+  struct ShapeModels {
+    /// By position, then guesses 3, shift 2, shared 4, place 9, beside 2.
+    std::array<std::vector<MixedBit>, kPositions> which;
+    std::array<std::array<MixedBit, 3>, kPositions> is_new, among;  // by position, number of gates
+    std::array<std::array<MixedBit, 8>, kPositions> last;  // by position, number of bare faces
+    std::array<std::array<AdaptiveBit, 6>, kPositions>
+        lead;  // by position, then reasons: guesses, shift
+    AdaptiveBit repeated;
+    NumberModel repeat;
+    std::array<SignedModel<NumberModel>, 2> step;  // models of the first corner, of other corners
+    std::array<std::uint32_t, 6> before{};         // outcomes of the last cells, newest first
+    std::uint32_t finals = 0;                      // last uses in the last cell, as bits
+  };
+  /// The corner that is being coded.
+  struct Corner {
+    std::uint32_t position = 0, model = 0;  ///< model: the position, capped below kPositions
+    std::uint64_t expected = 0;             ///< its id if it continues as in the last cell
+    std::uint32_t lead = kNone;             ///< the slot that is likely before faces are examined
+    AdaptiveBit* lead_model = nullptr;
+    std::uint32_t repeats = kNone;  ///< encoding: the earlier position of its vertex
+  };
+
+  ShapeModels& models_of(CellShape shape);
+  bool code_corner(Coder& symbols, CellTopology& cell, Corner& corner,
+                   const std::function<void(std::uint32_t)>& add_vertex);
+  std::uint32_t code_taken(CellTopology& cell, const Corner& corner);
+  std::uint32_t code_missed(Coder& symbols, CellTopology& cell, const Corner& corner);
+
+  void gather(const CellTopology& cell, Corner& corner);
+  void gather_likely(const CellTopology& cell, Corner& corner);
+  void gather_beside(const CellTopology& cell, std::uint32_t position);
+  void gather_faces(const CellTopology& cell, std::uint32_t position);
+  void gather_shared(const CellTopology& cell, const ShapeFace& ours, std::uint32_t place,
+                     std::uint32_t known);
+  void rank(const Corner& corner);
+  Candidate* add(const CellTopology& cell, std::uint32_t position, std::uint32_t slot);
+  static void count_beside(Candidate* candidate) {
+    if (candidate != nullptr && candidate->beside < 15) ++candidate->beside;
+  }
+  void find_owners(const CellTopology& cell, std::uint32_t position);
+  void make_guesses(Past& past, std::span<const std::uint32_t> corners);
+
+  ActiveSurface* surface_;
+  OpenFaces faces_;
+  MixingCoder<Coder> mixing_{kQuestions};
+  std::array<std::unique_ptr<ShapeModels>, kShapes> all_models_;
+  std::map<std::uint32_t, Past> past_;            // by block, for blocks with cells so far
+  std::array<std::uint32_t, kMost> last_cell_{};  // slots
+  std::uint32_t last_size_ = 0;
+
+  // The current cell
+  ShapeModels* models_ = nullptr;
+  Past* block_ = nullptr;
+  std::span<const ShapeFace> sides_;
+  std::uint32_t shape_ = 0;
+  std::uint32_t gates_ = 0;  // number of sides found open, at most 3
+  std::uint32_t outcomes_ = 0, two_cells_ = 0, six_cells_ = 0;
+  std::vector<std::uint64_t> owners_;  // numbers of the cells that own these sides
+
+  // The current corner
+  std::vector<Candidate> candidates_;
+  struct Listed {
+    std::uint64_t round = 0;
+    std::uint32_t candidate = kNone;
+  };
+  std::vector<Listed> listed_;  // by slot: the candidate that the vertex is
+  std::uint64_t round_ = 0;
+};
+
+extern template class CellCorners<RangeEncoder>;
+extern template class CellCorners<RangeDecoder>;
+
+}  // namespace shm

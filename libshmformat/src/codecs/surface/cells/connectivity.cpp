@@ -1,0 +1,332 @@
+#include "codecs/surface/cells/connectivity.h"
+
+#include <algorithm>
+#include <bit>
+#include <utility>
+
+namespace shm {
+
+template <class Coder>
+Connectivity<Coder>::Connectivity(const Schema& schema) : schema_(&schema) {
+  for (const BlockInfo& block : schema.blocks)
+    if (!is_hexahedral(block) && !others_) others_ = std::make_unique<CellCorners<Coder>>(surface_);
+}
+
+template <class Coder>
+void Connectivity<Coder>::set_codec(ConnectivityCodec codec) {
+  const OpenFaces* const open = others_ ? &others_->faces() : nullptr;
+  has_codec_ = true;
+  switch (codec) {
+    case ConnectivityCodec::paper:
+      hexahedra_ = std::make_unique<PaperHexahedra<Coder>>(surface_);
+      break;
+    case ConnectivityCodec::automatic:
+    case ConnectivityCodec::shifts:
+    case ConnectivityCodec::patterns:  // shifts and patterns need no surface
+    case ConnectivityCodec::rows:
+      hexahedra_ = std::make_unique<RowHexahedra<Coder>>(surface_, open);
+      break;
+    case ConnectivityCodec::mixed:
+      hexahedra_ = std::make_unique<MixedRows<Coder>>(surface_, open);
+      break;
+    case ConnectivityCodec::replay:
+      hexahedra_ = std::make_unique<ReplayHexahedra<Coder>>(surface_, schema_->order == Order::keep,
+                                                            schema_->earlier_values);
+      break;
+  }
+  finds_by_number_ =
+      with_hexahedra([]<class Hexahedra>(Hexahedra&) { return FindsByNumber<Hexahedra>; });
+}
+
+template <class Coder>
+void Connectivity<Coder>::set_number(std::uint32_t slot, std::uint64_t number) {
+  with_hexahedra([&]<class Hexahedra>(Hexahedra& hexahedra) {
+    if constexpr (FindsByNumber<Hexahedra>) hexahedra.set_number(slot, number);
+  });
+}
+
+template <class Coder>
+bool Connectivity<Coder>::code_cell(Coder& symbols, Coder& corner_order, CellTopology& cell) {
+  if (!has_codec_) set_codec(ConnectivityCodec::rows);
+  if (!code_block(symbols, cell)) return false;
+  const BlockInfo& block = schema_->blocks[cell.block];
+  cell.hexahedral = is_hexahedral(block);
+  cell.new_positions.clear();
+  cell.face_mask = 0;
+  cell.cell_slot = kNone;
+  cell.by_faces = false;
+  const bool plain = cell.hexahedral && block.nodes_per_cell == 8;
+  cell.layout = plain ? nullptr : node_layout(block.shape, block.nodes_per_cell);
+  if (cell.layout != nullptr && !mid_nodes_) mid_nodes_.emplace(surface_);
+  for (std::uint8_t i = 0; i < 8; ++i) cell.stored_corner[i] = i;
+  if constexpr (!Coder::kDecodes) sort_numbers(cell);
+  if (block.shape == CellShape::faces && !code_polyhedron(symbols, cell)) return false;
+  if (cell.hexahedral && !code_hexahedron(symbols, corner_order, cell)) return false;
+  if constexpr (!Coder::kDecodes)
+    for (const std::uint32_t position : cell.new_positions) fill_farther_repeats(cell, position);
+  const std::uint32_t corners = cell.hexahedral ? 8
+                                : block.shape == CellShape::hexahedron
+                                    ? 0
+                                    : corner_count(block.shape, cell.slots.size());
+  if (!cell.hexahedral && corners > 0 &&
+      !others_->code(symbols, cell, block.shape, [&](std::uint32_t i) { add_vertex(cell, i); }))
+    return false;
+  // If the cell has only corners, nothing reads their ids.
+  if (!cell.by_faces && cell.slots.size() > corners && !code_nodes(symbols, cell, corners))
+    return false;
+  // A coder that finds vertices by number needs no uses, and has already coded the last uses.
+  const std::size_t done = cell.hexahedral && finds_by_number_ ? 8 : 0;
+  for (std::size_t i = done; i < cell.slots.size(); ++i) surface_.count_use(cell.slots[i]);
+  if (others_) {
+    others_->take_note(cell, corners > 0 ? block.shape : CellShape::other, order_matters(block));
+    cell.shape = block.shape;
+    cell.corners = corners;
+    cell.behind = cell.by_faces ? polyhedra_->behind() : others_->faces().behind();
+  }
+  if (cell.slots.size() > done) code_last_use(symbols, cell);
+  return true;
+}
+
+template <class Coder>
+void Connectivity<Coder>::finish_cell(const CellTopology& cell) {
+  const auto finalize = [&](std::size_t i) {
+    const std::uint32_t slot = cell.slots[i];
+    if (finds_by_number_)
+      with_hexahedra([&]<class Hexahedra>(Hexahedra& hexahedra) {
+        if constexpr (FindsByNumber<Hexahedra>) hexahedra.forget(slot);
+      });
+    if (others_) others_->forget(slot);
+    if (mid_nodes_) mid_nodes_->forget(slot);
+    if (polyhedra_) polyhedra_->forget(slot);
+    surface_.finalize(slot);
+  };
+  std::size_t i = 0;
+  for (; i + 8 <= cell.slots.size(); i += 8) {  // usually one of eight is marked
+    std::uint32_t marks = 0;
+    for (std::size_t k = 0; k < 8; ++k) marks |= std::uint32_t{cell.last_use[i + k]} << k;
+    for (; marks != 0; marks &= marks - 1)
+      finalize(i + static_cast<std::size_t>(std::countr_zero(marks)));
+  }
+  for (; i < cell.slots.size(); ++i)
+    if (cell.last_use[i] != 0) finalize(i);
+  if (cell.hexahedral && !finds_by_number_) surface_.end_cell();
+}
+
+template <class Coder>
+bool Connectivity<Coder>::code_hexahedron(Coder& symbols, Coder& corner_order, CellTopology& cell) {
+  const bool in_order = order_matters(schema_->blocks[cell.block]);
+  return with_hexahedra(
+      [&](auto& hexahedra) { return hexahedra.code(symbols, corner_order, cell, in_order); });
+}
+
+/// Codes a polyhedron by its faces and nodes, or only its number of nodes.
+template <class Coder>
+bool Connectivity<Coder>::code_polyhedron(Coder& symbols, CellTopology& cell) {
+  if (!polyhedra_) polyhedra_ = std::make_unique<Polyhedra<Coder>>(surface_);
+  const std::uint64_t number = others_->faces().next_number();
+  if (!polyhedra_->code(symbols, cell, number, [&](std::uint32_t i) { add_vertex(cell, i); }))
+    return false;
+  if (!cell.by_faces) return code_count(symbols, cell);
+  if constexpr (Coder::kDecodes) {
+    const std::uint32_t stated = schema_->blocks[cell.block].nodes_per_cell;
+    if (stated != 0 && cell.slots.size() != stated) return false;
+    cell.last_use.assign(cell.slots.size(), 0);
+  }
+  return true;
+}
+
+template <class Coder>
+bool Connectivity<Coder>::code_block(Coder& symbols, CellTopology& cell) {
+  if (schema_->blocks.size() > 1 && !symbols.bit(same_block_, cell.block == last_block_)) {
+    const std::uint64_t block = code_number(symbols, block_number_, cell.block);
+    if (block >= schema_->blocks.size()) return false;
+    cell.block = static_cast<std::uint32_t>(block);
+  } else {
+    cell.block = last_block_;
+  }
+  if (cell.block >= schema_->blocks.size()) return false;
+  last_block_ = cell.block;
+  // The number of nodes of a polyhedron follows from its faces.
+  return schema_->blocks[cell.block].shape == CellShape::faces || code_count(symbols, cell);
+}
+
+template <class Coder>
+bool Connectivity<Coder>::code_count(Coder& symbols, CellTopology& cell) {
+  std::uint64_t count = schema_->blocks[cell.block].nodes_per_cell;
+  if (count == 0) count = code_number(symbols, node_count_, cell.slots.size());
+  if (count > kMaxNodesPerCell) return false;
+  if constexpr (Coder::kDecodes) {
+    if (cell.slots.size() != count) {
+      cell.slots.resize(static_cast<std::size_t>(count));
+      cell.last_use.resize(static_cast<std::size_t>(count));
+    }
+    std::fill(cell.slots.begin(), cell.slots.end(), kNone);
+    std::fill(cell.last_use.begin(), cell.last_use.end(), std::uint8_t{0});
+  }
+  return true;
+}
+
+/// Codes nodes that are not corners. They are predicted from their position in the cell if the
+/// layout is known, otherwise as a step from the last cell of the block.
+template <class Coder>
+bool Connectivity<Coder>::code_nodes(Coder& symbols, CellTopology& cell, std::uint32_t first) {
+  auto& last = node_ids_[cell.block];
+  std::uint64_t shift = 0;  // change of the previous node's id since the last cell
+  const std::size_t count = cell.slots.size();
+  for (std::uint32_t i = 0; i < count; ++i) {
+    if (i >= first) {
+      const MidNode* node = cell.layout == nullptr ? nullptr : cell.layout->at(i);
+      if (node != nullptr) {
+        if (i == cell.layout->corners) begin_layout(cell);
+        if constexpr (!Coder::kDecodes)
+          if (const std::uint32_t same = earlier_position(cell, i); same != kNone)
+            cell.slots[i] = cell.slots[same];
+      }
+      if (node == nullptr || !mid_nodes_->code(symbols, cell, *node, i)) {
+        if (!code_node(symbols, cell, i, shift)) return false;
+      } else if (cell.slots[i] == kNone) {
+        add_vertex(cell, i);
+      }
+      if (node != nullptr) mid_nodes_->note(cell, *node, i);
+    }
+    const std::uint64_t id = surface_.vertex(cell.slots[i]).id;
+    if (first == 0 || i >= first) {
+      if (i < last.size())
+        last[i] = id;
+      else
+        last.push_back(id);
+    } else if (i >= last.size()) {
+      last.push_back(id);
+    }
+  }
+  return true;
+}
+
+/// Encoding: returns the first of the kMaxLastUse positions before this one that has the same
+/// vertex.
+template <class Coder>
+std::uint32_t Connectivity<Coder>::earlier_position(const CellTopology& cell, std::uint32_t i) {
+  for (std::uint32_t j = i > kMaxLastUse ? i - kMaxLastUse : 0; j < i; ++j)
+    if (cell.numbers[j] == cell.numbers[i]) return j;
+  return kNone;
+}
+
+/// Encoding: sorts positions by number, for cells with so many nodes that far repeats are not
+/// coded.
+template <class Coder>
+void Connectivity<Coder>::sort_numbers(const CellTopology& cell) {
+  positions_.clear();
+  if (cell.slots.size() <= kMaxLastUse) return;
+  for (std::uint32_t i = 0; i < cell.slots.size(); ++i) positions_.push_back({cell.numbers[i], i});
+  std::sort(positions_.begin(), positions_.end());
+}
+
+/// Encoding: fills in the vertex that was new at `i` at the positions with its number that are far
+/// after `i`.
+template <class Coder>
+void Connectivity<Coder>::fill_farther_repeats(CellTopology& cell, std::uint32_t i) {
+  const std::pair<std::uint64_t, std::uint32_t> from{cell.numbers[i], i + kMaxLastUse};
+  for (auto it = std::lower_bound(positions_.begin(), positions_.end(), from);
+       it != positions_.end() && it->first == cell.numbers[i]; ++it)
+    cell.slots[it->second] = cell.slots[i];
+}
+
+/// Call it before the first node that is not a corner.
+template <class Coder>
+void Connectivity<Coder>::begin_layout(CellTopology& cell) {
+  for (std::uint8_t i = 0; i < 8; ++i) cell.framed[cell.stored_corner[i]] = i;
+  mid_nodes_->begin_cell(cell);
+}
+
+/// Introduces a new vertex at `position`.
+template <class Coder>
+void Connectivity<Coder>::add_vertex(CellTopology& cell, std::uint32_t position) {
+  cell.new_positions.push_back(position);
+  const std::uint32_t slot = cell.slots[position] = surface_.add_vertex();
+  if (finds_by_number_ && schema_->order != Order::keep) set_number(slot, surface_.vertex(slot).id);
+  // The models do not know repeats farther away; these find the vertex by its number from here on.
+  if constexpr (!Coder::kDecodes) fill_farther_repeats(cell, position);
+}
+
+template <class Coder>
+bool Connectivity<Coder>::code_node(Coder& symbols, CellTopology& cell, std::uint32_t i,
+                                    std::uint64_t& shift) {
+  const auto& last = node_ids_[cell.block];
+  while (nodes_.size() <= std::min<std::uint32_t>(i, 31))
+    nodes_.push_back(std::make_unique<NodeModel>());
+  NodeModel& model = *nodes_[std::min<std::uint32_t>(i, 31)];
+  const std::uint64_t expected = (i < last.size()          ? last[i]
+                                  : i > 0 && !last.empty() ? last.back()
+                                                           : 0) +
+                                 shift;
+  std::uint32_t repeats = kNone;
+  if constexpr (!Coder::kDecodes) repeats = earlier_position(cell, i);
+  const bool is_new =
+      symbols.bit(model.is_new[last_new_], cell.slots[i] == kNone && repeats == kNone);
+  last_new_ = is_new;
+  if (is_new) {
+    add_vertex(cell, i);
+  } else if (i > 0 && symbols.bit(model.repeated, repeats != kNone)) {
+    const std::uint64_t back = code_number(symbols, model.repeat, i - 1 - repeats);
+    if (back >= i) return false;
+    cell.slots[i] = cell.slots[i - 1 - static_cast<std::uint32_t>(back)];
+  } else {
+    std::uint64_t id = 0;
+    if constexpr (!Coder::kDecodes) id = surface_.vertex(cell.slots[i]).id;
+    id = expected + static_cast<std::uint64_t>(
+                        code_signed(symbols, model.step, static_cast<std::int64_t>(id - expected)));
+    cell.slots[i] = surface_.slot_of(id);
+    if (cell.slots[i] == kNone) return false;
+    if (i < last.size()) shift = id - last[i];
+  }
+  return true;
+}
+
+/// Codes last uses of corners that a coder has models for. Returns the number of these corners.
+template <class Coder>
+std::size_t Connectivity<Coder>::code_last_use_of_corners(Coder& symbols, CellTopology& cell) {
+  if (cell.hexahedral)
+    return with_hexahedra([&]<class Hexahedra>(Hexahedra& hexahedra) -> std::size_t {
+      if constexpr (CodesLastUse<Hexahedra, Coder>) hexahedra.code_last_use(symbols, cell);
+      return CodesLastUse<Hexahedra, Coder> || FindsByNumber<Hexahedra> ? 8 : 0;
+    });
+  const CellShape shape = schema_->blocks[cell.block].shape;
+  if (shape == CellShape::hexahedron) return 0;
+  const std::uint32_t corners = corner_count(shape, cell.slots.size());
+  if (corners > 0) others_->code_last_use(symbols, cell, shape);
+  return corners;
+}
+
+template <class Coder>
+void Connectivity<Coder>::code_last_use(Coder& symbols, CellTopology& cell) {
+  if (cell.by_faces) return polyhedra_->code_last_use(symbols, cell);
+  std::size_t i = code_last_use_of_corners(symbols, cell);
+  for (; i < std::min<std::size_t>(cell.slots.size(), kMaxLastUse); ++i) {
+    const auto begin = cell.slots.begin();
+    if (std::find(begin, begin + static_cast<std::ptrdiff_t>(i), cell.slots[i]) !=
+        begin + static_cast<std::ptrdiff_t>(i)) {
+      cell.last_use[i] = 0;
+      continue;
+    }
+    if (const MidNode* node = cell.layout == nullptr ? nullptr : cell.layout->at(i)) {
+      cell.last_use[i] =
+          mid_nodes_->code_last_use(symbols, cell, *node, static_cast<std::uint32_t>(i),
+                                    cell.last_use[i] != 0)
+              ? 1
+              : 0;
+      continue;
+    }
+    const auto& vertex = surface_.vertex(cell.slots[i]);
+    const bool corner = cell.hexahedral && i < 8;
+    auto& model = last_use_[corner ? 1 : 0][std::min<std::uint32_t>(vertex.face_count, 5)]
+                           [std::min<std::uint32_t>(vertex.uses, 8)];
+    auto& before = last_finalized_[i % 8];
+    before = symbols.bit(model[before], cell.last_use[i] != 0) ? 1 : 0;
+    cell.last_use[i] = before;
+  }
+}
+
+template class Connectivity<RangeEncoder>;
+template class Connectivity<RangeDecoder>;
+
+}  // namespace shm

@@ -1,0 +1,138 @@
+// Connectivity: codes which vertices each cell joins, and which of them it finalizes.
+// in:    cells in coding order                out: symbols for "connectivity" and "corner order"
+// keeps: the active surface, a coder for hexahedra, the models; the same in encoder and decoder
+// spec: "Connectivity stream", "Corner order stream"
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "codecs/paper/paper_hexahedra.h"
+#include "codecs/surface/cells/cell_corners.h"
+#include "codecs/surface/cells/mid_nodes.h"
+#include "codecs/surface/cells/mixed_rows.h"
+#include "codecs/surface/cells/polyhedra.h"
+#include "codecs/surface/cells/replay_hexahedra.h"
+#include "codecs/surface/cells/row_hexahedra.h"
+#include "entropy/models.h"
+#include "mesh/active_surface.h"
+#include "mesh/cell_topology.h"
+#include "shm/schema.h"
+
+namespace shm {
+
+/// Coders of hexahedra that find vertices by number. They need the number of each vertex, put no
+/// cell on the active surface, and code last uses together with corners.
+template <class Hexahedra>
+concept FindsByNumber = requires(Hexahedra& hexahedra, std::uint32_t slot) {
+  hexahedra.set_number(slot, std::uint64_t{});
+  hexahedra.forget(slot);
+};
+/// Coders of hexahedra with models of their own for the last uses of corners.
+template <class Hexahedra, class Coder>
+concept CodesLastUse = requires(Hexahedra& hexahedra, Coder& symbols, CellTopology& cell) {
+  hexahedra.code_last_use(symbols, cell);
+};
+
+template <class Coder>
+class Connectivity {
+ public:
+  /// `schema` must outlive this object.
+  explicit Connectivity(const Schema& schema);
+  Connectivity(const Connectivity&) = delete;  // the coders point to the surface
+  Connectivity& operator=(const Connectivity&) = delete;
+
+  /// Sets the codec of hexahedra; rows by default. Call it before the first cell. Must hold:
+  /// `codec` is not automatic, shifts or patterns.
+  void set_codec(ConnectivityCodec codec);
+
+  /// Codes one cell. Encoding: cell.block, slots (kNone: new), numbers and last_use are set, in
+  /// stored order. They come back in the coder's frame. New vertices get slots in both directions.
+  /// Returns false only when decoding damaged data. Call finish_cell() next.
+  bool code_cell(Coder& symbols, Coder& corner_order, CellTopology& cell);
+  /// Finalizes the vertices whose last use the cell is. Until then all its vertices and neighbours
+  /// are valid.
+  void finish_cell(const CellTopology& cell);
+
+  /// Returns true if the numbers of a hexahedron's corners are coded with it: cell.original is then
+  /// read when encoding, set when decoding.
+  bool codes_numbers() const { return schema_->order == Order::keep && finds_by_number_; }
+  /// Sets the number of a new vertex that is not a corner of a hexahedron. Must hold:
+  /// codes_numbers().
+  void set_number(std::uint32_t slot, std::uint64_t number);
+
+  /// Introduces a vertex that no cell uses. remove_unused_vertex() finalizes it.
+  std::uint32_t add_unused_vertex() { return surface_.add_vertex(); }
+  void remove_unused_vertex(std::uint32_t slot) { surface_.finalize(slot); }
+
+  const ActiveSurface& surface() const { return surface_; }
+
+ private:
+  struct NodeModel {
+    std::array<AdaptiveBit, 2> is_new;
+    AdaptiveBit repeated;
+    SignedModel<NumberModel> step;
+    NumberModel repeat;
+  };
+  /// Calls use(coder) with the coder of hexahedra.
+  template <class Use>
+  auto with_hexahedra(Use&& use) {
+    return std::visit([&](auto& hexahedra) { return use(*hexahedra); }, hexahedra_);
+  }
+
+  bool code_block(Coder& symbols, CellTopology& cell);
+  bool code_count(Coder& symbols, CellTopology& cell);
+  bool code_polyhedron(Coder& symbols, CellTopology& cell);
+  bool code_hexahedron(Coder& symbols, Coder& corner_order, CellTopology& cell);
+  bool code_nodes(Coder& symbols, CellTopology& cell, std::uint32_t first_position);
+  /// Returns true if the stored order of the corners is coded for hexahedra of this block.
+  bool order_matters(const BlockInfo& block) const {
+    return schema_->corner_order || block.nodes_per_cell != 8;
+  }
+  bool code_node(Coder& symbols, CellTopology& cell, std::uint32_t position, std::uint64_t& shift);
+  void add_vertex(CellTopology& cell, std::uint32_t position);
+  void begin_layout(CellTopology& cell);
+  static std::uint32_t earlier_position(const CellTopology& cell, std::uint32_t position);
+  void sort_numbers(const CellTopology& cell);
+  void fill_farther_repeats(CellTopology& cell, std::uint32_t position);
+  void code_last_use(Coder& symbols, CellTopology& cell);
+  std::size_t code_last_use_of_corners(Coder& symbols, CellTopology& cell);
+
+  const Schema* schema_;
+  ActiveSurface surface_;
+  std::variant<std::unique_ptr<RowHexahedra<Coder>>, std::unique_ptr<MixedRows<Coder>>,
+               std::unique_ptr<ReplayHexahedra<Coder>>, std::unique_ptr<PaperHexahedra<Coder>>>
+      hexahedra_;
+  bool has_codec_ = false;
+  bool finds_by_number_ = false;  // true: hexahedra_ holds a coder that finds vertices by number
+  std::unique_ptr<CellCorners<Coder>> others_;   // set if there are blocks of other cells
+  std::optional<MidNodes<Coder>> mid_nodes_;     // set if there are second-order cells
+  std::unique_ptr<Polyhedra<Coder>> polyhedra_;  // set if there are polyhedra stored by faces
+
+  // Contexts
+  std::uint32_t last_block_ = 0;
+  std::array<std::uint8_t, 8> last_finalized_{};
+  /// Vertex ids by position in the last cell, by block.
+  std::map<std::uint32_t, std::vector<std::uint64_t>> node_ids_;
+  bool last_new_ = false;
+
+  std::vector<std::pair<std::uint64_t, std::uint32_t>> positions_;  // encoding: sorted by number
+
+  // Models
+  AdaptiveBit same_block_;
+  NumberModel block_number_, node_count_;
+  std::vector<std::unique_ptr<NodeModel>> nodes_;
+  /// By: corner of a hexahedron or not, active faces, uses, the last answer at this position.
+  std::array<std::array<std::array<std::array<AdaptiveBit, 2>, 9>, 6>, 2> last_use_;
+};
+
+extern template class Connectivity<RangeEncoder>;
+extern template class Connectivity<RangeDecoder>;
+
+}  // namespace shm

@@ -1,0 +1,59 @@
+// Mid-node numbers: predicts the source's number of a mid node. Each program numbers these nodes by
+// its own rule. Several rules are kept, each with a mean of its errors.
+// spec: "Mid nodes"
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "mesh/cell_topology.h"
+
+namespace shm {
+
+class MidNodeNumbers {
+ public:
+  /// Numbers that the two best rules expect; twice the same number if all rules agree.
+  struct Guess {
+    std::uint64_t best = 0, second = 0;
+  };
+  /// Predicts the number of the new node at `position`. `known`: bit i is set if position i of the
+  /// cell has a number. `numbers`: by slot. `next`: the last coded number plus 1.
+  Guess expect(const CellTopology& cell, const MidNode& node, std::uint32_t position,
+               std::uint64_t known, const std::vector<std::uint64_t>& numbers, std::uint64_t next);
+  /// Updates the rules with the number of the node of the last expect().
+  void learn(std::uint64_t number);
+
+ private:
+  /// Rules in order of preference. Those with a step add the step that would have been right last
+  /// time.
+  enum Rule : std::uint8_t {
+    follows,       ///< the last coded number plus 1
+    follows_kind,  ///< the last number of the same kind (edge, face or body) plus 1
+    transport,     ///< the node of a parallel edge, plus the difference between corners of the two
+                   ///< edges
+    parallel,      ///< the node of a parallel edge, plus a step
+    square,        ///< from the nodes of three parallel edges
+    from_first,    ///< the first end, plus a step
+    from_other,    ///< the other end, plus a step; for faces and bodies another node
+    introduced,    ///< the node introduced last at this position, plus a step
+    midpoint,      ///< halfway between the ends
+    kRules
+  };
+  struct Place {
+    std::array<std::uint64_t, kRules> step{};
+    std::array<std::uint32_t, kRules>
+        missed{};  ///< moving mean of the bits of the error, in parts of 256
+    std::uint64_t last = 0;
+  };
+  void add(Rule rule, std::uint64_t base, std::uint64_t step);
+
+  std::array<Place, kMostLayoutNodes> places_{};
+  std::array<std::uint64_t, MidNode::kKinds> last_{};  // last number, by kind
+  // The current node
+  std::uint32_t position_ = 0, kind_ = 0,
+                applied_ = 0;  // applied_: the rules that apply to it, as bits
+  std::array<std::uint64_t, kRules> base_{}, expected_{};
+};
+
+}  // namespace shm

@@ -1,0 +1,139 @@
+#include "codecs/surface/cells/mid_nodes.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "base/lists.h"
+
+namespace shm {
+
+// --- table
+
+auto MiddleTable::edge(std::uint32_t a, std::uint32_t b) const -> Place {
+  if (surface_->vertex(b).id < surface_->vertex(a).id) std::swap(a, b);
+  return {a, b, false};
+}
+
+auto MiddleTable::face(const std::array<std::uint32_t, 4>& corners) const -> Place {
+  std::uint32_t oldest = 0;
+  for (std::uint32_t i = 1; i < 4; ++i)
+    if (surface_->vertex(corners[i]).id < surface_->vertex(corners[oldest]).id) oldest = i;
+  return {corners[oldest], corners[oldest ^ 2], true};
+}
+
+std::uint32_t MiddleTable::find(const Place& place) const {
+  const std::uint32_t slot = by_place_[place.is_face ? 1 : 0].find(key_of(place));
+  if (slot == kNone) return kNone;
+  // Other vertices may have taken these slots.
+  const Entry& entry = entries_[slot];
+  return entry.low == surface_->vertex(place.low).id &&
+                 entry.high == surface_->vertex(place.high).id
+             ? slot
+             : kNone;
+}
+
+void MiddleTable::put(const Place& place, std::uint32_t slot) {
+  Entry& entry = at_slot(entries_, slot);
+  const std::uint64_t low = surface_->vertex(place.low).id, high = surface_->vertex(place.high).id;
+  if (entry.is_set && entry.is_face == place.is_face && entry.low == low && entry.high == high)
+    return;
+  if (entry.is_set) erase(slot);
+  IdMap& map = by_place_[place.is_face ? 1 : 0];
+  const std::uint64_t key = key_of(place);
+  if (const std::uint32_t other = map.find(key); other != kNone) erase(other);
+  map.insert(key, slot);
+  entry = {key, low, high, 0, true, place.is_face};
+}
+
+void MiddleTable::erase(std::uint32_t slot) {
+  Entry& entry = entries_[slot];
+  by_place_[entry.is_face ? 1 : 0].erase(entry.key);
+  entry.is_set = false;
+  entry.open = 0;
+}
+
+// --- nodes
+
+template <class Coder>
+void MidNodes<Coder>::begin_cell(const CellTopology& cell) {
+  const NodeLayout& layout = *cell.layout;
+  std::array<std::uint64_t, 8> mixed{};  // by corner as stored
+  for (std::uint32_t c = 0; c < layout.corners; ++c) {
+    const std::uint64_t x =
+        (surface_->vertex(cell.slots[cell.framed[c]]).id + 1) * 0x9e3779b97f4a7c15u;
+    mixed[c] = x ^ x >> 29;
+  }
+  for (std::size_t s = 0; s < layout.side_count; ++s) {
+    const auto& side = layout.sides[s];
+    signatures_[s] = mixed[side[0]] + mixed[side[1]] + mixed[side[2]] +
+                     (side[3] == side[0] ? 0 : mixed[side[3]]);
+  }
+}
+
+template <class Coder>
+auto MidNodes<Coder>::place_of(const CellTopology& cell, const MidNode& node) const
+    -> MiddleTable::Place {
+  const auto slot = [&](std::size_t i) { return cell.slots[cell.framed[node.corner[i]]]; };
+  if (node.kind == MidNode::edge) return middles_.edge(slot(0), slot(1));
+  return middles_.face({slot(0), slot(1), slot(2), slot(3)});
+}
+
+template <class Coder>
+std::uint32_t MidNodes<Coder>::expected(const CellTopology& cell, const MidNode& node) const {
+  if (node.kind == MidNode::body) return kNone;
+  const MiddleTable::Place place = place_of(cell, node);
+  const std::uint32_t found = middles_.find(place);
+  // An edge of length zero, which usually has no middle vertex of its own.
+  return found == kNone && place.low == place.high ? place.low : found;
+}
+
+template <class Coder>
+bool MidNodes<Coder>::code(Coder& symbols, CellTopology& cell, const MidNode& node,
+                           std::uint32_t position) {
+  const std::uint32_t slot = expected(cell, node);
+  std::uint8_t& missed = missed_[node.kind];
+  const bool hit = symbols.bit(as_expected_[node.kind][slot != kNone ? 1 : 0][missed],
+                               cell.slots[position] == slot);
+  missed = hit ? 0 : 1;
+  if (hit) cell.slots[position] = slot;
+  return hit;
+}
+
+template <class Coder>
+void MidNodes<Coder>::note(const CellTopology& cell, const MidNode& node, std::uint32_t position) {
+  if (node.kind == MidNode::body) return;
+  const MiddleTable::Place place = place_of(cell, node);
+  const std::uint32_t slot = cell.slots[position];
+  if (place.low == place.high && place.low == slot) return;
+  middles_.put(place, slot);
+  if (node.has_sides)
+    for (std::uint32_t side : node.side) middles_.open(slot) ^= signatures_[side];
+}
+
+template <class Coder>
+AdaptiveBit& MidNodes<Coder>::last_use_model(const CellTopology& cell, const MidNode& node,
+                                             std::uint32_t position) {
+  if (node.kind == MidNode::body) return body_ends_;
+  const bool is_face = node.kind == MidNode::face;
+  for (std::size_t i = 0; i < (is_face ? 4u : 2u); ++i)
+    if (cell.last_use[cell.framed[node.corner[i]]] != 0) return ends_with_corner_[is_face ? 1 : 0];
+  const std::uint32_t slot = cell.slots[position];
+  const std::uint32_t uses = surface_->vertex(slot).uses;
+  const std::uint8_t before = ended_[position];
+  if (is_face) return face_ends_[std::min(uses, 2u)][before];
+  const bool closed = middles_.open(slot) == 0;
+  return edge_ends_[closed ? 1 : 0][std::min(uses, 7u)][before];
+}
+
+template <class Coder>
+bool MidNodes<Coder>::code_last_use(Coder& symbols, const CellTopology& cell, const MidNode& node,
+                                    std::uint32_t position, bool is_last) {
+  is_last = symbols.bit(last_use_model(cell, node, position), is_last);
+  ended_[position] = is_last ? 1 : 0;
+  return is_last;
+}
+
+template class MidNodes<RangeEncoder>;
+template class MidNodes<RangeDecoder>;
+
+}  // namespace shm

@@ -1,0 +1,119 @@
+// Mid nodes: the nodes of second-order cells that are not corners. A node in the middle of an edge
+// belongs to the two vertices at its ends, a node in the middle of a face to that face, and a node
+// in the middle of a cell to that cell only. So each node is expected to be the vertex last seen in
+// that place, or a new vertex. One decision codes whether it is.
+// in:    cells whose corners are known       out: symbols for "connectivity"
+// keeps: the vertices in the middle of live edges and faces, the models; the same in encoder and
+// decoder
+// spec: "Mid nodes"
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "base/number_map.h"
+#include "entropy/models.h"
+#include "mesh/active_surface.h"
+#include "mesh/cell_topology.h"
+#include "mesh/node_layout.h"
+
+namespace shm {
+
+/// Maps edges and faces to the vertices in their middle. It has at most one entry for each live
+/// vertex.
+class MiddleTable {
+ public:
+  explicit MiddleTable(const ActiveSurface& surface) : surface_(&surface) {}
+
+  /// Two live vertices, in any order: the ends of an edge, or opposite corners of a face.
+  struct Place {
+    std::uint32_t low = kNone, high = kNone;  ///< slots; low: of the older vertex
+    bool is_face = false;
+  };
+  Place edge(std::uint32_t a, std::uint32_t b) const;
+  /// Returns the diagonal of the face with the oldest vertex.
+  Place face(const std::array<std::uint32_t, 4>& corners) const;
+
+  /// Returns the live vertex at `place`, kNone if there is none.
+  std::uint32_t find(const Place& place) const;
+  /// Stores that `slot` is at `place`, and nowhere else.
+  void put(const Place& place, std::uint32_t slot);
+  /// Call it before `slot` is finalized.
+  void forget(std::uint32_t slot) {
+    if (slot < entries_.size() && entries_[slot].is_set) erase(slot);
+  }
+
+  /// XOR of the signatures of the cell sides around an edge, by the vertex in its middle. A side
+  /// met twice cancels out.
+  std::uint64_t& open(std::uint32_t slot) { return entries_[slot].open; }
+
+ private:
+  struct Entry {
+    std::uint64_t key = 0, low = 0, high = 0;  // low, high: stream numbers of the two vertices
+    std::uint64_t open = 0;
+    bool is_set = false, is_face = false;
+  };
+  static std::uint64_t key_of(const Place& place) {
+    return std::uint64_t{place.low} << 32 | place.high;
+  }
+  void erase(std::uint32_t slot);
+
+  const ActiveSurface* surface_;
+  std::vector<Entry> entries_;  // entries by slot of the vertex in the middle
+  std::array<IdMap, 2>
+      by_place_;  // maps for edges and for faces: from the slots of a place to its vertex
+};
+
+template <class Coder>
+class MidNodes {
+ public:
+  /// `surface` must outlive this object.
+  explicit MidNodes(const ActiveSurface& surface) : surface_(&surface), middles_(surface) {}
+
+  /// Call it before the first mid node of a cell, when its corners are known.
+  void begin_cell(const CellTopology& cell);
+  /// Codes whether the node at `position` is the expected vertex, and if so sets it in the cell;
+  /// kNone stands for a new vertex. Encoding: cell.slots has the node. Returns true if it is as
+  /// expected.
+  bool code(Coder& symbols, CellTopology& cell, const MidNode& node, std::uint32_t position);
+  /// Stores the vertex at `position`.
+  void note(const CellTopology& cell, const MidNode& node, std::uint32_t position);
+  /// Codes whether the cell is the last to use this node. Call it after note() of all nodes, unless
+  /// the vertex occurs at an earlier position.
+  bool code_last_use(Coder& symbols, const CellTopology& cell, const MidNode& node,
+                     std::uint32_t position, bool is_last);
+  /// Call it before a vertex is finalized.
+  void forget(std::uint32_t slot) { middles_.forget(slot); }
+
+ private:
+  std::uint32_t expected(const CellTopology& cell, const MidNode& node) const;
+  MiddleTable::Place place_of(const CellTopology& cell, const MidNode& node) const;
+  AdaptiveBit& last_use_model(const CellTopology& cell, const MidNode& node,
+                              std::uint32_t position);
+
+  const ActiveSurface* surface_;
+  MiddleTable middles_;
+  std::array<std::uint64_t, 6> signatures_{};  // of the sides of the current cell
+
+  // Contexts
+  std::array<std::uint8_t, MidNode::kKinds>
+      missed_{};  // by kind: 1 if the last node was not as expected
+  std::array<std::uint8_t, kMostLayoutNodes>
+      ended_{};  // by position: 1 if the last answer was last use
+
+  // Models
+  /// By kind, whether a known vertex is expected, whether the last one was missed.
+  std::array<std::array<std::array<AdaptiveBit, 2>, 2>, MidNode::kKinds> as_expected_;
+  AdaptiveBit body_ends_;
+  std::array<AdaptiveBit, 2> ends_with_corner_;  // models for edges, for faces
+  std::array<std::array<AdaptiveBit, 2>, 3>
+      face_ends_;  // by uses, the last answer at this position
+  std::array<std::array<std::array<AdaptiveBit, 2>, 8>, 2>
+      edge_ends_;  // by closed, uses, the last answer at this position
+};
+
+extern template class MidNodes<RangeEncoder>;
+extern template class MidNodes<RangeDecoder>;
+
+}  // namespace shm

@@ -1,0 +1,36 @@
+// Mixed rows: the decisions of RowHexahedra, each coded by a mix of predictions. Smaller and slower
+// than rows.
+// spec: "Mixed rows"
+#pragma once
+
+#include "codecs/surface/cells/row_hexahedra.h"
+#include "entropy/mixing.h"
+
+namespace shm {
+
+template <class Coder>
+class MixedRows {
+ public:
+  /// The same as RowHexahedra.
+  explicit MixedRows(ActiveSurface& surface, const OpenFaces* open = nullptr)
+      : rows_(surface, open) {}
+
+  // The same functions as in RowHexahedra.
+  bool code(Coder& symbols, Coder& corner_order, CellTopology& cell, bool order_matters) {
+    symbols_.use(symbols);
+    corner_order_.use(corner_order);
+    return rows_.code(symbols_, corner_order_, cell, order_matters);
+  }
+  void code_last_use(Coder& symbols, CellTopology& cell) {
+    symbols_.use(symbols);
+    rows_.code_last_use(symbols_, cell);
+  }
+
+ private:
+  using Rows = RowHexahedra<MixingCoder<Coder>>;
+
+  MixingCoder<Coder> symbols_{Rows::kQuestions}, corner_order_{Rows::kQuestions};
+  Rows rows_;
+};
+
+}  // namespace shm

@@ -1,0 +1,179 @@
+// Polyhedra: codes polyhedra face by face, and each face node by node, in stored order. A node is
+// new, or one of several candidates: the next node along an open face of an earlier polyhedron, an
+// edge that the cell has on one side only, or an edge of the mesh; or the node that continues the
+// numbers of the last cell of the block. So a face that an earlier polyhedron has costs almost
+// nothing after its first nodes, and the ends of faces and cells can usually be predicted.
+//   in     the nodes of a polyhedron
+//   out    decisions for "connectivity"
+//   keeps  open faces and edges, last cells, models; the same in encoder and decoder
+// spec: "Polyhedra"
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "entropy/mixing.h"
+#include "entropy/models.h"
+#include "mesh/active_surface.h"
+#include "mesh/cell_topology.h"
+#include "mesh/polyhedron_surface.h"
+
+namespace shm {
+
+template <class Coder>
+class Polyhedra {
+ public:
+  /// `surface` must outlive this object.
+  [[gnu::cold]] explicit Polyhedra(ActiveSurface& surface) : surface_(&surface) {}
+
+  /// Codes whether a cell is given by its faces. If it is, codes its nodes: slots, new_positions
+  /// and cell.by_faces. `number`: of the cell in the segment. `add_vertex(position)` creates the
+  /// new vertex. When decoding, the cell has no nodes before the call. Returns false only when
+  /// decoding damaged data.
+  bool code(Coder& symbols, CellTopology& cell, std::uint64_t number,
+            const std::function<void(std::uint32_t)>& add_vertex);
+  /// Codes last_use of a cell that is given by its faces.
+  void code_last_use(Coder& symbols, CellTopology& cell);
+  void forget(std::uint32_t vertex) { open_.forget(vertex); }
+  /// Numbers of the polyhedra that had faces of the last polyhedron before: the first eight, then
+  /// OpenFaces::kNever.
+  const std::array<std::uint64_t, OpenFaces::kMost>& behind() const { return behind_; }
+
+ private:
+  static constexpr std::size_t kCandidates = 24;
+  static constexpr std::size_t kLooked =
+      64;  // most vertices of a cell that are tried as first node of a face
+  static constexpr std::size_t kLookedFaces =
+      16;  // most open faces, the newest, that are tried for each
+  static constexpr std::size_t kMostEdges =
+      32;  // most edges of the cell that are noted at one vertex
+  enum Question : std::uint32_t { kEnd, kClose, kNew, kAmong, kWhich, kLast, kQuestions };
+  /// How a node was coded, for contexts.
+  enum Outcome : std::uint32_t { kCloses = 1, kIsNew = 2, kIsMissed = 3, kIsTaken = 4 };
+
+  /// A vertex that the next node of a face may be, and the reasons for it.
+  struct Candidate {
+    std::uint32_t slot = kNone;
+    std::uint8_t open = 0;  ///< beginning() of the current face in an open face that it continues
+    /// Next node of a face: how often the cell has the edge to it, at most 2. First node of a later
+    /// face: edges at it that the cell has on one side only, at most 2. First node of the cell: 1
+    /// if it is the first node of an open face.
+    std::uint8_t inside = 0;
+    std::uint8_t edge = 0;   ///< number of polyhedra with the edge to it, or of open faces at it
+    bool shift = false;      ///< true: it continues the numbers of the block's last cell
+    bool ours = false;       ///< true: it is a vertex of the cell
+    std::uint8_t place = 0;  ///< its place in the previous face, from 1; 0: none
+    std::uint32_t chance = 0;
+    MixedBit* model = nullptr;
+    std::uint32_t why() const { return clue(open, inside, edge, shift, ours); }
+  };
+  /// An open face that contains all nodes of the current face so far, in this order.
+  struct Match {
+    std::uint32_t face = kNone, at = 0;  ///< at: place of the current face's first node in it
+    bool along = false;
+  };
+  struct CellVertex {
+    std::uint32_t slot = kNone;
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> edges;  ///< to, and how often
+  };
+  /// The last cell of a block.
+  struct Past {
+    std::vector<std::uint64_t> ids;
+    std::uint64_t step = 0;
+  };
+  /// Data of a vertex, by slot. Each is valid only in the round stored here.
+  struct Seen {
+    std::uint64_t cell = 0, face = 0, node = 0;  ///< rounds
+    std::uint32_t vertex = 0, candidate = kNone;
+    std::uint32_t place = 0;  ///< in the face, from 1
+  };
+
+  static bool told_by_faces(const CellTopology& cell);
+  void begin_cell(CellTopology& cell);
+  void end_cell();
+  bool code_face(CellTopology& cell);
+  bool code_close(bool ends);
+  bool code_end(const CellTopology& cell);
+  bool code_node(CellTopology& cell);
+  std::uint32_t code_taken(CellTopology& cell);
+  bool code_missed(CellTopology& cell);
+  void note_outcome(std::uint32_t outcome);
+  /// Outcome at this position in the last cell.
+  std::uint32_t last_outcome() const {
+    return position_ < last_outcomes_.size() ? last_outcomes_[position_] : 0;
+  }
+  void fill_repeats(CellTopology& cell);
+
+  void take(std::uint32_t slot);
+  std::uint32_t node_of(const Match& match, std::size_t i) const;
+  void close_face();
+  void note_edge(std::uint32_t a, std::uint32_t b);
+  std::uint32_t times(std::uint32_t a, std::uint32_t b);
+
+  void gather();
+  void gather_first();
+  void gather_beginnings();
+  void gather_next();
+  void add_expected();
+  Candidate* add(std::uint32_t slot);
+  void rank();
+  /// Rates the place of the current face's first node in an open face of n nodes: 3 first, 2 last,
+  /// otherwise 1.
+  static std::uint8_t beginning(std::size_t place, std::size_t n) {
+    return place == 0 ? 3 : place + 1 == n ? 2 : 1;
+  }
+  Seen& seen(std::uint32_t slot) { return at_slot(seen_, slot); }
+
+  ActiveSurface* surface_;
+  PolyhedronSurface open_;
+  MixingCoder<Coder> mixing_{kQuestions};
+  std::map<std::uint32_t, Past> past_;  // by block
+  AdaptiveBit by_faces_;
+  std::array<std::array<MixedBit, 16>, 2> end_;                   // by closed, number of faces
+  std::array<std::array<std::array<MixedBit, 16>, 3>, 3> close_;  // by match, edge, number of nodes
+  std::array<std::array<MixedBit, 4>, 3> is_new_,
+      among_;                                     // by number of nodes, kind of the best candidate
+  std::array<std::vector<MixedBit>, 3> which_;    // by number of nodes, reasons
+  std::array<std::array<MixedBit, 8>, 8> last_;   // by number of open faces, number of edges
+  std::array<SignedModel<NumberModel>, 2> step_;  // models of a cell's first node, of other nodes
+  std::uint32_t before_ = 0;                      // outcomes of the last cell
+  std::uint32_t last_finals_ = 0;                 // last uses in the last cell, as bits
+  std::vector<std::uint32_t> last_outcomes_;      // outcomes of the last cell, by position
+
+  // The current cell
+  const std::function<void(std::uint32_t)>* add_vertex_ = nullptr;
+  Past* block_ = nullptr;
+  std::uint64_t number_ = 0;
+  std::array<std::uint64_t, OpenFaces::kMost> behind_{};
+  std::size_t behind_count_ = 0;
+  std::vector<CellVertex>
+      vertices_;  // vertices in order of first use; the first vertex_count_ are valid
+  std::size_t vertex_count_ = 0;
+  std::uint32_t position_ = 0, faces_ = 0, open_edges_ = 0, outcomes_ = 0;
+  std::uint32_t last_size_ = 0;  // of the face before
+  std::uint64_t shift_ = 0;
+  std::vector<std::uint32_t> cell_outcomes_;
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> cell_edges_;
+  std::vector<std::uint32_t> new_cycles_, cycle_ends_;  // faces of the cell that were not open
+  std::vector<std::pair<std::uint64_t, std::uint32_t>>
+      positions_;  // encoding: positions sorted by number
+
+  // The current face
+  std::vector<std::uint32_t> path_;
+  std::vector<Match> matches_;
+
+  // The current node
+  std::vector<Candidate> candidates_;
+  std::uint64_t expected_ = 0;
+  std::vector<Seen> seen_;  // by slot
+  std::uint64_t cell_round_ = 0, face_round_ = 0, node_round_ = 0;
+};
+
+extern template class Polyhedra<RangeEncoder>;
+extern template class Polyhedra<RangeDecoder>;
+
+}  // namespace shm

@@ -1,0 +1,431 @@
+#include "codecs/surface/cells/row_hexahedra.h"
+
+#include <algorithm>
+#include <bit>
+
+namespace shm {
+namespace {
+
+constexpr std::size_t kMaxJoins = 24;
+
+/// The face at an edge: its vertices above the edge's ends `a` and `b`, and its other edges.
+struct Above {
+  std::uint32_t a = kNone, b = kNone;
+  FaceEdge beside_a = kNone, beside_b = kNone, top = kNone;
+};
+Above above(const ActiveSurface& surface, FaceEdge edge, std::uint32_t a) {
+  const std::uint32_t face = edge / 4 * 4, i = edge % 4;
+  const Quad& quad = surface.face(edge / 4).quad;
+  const std::uint32_t two = (i + 2) % 4, three = (i + 3) % 4, one = (i + 1) % 4;
+  if (quad[i] == a) return {quad[three], quad[two], face + three, face + one, face + two};
+  return {quad[two], quad[three], face + one, face + three, face + two};
+}
+
+/// Returns true if the face is of a cell other than a hexahedron. Cells of eight corners are
+/// hexahedra: their faces are on the active surface.
+bool is_of_other_cell(const OpenFaces& open, const OpenFaces::Face& face) {
+  return open.owner(face).size < 8;
+}
+
+}  // namespace
+
+template <class Coder>
+bool RowHexahedra<Coder>::code(Coder& symbols, Coder& corner_order, CellTopology& cell,
+                               bool order_matters) {
+  work_ = Work{};
+  Fit gate;
+  Kind kind = kStart;
+  if (!code_gate(symbols, cell, gate, kind)) return false;
+  if constexpr (!Coder::kDecodes) {
+    const auto& from_bits = kOrientedBits[gate.orientation];
+    for (std::uint32_t b = 0; b < 8; ++b) {
+      const std::uint32_t from = kCornerBits[from_bits[b]];
+      work_.target[b] = cell.slots[from];
+      work_.number[b] = cell.numbers[from];
+    }
+  }
+  std::uint8_t orientation = gate.orientation;
+  work_.kind = kind;
+  gates_ = (gates_ << 3 | kind) & ((1u << 30) - 1);
+  if (kind != kStart) {
+    take_gate(gate.face);
+    code_sides(symbols, gate.face);
+  }
+  for (std::uint32_t b = 0; b < 8; ++b)
+    if ((work_.known >> b & 1) == 0 && !code_corner(symbols, cell, b)) return false;
+
+  find_other_shared();
+  if (kind != kStart && !code_orientation(corner_order, symbols, order_matters, orientation))
+    return false;
+
+  // Return the cell in the frame. The encoder's caller relies on the corners that it stored,
+  // whatever order a reader gets.
+  std::array<std::uint8_t, 8> last_use{};
+  if constexpr (!Coder::kDecodes) std::copy_n(cell.last_use.begin(), 8, last_use.begin());
+  const auto& stored = kOrientedBits[Coder::kDecodes ? orientation : gate.orientation];
+  for (std::uint32_t i = 0; i < 8; ++i) {
+    const std::uint32_t b = kCornerBits[i];
+    cell.slots[i] = work_.corner[b];
+    cell.stored_corner[i] = kCornerBits[stored[b]];
+    if constexpr (!Coder::kDecodes) {
+      cell.numbers[i] = work_.number[b];
+      cell.last_use[i] = last_use[cell.stored_corner[i]];
+    }
+  }
+  attach(cell);
+  Record& record = records_[cell.cell_slot];
+  record.orientation = orientation;
+  record.guessed = kind == kCandidate;
+  hits_ = (hits_ << 1 | (kind == kCandidate ? 1u : 0u)) & 7;
+  return true;
+}
+
+// --- faces
+
+/// Codes whether the face is shared. `above_a`, `above_b`: its vertices above corners a and b.
+template <class Coder>
+bool RowHexahedra<Coder>::share(Coder& symbols, Bit& model, std::uint32_t side, std::uint32_t face,
+                                std::uint32_t a, std::uint32_t b, std::uint32_t above_a,
+                                std::uint32_t above_b) {
+  if (!symbols.bit(model, work_.target[a] == above_a && work_.target[b] == above_b)) return false;
+  work_.shared[side] = face;
+  work_.corner[a] = above_a;
+  work_.corner[b] = above_b;
+  work_.known |= bit(a) | bit(b);
+  return true;
+}
+
+template <class Coder>
+void RowHexahedra<Coder>::code_sides(Coder& symbols, std::uint32_t gate) {
+  const auto& face = surface_->face(gate);
+  const std::uint32_t k = face.side;
+  std::array<std::uint8_t, 4> order{};  // largest fans first
+  for (std::uint8_t i = 0; i < 4; ++i) {
+    std::uint32_t place = i;
+    for (; place > 0 && face.fan[order[place - 1]] < face.fan[i]; --place)
+      order[place] = order[place - 1];
+    order[place] = i;
+  }
+  std::array<Above, 4> sides{};
+  std::uint32_t yes = 0;  // by edge of the gate
+  for (std::uint32_t i : order) {
+    const FaceEdge mate = face.mate[i];
+    const std::uint32_t side = kAdjacentFace[k][i];
+    if (mate == kNone || is_shared(mate / 4)) continue;
+    const std::uint32_t a = kFaceBits[k][i], b = kFaceBits[k][(i + 1) % 4];  // above the gate
+    Above& upper = sides[i];
+    upper = above(*surface_, mate, face.quad[i]);
+    if ((work_.known >> a & 1) != 0 && work_.corner[a] != upper.a) continue;
+    if ((work_.known >> b & 1) != 0 && work_.corner[b] != upper.b) continue;
+    // Evidence from the neighbouring sides.
+    std::uint32_t in_favour = 0, against = 0;
+    const auto count_evidence = [&](std::uint32_t other, FaceEdge edge) {
+      if ((yes >> other & 1) == 0) return;
+      const FaceEdge across = edge == kNone ? kNone : surface_->mate(edge);
+      ++(across != kNone && across / 4 == mate / 4 ? in_favour : against);
+    };
+    const std::uint32_t before = (i + 3) % 4, after = (i + 1) % 4;
+    count_evidence(before, sides[before].beside_b);
+    count_evidence(after, sides[after].beside_a);
+    constexpr std::array<std::array<std::uint8_t, 3>, 3> kEvidence = {
+        {{0, 3, 5}, {1, 4, 4}, {2, 2, 2}}};
+    const std::uint32_t evidence = kEvidence[in_favour][against];
+    bool candidate = false;
+    for (std::uint32_t n = 0; n < candidate_count_; ++n)
+      candidate |= candidates_[n].face == mate / 4;
+    auto& model = side_[std::min<std::uint32_t>(face.fan[i], 7)][evidence]
+                       [work_.owner->shared >> side & 1][candidate ? 1 : 0][hits_ & 1];
+    if constexpr (Coder::kMixes) about_side(symbols, gate * 4 + i, evidence, candidate, yes);
+    if (share(symbols, model, side, mate / 4, a, b, upper.a, upper.b)) yes |= bit(i);
+  }
+  // The far face, across the top edges of shared sides.
+  if (yes == 0 || (work_.known == 0xff)) return;
+  const std::uint32_t far_side = kOppositeFace[work_.gate_side];
+  for (std::uint32_t i = 0; i < 4; ++i) {
+    if ((yes >> i & 1) == 0) continue;
+    const FaceEdge mate = surface_->mate(sides[i].top);
+    if (mate == kNone || is_shared(mate / 4)) continue;
+    // Edge i of the far face runs from corner a to corner b; c and d are opposite this edge.
+    const std::uint32_t a = kFaceBits[k][i];
+    const std::uint32_t c = kFaceBits[k][(i + 3) % 4], d = kFaceBits[k][(i + 2) % 4];
+    const Above upper = above(*surface_, mate, work_.corner[a]);
+    if ((work_.known >> c & 1) != 0 && work_.corner[c] != upper.a) continue;
+    if ((work_.known >> d & 1) != 0 && work_.corner[d] != upper.b) continue;
+    std::uint32_t support = 0;
+    for (std::uint32_t j = 0; j < 4; ++j)
+      if ((yes >> j & 1) != 0) {
+        const FaceEdge other = surface_->mate(sides[j].top);
+        support += other != kNone && other / 4 == mate / 4 ? 1 : 0;
+      }
+    auto& model =
+        far_[std::min<std::uint32_t>(surface_->fan(sides[i].top), 7)][support]
+            [static_cast<std::uint32_t>(std::popcount(yes))][work_.owner->shared >> far_side & 1];
+    if constexpr (Coder::kMixes) about_far(symbols, sides[i].top, mate);
+    share(symbols, model, far_side, mate / 4, c, d, upper.a, upper.b);
+    return;
+  }
+}
+
+// --- corners
+
+/// Returns 2 for each known neighbour of the corner that has an edge on the surface in the corner's
+/// direction leading out of the hexahedron, plus 1 if a face leads from one neighbour to another
+/// around the corner.
+template <class Coder>
+std::uint32_t RowHexahedra<Coder>::count_leads(std::uint32_t corner) const {
+  Corners known{};  // kNone if unknown
+  for (std::uint32_t b = 0; b < 8; ++b)
+    known[b] = (work_.known >> b & 1) != 0 ? work_.corner[b] : kNone;
+  const auto inside = [&](std::uint32_t slot) {
+    bool found = false;
+    for (std::uint32_t b = 0; b < 8; ++b) found |= known[b] == slot;
+    return found;
+  };
+  std::uint32_t leads = 0, around = 0;
+  for (std::uint32_t axis : {1u, 2u, 4u}) {
+    const std::uint32_t p = known[corner ^ axis];
+    if (p == kNone) continue;
+    const std::uint32_t direction = kFaceAt[axis][(corner & axis) != 0];
+    const std::uint32_t q = known[corner ^ (axis == 1 ? 2 : 1)];
+    const std::uint32_t r = known[corner ^ (axis == 4 ? 2 : 4)];
+    bool leads_out = false;
+    for (FaceCorner face_corner = surface_->vertex(p).first_face; face_corner != kNone;
+         face_corner = surface_->next_around(face_corner)) {
+      const auto& face = surface_->face(face_corner / 4);
+      const auto& towards = kEdgesTowards[face.side][face_corner % 4];
+      const Quad& quad = face.quad;
+      if (!leads_out && ((towards[0] == direction && !inside(quad[(face_corner + 1) % 4])) ||
+                         (towards[1] == direction && !inside(quad[(face_corner + 3) % 4]))))
+        leads_out = true;
+      const std::uint32_t across = quad[(face_corner + 2) % 4];
+      if ((across == q || across == r) && !is_shared(face_corner / 4)) around = 1;
+    }
+    leads += leads_out ? 2 : 0;
+  }
+  return leads + around;
+}
+
+/// Lists live vertices that may be this corner: those next to its known neighbours on the surface.
+template <class Coder>
+void RowHexahedra<Coder>::list_joins(std::uint32_t corner) {
+  joins_.clear();
+  join_place_.resize(surface_->vertex_slots());
+  const auto known = [&](std::uint32_t b) { return (work_.known >> b & 1) != 0; };
+  const auto add = [&](std::uint32_t slot, std::uint32_t score) {
+    const std::uint32_t place = join_place_[slot];
+    if (place < joins_.size() && joins_[place].slot == slot) {
+      joins_[place].score += score;
+      return;
+    }
+    for (std::uint32_t b = 0; b < 8; ++b)
+      if (known(b) && work_.corner[b] == slot) return;
+    join_place_[slot] = static_cast<std::uint32_t>(joins_.size());
+    joins_.push_back({slot, score, 0});
+  };
+  for (std::uint32_t axis : {1u, 2u, 4u}) {
+    const std::uint32_t p = corner ^ axis;
+    if (!known(p)) continue;
+    const std::uint32_t vertex = work_.corner[p];
+    const std::uint32_t direction = kFaceAt[axis][(corner & axis) != 0];
+    for (FaceCorner face_corner = surface_->vertex(vertex).first_face; face_corner != kNone;
+         face_corner = surface_->next_around(face_corner)) {
+      const auto& face = surface_->face(face_corner / 4);
+      if (is_shared(face_corner / 4)) continue;  // it has only corners of this hexahedron
+      const std::uint32_t i = face_corner % 4;
+      for (std::uint32_t step : {1u, 3u}) {
+        const std::uint32_t j = (i + step) % 4;
+        const std::uint32_t here = kFaceBits[face.side][i], there = kFaceBits[face.side][j];
+        const bool same = kFaceAt[here ^ there][(there & ~here) != 0] == direction;
+        add(face.quad[j], same ? 3 : 1);
+      }
+      // A face at p whose opposite vertex is another known neighbour of the corner.
+      for (std::uint32_t other : {1u, 2u, 4u}) {
+        if (other == axis || !known(corner ^ other)) continue;
+        if (face.quad[(i + 2) % 4] == work_.corner[corner ^ other]) {
+          add(face.quad[(i + 1) % 4], 2);
+          add(face.quad[(i + 3) % 4], 2);
+        }
+      }
+    }
+  }
+  // Equal scores keep the order in which they were met. A stable sort would allocate memory.
+  for (std::uint32_t i = 0; i < joins_.size(); ++i) joins_[i].met = i;
+  std::sort(joins_.begin(), joins_.end(), [](const Join& a, const Join& b) {
+    return a.score != b.score ? a.score > b.score : a.met < b.met;
+  });
+  if (joins_.size() > kMaxJoins) joins_.resize(kMaxJoins);
+}
+
+template <class Coder>
+bool RowHexahedra<Coder>::code_corner(Coder& symbols, CellTopology& cell, std::uint32_t corner) {
+  std::uint32_t neighbours = 0;
+  for (std::uint32_t axis : {1u, 2u, 4u}) neighbours += work_.known >> (corner ^ axis) & 1;
+  const std::uint32_t known = work_.known;
+  work_.known |= bit(corner);
+  const bool owner_repeats = work_.owner != nullptr && (work_.owner->repeats >> corner & 1) != 0;
+  const bool owner_introduced =
+      work_.owner != nullptr && (work_.owner->introduced >> corner & 1) != 0;
+
+  std::uint32_t again = 8;
+  if constexpr (!Coder::kDecodes) {
+    for (std::uint32_t b = 0; b < 8 && again == 8; ++b)
+      if ((known >> b & 1) != 0 && work_.number[b] == work_.number[corner]) again = b;
+  }
+  if constexpr (Coder::kMixes) symbols.about(kRepeated);
+  if (known != 0 && symbols.bit(repeated_[corner][neighbours][owner_repeats ? 1 : 0], again != 8)) {
+    if constexpr (Coder::kMixes) symbols.about(kRepeatedWhich);
+    const std::uint32_t b = code_tree(symbols, repeated_which_[corner], again & 7);
+    if ((known >> b & 1) == 0) return false;
+    work_.corner[corner] = work_.corner[b];
+    return true;
+  }
+
+  work_.known = known;
+  const ClosingVertex closing = open_ == nullptr ? ClosingVertex() : find_closing_vertex(corner);
+  if (closing.slot != kNone) {
+    if constexpr (Coder::kMixes) about_closing_vertex(symbols, corner, closing);
+    if (symbols.bit(closes_[std::min(closing.score, 7u)][std::min(closing.others, 2u)],
+                    closing.slot == work_.target[corner])) {
+      work_.corner[corner] = closing.slot;
+      work_.known |= bit(corner);
+      return true;
+    }
+  }
+  const std::uint32_t leads = count_leads(corner);
+  if constexpr (Coder::kMixes) about_new(symbols, corner, leads, neighbours);
+  work_.known |= bit(corner);
+  auto& model =
+      is_new_[work_.owner != nullptr ? 1 : 0][leads][neighbours][owner_introduced ? 1 : 0];
+  if (symbols.bit(model, work_.target[corner] == kNone)) {
+    work_.corner[corner] = surface_->add_vertex();
+    work_.introduced |= static_cast<std::uint8_t>(bit(corner));
+    cell.new_positions.push_back(kCornerBits[corner]);
+    return true;
+  }
+  work_.known = known;
+  list_joins(corner);
+  work_.known |= bit(corner);
+  for (std::uint32_t rank = 0; rank < joins_.size(); ++rank) {
+    auto& yes = join_[std::min(rank, 7u)][std::min(joins_[rank].score, 7u)];
+    if constexpr (Coder::kMixes) about_join(symbols, rank);
+    if (!symbols.bit(yes, joins_[rank].slot == work_.target[corner])) continue;
+    work_.corner[corner] = joins_[rank].slot;
+    return true;
+  }
+  std::uint32_t slot = work_.target[corner];
+  if (!code_reference(symbols, slot)) return false;
+  work_.corner[corner] = slot;
+  return true;
+}
+
+template <class Coder>
+bool RowHexahedra<Coder>::code_reference(Coder& symbols, std::uint32_t& slot) {
+  std::uint64_t id = 0;
+  bool near = false;
+  const std::uint64_t oldest = surface_->oldest_id(), last = last_reference_;
+  if constexpr (!Coder::kDecodes) {
+    id = surface_->vertex(slot).id;
+    near = (id > last ? id - last : last - id) <= id - oldest;
+  }
+  if constexpr (Coder::kMixes) about_reference(symbols, kFromLast);
+  if (symbols.bit(from_last_, near)) {
+    if constexpr (Coder::kMixes) about_reference(symbols, kReferenceStep);
+    id = last + static_cast<std::uint64_t>(
+                    code_signed(symbols, reference_step_, static_cast<std::int64_t>(id - last)));
+  } else {
+    if constexpr (Coder::kMixes) about_reference(symbols, kReferenceAge);
+    id = oldest + code_number(symbols, reference_age_, id - oldest);
+  }
+  last_reference_ = id;
+  slot = surface_->slot_of(id);
+  return slot != kNone;
+}
+
+// --- next to cells of other shapes: their open quadrilaterals
+
+/// Returns the vertex that closes most open quadrilaterals at this corner. A quadrilateral counts
+/// if it has an edge from a known neighbour p of the corner to the known corner r next to p in a
+/// side of the hexahedron, and agrees with the fourth corner q of this side if q is known.
+template <class Coder>
+auto RowHexahedra<Coder>::find_closing_vertex(std::uint32_t corner) -> ClosingVertex {
+  joins_.clear();
+  const auto known = [&](std::uint32_t b) { return (work_.known >> b & 1) != 0; };
+  const auto add = [&](std::uint32_t slot, std::uint32_t score) {
+    for (std::uint32_t b = 0; b < 8; ++b)
+      if (known(b) && work_.corner[b] == slot) return;
+    for (Join& join : joins_)
+      if (join.slot == slot) {
+        join.score += score;
+        return;
+      }
+    joins_.push_back({slot, score, 0});
+  };
+  for (std::uint32_t axis : {1u, 2u, 4u})
+    for (std::uint32_t other : {1u, 2u, 4u}) {
+      if (other == axis || !known(corner ^ axis) || !known(corner ^ axis ^ other)) continue;
+      const std::uint32_t p = work_.corner[corner ^ axis], r = work_.corner[corner ^ axis ^ other];
+      const std::uint32_t q = known(corner ^ other) ? work_.corner[corner ^ other] : kNone;
+      open_->around(p, [&](const OpenFaces::Face& face, std::uint32_t place) {
+        if (face.size != 4 || !is_of_other_cell(*open_, face)) return;
+        if (q != kNone && face.node[(place + 2) % 4] != q) return;
+        for (std::uint32_t step : {1u, 3u})
+          if (face.node[(place + step) % 4] == r)
+            add(face.node[(place + 4 - step) % 4], q == kNone ? 2 : 3);
+      });
+    }
+  ClosingVertex best;
+  for (const Join& join : joins_)
+    if (join.score > best.score) best = {join.slot, join.score, 0};
+  best.others = joins_.empty() ? 0 : static_cast<std::uint32_t>(joins_.size() - 1);
+  return best;
+}
+
+/// Returns the number of open faces at a vertex that do not belong to hexahedra, at most 3.
+template <class Coder>
+std::uint32_t RowHexahedra<Coder>::open_faces_of_others(std::uint32_t slot) const {
+  if (open_ == nullptr) return 0;
+  const std::uint32_t bare = open_->vertex(slot).bare, own = surface_->vertex(slot).face_count;
+  return bare > own ? std::min(bare - own, 3u) : 0;
+}
+
+// --- last use
+
+template <class Coder>
+void RowHexahedra<Coder>::code_last_use(Coder& symbols, CellTopology& cell) {
+  Record& record = records_[cell.cell_slot];
+  list_candidates();  // gates of the next hexahedron: the vertices that it probably uses stay alive
+  const std::uint32_t owner_finals = work_.owner != nullptr ? owner_.finals : 0;
+  for (std::uint32_t i = 0; i < 8; ++i) {
+    const std::uint32_t b = kCornerBits[i];
+    bool first = true;
+    if (record.repeats != 0)
+      for (std::uint32_t j = 0; j < i; ++j) first = first && cell.slots[j] != cell.slots[i];
+    if (!first) {
+      cell.last_use[i] = 0;
+      continue;
+    }
+    const auto& vertex = surface_->vertex(cell.slots[i]);
+    std::uint32_t next_uses = 0;
+    for (std::uint32_t n = 0; n < candidate_count_; ++n) {
+      const Quad& quad = surface_->face(candidates_[n].face).quad;
+      const std::uint32_t slot = cell.slots[i];
+      next_uses += std::find(quad.begin(), quad.end(), slot) != quad.end() ? 1 : 0;
+    }
+    auto& model =
+        final_[open_faces_of_others(cell.slots[i])][std::min(vertex.face_count, 7u)]
+              [std::min(vertex.uses, 8u)][(owner_finals >> b & 1) * 2 + (last_finals_ >> b & 1)]
+              [std::min(next_uses, 2u)];
+    if constexpr (Coder::kMixes) about_last_use(symbols, record, b, cell.slots[i], next_uses);
+    const bool last = symbols.bit(model, cell.last_use[i] != 0);
+    cell.last_use[i] = last ? 1 : 0;
+    if (last) record.finals |= static_cast<std::uint8_t>(bit(b));
+  }
+  last_finals_ = record.finals;
+}
+
+template class RowHexahedra<RangeEncoder>;
+template class RowHexahedra<RangeDecoder>;
+template class RowHexahedra<MixingCoder<RangeEncoder>>;
+template class RowHexahedra<MixingCoder<RangeDecoder>>;
+
+}  // namespace shm

@@ -1,0 +1,292 @@
+// Row hexahedra: each hexahedron is predicted from the row beside it.
+// in:    hexahedra in coding order            out: symbols for "connectivity" and "corner order"
+// keeps: the active surface, a record for each hexahedron on it, the models; the same in encoder
+//        and decoder
+//
+// Every hexahedron has a frame: three axes, carried from one hexahedron to the next across the face
+// that they share. So a side keeps its name along rows and layers, and no rotation is encoded. A
+// hexahedron is encoded in this order:
+//   gate       the active face that it is attached to. Guess: if the hexahedron before was attached
+//              to A, this one is attached to the one that came after A, at the same side.
+//   sides      which of the four faces around the gate are shared: this usually follows from the
+//              fan of hexahedra around the edge
+//   far face   the face opposite the gate
+//   corners    those that are still unknown: new, a live vertex nearby, or any live vertex
+//   last use   the corners that no later cell uses
+// spec: "Row hexahedra"
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "entropy/mixing.h"
+#include "entropy/models.h"
+#include "mesh/active_surface.h"
+#include "mesh/cell_topology.h"
+#include "mesh/hexahedron.h"
+#include "mesh/open_faces.h"
+
+namespace shm {
+
+template <class Coder>
+class RowHexahedra {
+ public:
+  /// The subject of a decision. Frozen: part of the format.
+  enum Question : std::uint8_t {
+    kHit = 0,
+    kWhich = 1,
+    kKind = 2,
+    kPreviousSide = 3,
+    kChainPlace = 4,
+    kEdgePlace = 5,
+    kDistanceAgain = 6,
+    kDistanceWhich = 7,
+    kDistance = 8,
+    kRecentSide = 9,
+    kSide = 10,
+    kFar = 11,
+    kRepeated = 12,
+    kRepeatedWhich = 13,
+    kNew = 14,
+    kJoin = 15,
+    kFromLast = 16,
+    kReferenceStep = 17,
+    kReferenceAge = 18,
+    kOrientation = 19,
+    kStoredFace = 20,
+    kStoredCorner = 21,
+    kTurned = 22,
+    kMirrored = 23,
+    kFinal = 24,
+    kCloses = 25,
+    kFinalOfMixed = 26,
+    kQuestions = 27
+  };
+
+  /// Both must outlive this object. `open`: faces of cells of all shapes; null in meshes of
+  /// hexahedra only.
+  [[gnu::cold]]  // otherwise each of thousands of models is initialized by code of its own
+  explicit RowHexahedra(ActiveSurface& surface, const OpenFaces* open = nullptr)
+      : surface_(&surface), open_(open) {}
+
+  /// Codes the corners of one hexahedron, and their order (with `order_matters`; otherwise only its
+  /// handedness), and attaches it to the surface. Returns false only when decoding damaged data.
+  bool code(Coder& symbols, Coder& corner_order, CellTopology& cell, bool order_matters);
+  /// Call it after everything else of the cell. The caller finalizes the vertices.
+  void code_last_use(Coder& symbols, CellTopology& cell);
+
+ private:
+  /// Returns the bit of one corner or face in a set.
+  static constexpr std::uint32_t bit(std::uint32_t i) { return 1u << i; }
+
+  using Bit = typename Coder::Bit;
+  using Number = NumberModelOf<Bit>;
+  template <int kBits>
+  using Tree = TreeModel<kBits, Bit>;
+  template <std::size_t kSize>
+  using Choice = ChoiceModel<kSize, Bit>;
+
+  using Corners = std::array<std::uint32_t, 8>;  // vertices by corner bits x + 2y + 4z in the frame
+  enum Kind : std::uint8_t { kCandidate, kPrevious, kChain, kAtEdge, kRecent, kStart, kKinds };
+
+  /// Data of a hexahedron, kept while one of its faces is active.
+  struct Record {
+    std::uint64_t sequence = ~std::uint64_t{0};
+    std::uint32_t successor = kNone;  // cell slot of the hexahedron coded next
+    std::array<std::uint32_t, 6> face{kNone, kNone, kNone, kNone, kNone, kNone};
+    std::uint8_t orientation = 0;  // orientation of the stored corners in the frame
+    std::uint8_t shared = 0;       // set of faces that were shared when it was coded
+    std::uint8_t introduced = 0;   // set of corners that it introduced
+    std::uint8_t finals = 0;       // set of corners that it finalized
+    std::uint8_t repeats = 0;      // set of corners with the vertex of an earlier corner
+    bool guessed = false;          // true: its gate was a candidate
+  };
+  /// The hexahedron across a shared face of the hexahedron coded last, and the side of the face
+  /// there.
+  struct Owner {
+    std::uint32_t cell = kNone;
+    std::uint64_t sequence = 0;
+    std::uint8_t side = 0;
+  };
+  /// A gate for the encoder: an active face, and the orientation of the hexahedron at it.
+  struct Fit {
+    std::uint32_t face = kNone;
+    std::uint8_t orientation = 0;
+  };
+  /// The current hexahedron.
+  struct Work {
+    Corners corner{};  // vertices of the known corners
+    Corners target{};  // encoder: vertices of all corners, kNone if new
+    std::array<std::uint64_t, 8>
+        number{};  // encoder: numbers of the corners, equal for the same vertex
+    std::uint32_t known = 0;
+    std::uint8_t introduced = 0;
+    std::array<std::uint32_t, 6> shared{kNone, kNone, kNone, kNone, kNone, kNone};
+    const Record* owner = nullptr;
+    std::uint32_t gate_side = 0;  // the hexahedron's own face at the gate
+    Kind kind = kStart;
+  };
+  struct Coded {
+    std::uint64_t sequence = 0;
+    std::uint32_t cell = 0;
+  };
+  struct Join {
+    std::uint32_t slot = 0, score = 0, met = 0;
+  };
+  /// A vertex that closes an open quadrilateral of a cell of another shape together with known
+  /// corners.
+  struct ClosingVertex {
+    std::uint32_t slot = kNone;
+    std::uint32_t score =
+        0;  ///< 2 for each edge that it closes this way, 3 if the other three corners are known
+    std::uint32_t others = 0;  ///< number of other vertices that would close one
+  };
+
+  // Gate (row_hexahedra_surface.cpp)
+  bool code_gate(Coder& symbols, const CellTopology& cell, Fit& gate, Kind& kind);
+  bool code_candidate(Coder& symbols, const CellTopology& cell, Fit& gate);
+  Kind choose_elsewhere(const CellTopology& cell, Fit& gate, std::uint32_t& index);
+  bool code_listed(Coder& symbols, Kind kind, Choice<32>& model, std::uint32_t index,
+                   std::uint32_t& face);
+  bool code_side(Coder& symbols, Question question, std::uint32_t cell, std::uint32_t& face);
+  void list_candidates();
+  void list_faces(Kind kind, std::vector<std::uint32_t>& out) const;
+  void list_chain(std::vector<std::uint32_t>& out) const;
+  void list_at_edges(std::vector<std::uint32_t>& out) const;
+  bool code_recent(Coder& symbols, std::uint32_t& face);
+  std::uint32_t cell_of(std::uint64_t sequence) const;
+  std::uint32_t live_face(std::uint32_t cell, std::uint32_t side) const;
+  Fit fit(const CellTopology& cell, std::uint32_t face) const;
+  void find_shared(const CellTopology& cell, std::vector<Fit>& out) const;
+
+  // Faces and corners
+  void take_gate(std::uint32_t face);
+  bool is_shared(std::uint32_t face) const;
+  void code_sides(Coder& symbols, std::uint32_t gate);
+  bool share(Coder& symbols, Bit& model, std::uint32_t side, std::uint32_t face, std::uint32_t a,
+             std::uint32_t b, std::uint32_t above_a, std::uint32_t above_b);
+  bool code_corner(Coder& symbols, CellTopology& cell, std::uint32_t corner);
+  bool code_reference(Coder& symbols, std::uint32_t& slot);
+  std::uint32_t count_leads(std::uint32_t corner) const;
+  void list_joins(std::uint32_t corner);
+  // Next to cells of other shapes
+  ClosingVertex find_closing_vertex(std::uint32_t corner);
+  std::uint32_t open_faces_of_others(std::uint32_t slot) const;
+
+  // Contexts of the next decision, for a coder that mixes predictions (row_hexahedra_contexts.cpp)
+  void about_candidates(Coder& symbols) const;
+  void about_candidate(Coder& symbols, std::uint32_t index) const;
+  void about_kind(Coder& symbols) const;
+  void about_cell_side(Coder& symbols, Question question, std::uint32_t cell, std::uint32_t side,
+                       std::uint32_t left) const;
+  void about_listed(Coder& symbols, Kind kind) const;
+  void about_distance(Coder& symbols, Question question) const;
+  void about_side(Coder& symbols, FaceEdge edge, std::uint32_t evidence, bool candidate,
+                  std::uint32_t yes) const;
+  void about_far(Coder& symbols, FaceEdge top, FaceEdge mate) const;
+  void about_new(Coder& symbols, std::uint32_t corner, std::uint32_t leads,
+                 std::uint32_t neighbours) const;
+  void about_join(Coder& symbols, std::uint32_t rank) const;
+  void about_closing_vertex(Coder& symbols, std::uint32_t corner,
+                            const ClosingVertex& closing) const;
+  void about_reference(Coder& symbols, Question question) const;
+  void about_orientation(Coder& corner_order, std::uint32_t index, std::uint8_t orientation,
+                         std::uint32_t votes, std::uint32_t voters) const;
+  void about_stored_face(Coder& corner_order, std::uint32_t theirs) const;
+  void about_stored_corner(Coder& corner_order, std::uint32_t mine) const;
+  void about_last_use(Coder& symbols, const Record& record, std::uint32_t corner,
+                      std::uint32_t slot, std::uint32_t next_uses) const;
+  std::uint32_t live_sides(std::uint32_t cell) const;
+  std::uint32_t shared_sides() const;
+  std::uint32_t fans(std::uint32_t face) const;
+  std::uint32_t sorted_fans(std::uint32_t face) const;
+  std::uint32_t crowd(std::uint32_t face) const;
+  std::uint32_t uses(std::uint32_t face) const;
+  std::uint32_t age(std::uint32_t face) const;
+  std::uint32_t gate_age() const;
+  const Record& last() const;
+
+  // When all corners are known (row_hexahedra_surface.cpp)
+  void find_other_shared();
+  std::uint8_t orientation_across(std::uint32_t side) const;
+  bool code_orientation(Coder& corner_order, Coder& symbols, bool order_matters,
+                        std::uint8_t& orientation);
+  bool code_orientation_at_gate(Coder& corner_order, std::uint8_t& orientation);
+  void attach(CellTopology& cell);
+  void link_edges(const std::array<std::uint32_t, 6>& face);
+
+  ActiveSurface* surface_;
+  const OpenFaces* open_;
+  std::vector<Record> records_;  // records by cell slot
+  std::vector<Coded>
+      coded_;  // hexahedra in coding order; those without a record are removed now and then
+  Work work_;
+  Record owner_;  // a copy of the record of the hexahedron across the gate
+
+  // The hexahedron coded last
+  std::uint32_t last_cell_ = kNone;
+  std::uint64_t sequence_ = 0;  // of the next hexahedron
+  std::array<Owner, 6> owners_{};
+  std::uint32_t owner_count_ = 0;
+  struct Candidate {
+    std::uint32_t face = kNone;
+    std::uint32_t support = 0;  // number of other candidates that meet it at an edge
+    bool guessed = false;       // true: the gate of its hexahedron was a candidate, too
+  };
+  std::array<Candidate, 6> candidates_{};
+  std::uint32_t candidate_count_ = 0;
+
+  // Contexts
+  std::uint32_t hits_ = 0;  // last three gates: 1 for a candidate
+  std::uint32_t kinds_ = 0;
+  std::uint32_t gates_ = 0;  // kinds of the last ten gates, three bits each
+  std::uint32_t last_gate_side_ = 0, gate_side_before_ = 0;
+  std::uint32_t last_side_ = 0;
+  std::uint32_t orientation_hits_ = 0, last_stored_face_ = 0;
+  std::uint8_t last_finals_ = 0;
+  std::array<std::uint64_t, 8> distances_{};
+  std::uint64_t last_reference_ = 0;
+
+  // Models
+  std::array<std::array<std::array<std::array<Bit, 2>, 8>, 4>, 7> hit_;
+  std::array<std::array<std::array<std::array<std::array<Bit, 2>, 4>, 4>, 4>, 4> which_;
+  std::array<Tree<3>, 64> kind_;
+  std::array<Choice<6>, 6> previous_side_;
+  Choice<32> chain_, at_edge_;
+  Bit distance_again_;
+  Tree<3> distance_which_;
+  Number distance_;
+  std::array<Choice<6>, 6> recent_side_;
+  std::array<std::array<std::array<std::array<std::array<Bit, 2>, 2>, 2>, 6>, 8> side_;
+  std::array<std::array<std::array<std::array<Bit, 2>, 5>, 5>, 8> far_;
+  std::array<std::array<std::array<Bit, 2>, 4>, 8> repeated_;
+  std::array<Tree<3>, 8> repeated_which_;
+  std::array<std::array<std::array<std::array<Bit, 2>, 4>, 8>, 2> is_new_;
+  std::array<std::array<Bit, 8>, 8> join_;
+  std::array<std::array<Bit, 3>, 8> closes_;
+  Bit from_last_;
+  SignedModel<Number> reference_step_;
+  Number reference_age_;
+  std::array<std::array<std::array<std::array<Bit, 8>, 5>, 5>, 3> orientation_hit_;
+  std::array<std::array<Tree<3>, 6>, 6> stored_face_;
+  std::array<std::array<Tree<2>, 6>, 6> stored_corner_;
+  std::array<Bit, 2> turned_;
+  std::array<Bit, 2> mirrored_;
+  /// By open faces of other cells, faces, uses, last use in the owner and in the hexahedron coded
+  /// last, candidates that use the vertex.
+  std::array<std::array<std::array<std::array<std::array<Bit, 3>, 4>, 9>, 8>, 4> final_;
+
+  std::vector<std::uint32_t> faces_;
+  std::vector<Fit> fits_;
+  std::vector<Join> joins_;
+  std::vector<std::uint32_t> join_place_;  // by vertex slot: its possible index in joins_
+};
+
+extern template class RowHexahedra<RangeEncoder>;
+extern template class RowHexahedra<RangeDecoder>;
+extern template class RowHexahedra<MixingCoder<RangeEncoder>>;
+extern template class RowHexahedra<MixingCoder<RangeDecoder>>;
+
+}  // namespace shm

@@ -1,0 +1,83 @@
+// Vertex numbers: codes the source's own number of each vertex (Order::keep). Vertices are visited
+// in the order in which their cell stores its corners. Most files number vertices in that order, so
+// a number is often the last number plus 1 or the largest plus 1. On lattices a number follows from
+// its neighbours by the rule that predicts coordinates.
+// spec: "Vertex numbers"
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "codecs/shared/stencil.h"
+#include "codecs/surface/cells/mid_node_numbers.h"
+#include "entropy/models.h"
+
+namespace shm {
+
+template <class Coder>
+class VertexNumbers {
+ public:
+  /// Codes the numbers of the vertices that `cell` introduces at positions from `first` on.
+  /// number(position) returns a reference: read when encoding, set when decoding.
+  template <class Number>
+  void code_cell(Coder& coder, const CellTopology& cell, Number&& number, std::uint32_t first = 0);
+  /// Adds a vertex whose number is coded elsewhere.
+  void add(std::uint32_t slot, std::uint64_t number);
+  /// Codes the number of a vertex that no cell uses.
+  std::uint64_t code_unused(Coder& coder, std::uint32_t slot, std::uint64_t number) {
+    return code(coder, {last_ + 1, last_ + 1}, slot, number);
+  }
+
+ private:
+  static constexpr std::uint32_t kKinds = 3 + MidNode::kKinds;
+  /// Expected values of a number, and the contexts to code it.
+  struct Expectation {
+    std::uint64_t near = 0, second = 0;  // second: may equal near
+    std::uint32_t kind = 0;
+    std::uint32_t direction = kNone;
+    std::uint32_t from = kNone;  // slot of the vertex it is predicted from, if there is a direction
+  };
+
+  Expectation expect(const CellTopology& cell, std::uint32_t position, const Stencil& stencil,
+                     std::uint64_t known);
+  std::uint64_t code(Coder& coder, const Expectation& expected, std::uint32_t slot,
+                     std::uint64_t number);
+  static std::uint32_t direction_of(const CellTopology& cell, std::uint32_t position,
+                                    const Stencil& stencil);
+
+  std::vector<std::uint64_t> numbers_;  // numbers by vertex slot
+  std::uint64_t last_ = ~std::uint64_t{0},
+                largest_ = ~std::uint64_t{0};  // -1 before the first vertex
+  std::array<std::uint64_t, 6> stride_{1, 1, 1,
+                                       1, 1, 1};  // last step of the numbers along each side
+  MidNodeNumbers mid_node_numbers_;
+  std::array<std::uint64_t, kKinds> miss_{};  // last error of `near`, by kind
+  std::array<std::uint32_t, 2> history_{};    // history of other vertices, of mid nodes
+  std::array<std::array<std::array<AdaptiveBit, 4>, 64>, kKinds> guess_;
+  std::array<std::array<AdaptiveBit, 4>, kKinds> missed_as_before_;
+  std::array<SignedModel<NumberModel>, kKinds> residual_;
+  std::vector<std::uint32_t> order_;
+};
+
+template <class Coder>
+template <class Number>
+void VertexNumbers<Coder>::code_cell(Coder& coder, const CellTopology& cell, Number&& number,
+                                     std::uint32_t first) {
+  order_ = cell.new_positions;
+  std::erase_if(order_, [&](std::uint32_t position) { return position < first; });
+  std::sort(order_.begin(), order_.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return cell.stored_position(a) < cell.stored_position(b);
+  });
+  for_each_new_vertex(
+      cell, order_, [&](std::uint32_t position, const Stencil& stencil, std::uint64_t known) {
+        std::uint64_t& value = number(position);
+        value = code(coder, expect(cell, position, stencil, known), cell.slots[position], value);
+      });
+}
+
+extern template class VertexNumbers<RangeEncoder>;
+extern template class VertexNumbers<RangeDecoder>;
+
+}  // namespace shm

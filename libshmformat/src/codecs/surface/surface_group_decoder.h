@@ -1,0 +1,66 @@
+// SurfaceGroupDecoder: decodes the groups of a segment whose cells are encoded over an active
+// surface. The mirror of surface_segment_encoder.h.
+// spec: "Connectivity stream", "Value columns", "Decoding a group"
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "codecs/shared/group_decoder.h"
+#include "codecs/surface/mesh_streams.h"
+
+namespace shm {
+
+class SurfaceGroupDecoder final : public GroupDecoder {
+ public:
+  SurfaceGroupDecoder(const Schema& schema, const SegmentStart& start, const DecodedParts& parts,
+                      CellBytes cell_bytes);
+
+  Result<void> begin_stream(const container::StreamEntry& entry,
+                            std::span<const std::byte> bytes) override;
+  Result<void> end_streams() override;
+  void allow_memory(std::uint64_t bytes, std::uint64_t plenty) override {
+    streams_.values().memory().allow(bytes, plenty);
+  }
+  std::vector<std::uint64_t> alive() const override;
+  Items items() const override { return {streams_.values().vertices(), streams_.values().cells()}; }
+  std::uint32_t slots() const override { return slots_; }
+
+ private:
+  enum class Owner : std::uint8_t { nobody, own, earlier };
+  /// A vertex on the active surface, by slot.
+  struct Vertex {
+    std::uint64_t number = 0;
+    Owner owner = Owner::nobody;
+  };
+
+  Result<void> begin_streams(std::optional<ConnectivityCodec> codec) override;
+  Result<void> begin_column(const container::StreamEntry& entry, std::size_t column,
+                            std::span<const std::byte> bytes);
+  Result<void> decode_elements(DecodedBlock& decoded) override;
+  bool is_out_of_memory() const override { return streams_.values().memory().is_refused(); }
+  bool decode_column(std::size_t column, const MeshBlock& block,
+                     std::vector<std::byte>& out) override;
+  Result<void> decode_cell(DecodedBlock& decoded);
+  void add_corners(DecodedBlock& decoded);
+  Result<void> decode_new_vertices(DecodedBlock& decoded);
+  Result<void> decode_vertex(std::uint32_t slot, DecodedBlock& decoded);
+  Result<void> decode_import(std::uint32_t position, std::uint32_t slot, DecodedBlock& decoded);
+  Result<void> decode_unused(DecodedBlock& decoded);
+  Vertex& vertex_at(std::uint32_t slot) { return at_slot(vertices_, slot); }
+  std::uint64_t active() { return streams_.connectivity().surface().active_vertices(); }
+
+  MeshStreams<RangeDecoder> streams_;
+  std::vector<MeshStreams<RangeDecoder>::Stream> listed_;
+  std::vector<Vertex> vertices_;
+  CellTopology topology_;
+  std::uint32_t slots_ = 0;
+
+  // The current group
+  std::size_t next_stream_ = 0;
+  std::vector<bool> has_stream_;  // by column
+};
+
+}  // namespace shm

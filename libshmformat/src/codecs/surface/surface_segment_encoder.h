@@ -1,0 +1,48 @@
+// SurfaceSegmentEncoder: encodes the cells of a segment over an active surface, and values with
+// neighbourhoods. The mirror of surface_group_decoder.h.
+// spec: "Connectivity stream", "Value columns"
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "codecs/shared/segment_encoder.h"
+#include "codecs/surface/mesh_streams.h"
+
+namespace shm {
+
+class SurfaceSegmentEncoder final : public SegmentEncoder {
+ public:
+  /// `schema` has passed check_schema() and must outlive the encoder.
+  SurfaceSegmentEncoder(const Schema& schema, const SegmentOptions& options,
+                        const SegmentStart& start);
+
+ private:
+  /// The vertex that a handle refers to.
+  struct Handle {
+    std::uint64_t number = 0;    // the caller's number of the vertex
+    std::uint32_t slot = kNone;  // slot on the active surface, once encoded
+    std::uint32_t vertex = 0;    // index in the current piece, until it is encoded
+  };
+
+  bool encode_cell(const SegmentPiece& piece, const SegmentPiece::Cell& cell,
+                   const Place& place) override;
+  void encode_unused(const SegmentPiece& piece, std::size_t vertex) override;
+  void encode_streams() override;
+  void add_size_at_hand(SegmentSize& size) override;
+  std::uint64_t values_at_hand(ValueChoices* choices) override;
+  void introduce(const SegmentPiece& piece, std::size_t first, std::size_t count);
+  void encode_new_vertices(const SegmentPiece& piece, const Place& place);
+  void begin_element(bool is_cell);
+  void add_column(std::size_t stream);
+  void add_symbols(std::size_t stream);
+  std::uint64_t active() { return streams_.connectivity().surface().active_vertices(); }
+
+  MeshStreams<RangeEncoder> streams_;
+  std::vector<MeshStreams<RangeEncoder>::Stream> listed_;
+  std::vector<Handle> handles_;
+  CellTopology topology_;
+};
+
+}  // namespace shm

@@ -1,0 +1,351 @@
+// ColumnState: what one component remembers of the elements coded so far: the numbers from which
+// later elements are predicted, and the sizes of the residuals. Encoder and decoder update it in
+// the same way.
+//   state      the double that predictions use: the value, or its index if the domain is linear
+//   third      the residual of the lattice prediction at an element
+//   reference  state and third of the reference value of an element, if the array has references
+//   partner    an earlier element whose reference has about the same magnitude as this element's
+// spec: "Value columns"
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "base/lists.h"
+#include "codecs/shared/neighbourhood.h"
+#include "codecs/shared/value_domain.h"
+#include "codecs/surface/values/recalled_values.h"
+#include "codecs/surface/values/value_predictor.h"
+
+namespace shm {
+
+/// Limit on the work of translating states into other domains: slots translated, per element of the
+/// column. A reader refuses more. Writers stay below half, since they may keep fewer slots.
+/// spec: "Limits"
+inline constexpr std::uint64_t kMostMovesForEach = 4096;
+
+/// Size of a residual: its bit length plus the scale of the prediction; 0 if the residual is 0.
+using ResidualSize = std::uint16_t;
+
+/// The last tile of a component, by element.
+struct CodedTile {
+  std::vector<double> values;
+  std::vector<ResidualSize> sizes;
+};
+
+/// One component of a tile, without its values.
+struct ColumnTile {
+  std::span<const Neighbourhood> items;      ///< shared by all components
+  TileClasses classes;                       ///< the same for all components
+  std::span<const CodedTile* const> before;  ///< the same tile of the previous components
+  /// Reference values, as bits; empty unless use_reference() was called.
+  std::span<const std::uint64_t> reference;
+  /// For each element the distance to the earlier element that it copies; 0: not a copy. Empty if
+  /// the tile has no copies.
+  std::span<const std::uint32_t> back;
+  /// Decoding, if `back` is not empty: bits of the elements before the tile, the most recent last.
+  std::span<const std::uint64_t> history;
+};
+
+/// The element that is being coded.
+struct TileElement {
+  const ColumnTile& tile;
+  std::size_t i;
+  const Neighbourhood& item = tile.items[i];
+  MatchTables::Places places{};  ///< from ColumnState::find_matches()
+  /// From ColumnState::find_partner(): the reference of this element, if it can have a partner.
+  struct Key {
+    std::uint64_t magnitude = 0;
+    bool is = false, negative = false;
+  } key{};
+  struct Partner {
+    bool is = false;
+    double state = 0.0, then = 0.0;  ///< states of its value and of its reference
+  } partner{};
+
+  std::uint32_t of_class() const { return tile.classes.of_item[i]; }
+  std::uint32_t back() const { return tile.back.empty() ? 0 : tile.back[i]; }
+};
+
+/// How large a residual is likely to be, given the sizes of other residuals relative to the scale
+/// of this prediction.
+struct ResidualContext {
+  std::uint32_t mean = 0;    ///< mean size at the near elements
+  std::uint32_t before = 0;  ///< previous component: 0: none, 1: its size is 0, 2: larger
+};
+/// The same in detail: each size plus one, or 0 if there is none.
+struct SizesAround {
+  std::array<std::uint32_t, 3> near{};  ///< at the near elements
+  std::uint32_t last = 0;  ///< of the element coded last: the size itself, not plus one
+  std::uint32_t before = 0, two_before = 0;  ///< in the previous components
+};
+
+/// The values that a column keeps for one element.
+struct KeptElement {
+  struct Reference {
+    double state = 0, third = 0;
+  };
+  double state = 0, third = 0;
+  ResidualSize size = 0;
+  std::uint8_t marks = 0;
+  Reference reference;
+};
+
+/// The values that a column keeps, by slot.
+struct ColumnSlots {
+  std::vector<double> states, thirds;
+  std::vector<ResidualSize> sizes;
+  std::vector<std::uint8_t> marks;
+  std::vector<KeptElement::Reference> references;
+
+  void make_room(std::uint32_t slot, bool has_reference);
+  KeptElement at(std::uint32_t slot) const {
+    return {states[slot], thirds[slot], sizes[slot], marks[slot],
+            references.empty() ? KeptElement::Reference() : references[slot]};
+  }
+  void set(std::uint32_t slot, const KeptElement& kept) {
+    states[slot] = kept.state;
+    thirds[slot] = kept.third;
+    sizes[slot] = kept.size;
+    marks[slot] = kept.marks;
+    if (!references.empty()) references[slot] = kept.reference;
+  }
+};
+
+/// Decoding: the memory budget that all columns of a segment share. If memory becomes tight, a
+/// column whose slots are all equal except a few stores only these few, and borrows a full set of
+/// slots for the current tile. Requests beyond the limit are refused. The budget has no effect on
+/// the decoded values.
+class ColumnMemory {
+ public:
+  /// Sets the limit in bytes, including the memory that is already in use. Memory is tight once
+  /// `plenty` bytes are in use.
+  void allow(std::uint64_t bytes, std::uint64_t plenty) {
+    most_ = bytes;
+    plenty_ = plenty;
+  }
+  bool is_tight() const { return taken_ >= plenty_; }
+  /// Reserves memory. Returns false if the limit would be exceeded, and on every call after that.
+  bool take(std::uint64_t bytes) {
+    if (bytes > most_ - std::min(taken_, most_)) is_refused_ = true;
+    if (!is_refused_) taken_ += bytes;
+    return !is_refused_;
+  }
+  void give_back(std::uint64_t bytes) { taken_ -= bytes; }
+  bool is_refused() const { return is_refused_; }
+
+ private:
+  friend class ColumnState;
+
+  std::uint64_t most_ = ~std::uint64_t{0}, plenty_ = most_, taken_ = 0;
+  bool is_refused_ = false;
+  ColumnSlots for_tile_;
+};
+
+class ColumnState {
+ public:
+  ColumnState(std::shared_ptr<const ArrayInfo> info, std::size_t component);
+
+  const ArrayInfo& info() const { return *info_; }
+  const ValueDomain& domain() const { return domain_; }
+  const ValueTranslator& translator() const { return translator_; }
+
+  /// Declares that every tile has references. Call it before the first element.
+  void use_reference() { has_reference_ = true; }
+  bool has_reference() const { return has_reference_; }
+  /// Sets whether predictions use matches and the values of other components.
+  void use_matches(bool uses) { uses_matches_ = uses; }
+
+  /// Returns true if the column may change to `domain`. The total number of translated slots must
+  /// stay proportional to the number of elements, so that a file of many tiny groups cannot demand
+  /// unbounded work.
+  bool may_change_to(const ValueDomain& domain, std::uint64_t most_moves_for_each) const {
+    return domain.has_states_of(domain_) || moved_ <= elements_ * most_moves_for_each;
+  }
+  void change_domain(const ValueDomain& domain);
+
+  /// Decoding: sets the memory budget, which must outlive the column. Call it before the first
+  /// element.
+  void use_memory(ColumnMemory& memory) { memory_ = &memory; }
+  /// Makes room for a slot. Returns false if the memory is refused.
+  bool make_room(std::uint32_t slot) {
+    if (slot < slots_.states.size()) return true;
+    if (memory_ != nullptr) return make_room_in_memory(slot);
+    slots_.make_room(slot, has_reference_);
+    return true;
+  }
+  // Account for elements that a sparse reader leaves out because no covered element depends on
+  // them: the counts become those of a reader that skips them.
+  void count_left_out(std::uint64_t elements) { elements_ += elements; }
+  void count_room(std::uint32_t slot) { room_ = size_with_room(room_, slot); }
+
+  /// Passes over an element that the array does not cover: its state becomes the state of the last
+  /// element.
+  void skip(const Neighbourhood& item) {
+    ++elements_;
+    stand_in(item);
+  }
+  /// The same without counting the element. For trials that need the state of the neighbours.
+  void stand_in(const Neighbourhood& item);
+  /// Keeps values that were coded in another codec.
+  void keep_values(std::span<const Neighbourhood> items, std::span<const std::uint64_t> bits);
+
+  /// Returns false if the memory for the tile is refused.
+  bool begin_tile(const ColumnTile& tile);
+  /// Decoding: ends a tile, after its values. Returns false if the memory is refused.
+  bool end_tile(std::span<const Neighbourhood> items) {
+    return !borrows_ || give_slots_back(items);
+  }
+  const CodedTile& coded_tile() const { return coded_; }
+
+  // --- inputs of the predictions
+
+  /// Finds the entries of the match tables for an element. Call it before feature() and features().
+  void find_matches(TileElement& element) const;
+  /// Returns true if elements with references of these magnitudes may be partners: the bits of the
+  /// magnitudes, as integers, differ by no more than a fixed limit.
+  static bool may_be_partners(ScalarType type, std::uint64_t one, std::uint64_t other);
+  /// Finds the partner of an element. Call it before feature() and features(). `reference`: the
+  /// reference of the element, as bits.
+  void find_partner(TileElement& element, std::uint64_t reference) const;
+  /// Returns the state of a feature, which must be known.
+  double feature(const TileElement& element, std::uint32_t feature) const {
+    return feature < kFThird ? slots_.states[element.item.at[feature]]
+                             : farther_feature(element, feature);
+  }
+  /// Stores the features of an element in `states`. Of the features of the neighbourhood only those
+  /// in `known` are stored; the others keep their old values.
+  void features(const TileElement& element, std::uint32_t known,
+                std::array<double, kFeatures>& states) const;
+  /// Returns the state of a reference. The argument may be any bit pattern; the result is the same
+  /// on all machines.
+  double reference_state(std::uint64_t bits) const {
+    const double state = translator_.from_value(scalar_as_double(info_->type, bits));
+    return is_finite(state) ? state : last_reference_;
+  }
+  /// Returns the number that is subtracted from a feature to form a difference. Not for the feature
+  /// of the partner. Features without a reference of their own use `own`, which is the element's
+  /// reference_state().
+  double reference_feature(const Neighbourhood& item, std::uint32_t feature, double own) const {
+    if (feature < kFThird) return slots_.references[item.at[feature]].state;
+    if (feature < kFLast) return slots_.references[item.at[feature - kFThird]].third;
+    if (feature >= kFMatch) return own;
+    return feature == kFLast ? last_reference_ : before_last_reference_;
+  }
+
+  // --- sizes of residuals
+
+  // `scale`: scale of the prediction, see the value spaces in value_domain.h.
+  ResidualContext residual_context(const TileElement& element, std::int32_t scale) const;
+  SizesAround sizes_around(const TileElement& element, std::int32_t scale) const;
+  /// Returns the number of near elements that took the second mode of their class.
+  std::uint32_t seconds_near(const Neighbourhood& item) const {
+    std::uint32_t count = 0;
+    for (std::uint32_t a = 0; a < 3; ++a)
+      if ((item.known >> a & 1) != 0) count += slots_.marks[item.at[a]] & kSecond;
+    return count;
+  }
+  /// Returns the number of near elements that were recalled.
+  std::uint32_t recalled_near(const Neighbourhood& item) const {
+    std::uint32_t count = 0;
+    for (std::uint32_t a = 0; a < 3; ++a)
+      if ((item.known >> a & 1) != 0 && (slots_.marks[item.at[a]] & kRecalled) != 0) ++count;
+    return count;
+  }
+  /// The values coded so far, if the domain recalls values.
+  RecalledValues& values_so_far() { return so_far_; }
+  void add_to_values_so_far(double state) {
+    so_far_.add(SortedValues::magnitude_of(translator_.as_value(state)));
+  }
+
+  // --- updates after an element
+
+  /// Keeps the state of a coded element. `lattice`: the lattice prediction for it.
+  void keep(const TileElement& element, double state, double lattice);
+  void keep_reference(const Neighbourhood& item, double state);
+  /// Updates the marks for a copied element. Its size is the size of the element coded last.
+  void keep_copied(const TileElement& element) { keep_residual(element, last_size_, false, false); }
+  void keep_residual(const TileElement& element, ResidualSize size, bool second, bool recalled) {
+    slots_.marks[element.item.self] =
+        static_cast<std::uint8_t>((second ? kSecond : 0u) | (recalled ? kRecalled : 0u));
+    slots_.sizes[element.item.self] = size;
+    coded_.sizes[element.i] = last_size_ = size;
+  }
+
+  /// Lends the slots, which are large, to a copy of this state, and afterwards restores the slots
+  /// of the given items. The lender must not be used in the meantime.
+  class Loan;
+
+ private:
+  using Reference = KeptElement::Reference;
+  // Bits of the marks: the second mode predicted the value; the value was recalled.
+  static constexpr std::uint32_t kSecond = 1, kRecalled = 2;
+
+  bool make_room_in_memory(std::uint32_t slot);
+  bool fold();
+  void unfold();
+  void borrow_slots(std::span<const Neighbourhood> items);
+  bool give_slots_back(std::span<const Neighbourhood> items);
+  void keep_apart(std::uint32_t slot, const KeptElement& kept);
+  std::uint64_t bytes_of_slots(std::size_t slots) const;
+
+  double farther_feature(const TileElement& element, std::uint32_t feature) const;
+  double match(std::uint32_t kind, const TileElement& element) const {
+    return uses_matches_ ? translator_.from_value(matches_.find(kind, element.places[kind])) : 0.0;
+  }
+  /// Returns the value of the previous component at this element, as a state of this domain.
+  double other_value(const TileElement& element) const {
+    const auto before = element.tile.before;
+    return before.empty() || !uses_matches_
+               ? 0.0
+               : translator_.from_value(before.back()->values[element.i]);
+  }
+
+  std::shared_ptr<const ArrayInfo> info_;
+  std::size_t component_;
+  ValueDomain domain_;
+  ValueTranslator translator_;
+  bool has_reference_ = false, uses_matches_ = true;
+  std::uint64_t elements_ = 0;  // so far
+  std::size_t room_ = 0;        // slots of all elements, if some are left out
+  std::uint64_t moved_ = 0;     // slots translated into other domains, in total
+
+  ColumnSlots slots_;
+  // Tight memory: whether all slots but a few are equal, the common contents, and the number of
+  // slots.
+  ColumnMemory* memory_ = nullptr;
+  bool is_folded_ = false, borrows_ = false;
+  KeptElement common_;
+  std::vector<std::pair<std::uint32_t, KeptElement>>
+      apart_;  // slots that differ from common_, ascending
+  std::size_t folded_slots_ = 0;
+  CodedTile coded_;
+  MatchTables matches_;
+  RecalledValues so_far_;
+  SortedValues references_so_far_;  // key: magnitude of a reference; value: the value of its
+                                    // element, negated if the reference is negative
+  // state of the elements coded last
+  double last_ = 0, before_last_ = 0;
+  double last_reference_ = 0, before_last_reference_ = 0;
+  ResidualSize last_size_ = 0;
+};
+
+class ColumnState::Loan {
+ public:
+  Loan(ColumnState& lender, std::span<const Neighbourhood> items);
+  /// Moves the slots to a copy of the lender.
+  void lend(ColumnState& borrower) { borrower.slots_ = std::move(slots_); }
+  void give_back(ColumnState& borrower);
+
+ private:
+  ColumnState& lender_;
+  std::span<const Neighbourhood> items_;
+  std::vector<KeptElement> kept_;  // by item: the slots before the trial
+  ColumnSlots slots_;
+};
+
+}  // namespace shm

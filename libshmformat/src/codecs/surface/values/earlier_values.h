@@ -1,0 +1,65 @@
+// Encoder only: finds values of a group that repeat earlier values.
+//   EarlierValues   decides whether recalled values or partners save enough to be used
+//   find_copies     finds elements that equal an earlier element in all components
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "codecs/shared/neighbourhood.h"
+#include "codecs/shared/value_domain.h"
+
+namespace shm {
+
+class EarlierValues {
+ public:
+  /// `bits`: all values of one component in a group, in coding order. `reference`: their
+  /// references, or empty. Both are borrowed for the call only.
+  EarlierValues(const ArrayInfo& info, std::size_t component, const ValueDomain& domain,
+                std::span<const std::uint64_t> bits, std::span<const std::uint64_t> reference);
+
+  /// Returns false if choose() would certainly choose nothing.
+  bool may_help() const;
+  /// A value of a sample, as it would be coded without recalled values and partners.
+  struct Value {
+    std::uint32_t place = 0;   ///< number of the value in the group
+    double predicted = 0;      ///< prediction from the neighbours
+    double bits = 0;           ///< estimated cost in bits
+    std::uint32_t length = 0;  ///< length of its residual, in bits
+  };
+  /// Sets `recalls` and `partners` of the domain, judging by a sample of the values. `has_table`:
+  /// true if the values are coded as ranks of a table. Returns the estimated number of bits saved
+  /// in the sample.
+  double choose(std::span<const Value> values, bool has_table, ValueDomain& domain) const;
+
+ private:
+  /// How far off the best earlier value is: lengths of the residuals, in bits.
+  struct Missed {
+    std::uint8_t recalled, partnered;
+    bool follows;  // whether it continues the sequence of the last recalled value
+  };
+  static constexpr std::uint8_t kNothing = 255;  // no earlier value
+
+  std::vector<Missed> missed_;             // by value
+  std::vector<std::uint64_t> magnitudes_;  // by value
+  // number of values that could be recalled, or have a partner
+  std::uint64_t recallable_ = 0, partners_ = 0;
+};
+
+/// Returns the kind and corner of an element. Copies are searched among elements alike in these.
+inline std::uint8_t stand_of(const Neighbourhood& item) {
+  return static_cast<std::uint8_t>((item.corner | item.kind << 3) & 63);
+}
+
+/// Finds, for each element, the distance to an earlier element with the same bits, in the group or
+/// in `history`; 0 if there is none within `farthest`. Prefers the distance of the last element
+/// with the same kind and corner (`stands`); otherwise takes the distance that stays valid for the
+/// longest run of such elements. `bits`, `history`: by component. The history ends at the first
+/// element of the group.
+std::vector<std::uint32_t> find_copies(std::span<const std::uint8_t> stands,
+                                       std::span<const std::vector<std::uint64_t>> bits,
+                                       std::span<const std::vector<std::uint64_t>> history,
+                                       std::uint32_t farthest);
+
+}  // namespace shm

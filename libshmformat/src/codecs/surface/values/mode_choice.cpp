@@ -1,0 +1,580 @@
+#include "codecs/surface/values/mode_choice.h"
+
+#include <algorithm>
+#include <array>
+
+#include "codecs/shared/value_domain.h"
+#include "codecs/surface/values/fitting.h"
+
+namespace shm {
+namespace {
+
+// Elements of a class that are tried in each tile before its modes are chosen.
+constexpr std::size_t kLookAt = 256, kFitAt = 256, kFewestToFit = 40;
+// The first round tries all modes on kFirstLooks elements. It keeps the modes that are best by
+// themselves, and those that are best as second modes.
+constexpr std::size_t kFirstLooks = 32, kKeptAlone = 3, kKeptBeside = 2;
+// A large class keeps its modes for at most this number of tiles.
+constexpr std::uint32_t kMostTilesKept = 8;
+// Estimated cost in bits of coding another mode, and of coding weights.
+constexpr double kModeBits = 5.0, kWeightsBits = 250.0;
+
+constexpr std::uint32_t kCostParts = 10;
+
+/// Returns the estimated cost of a residual, in units of 1 / kCostParts bit.
+std::uint32_t cost_of(std::int64_t residual) {
+  const std::uint32_t length = bit_length(residual);
+  return length == 0 ? 3 : 17 + length * kCostParts;
+}
+
+/// Access to the features of an element.
+struct FeatureAt {
+  const std::array<double, kFeatures>* of = nullptr;
+  double operator()(std::uint32_t feature) const { return (*of)[feature]; }
+};
+
+/// Returns true if a mode may differ from the lattice prediction, given which neighbours are known.
+bool differs_from_lattice(std::uint32_t mode, std::uint32_t known) {
+  const auto has = [&](std::uint32_t bits) { return (known & bits) == bits; };
+  const auto any = [&](std::uint32_t bits) { return (known & bits) != 0; };
+  const std::uint32_t kind = known >> Neighbourhood::kKindShift;
+  if ((kind == Neighbourhood::midpoint || kind == Neighbourhood::centre) && mode == kMeanFaceMode)
+    return has(7 * Neighbourhood::kThird);
+  if (mode == kLattice || mode == kLastMode || mode == kLastLineMode ||
+      (mode >= kMatchMode && mode < kFittedMode))
+    return true;
+  if (mode < kLineMode) return has(1u << (mode - kNearMode));
+  if (mode < kCurveMode) return has(Neighbourhood::kBeyond << (mode - kLineMode));
+  if (mode < kFaceMode) return has(Neighbourhood::kFarther << (mode - kCurveMode));
+  if (mode < kThirdMode) return has(Neighbourhood::kDiagonal << (mode - kFaceMode));
+  if (mode < kMeanThirdMode) return has(Neighbourhood::kThird << (mode - kThirdMode));
+  switch (mode) {
+    case kMeanThirdMode: return any(7 * Neighbourhood::kThird);
+    case kMeanNearMode: return any(7 * Neighbourhood::kNear);
+    case kMeanLineMode: return any(7 * Neighbourhood::kBeyond);
+    case kMeanFaceMode: return any(7 * Neighbourhood::kDiagonal);
+    default: return any(7 * Neighbourhood::kNear);
+  }
+}
+
+/// Samples sorted into sets, stored one set after the other.
+struct Members {
+  /// `set_of`: returns the set of a sample.
+  template <class SetOf>
+  Members(const ModeSamples& all, std::size_t sets, SetOf&& set_of) : begin(sets + 1) {
+    for (const ModeSample& sample : all.samples)
+      if (!sample.copied) ++begin[set_of(sample) + 1];
+    for (std::size_t s = 0; s < sets; ++s) begin[s + 1] += begin[s];
+    order.resize(begin[sets]);
+    auto next = begin;
+    for (std::size_t i = 0; i < all.samples.size(); ++i)
+      if (!all.samples[i].copied)
+        order[next[set_of(all.samples[i])]++] = static_cast<std::uint32_t>(i);
+  }
+  std::span<const std::uint32_t> of(std::size_t s) const {
+    return std::span(order).subspan(begin[s], begin[s + 1] - begin[s]);
+  }
+  std::vector<std::size_t> begin;  // by set
+  std::vector<std::uint32_t> order;
+};
+
+/// Calls visit(sample, predictor, added) for `count` members, evenly spread, that have an index.
+/// `added`: the state to add to predictions.
+template <class Visit>
+void for_each_picked(const ModeSamples& all, std::span<const std::uint32_t> members,
+                     std::size_t count, std::uint32_t input, Visit&& visit) {
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint32_t picked =
+        members[static_cast<std::size_t>(std::uint64_t{i} * members.size() / count)];
+    const ModeSample& sample = all.samples[picked];
+    if (!sample.index) continue;
+    const auto& features = input == kDifferences ? all.differences[picked] : sample.state;
+    const auto at = [&](std::uint32_t feature) { return features[feature]; };
+    visit(sample, Predictor(sample.known, at), input == kDifferences ? sample.reference : 0.0);
+  }
+}
+
+/// Fits weights for the fitted mode.
+template <class Space>
+Weights fit_members(const Space& space, const ModeSamples& all,
+                    std::span<const std::uint32_t> members, std::uint32_t input) {
+  std::vector<FitSample> samples;
+  for_each_picked(all, members, std::min(members.size(), kFitAt), input,
+                  [&](const auto& sample, const auto& predictor, double added) {
+                    const double base = predictor.lattice();
+                    const double target = space.state(*sample.index) - base - added;
+                    if (is_finite(target)) samples.push_back({predictor.terms(base), target});
+                  });
+  return fit_weights(samples);
+}
+
+/// Fits weights to whole families, for new classes that are too small to be fitted. These classes
+/// share the cost of the weights.
+template <class Space>
+class FamilyFits {
+ public:
+  FamilyFits(const Space& space, const ModeSamples& all, std::span<const std::uint16_t> families,
+             const Members& classes, std::span<const ClassModes> modes)
+      : space_(&space),
+        all_(&all),
+        families_(families),
+        count_(families.empty() ? 0u : *std::max_element(families.begin(), families.end()) + 1u),
+        members_(all, count_, [&](const ModeSample& sample) { return families[sample.of_class]; }),
+        sharing_(count_),
+        weights_{std::vector<std::optional<Weights>>(count_),
+                 std::vector<std::optional<Weights>>(count_)} {
+    for (std::size_t c = 0; c < modes.size(); ++c)
+      if (shares(classes.of(c).size(), modes[c])) sharing_[families[c]] += classes.of(c).size();
+  }
+
+  /// Returns true if the class shares weights, and the sharing classes have enough elements
+  /// together.
+  bool has(std::uint32_t of_class, std::size_t size, const ClassModes& start) const {
+    return shares(size, start) && sharing_[families_[of_class]] >= kFewestToFit;
+  }
+  /// Returns the share of the class in the cost of the weights, in bits. Must hold: has().
+  double bits(std::uint32_t of_class, std::size_t size) const {
+    return kWeightsBits * static_cast<double>(size) /
+           static_cast<double>(sharing_[families_[of_class]]);
+  }
+  /// Returns the weights of the family of a class. Must hold: has().
+  const Weights& weights(std::uint32_t of_class, std::uint32_t input) {
+    const std::uint16_t family = families_[of_class];
+    std::optional<Weights>& fit = weights_[input][family];
+    if (!fit) fit = fit_members(*space_, *all_, members_.of(family), input);
+    return *fit;
+  }
+
+ private:
+  static bool shares(std::size_t size, const ClassModes& start) {
+    return size < kFewestToFit && start.weights == Weights{};
+  }
+
+  const Space* space_;
+  const ModeSamples* all_;
+  std::span<const std::uint16_t> families_;  // by class
+  std::size_t count_;
+  Members members_;
+  std::vector<std::size_t> sharing_;                            // members, by family
+  std::array<std::vector<std::optional<Weights>>, 2> weights_;  // by input, by family
+};
+
+/// Searches the best modes of one class for one input: tries all modes on a few elements, then the
+/// most promising modes, as first or as second mode, on more elements.
+template <class Space>
+class Search {
+ public:
+  /// `members`: elements of the class, not empty. `start`: its current modes.
+  Search(const Space& space, const ModeSamples& all, std::span<const std::uint32_t> members,
+         std::uint32_t of_class, const ClassModes& start, std::uint32_t input, bool matches,
+         FamilyFits<Space>& families)
+      : space_(&space),
+        all_(&all),
+        members_(members),
+        of_class_(of_class),
+        start_(&start),
+        matches_(matches),
+        families_(&families) {
+    chosen_.input = input;
+    chosen_.weights = start.weights;
+    pick();
+  }
+
+  void run() {
+    for (std::uint32_t mode = 0; mode < kModes; ++mode) {
+      tried_[mode] = mode != kFittedMode && is_worth_trying(mode);
+      if (tried_[mode]) look_on(mode);
+    }
+    choose_first();
+    if (is_worth_trying(kFittedMode)) fit();
+    choose_first();
+    if (looked_ < picked_) {
+      keep_the_best();
+      looked_ = picked_;
+      for (std::uint32_t mode = 0; mode < kModes; ++mode)
+        if (tried_[mode]) look_on(mode);
+      choose_first();
+    }
+    choose_second();
+  }
+  const ClassModes& chosen() const { return chosen_; }
+  /// Returns the estimated cost of the class with the chosen modes, in bits.
+  double bits() const { return bits_; }
+
+ private:
+  /// An element on which modes are tried.
+  struct Pick {
+    const ModeSample* sample = nullptr;
+    FeatureAt at;
+    double lattice = 0.0, added = 0.0;  // added: state to add to predictions
+  };
+
+  /// Picks members with an index, evenly spread; the first few of them are evenly spread as well.
+  void pick() {
+    const std::size_t most = std::min(members_.size(), kLookAt);
+    const std::size_t apart = most > kFirstLooks ? kLookAt / kFirstLooks : 1;
+    for (std::size_t begin = 0; begin < apart; ++begin)
+      for (std::size_t i = begin; i < most; i += apart) {
+        const std::uint32_t picked =
+            members_[static_cast<std::size_t>(std::uint64_t{i} * members_.size() / most)];
+        const ModeSample& sample = all_->samples[picked];
+        if (!sample.index) continue;
+        const bool differs = chosen_.input == kDifferences;
+        const FeatureAt at{differs ? &all_->differences[picked] : &sample.state};
+        picks_[picked_++] = {&sample, at, Predictor(sample.known, at).lattice(),
+                             differs ? sample.reference : 0.0};
+      }
+    looked_ = std::min(picked_, kFirstLooks);
+  }
+  bool is_fittable() const { return members_.size() >= kFewestToFit; }
+  bool has_family() const { return families_->has(of_class_, members_.size(), *start_); }
+  bool is_worth_trying(std::uint32_t mode) const {
+    if (mode == kStayMode) return chosen_.input == kDifferences;
+    if (mode == kFittedMode && !is_fittable() && !has_family() && start_->weights == Weights{})
+      return false;
+    if (mode == kPartnerMode)
+      return std::any_of(members_.begin(), members_.end(),
+                         [&](std::uint32_t m) { return all_->samples[m].has_partner; });
+    if (!matches_ && mode >= kMatchMode && mode != kFittedMode) return false;
+    return differs_from_lattice(mode, all_->samples[members_[0]].known);
+  }
+  /// Computes the residuals of a mode at the current picks, except those that are computed already.
+  void look_on(std::uint32_t mode) {
+    Looks& looks = looks_[mode];
+    for (; looks.count < looked_; ++looks.count) {
+      const Pick& pick = picks_[looks.count];
+      const bool can = mode != kPartnerMode || pick.sample->has_partner;
+      const double prediction = Predictor(pick.sample->known, pick.at, pick.lattice)
+                                    .predict(can ? mode : kLattice, chosen_.weights) +
+                                pick.added;
+      const std::uint32_t cost = cost_of(minus(*pick.sample->index, space_->index(prediction)));
+      looks.missed[looks.count] = static_cast<std::uint16_t>(cost);
+      looks.sum += cost;
+    }
+  }
+  /// Returns the cost of the class in a mode, in bits, without the cost of coding the mode.
+  double bits_in(std::uint32_t mode) const { return bits_of(looks_[mode].sum); }
+  double bits_of(std::uint64_t looked) const {
+    return looked_ == 0 ? 0.0
+                        : static_cast<double>(looked) / kCostParts *
+                              static_cast<double>(members_.size()) / static_cast<double>(looked_);
+  }
+
+  /// Tries the fitted mode: with the current weights, with weights fitted to the class, and with
+  /// weights of its family. New weights are skipped if the best other mode is already cheaper than
+  /// coding them.
+  void fit() {
+    double least = 1e300;
+    Weights best = chosen_.weights;
+    const auto rate = [&](const Weights& weights, double bits) {
+      looks_[kFittedMode].count = 0;
+      looks_[kFittedMode].sum = 0;
+      chosen_.weights = weights;
+      look_on(kFittedMode);
+      const double cost = bits_in(kFittedMode) + bits;
+      if (cost >= least) return;
+      least = cost;
+      to_code_ = bits;
+      best = weights;
+    };
+    if (!(start_->weights == Weights{})) rate(start_->weights, 0.0);
+    const double bits = bits_in(chosen_.mode);
+    if (has_family())
+      if (const double shared = families_->bits(of_class_, members_.size()); shared < bits)
+        rate(families_->weights(of_class_, chosen_.input), shared);
+    if (is_fittable() && bits > kWeightsBits)
+      rate(fit_members(*space_, *all_, members_, chosen_.input), kWeightsBits);
+    tried_[kFittedMode] = least < 1e300;
+    if (tried_[kFittedMode]) rate(best, to_code_);
+    chosen_.weights = best;
+  }
+  void choose_first() {
+    const auto with_change = [&](std::uint32_t mode) {
+      return bits_in(mode) + (mode == kFittedMode ? to_code_ : 0.0) +
+             (start_->mode == mode ? 0.0 : kModeBits);
+    };
+    chosen_.mode = kLattice;
+    for (std::uint32_t mode = 0; mode < kModes; ++mode)
+      if (tried_[mode] && with_change(mode) < with_change(chosen_.mode)) chosen_.mode = mode;
+  }
+
+  /// Residuals if another mode predicts the elements at which it beats the first mode.
+  struct Beside {
+    std::uint64_t sum = 0;
+    std::size_t taken = 0;
+  };
+  Beside beside_first(std::uint32_t mode) const {
+    const Looks &first = looks_[chosen_.mode], &second = looks_[mode];
+    Beside beside;
+    for (std::size_t i = 0; i < looked_; ++i) {
+      const bool better = second.missed[i] + kCostParts < first.missed[i];
+      beside.taken += better ? 1 : 0;
+      beside.sum += better ? second.missed[i] : first.missed[i];
+    }
+    return beside;
+  }
+  /// Keeps the modes with the smallest residuals, those that are best as second modes, and the
+  /// current modes of the class.
+  void keep_the_best() {
+    std::array<bool, kModes> kept{};
+    std::array<std::uint64_t, kModes> sums{};
+    const auto keep_least = [&](std::size_t count) {
+      for (; count > 0; --count) {
+        std::uint32_t least = kNoMode;
+        for (std::uint32_t mode = 0; mode < kModes; ++mode)
+          if (tried_[mode] && !kept[mode] && (least == kNoMode || sums[mode] < sums[least]))
+            least = mode;
+        if (least == kNoMode) return;
+        kept[least] = true;
+      }
+    };
+    for (std::uint32_t mode : {static_cast<std::uint32_t>(kLattice), start_->mode, start_->second})
+      if (mode < kModes) kept[mode] = tried_[mode];
+    kept[chosen_.mode] = true;
+    for (std::uint32_t mode = 0; mode < kModes; ++mode) sums[mode] = looks_[mode].sum;
+    keep_least(kKeptAlone);
+    for (std::uint32_t mode = 0; mode < kModes; ++mode)
+      if (tried_[mode]) sums[mode] = beside_first(mode).sum;
+    keep_least(kKeptBeside);
+    tried_ = kept;
+  }
+  /// Chooses a second mode, if it saves more than marking the elements that use it costs.
+  void choose_second() {
+    chosen_.second = kNoMode;
+    bits_ = bits_in(chosen_.mode) + (chosen_.mode == kFittedMode ? to_code_ : 0.0) +
+            (start_->second == kNoMode ? 0.0 : kModeBits);
+    for (std::uint32_t mode = 0; mode < kModes; ++mode) {
+      if (!tried_[mode] || mode == chosen_.mode) continue;
+      const Beside beside = beside_first(mode);
+      if (beside.taken == 0) continue;
+      const bool codes_weights = mode == kFittedMode && !(chosen_.weights == start_->weights);
+      const double total = bits_of(beside.sum) +
+                           binary_entropy(beside.taken, looked_) *
+                               static_cast<double>(members_.size()) / static_cast<double>(looked_) +
+                           (start_->second == mode ? 0.0 : kModeBits) +
+                           (codes_weights ? kWeightsBits : 0.0);
+      if (total >= bits_) continue;
+      bits_ = total;
+      chosen_.second = mode;
+    }
+    bits_ += start_->mode == chosen_.mode ? 0.0 : kModeBits;
+  }
+
+  /// Residuals of one mode, in units of 1 / kCostParts bit.
+  struct Looks {
+    std::size_t count = 0;
+    std::uint64_t sum = 0;
+    std::array<std::uint16_t, kLookAt> missed;  // valid before `count`
+  };
+
+  const Space* space_;
+  const ModeSamples* all_;
+  std::span<const std::uint32_t> members_;
+  std::uint32_t of_class_;
+  const ClassModes* start_;
+  bool matches_;
+  FamilyFits<Space>* families_;
+  std::array<Pick, kLookAt> picks_;
+  std::size_t picked_ = 0, looked_ = 0;
+  ClassModes chosen_;
+  double bits_ = 0.0, to_code_ = 0.0;  // to_code_: cost of coding weights
+  std::array<bool, kModes> tried_{};   // by mode
+  std::array<Looks, kModes> looks_;    // by mode
+};
+
+}  // namespace
+
+template <class Space>
+void choose_modes(const Space& space, const ModeSamples& samples,
+                  std::span<const std::uint16_t> families, bool matches,
+                  std::vector<ClassModes>& modes) {
+  const Members members(samples, modes.size(),
+                        [](const ModeSample& sample) { return sample.of_class; });
+  FamilyFits fits(space, samples, families, members, modes);
+  for (std::uint32_t c = 0; c < modes.size(); ++c) {
+    const auto own = members.of(c);
+    if (own.empty()) continue;
+    const ClassModes start = modes[c];
+    Search alone(space, samples, own, c, start, kStates, matches, fits);
+    alone.run();
+    modes[c] = alone.chosen();
+    if (samples.differences.empty()) continue;
+    Search difference(space, samples, own, c, start, kDifferences, matches, fits);
+    difference.run();
+    if (difference.bits() < alone.bits()) modes[c] = difference.chosen();
+  }
+}
+
+#define SHM_CHOOSE_MODES(Space)                                                                \
+  template void choose_modes(const Space&, const ModeSamples&, std::span<const std::uint16_t>, \
+                             bool, std::vector<ClassModes>&)
+SHM_CHOOSE_MODES(LinearSpace);
+SHM_CHOOSE_MODES(DecimalSpace);
+SHM_CHOOSE_MODES(FloatSpace<float>);
+SHM_CHOOSE_MODES(FloatSpace<double>);
+SHM_CHOOSE_MODES(RankSpace<LinearSpace>);
+SHM_CHOOSE_MODES(RankSpace<DecimalSpace>);
+SHM_CHOOSE_MODES(RankSpace<FloatSpace<float>>);
+SHM_CHOOSE_MODES(RankSpace<FloatSpace<double>>);
+#undef SHM_CHOOSE_MODES
+
+// --- when modes are chosen
+
+bool ModeWatch::begin_tile(std::span<const std::uint16_t> classes, bool hurries) {
+  std::vector<std::uint32_t> count(records_.size());
+  for (std::uint16_t number : classes) {
+    if (number >= count.size()) count.resize(std::size_t{number} + 1);
+    ++count[number];
+  }
+  records_.resize(count.size());
+  const bool chooses = !hurries || does_worse(count, classes.size());
+  for (std::size_t c = 0; c < count.size(); ++c) {
+    Record& record = records_[c];
+    record.count = record.bits = 0;
+    if (chooses && count[c] > 0) record.tiles_since = 0;
+  }
+  return chooses;
+}
+
+/// `count`: number of elements of the current tile, by class.
+bool ModeWatch::does_worse(std::span<const std::uint32_t> count, std::size_t elements) {
+  bool worse = false;
+  for (std::size_t c = 0; c < count.size(); ++c) {
+    Record& record = records_[c];
+    if (record.count > 0) {
+      const double bits = record.bits / record.count;
+      if (record.bits_then < 0 || record.tiles_since == 0) record.bits_then = bits;
+      if (bits > record.bits_then * 1.06 + 0.1) worse = true;
+    }
+    if (count[c] == 0) continue;
+    if (record.bits_then < 0 && count[c] * 32 > elements) worse = true;
+    if (++record.tiles_since >= kMostTilesKept && count[c] * 8 > elements) worse = true;
+  }
+  return worse;
+}
+
+// --- domains
+
+namespace {
+
+/// Cost of an escape in addition to the bits of the value.
+constexpr double kEscapeBits = 8.0;
+
+/// Translates the elements of a sample to the states and indices of another domain.
+template <class Space>
+ModeSamples in_domain(const ArrayInfo& info, std::size_t component, const DomainPlan& plan,
+                      const Space& space, const DomainSample& sample) {
+  const ValueTranslator from(info, component, sample.domain);
+  const ValueTranslator to(info, component, plan.domain);
+  const bool same = plan.domain.has_states_of(sample.domain);
+  const auto translate = [&](double& state) {
+    if (same) return;
+    const double moved = to.from_value(from.as_value(state));
+    state = is_finite(moved) ? moved : 0.0;
+  };
+  ModeSamples translated = sample.elements;
+  for (std::size_t i = 0; i < translated.samples.size(); ++i) {
+    ModeSample& element = translated.samples[i];
+    for (std::uint32_t f = 0; f < kFeatures; ++f) {
+      if (f < kFLast && (element.known >> f & 1) == 0) continue;
+      translate(element.state[f]);
+      if (!translated.differences.empty()) translate(translated.differences[i][f]);
+    }
+    translate(element.reference);
+    if (!element.copied) element.index = index_in(space, to, sample.bits[i]);
+  }
+  return translated;
+}
+
+/// The residual of an element.
+constexpr std::uint8_t kEscape = 254, kCopied = 255;
+struct ElementMiss {
+  std::uint8_t length = kCopied;  // length of the residual in bits, or kEscape or kCopied
+  bool second = false;            // whether the second mode predicts it
+  bool may_be_second = false;     // whether the choice of the mode is coded
+};
+
+template <class Space>
+DomainEstimate estimate(const ArrayInfo& info, std::size_t component, const DomainPlan& plan,
+                        const Space& space, const DomainSample& sample,
+                        std::span<const std::uint16_t> families, bool matches,
+                        std::vector<ClassModes>& modes) {
+  const ModeSamples elements = in_domain(info, component, plan, space, sample);
+  if (modes.empty()) {
+    modes.resize(families.size());
+    choose_modes(space, elements, families, matches, modes);
+  }
+
+  const ValueTranslator translator(info, component, plan.domain);
+  DomainEstimate found;
+  found.predicted.resize(elements.samples.size());
+  found.by_element.resize(elements.samples.size());
+  found.lengths.resize(elements.samples.size());
+  std::vector<ElementMiss> missed(elements.samples.size());
+  std::array<std::uint64_t, 65> lengths{};
+  std::uint64_t coded = 0, marked = 0, seconds = 0;
+  for (std::size_t i = 0; i < missed.size(); ++i) {
+    const ModeSample& element = elements.samples[i];
+    if (element.copied) continue;
+    if (!element.index) {
+      missed[i].length = kEscape;
+      continue;
+    }
+    const ClassModes& class_modes = modes[element.of_class];
+    const bool differs = class_modes.input == kDifferences;
+    const auto& features = differs ? elements.differences[i] : element.state;
+    const auto at = [&](std::uint32_t feature) { return features[feature]; };
+    const Predictor predictor(element.known, at);
+    const auto predict = [&](std::uint32_t mode) {
+      const bool can = mode != kPartnerMode || element.has_partner;
+      return predictor.predict(can ? mode : kLattice, class_modes.weights) +
+             (differs ? element.reference : 0.0);
+    };
+    found.predicted[i] = predict(class_modes.mode);
+    const std::int64_t first = space.index(found.predicted[i]);
+    std::uint32_t length = bit_length(minus(*element.index, first));
+    if (class_modes.second != kNoMode) {
+      const double second = predict(class_modes.second);
+      const std::int64_t other = space.index(second);
+      missed[i].may_be_second = other != first;
+      const std::uint32_t its_length = bit_length(minus(*element.index, other));
+      missed[i].second = its_length + 1 < length;
+      if (missed[i].second) {
+        length = its_length;
+        found.predicted[i] = second;
+      }
+      marked += missed[i].may_be_second ? 1 : 0;
+      seconds += missed[i].second ? 1 : 0;
+    }
+    found.predicted[i] = translator.as_value(found.predicted[i]);
+    missed[i].length = static_cast<std::uint8_t>(length);
+    ++lengths[length];
+    ++coded;
+  }
+
+  for (std::size_t i = 0; i < missed.size(); ++i) {
+    const ElementMiss& miss = missed[i];
+    double& bits = found.by_element[i];
+    if (miss.length == kCopied) continue;
+    if (miss.length == kEscape)
+      bits = static_cast<double>(8 * scalar_bytes(info.type)) + kEscapeBits;
+    else
+      bits = bits_of_one(lengths[miss.length], coded) + static_cast<double>(miss.length);
+    if (miss.length < kEscape) found.lengths[i] = miss.length;
+    if (miss.may_be_second) bits += bits_of_one(miss.second ? seconds : marked - seconds, marked);
+    found.bits += bits;
+  }
+  return found;
+}
+
+}  // namespace
+
+DomainEstimate estimate_plan(const ArrayInfo& info, std::size_t component, const DomainPlan& plan,
+                             const DomainSample& sample, std::span<const std::uint16_t> families,
+                             bool matches, std::vector<ClassModes>& modes) {
+  return with_space(info, plan.domain, plan.table, [&](const auto& space) {
+    return estimate(info, component, plan, space, sample, families, matches, modes);
+  });
+}
+
+}  // namespace shm

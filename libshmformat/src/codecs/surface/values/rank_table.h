@@ -1,0 +1,34 @@
+// Rank table: the indices of its domain that a component uses in a group, in ascending order. Each
+// entry is coded either as an entry of an earlier table or by its distance from the previous entry.
+// spec: "Value domains", tables
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "codecs/shared/value_domain.h"
+#include "entropy/models.h"
+
+namespace shm {
+
+struct RankTableModels {
+  CompactNumberModel entries, step, skipped;
+  SignedModel<CompactNumberModel> first_entry;
+  std::array<AdaptiveBit, 4> same_step;    // by position among the recent steps
+  std::array<AdaptiveBit, 8> known_entry;  // by the last three decisions
+};
+
+/// Appends the entries of a table, and the indices of their negatives, to `known`.
+void add_known_entries(std::span<const std::int64_t> table, DomainKind kind,
+                       std::vector<std::int64_t>& known);
+
+/// Codes a table that is not empty. `known`: entries of other tables, in any order. Returns false
+/// if the data is damaged or the table has more than `most_entries` entries.
+template <class Coder>
+bool code_rank_table(Coder& coder, RankTableModels& models, DomainKind kind,
+                     std::vector<std::int64_t> known, std::uint64_t most_entries,
+                     std::vector<std::int64_t>& table);
+
+}  // namespace shm

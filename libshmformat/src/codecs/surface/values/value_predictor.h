@@ -1,0 +1,412 @@
+// Value predictor: computes predictions for the next value of a column.
+//   ClassNumbers  groups similar neighbourhoods into classes, which share one predictor
+//   Predictor     all predictors, computed from the states of a neighbourhood. A *mode* is one of
+//                 them; the encoder chooses a mode for each class, and the decoder uses that mode
+//   MatchTables   finds earlier values that occurred among the same neighbouring values
+// Double arithmetic, + - * / in the order written.
+// spec: "Predictors", "Classes", "Matches"
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "codecs/shared/neighbourhood.h"
+
+namespace shm {
+
+// --- classes
+
+/// Class numbers of the elements of a tile, and the family number of each class.
+struct TileClasses {
+  std::span<const std::uint16_t> of_item, families;
+};
+
+/// Numbers the classes in order of first occurrence. Neighbourhoods with the same known neighbours,
+/// corner and kind form a class. Classes with the same known neighbours within their own hexahedron
+/// form a family; families are numbered in the same way.
+class ClassNumbers {
+ public:
+  static constexpr std::uint32_t kMost = 65535;
+
+  /// Returns the class of an element. `counts`: bits of Neighbourhood::known that count.
+  std::uint16_t of(const Neighbourhood& item, std::uint32_t counts) {
+    const std::uint32_t key = key_of(item, counts);
+    std::size_t index = place(key);
+    while (entries_[index].key != key) {
+      if (entries_[index].key == kFree) return add(key, index);
+      index = (index + 1) & (entries_.size() - 1);
+    }
+    return entries_[index].number;
+  }
+  /// By class: the number of its family.
+  std::span<const std::uint16_t> families() const { return families_; }
+
+ private:
+  static constexpr std::uint32_t kFree = ~std::uint32_t{0};
+  struct Entry {
+    std::uint32_t key = kFree;
+    std::uint16_t number = 0;
+  };
+
+  /// Combines the known neighbours except the farther ones, the corner and the kind.
+  static std::uint32_t key_of(const Neighbourhood& item, std::uint32_t counts) {
+    const std::uint32_t known = item.traits(counts);
+    return (known & 0x3ffu) | (known >> 13 & 7u) << 10 | std::uint32_t{item.corner} << 13 |
+           std::uint32_t{item.kind} << 16;
+  }
+  /// Combines the known neighbours within the hexahedron, the corner and the kind: 13 bits.
+  static std::uint16_t family_key(std::uint32_t key) {
+    return static_cast<std::uint16_t>((key & Neighbourhood::kLattice) | (key >> 13 & 63u) << 7);
+  }
+  std::size_t place(std::uint32_t key) const {
+    return (key * 0x9e3779b1u >> 8) & (entries_.size() - 1);
+  }
+  std::uint16_t add(std::uint32_t key, std::size_t index) {
+    const auto number = static_cast<std::uint16_t>(count_ < kMost ? count_++ : count_ - 1);
+    entries_[index] = {key, number};
+    if (number == families_.size()) {
+      const auto found = std::find(family_keys_.begin(), family_keys_.end(), family_key(key));
+      families_.push_back(static_cast<std::uint16_t>(found - family_keys_.begin()));
+      if (found == family_keys_.end()) family_keys_.push_back(family_key(key));
+    }
+    if (2 * ++used_ > entries_.size()) grow();
+    return number;
+  }
+  void grow() {
+    std::vector<Entry> old(2 * entries_.size());
+    old.swap(entries_);
+    for (const Entry& entry : old) {
+      if (entry.key == kFree) continue;
+      std::size_t index = place(entry.key);
+      while (entries_[index].key != kFree) index = (index + 1) & (entries_.size() - 1);
+      entries_[index] = entry;
+    }
+  }
+
+  std::vector<Entry> entries_ = std::vector<Entry>(64);
+  std::vector<std::uint16_t> families_;     // by class
+  std::vector<std::uint16_t> family_keys_;  // by family: at most 8192
+  std::uint32_t count_ = 0;
+  std::size_t used_ = 0;
+};
+
+// --- predictors
+
+/// States around an element, in this order: near 0-2, diagonal 3-5, opposite 6, beyond 7-9, farther
+/// 10-12, thirds 13-15 (residuals of the lattice prediction at near 0-2), the two elements coded
+/// last in the column, matches, the previous component, the partner.
+enum Feature : std::uint32_t {
+  kFNear = 0,
+  kFDiagonal = 3,
+  kFOpposite = 6,
+  kFBeyond = 7,
+  kFFarther = 10,
+  kFThird = 13,
+  kFLast = 16,
+  kFBeforeLast = 17,
+  kFMatch = 18,    // 18-20: matches by near values, by the last values, by other components
+  kFOther = 21,    // the previous component at this element
+  kFPartner = 22,  // the component at the partner
+  kFeatures = 23
+};
+
+enum Mode : std::uint32_t {
+  kLattice = 0,         // the best rule that the known corners allow
+  kNearMode = 1,        // 1..3: a copy along one axis
+  kLineMode = 4,        // 4..6: a straight line along one axis
+  kCurveMode = 7,       // 7..9: a parabola along one axis
+  kFaceMode = 10,       // 10..12: a parallelogram
+  kThirdMode = 13,      // 13..15: the lattice, corrected by its residual at one neighbour
+  kMeanThirdMode = 16,  // the lattice, corrected by the mean of these residuals
+  kMeanNearMode = 17,
+  kMeanLineMode = 18,
+  kMeanFaceMode = 19,
+  kLastMode = 20,
+  kLastLineMode = 21,
+  kMatchMode = 22,   // 22..24: matches by near values, by the last values, by other components
+  kOtherMode = 25,   // 25, 26: the previous component at this element, or its negative
+  kFittedMode = 27,  // linear combination with weights fitted by the encoder
+  kStayMode = 28,    // 0: the reference itself, for differences only
+  kPartnerMode = 29,
+  kModes = 30
+};
+
+/// Input of a mode. Only arrays with a reference have a choice.
+enum PredictorInput : std::uint32_t {
+  kStates = 0,
+  kDifferences = 1,  // the states minus those of the reference
+};
+
+/// No second mode.
+inline constexpr std::uint32_t kNoMode = 31;
+
+inline constexpr std::uint32_t kWeights = 13;
+/// Unit of the weights: 1 / 36864. Halves, thirds, quarters and ninths are exact; vertices in the
+/// middle of edges, faces and cells are such fractions of their neighbours.
+inline constexpr double kWeightParts = 36864.0;
+inline constexpr std::int32_t kMostWeight = 16 * 36864 - 1;
+using Weights = std::array<std::int32_t, kWeights>;
+inline constexpr std::array<std::uint32_t, kWeights> kTermFeatures = {
+    kFThird,        kFThird + 1,    kFThird + 2, kFBeyond,   kFBeyond + 1, kFBeyond + 2, kFDiagonal,
+    kFDiagonal + 1, kFDiagonal + 2, kFNear,      kFNear + 1, kFNear + 2,   kFOpposite};
+
+/// How a class of neighbourhoods is predicted.
+struct ClassModes {
+  std::uint32_t mode = kLattice;
+  std::uint32_t second = kNoMode;  ///< used at elements where the first mode is wrong
+  std::uint32_t input = kStates;
+  Weights weights{};
+};
+
+/// Axes of each parallelogram, as indices of near; face i has diagonal i.
+inline constexpr std::array<std::array<std::uint32_t, 2>, 3> kFaceAxes = {{{0, 1}, {0, 2}, {1, 2}}};
+
+/// `known`: Neighbourhood::traits(). `at(feature)` returns the state of a feature; it is called for
+/// known features only.
+template <class At>
+class Predictor {
+ public:
+  Predictor(std::uint32_t known, const At& at) : known_(known), at_(at), lattice_(find_lattice()) {}
+  /// For a known result of lattice().
+  Predictor(std::uint32_t known, const At& at, double lattice)
+      : known_(known), at_(at), lattice_(lattice) {}
+
+  double predict(std::uint32_t mode, const Weights& weights) const {
+    if (mode == kLattice) return lattice();
+    if (mode == kFittedMode) return fitted(weights);
+    if (mode == kStayMode) return 0.0;
+    if (mode < kLineMode) return has(mode - kNearMode) ? at_(mode - kNearMode) : lattice();
+    if (mode < kCurveMode) return has_line(mode - kLineMode) ? line(mode - kLineMode) : lattice();
+    if (mode < kFaceMode) {
+      const std::uint32_t a = mode - kCurveMode;
+      if (!has_line(a)) return lattice();
+      if (!has(kFFarther + a)) return line(a);
+      return 3.0 * (at_(a) - at_(kFBeyond + a)) + at_(kFFarther + a);
+    }
+    if (mode < kThirdMode) return has_face(mode - kFaceMode) ? face(mode - kFaceMode) : lattice();
+    if (mode < kMeanThirdMode) {
+      const std::uint32_t a = mode - kThirdMode;
+      return has(kFThird + a) ? lattice() + at_(kFThird + a) : lattice();
+    }
+    switch (mode) {
+      case kMeanThirdMode:
+        return lattice() + mean([&](std::uint32_t a) { return has(kFThird + a); },
+                                [&](std::uint32_t a) { return at_(kFThird + a); }, 0.0);
+      case kMeanNearMode: return mean_near(at_(kFLast));
+      case kMeanLineMode: return any_line() ? mean_line() : lattice();
+      case kMeanFaceMode:
+        if (is_mid_node())
+          return has_thirds() ? lattice() + (third(0) + third(1) - third(2)) : lattice();
+        return any_face() ? mean_face() : lattice();
+      case kMatchMode: return at_(kFMatch);
+      case kMatchMode + 1: return at_(kFMatch + 1);
+      case kMatchMode + 2: return at_(kFMatch + 2);
+      case kOtherMode: return at_(kFOther);
+      case kOtherMode + 1: return -at_(kFOther);
+      case kPartnerMode: return at_(kFPartner);
+      case kLastLineMode: return 2.0 * at_(kFLast) - at_(kFBeforeLast);
+      default: return at_(kFLast);
+    }
+  }
+
+  double lattice() const { return lattice_; }
+  /// Returns the factors of the weights, relative to `base`; 0.0 for unknown features.
+  std::array<double, kWeights> terms(double base) const {
+    std::array<double, kWeights> x{};
+    for (std::uint32_t i = 0; i < kWeights; ++i) x[i] = term(i, base);
+    return x;
+  }
+
+ private:
+  double find_lattice() const {
+    if (is_mid_node()) return middle();
+    if (kind() == Neighbourhood::simplex) return behind_face();
+    if (kind() == Neighbourhood::beside) return mean_near(at_(kFLast));
+    if (knows_lattice()) return ((at_(0) + at_(1) + at_(2)) - (at_(3) + at_(4) + at_(5))) + at_(6);
+    if (any_face()) return mean_face();
+    if (any_line()) return mean_line();
+    for (std::uint32_t a = 0; a < 3; ++a)
+      if (has(a)) return at_(a);
+    return at_(kFLast);
+  }
+  /// Returns the kind; lattice also for kinds that use the same rule.
+  std::uint32_t kind() const { return known_ >> Neighbourhood::kKindShift; }
+  bool is_mid_node() const {
+    return kind() == Neighbourhood::midpoint || kind() == Neighbourhood::centre;
+  }
+  double mean_near(double none) const {
+    return mean([&](std::uint32_t a) { return has(a); }, [&](std::uint32_t a) { return at_(a); },
+                none);
+  }
+  /// Extrapolates across a face: from its middle, half the distance to the vertices on its other
+  /// side.
+  double behind_face() const {
+    const double middle = mean_near(at_(kFLast));
+    if (has(kFOpposite)) return middle + (middle - at_(kFOpposite)) * 0.5;
+    if (!has(kFBeyond) && !has(kFBeyond + 1) && !has(kFBeyond + 2)) return middle;
+    const double behind = mean([&](std::uint32_t a) { return has(kFBeyond + a); },
+                               [&](std::uint32_t a) { return at_(kFBeyond + a); }, 0.0);
+    return middle + (middle - behind) * 0.5;
+  }
+  /// The middle of an edge from its ends; the middle of a face from its edges (transfinite
+  /// interpolation).
+  double middle() const {
+    if (kind() == Neighbourhood::midpoint) return (at_(kFDiagonal) + at_(kFDiagonal + 1)) * 0.5;
+    const std::uint32_t edge = kFDiagonal, corner = kFBeyond;
+    return ((at_(edge) + at_(edge + 2)) + (at_(edge + 1) + at_(edge + 3))) * 0.5 -
+           ((at_(corner) + at_(corner + 2)) + (at_(corner + 1) + at_(corner + 3))) * 0.25;
+  }
+  bool has_thirds() const { return has(kFThird) && has(kFThird + 1) && has(kFThird + 2); }
+  double third(std::uint32_t a) const { return at_(kFThird + a); }
+  bool has(std::uint32_t feature) const { return (known_ >> feature & 1) != 0; }
+  bool knows_lattice() const {
+    return (known_ & Neighbourhood::kLattice) == Neighbourhood::kLattice;
+  }
+  bool has_line(std::uint32_t a) const { return has(a) && has(kFBeyond + a); }
+  bool has_face(std::uint32_t i) const {
+    return has(kFaceAxes[i][0]) && has(kFaceAxes[i][1]) && has(kFDiagonal + i);
+  }
+  bool any_line() const { return has_line(0) || has_line(1) || has_line(2); }
+  bool any_face() const { return has_face(0) || has_face(1) || has_face(2); }
+  double line(std::uint32_t a) const { return 2.0 * at_(a) - at_(kFBeyond + a); }
+  double face(std::uint32_t i) const {
+    return (at_(kFaceAxes[i][0]) + at_(kFaceAxes[i][1])) - at_(kFDiagonal + i);
+  }
+  double mean_line() const {
+    return mean([&](std::uint32_t a) { return has_line(a); },
+                [&](std::uint32_t a) { return line(a); }, 0.0);
+  }
+  double mean_face() const {
+    return mean([&](std::uint32_t i) { return has_face(i); },
+                [&](std::uint32_t i) { return face(i); }, 0.0);
+  }
+  double term(std::uint32_t i, double base) const {
+    const std::uint32_t feature = kTermFeatures[i];
+    if (!has(feature)) return 0.0;
+    if (feature >= kFThird) return at_(feature);
+    // If the whole lattice is known, the other terms determine the opposite vertex.
+    if (feature == kFOpposite && knows_lattice()) return 0.0;
+    return at_(feature) - base;
+  }
+  double fitted(const Weights& weights) const {
+    const double base = lattice();
+    double sum = 0.0;
+    for (std::uint32_t i = 0; i < kWeights; ++i)
+      if (weights[i] != 0) sum += static_cast<double>(weights[i]) / kWeightParts * term(i, base);
+    return base + sum;
+  }
+  template <class Has, class Get>
+  static double mean(Has&& has, Get&& get, double none) {
+    double sum = 0.0;
+    std::uint32_t count = 0;
+    for (std::uint32_t i = 0; i < 3; ++i) {
+      if (!has(i)) continue;
+      sum += get(i);
+      ++count;
+    }
+    return count == 0 ? none : count == 1 ? sum : sum / static_cast<double>(count);
+  }
+
+  std::uint32_t known_;
+  const At& at_;
+  double lattice_;
+};
+
+/// Computes the predictions of a class for one element. `at`, `difference_at`: features for both
+/// inputs. `reference`: state of the reference, if there is one.
+template <class At, class DifferenceAt>
+class ClassPredictor {
+ public:
+  ClassPredictor(const ClassModes& modes, std::uint32_t known, const At& at,
+                 const DifferenceAt& difference_at, double reference)
+      : modes_(modes),
+        known_(known),
+        states_(known, at),
+        difference_at_(difference_at),
+        reference_(reference) {}
+
+  const ClassModes& modes() const { return modes_; }
+  double lattice() const { return states_.lattice(); }
+  double operator()(std::uint32_t mode) const {
+    if (modes_.input == kStates) return states_.predict(mode, modes_.weights);
+    return reference_ + Predictor(known_, difference_at_).predict(mode, modes_.weights);
+  }
+
+ private:
+  const ClassModes& modes_;
+  std::uint32_t known_;
+  Predictor<At> states_;
+  const DifferenceAt& difference_at_;
+  double reference_;
+};
+
+// --- matches
+
+/// Keys of the lookup: the near values, the last two values, the other components.
+inline constexpr std::uint32_t kMatchKinds = 3;
+
+/// Finds values that were coded among the same values, as in parts of a mesh that repeat or mirror
+/// each other. Keys compare magnitudes without their last bits; the sign of the result follows the
+/// sign of the key.
+class MatchTables {
+ public:
+  /// Entry of a key in a table, and the sign of the key.
+  struct Place {
+    std::uint32_t at = 0;
+    bool negative = false;
+  };
+  using Places = std::array<Place, kMatchKinds>;
+
+  /// A set of any number of magnitudes, in any order.
+  class Key {
+   public:
+    void add(double value) {
+      const std::uint64_t size =
+          (std::bit_cast<std::uint64_t>(value) & ~(std::uint64_t{1} << 63)) + (1u << 11);
+      std::uint64_t mixed = (size >> 12) * 0x9e3779b97f4a7c15u;
+      mixed ^= mixed >> 29;
+      hash_ += mixed * 0xbf58476d1ce4e5b9u;
+      if (!std::exchange(any_, true)) negative_ = value < 0;
+    }
+    Place place() const {
+      return {static_cast<std::uint32_t>(hash_ * 0xbf58476d1ce4e5b9u >> (64 - kMostBits)),
+              negative_};
+    }
+
+   private:
+    std::uint64_t hash_ = 0;
+    bool any_ = false, negative_ = false;
+  };
+
+  /// Prepares for `values` more values. Growing clears the tables.
+  void expect(std::size_t values) {
+    values_ += values;
+    const int wanted = std::clamp<int>(static_cast<int>(std::bit_width(8 * values_)), 8, kMostBits);
+    if (bits_ == wanted) return;
+    bits_ = wanted;
+    for (auto& table : tables_) table.assign(std::size_t{1} << bits_, 0.0);
+  }
+  // Must hold: expect() has been called.
+  double find(std::uint32_t kind, const Place& place) const {
+    const double value = tables_[kind][place.at >> (kMostBits - bits_)];
+    return place.negative ? -value : value;
+  }
+  void remember(const Places& places, double value) {
+    for (std::uint32_t kind = 0; kind < kMatchKinds; ++kind)
+      tables_[kind][places[kind].at >> (kMostBits - bits_)] =
+          places[kind].negative ? -value : value;
+  }
+
+ private:
+  static constexpr int kMostBits = 15;
+  std::size_t values_ = 0;
+  int bits_ = 0;
+  std::array<std::vector<double>, kMatchKinds> tables_;  // values, negated if the key was negative
+};
+
+}  // namespace shm

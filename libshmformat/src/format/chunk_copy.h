@@ -1,0 +1,49 @@
+// ChunkCopy: some chunks of a file as the beginning of another file. They are copied byte for byte,
+// except for their sequence numbers; their offsets change.
+// spec: "Container", "Index and trailer"
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "format/chunk_writer.h"
+#include "shm/io.h"
+
+namespace shm::container {
+
+class ChunkCopy {
+ public:
+  /// `entries`: all chunks of `source`, as listed by its index at `index_offset`. `keep` selects
+  /// the chunks to copy. Reads only the headers of the chunks, not the payloads. Fails with
+  /// ErrorCode::corrupt if the index does not match the chunks.
+  static Result<ChunkCopy> of(RandomSource& source, std::span<const IndexEntry> entries,
+                              std::uint64_t index_offset,
+                              const std::function<bool(const IndexEntry&)>& keep);
+
+  Result<void> write(RandomSource& source, ByteSink& sink) const;
+  /// State for a ChunkWriter that appends chunks after the copied ones.
+  const ChunkWriter::State& state() const { return state_; }
+  /// Payload size of each copied chunk, in the order of state().entries.
+  const std::vector<std::uint64_t>& payload_bytes() const { return payload_bytes_; }
+  /// Returns a source of the copied bytes followed by `tail`. `source` is borrowed.
+  std::unique_ptr<ByteSource> read(RandomSource& source, std::vector<std::byte> tail) const;
+
+ private:
+  /// Some bytes of its own (a new header or nothing), then a range of the source.
+  struct Piece {
+    std::vector<std::byte> head;
+    std::uint64_t offset = 0, bytes = 0;
+  };
+  class Source;
+  void add(ChunkHeader header, const IndexEntry& entry);
+
+  std::vector<Piece> pieces_;
+  ChunkWriter::State state_;
+  std::vector<std::uint64_t> payload_bytes_;
+};
+
+}  // namespace shm::container

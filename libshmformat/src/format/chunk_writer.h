@@ -1,0 +1,64 @@
+// ChunkWriter: writes chunks to a sink from front to back, with sequence numbers and checksums, and
+// collects their entries for the index.
+// spec: "Container"
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "format/format.h"
+#include "shm/io.h"
+
+namespace shm::container {
+
+class ChunkWriter {
+ public:
+  /// `sink` is borrowed.
+  explicit ChunkWriter(ByteSink& sink) : sink_(&sink) {}
+
+  Result<void> start(const FileStart& start);
+  /// Writes one chunk. `entry` is its entry in the index; kind, offset and bytes are filled in
+  /// here.
+  Result<void> write(ChunkKind kind, std::span<const std::byte> payload, IndexEntry entry = {},
+                     std::uint8_t version = 0);
+  /// Writes `index`, whose entries are filled in here, and the trailer; then commits the sink.
+  Result<void> finish(Index index);
+
+  std::uint64_t offset() const { return offset_; }
+  /// Number of chunks so far.
+  std::uint32_t count() const { return sequence_; }
+  /// Adds the entries of chunks that another writer has put into the sink, right after those
+  /// written here: `bytes` bytes in all, with offsets relative to the first of them. Fails with
+  /// ErrorCode::corrupt if the chunks are not contiguous.
+  Result<void> adopt(std::span<const IndexEntry> entries, std::uint64_t bytes);
+  /// Returns the index entries of all chunks since the start or the last call, and starts again
+  /// with offset 0 and sequence number 0.
+  std::vector<IndexEntry> take_entries();
+
+  /// The state of a file that is partly written.
+  struct State {
+    std::uint64_t offset = 0;
+    std::uint32_t sequence = 0;
+    std::vector<IndexEntry> entries;
+  };
+  /// Continues after chunks that are in the sink already. `start` gives the version of the file.
+  void go_on(State state, const FileStart& start) {
+    start_ = start;
+    offset_ = state.offset;
+    sequence_ = state.sequence;
+    entries_ = std::move(state.entries);
+  }
+
+ private:
+  Result<void> put(std::span<const std::byte> bytes);
+
+  ByteSink* sink_;
+  FileStart start_;
+  std::uint64_t offset_ = 0;
+  std::uint32_t sequence_ = 0;
+  std::vector<IndexEntry> entries_;
+};
+
+}  // namespace shm::container

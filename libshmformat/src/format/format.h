@@ -1,0 +1,277 @@
+// Format: signature, chunk header, group header, step values, index, trailer. Each is a plain
+// struct with a function put() and a function get(), whose bodies match line by line. The fields
+// are in the order of the bytes. The container knows chunks and bitstreams; it does not know what a
+// hexahedron is.
+// spec: "Container"
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/binary.h"
+#include "shm/schema.h"
+
+namespace shm {
+
+enum class Codec : std::uint8_t;  // the ids are in codecs/shared/codec_id.h
+
+}  // namespace shm
+
+namespace shm::container {
+
+/// As in PNG: a byte with the high bit set, the name, CR LF, the end-of-file character of old
+/// systems, LF.
+inline constexpr std::array<std::uint8_t, 8> kSignature = {0x89, 'S',  'H',  'M',
+                                                           '\r', '\n', 0x1a, '\n'};
+inline constexpr std::uint16_t kMajor = 0, kMinor = 10;
+/// Features that a reader of a single mesh must know. None so far.
+inline constexpr std::uint32_t kKnownFeatures = 0;
+/// The file is not a mesh but an archive: complete files one after the other, and a list of them.
+inline constexpr std::uint32_t kArchiveFeature = 1u << 2;
+
+/// The first 16 bytes of a file. The 8 bytes after the signature are repeated in the schema chunk,
+/// where a checksum covers them.
+struct FileStart {
+  std::uint16_t major = kMajor, minor = kMinor;
+  std::uint32_t needed_features = 0;
+  bool operator==(const FileStart&) const = default;
+};
+/// Returns true if this reader supports the version: 0.1 and 0.9, whose bytes are identical, and
+/// 0.10. No other version exists.
+inline bool is_known_version(const FileStart& start) {
+  return start.major == kMajor && (start.minor == 1 || start.minor == 9 || start.minor == kMinor);
+}
+/// Returns true if values in a file of this version may be coded by the rank of earlier values.
+inline bool has_earlier_values(const FileStart& start) { return start.minor >= 10; }
+/// Returns true if blobs in a file of this version unpack to at most most_unpacked() bytes
+/// (base/packing.h).
+inline bool has_bounded_blobs(const FileStart& start) { return start.minor >= 10; }
+inline constexpr std::size_t kFileStartBytes = 16;
+void put(ByteWriter& out, const FileStart& start);
+/// Writes or reads the 8 bytes after the signature.
+void put_version(ByteWriter& out, const FileStart& start);
+void get_version(ByteReader& in, FileStart& start);
+/// Returns false if the signature is wrong.
+bool get(ByteReader& in, FileStart& start);
+
+enum class ChunkKind : std::uint8_t {
+  schema = 1,
+  group = 2,
+  step_values = 3,
+  step_times = 4,
+  extra = 5,
+  index = 6,
+  members = 9,  ///< only in archives, which have no other chunks
+};
+std::string chunk_name(std::uint8_t kind);
+
+// A chunk header is short or long; its sync mark says which.
+inline constexpr std::uint32_t kShortMark = 0x634d4853;  // "SHMc"
+inline constexpr std::uint32_t kLongMark = 0x434d4853;   // "SHMC"
+inline constexpr std::size_t kShortHeaderBytes = 22, kLongHeaderBytes = 32;
+inline constexpr std::uint8_t kChunkOptional =
+    1;  ///< flag: a reader that does not know the chunk may skip it
+
+struct ChunkHeader {
+  std::uint8_t kind = 0;
+  std::uint8_t version = 0;
+  std::uint8_t flags = 0;
+  bool is_long = false;        ///< as stored in the file, or to be stored
+  std::uint32_t sequence = 0;  ///< 0, 1, 2, ... over the whole file
+  std::uint32_t segment = 0;   ///< groups: segments count from 0; all other kinds: 0
+  std::uint64_t payload_bytes = 0;
+  std::uint32_t payload_checksum = 0;
+
+  std::size_t bytes() const { return is_long ? kLongHeaderBytes : kShortHeaderBytes; }
+  /// Length of header and payload.
+  std::uint64_t chunk_bytes() const { return bytes() + payload_bytes; }
+};
+/// Returns true if a file of this version stores the header in its long form: always before version
+/// 0.10, otherwise if a field other than the sequence number does not fit into the short form.
+bool has_long_header(const ChunkHeader& header, const FileStart& start);
+void put(ByteWriter& out, const ChunkHeader& header);
+enum class HeaderState { good, bad_mark, bad_checksum };
+/// Reads a header from `in`. If the header is bad, `in` advances by an unspecified number of bytes.
+/// Must hold: kShortHeaderBytes are left. A long header that is cut off counts as bad_checksum.
+HeaderState get(ByteReader& in, ChunkHeader& header);
+/// Returns the length of a header that begins with these bytes; kShortHeaderBytes if they begin no
+/// header.
+std::size_t header_bytes(std::span<const std::byte> beginning);
+/// Returns the version of chunks of this kind in a file with this start.
+inline std::uint8_t version_of_chunk(ChunkKind kind, const FileStart& start) {
+  const bool has_version_1 = kind == ChunkKind::group || kind == ChunkKind::step_values ||
+                             kind == ChunkKind::extra || kind == ChunkKind::index;
+  return start.minor >= 10 && has_version_1 ? 1 : 0;
+}
+/// Returns true if this reader can read such a chunk of a mesh.
+bool is_known(const ChunkHeader& header);
+
+/// The contents of a bitstream of a group.
+enum class StreamKind : std::uint8_t {
+  connectivity = 1,
+  corner_order = 2,
+  cell_numbers = 3,
+  vertex_numbers = 4,
+  geometry = 5,
+  array = 6,    ///< values of the array with number StreamEntry::array
+  imports = 7,  ///< which of the vertices are owned by an earlier segment
+};
+std::string stream_name(StreamKind kind);
+
+using shm::Codec;
+
+struct StreamEntry {
+  StreamKind kind = StreamKind::connectivity;
+  std::uint32_t array = 0;  ///< only for StreamKind::array
+  Codec codec{};
+  std::uint32_t needs = 0;  ///< version 0: bit k is set if decoding needs the stream of kind k
+  std::uint64_t bytes = 0;
+  std::uint32_t checksum = 0;
+};
+
+/// The first part of the payload of a group chunk; the bitstreams follow in order. It has its own
+/// checksum, so that a reader can read a single stream.
+struct GroupHeader {
+  std::uint8_t version = version_of_chunk(ChunkKind::group, {});
+  std::uint64_t first_cell = 0, first_vertex = 0;
+  std::uint32_t cells = 0;     ///< 0..2^20
+  std::uint64_t vertices = 0;  ///< vertices introduced in this group and owned by its segment
+  std::uint64_t imported_vertices =
+      0;  ///< vertices introduced in this group but owned by an earlier segment
+  std::uint64_t unused_vertices = 0;  ///< how many of `vertices` no cell uses; they are the last
+  std::uint64_t max_active_vertices = 0;
+  std::uint64_t decoded_bytes = 0;  ///< size of the decoded values and corners
+  std::array<double, 6>
+      box{};  ///< min x y z, max x y z of the finite coordinates; +inf -inf if there are none
+  std::vector<StreamEntry> streams;
+};
+inline constexpr std::uint32_t kMaxGroupCells = 1u << 20;
+/// Returns the codec of the connectivity stream, which is the first stream; nullopt if the group
+/// has no cells.
+inline std::optional<Codec> connectivity_of(const GroupHeader& header) {
+  if (header.streams.empty() || header.streams[0].kind != StreamKind::connectivity)
+    return std::nullopt;
+  return header.streams[0].codec;
+}
+void put(ByteWriter& out, const GroupHeader& header);
+bool get(ByteReader& in, GroupHeader& header, std::uint8_t version);
+
+/// The chunk of a group, with its offset and the number of the group in the file.
+struct GroupChunk {
+  std::vector<std::byte> payload;
+  std::uint8_t version = 0;
+  std::uint64_t offset = 0, number = 0;
+};
+
+/// Describes the values of one array at one step in one group.
+struct StepHeader {
+  std::uint32_t array = 0;
+  std::uint64_t step = 0;
+  std::uint64_t reference_step = 0;  ///< == step: refers to no other step
+  bool trend = false;  ///< the reference is the trend of reference_step and the step before it
+  std::uint32_t group =
+      0;  ///< number of the group whose elements these are, counted over the file from 0
+  std::uint64_t count = 0;  ///< elements, at least 1
+  Codec codec{};
+};
+/// Returns what the values refer to.
+inline StepReference refers_to(const StepHeader& header) {
+  return header.reference_step == header.step ? StepReference::nothing
+         : header.trend                       ? StepReference::trend
+                                              : StepReference::before;
+}
+/// One part of a step_values payload: its header and the number of its coded bytes.
+struct StepPart {
+  StepHeader header;
+  std::uint64_t bytes = 0;
+};
+/// Limits for parts that share a chunk: at most kMostStepParts parts. Writers also keep to
+/// kPartBytesTogether coded bytes.
+inline constexpr std::size_t kMostStepParts = 64, kPartBytesTogether = 4096;
+/// Writes the heads of all parts; their coded bytes follow. Version 0 has one part, which extends
+/// to the end of the payload.
+void put(ByteWriter& out, std::span<const StepPart> parts, std::uint8_t version);
+/// `payload_bytes`: size of the whole payload. `in` must contain at least the heads.
+bool get(ByteReader& in, std::vector<StepPart>& parts, std::uint8_t version,
+         std::uint64_t payload_bytes);
+/// Returns an upper bound for the bytes of the heads of `parts` parts.
+constexpr std::uint64_t most_step_head_bytes(std::uint64_t parts) { return 16 + 64 * parts; }
+inline constexpr std::uint64_t kMostStepHeadBytes = most_step_head_bytes(kMostStepParts);
+
+/// The entry of the index for one part of a step_values chunk.
+struct StepEntry {
+  std::uint32_t array = 0;
+  std::uint64_t step = 0, first = 0, count = 0;
+  std::uint32_t group = 0;
+  StepReference reference = StepReference::nothing;
+  Codec codec{};
+};
+/// Fills in all fields except `first`.
+StepEntry entry_of(const StepHeader& header);
+
+/// One entry of the index.
+struct IndexEntry {
+  bool is(ChunkKind of) const { return kind == static_cast<std::uint8_t>(of); }
+
+  std::uint8_t kind = 0;
+  std::uint64_t offset = 0, bytes = 0;  ///< of the whole chunk, header included
+  std::uint32_t segment = 0;            ///< groups only
+  std::uint64_t first_cell = 0, cells = 0, first_vertex = 0, vertices = 0;  ///< groups only
+  std::array<double, 6> box{};                                              ///< groups only
+  std::uint64_t header_bytes =
+      0;  ///< groups only: length of the group header, after which the streams begin
+  std::vector<StepEntry> parts;  ///< step values only
+};
+struct NamedBytes {
+  std::string name;
+  std::uint64_t bytes = 0;
+  bool operator==(const NamedBytes&) const = default;
+};
+/// Smallest and largest finite value of each component of a static array, converted to double.
+struct ArrayRange {
+  std::uint32_t array = 0;
+  std::vector<double> minimum, maximum;
+};
+struct Index {
+  std::uint8_t version = version_of_chunk(ChunkKind::index, {});
+  std::uint64_t previous_index = 0;  ///< offset of the previous index chunk, 0 = none
+  std::uint64_t vertices = 0, cells = 0, hexahedra = 0, max_active_vertices = 0, steps = 0;
+  std::uint64_t segments = 0, imported_vertices = 0;
+  std::vector<std::uint64_t> block_cells;
+  std::vector<NamedBytes> streams;  ///< version 0: coded bytes of all streams
+  std::vector<ArrayRange> ranges;   ///< version 0: ranges of the static arrays
+  std::vector<IndexEntry> entries;
+};
+void put(ByteWriter& out, std::span<const NamedBytes> streams);
+bool get(ByteReader& in, std::vector<NamedBytes>& streams);
+void put(ByteWriter& out, const Index& index);
+/// Reads all remaining bytes of `in`. `max_entries`: the largest possible number of chunks; an
+/// index with more entries is damaged.
+bool get(ByteReader& in, Index& index, std::uint8_t version, std::uint64_t max_entries);
+
+/// One entry of the member list of an archive.
+struct Member {
+  std::string name;
+  std::uint64_t bytes = 0;
+};
+struct MemberList {
+  FileStart start;  ///< a copy of the file start, covered by a checksum
+  std::vector<Member> members;
+};
+void put(ByteWriter& out, const MemberList& list);
+bool get(ByteReader& in, MemberList& list);
+
+/// The last 16 bytes, after an index or members chunk: the offset of that chunk, a checksum,
+/// "SHME".
+inline constexpr std::size_t kTrailerBytes = 16;
+inline constexpr std::uint32_t kTrailerMark = 0x454d4853;  // "SHME"
+void put_trailer(ByteWriter& out, std::uint64_t index_offset);
+bool get_trailer(ByteReader& in, std::uint64_t& index_offset);
+
+}  // namespace shm::container

@@ -1,0 +1,159 @@
+#include "format/random_chunks.h"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "base/binary.h"
+
+namespace shm::container {
+namespace {
+
+Error wrong(std::string detail, std::string section, std::uint64_t offset,
+            ErrorCode code = ErrorCode::corrupt) {
+  return Error{code, std::move(detail), std::move(section), offset, {}};
+}
+
+}  // namespace
+
+Result<std::vector<std::byte>> read_bytes(RandomSource& source, std::uint64_t offset,
+                                          std::uint64_t bytes, const std::string& section) {
+  if (offset > source.size() || bytes > source.size() - offset)
+    return wrong("the index points beyond the file", section, offset);
+  std::vector<std::byte> out(static_cast<std::size_t>(bytes));
+  if (auto status = source.read_at(offset, out); !status) return status.error();
+  return out;
+}
+
+Result<std::optional<ChunkHeader>> header_at(RandomSource& source, std::uint64_t offset,
+                                             std::uint64_t end, const std::string& section) {
+  std::optional<ChunkHeader> found;
+  if (offset > end || end - offset < kShortHeaderBytes) return found;
+  const auto bytes =
+      read_bytes(source, offset, std::min<std::uint64_t>(kLongHeaderBytes, end - offset), section);
+  if (!bytes) return bytes.error();
+  ByteReader in(*bytes);
+  ChunkHeader header;
+  if (get(in, header) == HeaderState::good) found = header;
+  return found;
+}
+
+Result<IndexEntry> last_chunk(RandomSource& source, ChunkKind kind) {
+  constexpr std::uint64_t kLeast = kFileStartBytes + kShortHeaderBytes + kTrailerBytes;
+  const std::uint64_t size = source.size();
+  if (size < kLeast)
+    return wrong("the file is too short to have an end record", "end record", size,
+                 ErrorCode::truncated);
+  const std::uint64_t end = size - kTrailerBytes;
+  std::vector<std::byte> tail(kTrailerBytes);
+  if (auto status = source.read_at(end, tail); !status) return status.error();
+  ByteReader in(tail);
+  IndexEntry last;
+  last.kind = static_cast<std::uint8_t>(kind);
+  if (!get_trailer(in, last.offset))
+    return wrong("the file does not end with an end record", "end record", end,
+                 ErrorCode::truncated);
+  if (last.offset > end) return wrong("points beyond the file", "end record", end);
+  last.bytes = end - last.offset;
+  // If parity follows the first trailer, the trailer found here is a copy of the first, and the
+  // chunk's header has the real length. The chunk itself is checked when it is read.
+  const auto header = header_at(source, last.offset, end, chunk_name(last.kind));
+  if (!header) return header.error();
+  if (!*header || (*header)->payload_bytes >= last.bytes || (*header)->chunk_bytes() >= last.bytes)
+    return last;
+  const auto after =
+      read_bytes(source, last.offset + (*header)->chunk_bytes(), kTrailerBytes, "end record");
+  if (!after) return after.error();
+  if (*after == tail) last.bytes = (*header)->chunk_bytes();
+  return last;
+}
+
+Result<ChunkHeader> checked_header(std::span<const std::byte> chunk, const IndexEntry& entry) {
+  ByteReader in(chunk);
+  ChunkHeader header;
+  if (get(in, header) != HeaderState::good || header.kind != entry.kind ||
+      header.version > version_of_chunk(static_cast<ChunkKind>(header.kind), {}) ||
+      header.segment != entry.segment || header.payload_bytes > entry.bytes ||
+      header.chunk_bytes() != entry.bytes)
+    return wrong("the chunk that the index lists is not here", chunk_name(entry.kind),
+                 entry.offset);
+  return header;
+}
+
+Result<std::vector<std::byte>> read_chunk(RandomSource& source, const IndexEntry& entry,
+                                          std::uint64_t max_bytes, std::uint8_t* version) {
+  const std::string section = chunk_name(entry.kind);
+  if (entry.bytes < kShortHeaderBytes)
+    return wrong("the index lists a chunk that is too short", section, entry.offset);
+  const Error too_large = wrong("a chunk of " + std::to_string(entry.bytes) +
+                                    " bytes, the limit is " + std::to_string(max_bytes),
+                                section, entry.offset, ErrorCode::over_limit);
+  if (entry.bytes > kLongHeaderBytes && entry.bytes - kLongHeaderBytes > max_bytes)
+    return too_large;
+  auto chunk = read_bytes(source, entry.offset, entry.bytes, section);
+  if (!chunk) return chunk.error();
+  const auto header = checked_header(*chunk, entry);
+  if (!header) return header.error();
+  if (header->payload_bytes > max_bytes) return too_large;
+  if (version != nullptr) *version = header->version;
+  chunk->erase(chunk->begin(), chunk->begin() + static_cast<std::ptrdiff_t>(header->bytes()));
+  if (checksum(*chunk) != header->payload_checksum)
+    return wrong("checksum of the chunk does not match", section, entry.offset);
+  return std::move(*chunk);
+}
+
+Result<void> for_each_chunk(RandomSource& source, std::span<const IndexEntry> entries,
+                            std::uint64_t index_offset, const ChunkVisitor& visit) {
+  const Error wrong_index = wrong("the index does not list every chunk", "index", index_offset);
+  std::uint64_t end = kFileStartBytes;
+  std::uint32_t sequence = 0;
+  for (const IndexEntry& entry : entries) {
+    if (entry.offset != end || end > index_offset || entry.bytes < kShortHeaderBytes ||
+        entry.bytes > index_offset - end)
+      return wrong_index;
+    const std::string section = chunk_name(entry.kind);
+    const auto header = header_at(source, entry.offset, entry.offset + entry.bytes, section);
+    if (!header) return header.error();
+    if (!*header || (*header)->kind != entry.kind || (*header)->sequence != sequence++ ||
+        (*header)->payload_bytes > entry.bytes || (*header)->chunk_bytes() != entry.bytes)
+      return wrong("the chunk that the index lists is not here", section, entry.offset);
+    if (auto status = visit(**header, entry); !status) return status;
+    end += entry.bytes;
+  }
+  return end == index_offset ? Result<void>() : Result<void>(wrong_index);
+}
+
+Result<std::uint64_t> bytes_of_file(RandomSource& source) {
+  const auto last = last_chunk(source, ChunkKind::index);
+  if (last || last.error().code != ErrorCode::truncated)
+    return last ? Result<std::uint64_t>(last->offset + last->bytes + kTrailerBytes) : last.error();
+  const std::uint64_t size = source.size();
+  const auto cut = [&](std::uint8_t kind, std::uint64_t begin) {
+    return wrong(
+        "the file has been cut, and has no index: it ends within the chunk that begins at "
+        "byte " +
+            std::to_string(begin),
+        chunk_name(kind), size, ErrorCode::truncated);
+  };
+  for (std::uint64_t position = kFileStartBytes, chunks = 0;; ++chunks) {
+    if (position >= size || size - position < kShortHeaderBytes)
+      return wrong("the file has been cut, and has no index: it ends after " +
+                       std::to_string(chunks) + " whole chunks",
+                   "chunk header", size, ErrorCode::truncated);
+    const auto read = header_at(source, position, size, "chunk header");
+    if (!read) return read.error();
+    if (!*read || (*read)->sequence != chunks)
+      return wrong("no chunk begins here, and the file does not end with an end record",
+                   "chunk header", position);
+    const ChunkHeader& header = **read;
+    const std::uint64_t begin = position;
+    position += header.bytes();
+    if (header.payload_bytes > size - position) return cut(header.kind, begin);
+    position += header.payload_bytes;
+    if (header.kind != static_cast<std::uint8_t>(ChunkKind::index)) continue;
+    return size - position >= kTrailerBytes ? Result<std::uint64_t>(position + kTrailerBytes)
+                                            : Result<std::uint64_t>(cut(header.kind, begin));
+  }
+}
+
+}  // namespace shm::container

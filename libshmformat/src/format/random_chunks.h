@@ -1,0 +1,53 @@
+// Reading chunks at any position of a file: they are found by offset and checked by their
+// checksums.
+// spec: "Container", "Index and trailer"
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "format/format.h"
+#include "shm/io.h"
+
+namespace shm::container {
+
+/// Reads `bytes` bytes at `offset`, as given by an index or another list. `section` is for error
+/// messages.
+Result<std::vector<std::byte>> read_bytes(RandomSource& source, std::uint64_t offset,
+                                          std::uint64_t bytes, const std::string& section);
+
+/// Returns the header of the chunk at `offset`, or nullopt if no valid header is there or it does
+/// not fit before `end`.
+Result<std::optional<ChunkHeader>> header_at(RandomSource& source, std::uint64_t offset,
+                                             std::uint64_t end, const std::string& section);
+
+/// Returns the position of the last chunk, of kind `kind`, according to the trailer. The chunk
+/// itself is not checked. Fails with ErrorCode::truncated if the file does not end with a trailer.
+Result<IndexEntry> last_chunk(RandomSource& source, ChunkKind kind);
+
+/// Checks the header at the beginning of `chunk` against `entry` and returns it. Must hold:
+/// entry.bytes and the size of `chunk` are at least kShortHeaderBytes.
+Result<ChunkHeader> checked_header(std::span<const std::byte> chunk, const IndexEntry& entry);
+
+/// Returns the payload of a whole chunk, at most `max_bytes`. Stores the version of the chunk in
+/// `version` unless it is null.
+Result<std::vector<std::byte>> read_chunk(RandomSource& source, const IndexEntry& entry,
+                                          std::uint64_t max_bytes, std::uint8_t* version = nullptr);
+
+/// Calls visit(header, entry) for each chunk of `entries`. Fails with an error that names the index
+/// at `index_offset` unless `entries` are all chunks between file start and index, in file order.
+using ChunkVisitor = std::function<Result<void>(const ChunkHeader&, const IndexEntry&)>;
+Result<void> for_each_chunk(RandomSource& source, std::span<const IndexEntry> entries,
+                            std::uint64_t index_offset, const ChunkVisitor& visit);
+
+/// Returns how many bytes of `source` belong to the .shm file. If `source` ends with a trailer,
+/// these are all bytes. Otherwise the file ends with the trailer after the first index, which is
+/// found by following the chunk headers. Fails with ErrorCode::truncated if there is none.
+Result<std::uint64_t> bytes_of_file(RandomSource& source);
+
+}  // namespace shm::container

@@ -1,0 +1,647 @@
+#include "format/schema.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "base/packing.h"
+#include "format/format.h"
+
+namespace shm {
+
+std::string_view scalar_name(ScalarType type) {
+  switch (type) {
+    case ScalarType::int8: return "int8";
+    case ScalarType::uint8: return "uint8";
+    case ScalarType::int16: return "int16";
+    case ScalarType::uint16: return "uint16";
+    case ScalarType::int32: return "int32";
+    case ScalarType::uint32: return "uint32";
+    case ScalarType::int64: return "int64";
+    case ScalarType::uint64: return "uint64";
+    case ScalarType::float32: return "float32";
+    case ScalarType::float64: return "float64";
+  }
+  return "unknown";
+}
+
+std::string_view shape_name(CellShape shape) {
+  switch (shape) {
+    case CellShape::other: return "other";
+    case CellShape::vertex: return "vertex";
+    case CellShape::line: return "line";
+    case CellShape::triangle: return "triangle";
+    case CellShape::quad: return "quad";
+    case CellShape::polygon: return "polygon";
+    case CellShape::tetrahedron: return "tetrahedron";
+    case CellShape::pyramid: return "pyramid";
+    case CellShape::wedge: return "wedge";
+    case CellShape::hexahedron: return "hexahedron";
+    case CellShape::polyhedron: return "polyhedron";
+    case CellShape::faces: return "faces";
+  }
+  return "unknown";
+}
+
+std::string_view order_name(Order order) {
+  switch (order) {
+    case Order::keep: return "keep";
+    case Order::stream: return "stream";
+    case Order::free: return "free";
+  }
+  return "unknown";
+}
+
+namespace {
+
+/// Returns the name of the stream of an array. `same`: 1 for the first array with this name and
+/// location, 2 for the second, ...
+std::string stream_name(const ArrayInfo& info, std::size_t same) {
+  std::string name = info.location == Location::point ? "array:point/" : "array:cell/";
+  name += info.name;
+  if (same > 1) name += "#" + std::to_string(same);
+  return name;
+}
+
+}  // namespace
+
+std::string array_stream_name(const Schema& schema, std::size_t array) {
+  const ArrayInfo& info = schema.arrays[array];
+  std::size_t same = 1;
+  for (std::size_t a = 0; a < array; ++a)
+    if (schema.arrays[a].name == info.name && schema.arrays[a].location == info.location) ++same;
+  return stream_name(info, same);
+}
+
+std::vector<std::string> array_stream_names(const Schema& schema) {
+  std::map<std::pair<Location, std::string_view>, std::size_t> seen;
+  std::vector<std::string> names;
+  for (const ArrayInfo& info : schema.arrays)
+    names.push_back(stream_name(info, ++seen[{info.location, info.name}]));
+  return names;
+}
+
+Quantization Quantization::absolute(double max_abs, std::uint32_t components) {
+  constexpr double kShade = 0x1p-6;  // costs 0.02 bits per value
+  Quantization quantization;
+  quantization.bits = kAbsolute;
+  quantization.minimum.assign(components, 0.0);
+  quantization.max_abs = max_abs;
+  quantization.spacing = 2 * max_abs * (1 - kShade);
+  return quantization;
+}
+
+double Quantization::step() const {
+  if (bits == kAbsolute) return spacing;
+  double side = 0;
+  for (std::size_t c = 0; c < minimum.size() && c < maximum.size(); ++c)
+    side = std::max(side, maximum[c] - minimum[c]);
+  const double intervals = static_cast<double>((std::uint64_t{1} << bits) - 1);
+  return side > 0 && bits > 0 ? side / intervals : 1.0;
+}
+
+double Quantization::max_error(ScalarType type) const {
+  if (bits == kAbsolute) return max_abs;
+  double magnitude = 0;
+  for (double v : minimum) magnitude = std::max(magnitude, std::fabs(v));
+  for (double v : maximum) magnitude = std::max(magnitude, std::fabs(v));
+  // Twice the half-ulp of the stored type: once for the restored value, once for the arithmetic.
+  const double ulp = type == ScalarType::float32 ? 0x1p-23 : 0x1p-51;
+  return step() / 2 + magnitude * ulp;
+}
+
+std::string Error::message() const {
+  std::string text;
+  const auto add = [&](const std::string& part, const char* separator) {
+    if (part.empty()) return;
+    if (!text.empty()) text += separator;
+    text += part;
+  };
+  add(file, ": ");
+  add(section, ": ");
+  if (offset != kNoOffset) add("at byte " + std::to_string(offset), text == file ? ": " : ", ");
+  add(detail, ": ");
+  return text;
+}
+
+bool has_steps(const Schema& schema) {
+  return std::any_of(schema.arrays.begin(), schema.arrays.end(),
+                     [](const ArrayInfo& info) { return info.per_step; });
+}
+
+// --- encoding, decoding and checks
+
+namespace {
+
+bool is_scalar(ScalarType type) { return scalar_bytes(type) != 0; }
+
+void put(ByteWriter& out, const Quantization& q) {
+  out.put_u8(static_cast<std::uint8_t>(q.bits));
+  if (!q.lossy()) return;
+  const bool absolute = q.bits == Quantization::kAbsolute;
+  if (absolute) {
+    out.put_f64(q.max_abs);
+    out.put_f64(q.spacing);
+  }
+  out.put_varint(q.minimum.size());
+  for (std::size_t c = 0; c < q.minimum.size(); ++c) {
+    out.put_f64(q.minimum[c]);
+    if (!absolute) out.put_f64(q.maximum[c]);
+  }
+}
+void get(ByteReader& in, Quantization& q) {
+  q.bits = in.get_u8();
+  if (!q.lossy()) return;
+  const bool absolute = q.bits == Quantization::kAbsolute;
+  if (absolute) {
+    q.max_abs = in.get_f64();
+    q.spacing = in.get_f64();
+  }
+  for (std::uint64_t n = in.get_count(absolute ? 8 : 16); n > 0 && in.ok(); --n) {
+    q.minimum.push_back(in.get_f64());
+    if (!absolute) q.maximum.push_back(in.get_f64());
+  }
+}
+
+Error wrong(std::string detail, ErrorCode code = ErrorCode::misuse) {
+  return Error{code, std::move(detail), "schema", kNoOffset, {}};
+}
+
+constexpr double kTooLarge = 1e300;  // limit for the numbers that quantization computes with
+
+Result<void> check_bound(const Quantization& q, std::size_t components, const std::string& what) {
+  if (!(q.max_abs > 0 && q.max_abs < kTooLarge))
+    return wrong(what + ": the error bound is not a positive number");
+  if (!(q.spacing > 0 && q.spacing < 2 * kTooLarge))
+    return wrong(what + ": the step of the error bound is not a positive number");
+  if (q.minimum.size() != components || !q.maximum.empty())
+    return wrong(what + ": an error bound needs one anchor per component, and no box");
+  for (double anchor : q.minimum)
+    if (!(std::fabs(anchor) < kTooLarge)) return wrong(what + ": an anchor is not finite");
+  return {};
+}
+
+Result<void> check_quantization(const Quantization& q, ScalarType type, std::size_t components,
+                                const std::string& what) {
+  if (q.lossy() && !is_float(type))
+    return wrong(what + ": only floating-point values can be quantized");
+  if (q.bits == Quantization::kAbsolute) return check_bound(q, components, what);
+  if (q.max_abs != 0 || q.spacing != 0)
+    return wrong(what + ": an error bound and the bits of a box exclude each other");
+  if (q.bits == 0) return {};
+  if (q.bits > 52) return wrong(what + ": quantization takes 1 to 52 bits");
+  if (q.minimum.size() != components || q.maximum.size() != components)
+    return wrong(what + ": quantization needs a range for each component");
+  for (std::size_t c = 0; c < components; ++c)
+    if (!(std::fabs(q.minimum[c]) < kTooLarge && std::fabs(q.maximum[c]) < kTooLarge &&
+          q.minimum[c] <= q.maximum[c]))
+      return wrong(what + ": quantization range is not finite or is reversed");
+  return {};
+}
+
+Result<void> check_array(const Schema& schema, const ArrayInfo& array) {
+  const std::string what = "array '" + array.name + "'";
+  if (!is_scalar(array.type)) return wrong(what + ": unknown scalar type");
+  if (array.location > Location::cell) return wrong(what + ": unknown location");
+  if (array.components < 1 || array.components > 65535)
+    return wrong(what + ": 1 to 65535 components are possible");
+  if (array.location == Location::point && !array.blocks.empty())
+    return wrong(what + ": point arrays cover every vertex");
+  for (std::size_t i = 0; i < array.blocks.size(); ++i)
+    if (array.blocks[i] >= schema.blocks.size() ||
+        (i > 0 && array.blocks[i] <= array.blocks[i - 1]))
+      return wrong(what + ": block indices must ascend and exist");
+  return check_quantization(array.quantization, array.type, array.components, what);
+}
+
+}  // namespace
+
+void put(ByteWriter& out, const Schema& schema) {
+  out.put_u8(static_cast<std::uint8_t>(schema.order));
+  out.put_u8(schema.corner_order ? 1 : 0);
+  out.put_varint(schema.delay);
+  out.put_u8(static_cast<std::uint8_t>(schema.coordinate_type));
+  put(out, schema.coordinate_quantization);
+  out.put_text(schema.source_format);
+  out.put_varint(schema.blocks.size());
+  for (const BlockInfo& block : schema.blocks) {
+    out.put_signed(block.id);
+    out.put_text(block.name);
+    out.put_u8(static_cast<std::uint8_t>(block.shape));
+    out.put_varint(block.nodes_per_cell);
+  }
+  out.put_varint(schema.arrays.size());
+  for (const ArrayInfo& array : schema.arrays) {
+    out.put_text(array.name);
+    out.put_u8(static_cast<std::uint8_t>(array.location));
+    out.put_u8(static_cast<std::uint8_t>(array.type));
+    out.put_varint(array.components);
+    out.put_u8(array.per_step ? 1 : 0);
+    out.put_varint(array.blocks.size());
+    for (std::uint32_t block : array.blocks) out.put_varint(block);
+    out.put_text(array.role);
+    put(out, array.quantization);
+  }
+  if (schema.step_references != StepReference::trend)
+    out.put_u8(static_cast<std::uint8_t>(schema.step_references));
+}
+std::uint32_t checksum_of(const Schema& schema) {
+  ByteWriter out;
+  put(out, schema);
+  return checksum(out.bytes);
+}
+
+namespace {
+
+// Memory of each element without its lists and texts, rounded up. The numbers are the same on all
+// machines, so that all machines refuse the same files.
+constexpr std::uint64_t kSchemaBytes = 256, kBlockBytes = 64, kArrayBytes = 256, kExtraBytes = 128;
+static_assert(sizeof(Schema) <= kSchemaBytes && sizeof(BlockInfo) <= kBlockBytes &&
+              sizeof(ArrayInfo) <= kArrayBytes && sizeof(Extra) <= kExtraBytes);
+
+std::uint64_t bytes_of(const BlockInfo& block) { return kBlockBytes + block.name.size(); }
+std::uint64_t bytes_of(const ArrayInfo& array) {
+  return kArrayBytes + array.name.size() + array.role.size() +
+         array.blocks.size() * sizeof array.blocks[0] +
+         (array.quantization.minimum.size() + array.quantization.maximum.size()) * sizeof(double);
+}
+
+Error too_many_blocks(const ReadLimits& limits) {
+  return wrong("more element blocks than the limit of " + std::to_string(limits.max_blocks),
+               ErrorCode::over_limit);
+}
+Error too_many_arrays(const ReadLimits& limits) {
+  return wrong("more arrays than the limit of " + std::to_string(limits.max_arrays),
+               ErrorCode::over_limit);
+}
+
+}  // namespace
+
+std::uint64_t bytes_of(const Schema& schema) {
+  std::uint64_t bytes = kSchemaBytes + schema.source_format.size();
+  for (const BlockInfo& block : schema.blocks) bytes += bytes_of(block);
+  for (const ArrayInfo& array : schema.arrays) bytes += bytes_of(array);
+  return bytes;
+}
+
+Result<void> get(ByteReader& in, Schema& schema, const ReadLimits& limits) {
+  schema = {};
+  const Error invalid = wrong("is invalid", ErrorCode::corrupt);
+  std::uint64_t room = limits.max_unpacked_bytes;
+  const auto takes = [&](std::uint64_t bytes) {
+    if (bytes > room) return false;
+    room -= bytes;
+    return true;
+  };
+  const Error too_large = wrong("takes more than the limit of " + std::to_string(room) + " bytes",
+                                ErrorCode::over_limit);
+  schema.order = static_cast<Order>(in.get_u8());
+  schema.corner_order = in.get_flag();
+  schema.delay = in.get_varint32();
+  schema.coordinate_type = static_cast<ScalarType>(in.get_u8());
+  get(in, schema.coordinate_quantization);
+  schema.source_format = in.get_text();
+  const std::uint64_t blocks = in.get_count(4);
+  if (blocks > limits.max_blocks) return too_many_blocks(limits);
+  // The strings and lists of a single element need little more memory than their bytes in the file.
+  if (!takes(kSchemaBytes + schema.source_format.size() + blocks * kBlockBytes)) return too_large;
+  schema.blocks.reserve(static_cast<std::size_t>(blocks));
+  for (std::uint64_t n = blocks; n > 0 && in.ok(); --n) {
+    BlockInfo block;
+    block.id = in.get_signed();
+    block.name = in.get_text();
+    block.shape = static_cast<CellShape>(in.get_u8());
+    block.nodes_per_cell = in.get_varint32();
+    if (!takes(bytes_of(block) - kBlockBytes)) return too_large;
+    schema.blocks.push_back(std::move(block));
+  }
+  const std::uint64_t arrays = in.get_count(8);
+  if (arrays > limits.max_arrays) return too_many_arrays(limits);
+  if (!takes(arrays * kArrayBytes)) return too_large;
+  schema.arrays.reserve(static_cast<std::size_t>(arrays));
+  for (std::uint64_t n = arrays; n > 0 && in.ok(); --n) {
+    ArrayInfo array;
+    array.name = in.get_text();
+    array.location = static_cast<Location>(in.get_u8());
+    array.type = static_cast<ScalarType>(in.get_u8());
+    array.components = in.get_varint32();
+    array.per_step = in.get_flag();
+    const std::uint64_t covered = in.get_count(1);
+    if (covered > room / sizeof array.blocks[0]) return too_large;
+    array.blocks.reserve(static_cast<std::size_t>(covered));
+    for (std::uint64_t b = covered; b > 0 && in.ok(); --b)
+      array.blocks.push_back(in.get_varint32());
+    array.role = in.get_text();
+    get(in, array.quantization);
+    if (!takes(bytes_of(array) - kArrayBytes)) return too_large;
+    schema.arrays.push_back(std::move(array));
+  }
+  if (in.ok() && in.left() > 0) {
+    const std::uint8_t references = in.get_u8();
+    if (references >= static_cast<std::uint8_t>(StepReference::trend)) return invalid;
+    schema.step_references = static_cast<StepReference>(references);
+  }
+  return in.ok() && in.left() == 0 ? Result<void>() : Result<void>(invalid);
+}
+
+Result<void> check_schema(const Schema& schema, const ReadLimits& limits) {
+  if (schema.blocks.size() > limits.max_blocks) return too_many_blocks(limits);
+  if (schema.arrays.size() > limits.max_arrays) return too_many_arrays(limits);
+  if (schema.order > Order::free) return wrong("unknown order");
+  if (schema.order == Order::keep && !schema.corner_order)
+    return wrong("order keep includes the order of corners");
+  if (schema.step_references > StepReference::trend) return wrong("unknown step references");
+  if (!is_float(schema.coordinate_type)) return wrong("coordinates are float32 or float64");
+  if (auto status = check_quantization(schema.coordinate_quantization, schema.coordinate_type, 3,
+                                       "coordinates");
+      !status)
+    return status;
+  for (const BlockInfo& block : schema.blocks) {
+    if (block.shape > CellShape::faces) return wrong("unknown cell shape");
+    if (block.nodes_per_cell > kMaxNodesPerCell)
+      return wrong("a cell has at most " + std::to_string(kMaxNodesPerCell) + " nodes");
+  }
+  std::uint64_t components = 0;
+  for (const ArrayInfo& array : schema.arrays) {
+    if (auto status = check_array(schema, array); !status) return status;
+    components += array.per_step ? 0 : array.components;
+  }
+  if (components > limits.max_static_components)
+    return wrong("more components of static arrays than the limit of " +
+                     std::to_string(limits.max_static_components),
+                 ErrorCode::over_limit);
+  return {};
+}
+
+namespace {
+
+template <class T>
+ValueRange range_as(const std::byte* values, std::size_t count, std::size_t stride) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  ValueRange range{kInfinity, -kInfinity};
+  for (std::size_t i = 0; i < count; ++i, values += stride) {
+    T value;
+    std::memcpy(&value, values, sizeof value);
+    const auto v = static_cast<double>(value);
+    if (!std::isfinite(v)) continue;
+    range.minimum = std::min(range.minimum, v);
+    range.maximum = std::max(range.maximum, v);
+  }
+  return range;
+}
+
+}  // namespace
+
+ValueRange range_of(ScalarType type, const std::byte* values, std::size_t count,
+                    std::size_t stride) {
+  switch (type) {
+    case ScalarType::int8: return range_as<std::int8_t>(values, count, stride);
+    case ScalarType::uint8: return range_as<std::uint8_t>(values, count, stride);
+    case ScalarType::int16: return range_as<std::int16_t>(values, count, stride);
+    case ScalarType::uint16: return range_as<std::uint16_t>(values, count, stride);
+    case ScalarType::int32: return range_as<std::int32_t>(values, count, stride);
+    case ScalarType::uint32: return range_as<std::uint32_t>(values, count, stride);
+    case ScalarType::int64: return range_as<std::int64_t>(values, count, stride);
+    case ScalarType::uint64: return range_as<std::uint64_t>(values, count, stride);
+    case ScalarType::float32: return range_as<float>(values, count, stride);
+    case ScalarType::float64: return range_as<double>(values, count, stride);
+  }
+  return range_as<std::uint8_t>(values, 0, stride);
+}
+
+// --- extras
+namespace {
+
+// Largest distance of a difference: an integer may be stored as the difference from the value that
+// many places before it. Distance 0: the values are stored as they are.
+constexpr std::uint64_t kMostDistance = 65535;
+constexpr std::size_t kMostSides = 255;
+
+bool is_wide_integer(ScalarType type) {
+  return type >= ScalarType::int16 && type <= ScalarType::uint64;
+}
+
+/// Writes the key, the type and the kind of reference.
+void put_name(ByteWriter& out, const Extra& extra) {
+  out.put_text(extra.key);
+  out.put_u8(static_cast<std::uint8_t>(extra.type));
+  out.put_u8(static_cast<std::uint8_t>(extra.refers));
+}
+bool get_name(ByteReader& in, Extra& extra) {
+  extra.key = in.get_text();
+  extra.type = static_cast<ScalarType>(in.get_u8());
+  extra.refers = static_cast<Reference>(in.get_u8());
+  return scalar_bytes(extra.type) != 0 && extra.refers <= Reference::cell &&
+         (extra.refers == Reference::nothing || extra.type == ScalarType::int32 ||
+          extra.type == ScalarType::int64);
+}
+
+void put_shape(ByteWriter& out, const Extra& extra) {
+  out.put_varint(extra.shape.size());
+  for (std::uint64_t side : extra.shape) out.put_varint(side);
+}
+/// Returns false if the number of values is too large for any file.
+bool get_shape(ByteReader& in, Extra& extra, std::uint64_t& values) {
+  values = 1;
+  for (std::uint64_t n = in.get_count(1); n > 0 && in.ok(); --n) {
+    extra.shape.push_back(in.get_varint());
+    const std::uint64_t side = extra.shape.back();
+    if (side != 0 && values > ~std::uint64_t{0} / 8 / side) return false;
+    values *= side;
+  }
+  return in.ok();
+}
+
+/// Returns value `i`, sign-extended from its width.
+std::int64_t integer_at(const std::vector<std::byte>& data, std::size_t i, std::size_t width) {
+  const auto as = [&]<class T>(T value) {
+    std::memcpy(&value, data.data() + i * sizeof value, sizeof value);
+    return static_cast<std::int64_t>(value);
+  };
+  return width == 2 ? as(std::int16_t{}) : width == 4 ? as(std::int32_t{}) : as(std::int64_t{});
+}
+void set_integer(std::vector<std::byte>& data, std::size_t i, std::size_t width,
+                 std::int64_t number) {
+  const auto as = [&]<class T>(T) {
+    const auto value = static_cast<T>(number);
+    std::memcpy(data.data() + i * sizeof value, &value, sizeof value);
+  };
+  if (width == 2)
+    as(std::uint16_t{});
+  else if (width == 4)
+    as(std::uint32_t{});
+  else
+    as(std::uint64_t{});
+}
+
+std::int64_t difference(std::int64_t a, std::int64_t b) {
+  return static_cast<std::int64_t>(static_cast<std::uint64_t>(a) - static_cast<std::uint64_t>(b));
+}
+std::int64_t sum(std::int64_t a, std::int64_t b) {
+  return static_cast<std::int64_t>(static_cast<std::uint64_t>(a) + static_cast<std::uint64_t>(b));
+}
+
+std::vector<std::byte> as_they_are(const Extra& extra) {
+  const std::size_t width = scalar_bytes(extra.type);
+  std::vector<std::byte> little(extra.data.size());
+  copy_little_endian(little.data(), extra.data.data(), extra.data.size() / width, width);
+  return little;
+}
+std::vector<std::byte> as_differences(const Extra& extra, std::size_t distance) {
+  const std::size_t width = scalar_bytes(extra.type), count = extra.data.size() / width;
+  ByteWriter out;
+  for (std::size_t i = 0; i < count; ++i)
+    out.put_signed(difference(integer_at(extra.data, i, width),
+                              i < distance ? 0 : integer_at(extra.data, i - distance, width)));
+  return std::move(out.bytes);
+}
+
+struct WrittenValues {
+  std::size_t distance = 0;
+  std::vector<std::byte> bytes;
+};
+
+/// Encodes the values. Integers are stored as differences over the distance 0, 1 or the row length,
+/// whichever zstd compresses best.
+WrittenValues written(const Extra& extra) {
+  constexpr int kLevel = 3;
+  constexpr std::uint64_t kMostColumns = 64;
+  WrittenValues best{0, as_they_are(extra)};
+  if (!is_wide_integer(extra.type) || extra.data.empty()) return best;
+  const std::uint64_t columns = extra.shape.empty() ? 1 : extra.shape.back();
+  std::size_t least = zstd_compress(best.bytes, kLevel).size();
+  const auto take = [&](std::size_t distance) {
+    std::vector<std::byte> bytes = as_differences(extra, distance);
+    const std::size_t size = zstd_compress(bytes, kLevel).size();
+    if (size >= least) return;
+    least = size;
+    best = {distance, std::move(bytes)};
+  };
+  take(1);
+  if (columns > 1 && columns <= kMostColumns) take(static_cast<std::size_t>(columns));
+  return best;
+}
+
+/// Must hold: `extra.data` has its final size.
+bool read_values(ByteReader& in, Extra& extra, std::uint64_t distance) {
+  const std::size_t width = scalar_bytes(extra.type), count = extra.data.size() / width;
+  if (distance == 0) {
+    const auto bytes = in.get_bytes(extra.data.size());
+    copy_little_endian(extra.data.data(), bytes.data(), bytes.size() / width, width);
+    return in.ok();
+  }
+  for (std::size_t i = 0; i < count && in.ok(); ++i)
+    set_integer(
+        extra.data, i, width,
+        sum(in.get_signed(),
+            i < distance ? 0
+                         : integer_at(extra.data, i - static_cast<std::size_t>(distance), width)));
+  return in.ok();
+}
+
+Error wrong_extras(ErrorCode code, std::string detail) {
+  return Error{code, std::move(detail), {}, kNoOffset, {}};
+}
+
+/// Reads the extras of an unpacked chunk of version 1: first the heads of all extras, then the
+/// values of each.
+Result<std::vector<Extra>> get_many(ByteReader& in, std::uint64_t limit) {
+  const Error invalid = wrong_extras(ErrorCode::corrupt, "is invalid");
+  const Error too_large = wrong_extras(
+      ErrorCode::over_limit, "takes more than the limit of " + std::to_string(limit) + " bytes");
+  const std::uint64_t count = in.get_count(5);
+  if (!in.ok() || count > kMostExtras) return invalid;
+  if (count > limit / kExtraBytes) return too_large;
+  std::vector<Extra> extras(static_cast<std::size_t>(count));
+  std::vector<std::uint64_t> values(extras.size()), distances(extras.size());
+  for (std::size_t i = 0; i < extras.size(); ++i) {
+    if (!get_name(in, extras[i])) return invalid;
+    distances[i] = in.get_varint();
+    if (!get_shape(in, extras[i], values[i])) return invalid;
+    if (distances[i] > (is_wide_integer(extras[i].type) ? kMostDistance : 0) ||
+        extras[i].shape.size() > kMostSides)
+      return invalid;
+    if (bytes_of(extras[i]) > limit) return too_large;
+    limit -= bytes_of(extras[i]);
+  }
+  for (std::size_t i = 0; i < extras.size(); ++i) {
+    const std::size_t width = scalar_bytes(extras[i].type);
+    if (values[i] > in.left() / (distances[i] == 0 ? width : 1)) return invalid;
+    if (values[i] > limit / width) return too_large;
+    limit -= values[i] * width;
+    extras[i].data.resize(static_cast<std::size_t>(values[i]) * width);
+    if (!read_values(in, extras[i], distances[i])) return invalid;
+  }
+  if (in.left() != 0) return invalid;
+  return extras;
+}
+
+}  // namespace
+
+std::uint64_t bytes_of(const Extra& extra) {
+  return kExtraBytes + extra.key.size() + extra.shape.size() * sizeof extra.shape[0] +
+         extra.data.size();
+}
+
+void put(ByteWriter& out, const Extra& extra) {
+  put_name(out, extra);
+  put_shape(out, extra);
+  out.put_bytes(as_they_are(extra));
+}
+
+bool get(ByteReader& in, Extra& extra) {
+  std::uint64_t values = 0;
+  if (!get_name(in, extra) || !get_shape(in, extra, values)) return false;
+  const std::size_t width = scalar_bytes(extra.type);
+  if (in.left() % width != 0 || in.left() / width != values) return false;
+  extra.data.resize(in.left());
+  return read_values(in, extra, 0);
+}
+
+std::vector<std::byte> extra_payload(const Extra& extra) {
+  ByteWriter blob, payload;
+  put(blob, extra);
+  put_packed(payload, blob.bytes);
+  return std::move(payload.bytes);
+}
+
+std::vector<std::byte> extras_payload(std::span<const Extra> extras, Packing packing) {
+  ByteWriter blob, values, payload;
+  blob.put_varint(extras.size());
+  for (const Extra& extra : extras) {
+    const WrittenValues encoded =
+        packing == Packing::bounded ? WrittenValues{0, as_they_are(extra)} : written(extra);
+    put_name(blob, extra);
+    blob.put_varint(encoded.distance);
+    put_shape(blob, extra);
+    values.put_bytes(encoded.bytes);
+  }
+  blob.put_bytes(values.bytes);
+  put_packed(payload, blob.bytes, packing);
+  return std::move(payload.bytes);
+}
+
+Result<std::vector<Extra>> get_extras(std::span<const std::byte> payload, std::uint8_t version,
+                                      std::uint64_t limit) {
+  ByteReader in(payload);
+  const std::uint64_t size = stated_packed_size(in);
+  if (version > 0 && size > most_unpacked(payload.size()))
+    return wrong_extras(ErrorCode::corrupt, "unpacks to more than its bytes may");
+  if (size > limit)
+    return wrong_extras(ErrorCode::over_limit, "unpacks to " + std::to_string(size) +
+                                                   " bytes, the limit is " + std::to_string(limit));
+  const auto blob = get_packed(in, limit);
+  if (!blob) return wrong_extras(ErrorCode::corrupt, "cannot be unpacked");
+  ByteReader fields(*blob);
+  if (version > 0) return get_many(fields, limit);
+  std::vector<Extra> one(1);
+  if (!get(fields, one[0])) return wrong_extras(ErrorCode::corrupt, "is invalid");
+  return one;
+}
+
+}  // namespace shm

@@ -1,0 +1,428 @@
+// Files on Windows. File names are UTF-8 outside this file and UTF-16 inside. FileSink and the
+// sources keep descriptors of the C library, each on top of a system handle. Bytes go through the
+// handle, which has no text mode.
+#ifndef NOMINMAX
+#define NOMINMAX
+#endif
+#define WIN32_LEAN_AND_MEAN
+#include <windows.h>
+// windows.h must come first.
+#include <fcntl.h>
+#include <io.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <optional>
+#include <string_view>
+#include <utility>
+
+#include "io/temporary_names.h"
+#include "shm/io.h"
+
+namespace shm {
+namespace {
+
+constexpr int kInput = 0, kOutput = 1;
+/// As in POSIX, an open file may still be read, written, renamed or removed by other processes.
+constexpr DWORD kShared = FILE_SHARE_READ | FILE_SHARE_WRITE | FILE_SHARE_DELETE;
+constexpr std::size_t kMostBytes = std::size_t{1} << 30;  // per call
+
+class Handle {
+ public:
+  explicit Handle(HANDLE handle) : handle_(handle) {}
+  ~Handle() {
+    if (*this) ::CloseHandle(handle_);
+  }
+  Handle(const Handle&) = delete;
+  Handle& operator=(const Handle&) = delete;
+  explicit operator bool() const { return handle_ != INVALID_HANDLE_VALUE && handle_ != nullptr; }
+  HANDLE get() const { return handle_; }
+  HANDLE release() { return std::exchange(handle_, INVALID_HANDLE_VALUE); }
+
+ private:
+  HANDLE handle_;
+};
+
+/// Returns an empty string if `text` is not UTF-8.
+std::wstring wide(std::string_view text) {
+  const int bytes = static_cast<int>(text.size());
+  std::wstring units(text.size(), L'\0');
+  const int count =
+      ::MultiByteToWideChar(CP_UTF8, MB_ERR_INVALID_CHARS, text.data(), bytes, units.data(), bytes);
+  units.resize(static_cast<std::size_t>(std::max(count, 0)));
+  return units;
+}
+
+std::string narrow(std::wstring_view units) {
+  const int count = static_cast<int>(units.size());
+  std::string text(units.size() * 3, '\0');
+  const int bytes = ::WideCharToMultiByte(CP_UTF8, 0, units.data(), count, text.data(),
+                                          static_cast<int>(text.size()), nullptr, nullptr);
+  text.resize(static_cast<std::size_t>(std::max(bytes, 0)));
+  return text;
+}
+
+/// Returns `path` in the form that system calls take. Long paths must be absolute and have a
+/// prefix.
+std::wstring system_path(const std::string& path) {
+  constexpr std::size_t kLongest = 240;  // of 260; a folder needs space for a short name, too
+  const std::wstring name = wide(path);
+  std::wstring whole(32768, L'\0');
+  whole.resize(
+      ::GetFullPathNameW(name.c_str(), static_cast<DWORD>(whole.size()), whole.data(), nullptr));
+  const std::wstring_view front = std::wstring_view(whole).substr(0, 4);
+  if (whole.size() < kLongest || front == L"\\\\?\\" || front == L"\\\\.\\") return name;
+  return front.starts_with(L"\\\\") ? L"\\\\?\\UNC" + whole.substr(1) : L"\\\\?\\" + whole;
+}
+
+Error system_error(ErrorCode code, const char* what, const std::string& path) {
+  const DWORD why = ::GetLastError();
+  wchar_t text[512];
+  const DWORD size =
+      ::FormatMessageW(FORMAT_MESSAGE_FROM_SYSTEM | FORMAT_MESSAGE_IGNORE_INSERTS, nullptr, why, 0,
+                       text, static_cast<DWORD>(std::size(text)), nullptr);
+  std::wstring_view sentence(text, size);
+  sentence = sentence.substr(0, sentence.find_last_not_of(L" .\r\n") + 1);
+  const std::string reason = sentence.empty() ? "error " + std::to_string(why) : narrow(sentence);
+  return Error{code, std::string(what) + ": " + reason, {}, kNoOffset, path};
+}
+
+HANDLE open_handle(const std::string& path, DWORD access, DWORD existing, DWORD flags = 0) {
+  // The name may belong to a pipe; its other end must not be allowed to impersonate this process.
+  flags |= SECURITY_SQOS_PRESENT | SECURITY_IDENTIFICATION;
+  return ::CreateFileW(system_path(path).c_str(), access, kShared, nullptr, existing, flags,
+                       nullptr);
+}
+
+/// Takes ownership of the handle. Returns -1 if the handle is invalid or the C library has too many
+/// open files.
+int descriptor_of(HANDLE opened) {
+  Handle handle(opened);
+  if (!handle) return -1;
+  const int descriptor =
+      ::_open_osfhandle(reinterpret_cast<std::intptr_t>(handle.get()), _O_BINARY | _O_NOINHERIT);
+  if (descriptor >= 0)
+    (void)handle.release();
+  else
+    ::SetLastError(ERROR_TOO_MANY_OPEN_FILES);
+  return descriptor;
+}
+
+HANDLE handle_of(int descriptor) {
+  return descriptor < 0 ? INVALID_HANDLE_VALUE
+                        : reinterpret_cast<HANDLE>(::_get_osfhandle(descriptor));
+}
+
+/// Returns the index at which the file name begins in a path.
+std::size_t name_in(const std::string& path) {
+  const std::size_t before = path.find_last_of("/\\:");
+  return before == std::string::npos ? 0 : before + 1;
+}
+
+/// Returns true for named pipes and other objects outside the file systems.
+bool is_device_path(const std::string& path) {
+  const auto slash = [&](std::size_t i) { return path[i] == '/' || path[i] == '\\'; };
+  return path.size() > 4 && slash(0) && slash(1) && path[2] == '.' && slash(3);
+}
+
+/// Returns a name for the machine, on which the process number is unique.
+std::string name_of_machine() {
+  wchar_t name[256], id[64];
+  DWORD units = static_cast<DWORD>(std::size(name)), bytes = sizeof id;
+  if (::GetComputerNameExW(ComputerNameDnsFullyQualified, name, &units) == 0) units = 0;
+  // Several machines may have the same host name.
+  if (::RegGetValueW(HKEY_LOCAL_MACHINE, L"SOFTWARE\\Microsoft\\Cryptography", L"MachineGuid",
+                     RRF_RT_REG_SZ | RRF_SUBKEY_WOW6464KEY, nullptr, id, &bytes) != ERROR_SUCCESS)
+    bytes = 0;
+  return machine_name(narrow({name, units}) + " " + narrow({id, bytes / sizeof *id}));
+}
+
+bool is_gone(int process) {
+  const Handle handle(::OpenProcess(SYNCHRONIZE, FALSE, static_cast<DWORD>(process)));
+  if (!handle) return ::GetLastError() == ERROR_INVALID_PARAMETER;  // no such process
+  return ::WaitForSingleObject(handle.get(), 0) == WAIT_OBJECT_0;
+}
+
+/// Returns the time in units of 100 ns.
+std::uint64_t last_write(HANDLE file) {
+  FILETIME time{};
+  ::GetFileTime(file, nullptr, nullptr, &time);
+  return std::uint64_t{time.dwHighDateTime} << 32 | time.dwLowDateTime;
+}
+
+/// Asks the file itself: the folder lists the time of the last write only after the file is closed.
+bool is_old(const std::string& path, std::uint64_t now) {
+  constexpr std::uint64_t kOld = 3600 * std::uint64_t{10'000'000};
+  const Handle file(open_handle(path, FILE_READ_ATTRIBUTES, OPEN_EXISTING));
+  return file && last_write(file.get()) + kOld < now;
+}
+
+/// Removes the files that killed processes left for the same path. Files left by processes of other
+/// machines are removed once they are old.
+void remove_leftovers(const std::string& path, const std::string& machine, std::uint64_t now) {
+  const std::string front = temporary_front(path, name_in(path));
+  const std::string folder = front.substr(0, name_in(front)), head = front.substr(folder.size());
+  WIN32_FIND_DATAW entry{};
+  const HANDLE list = ::FindFirstFileW(system_path(front + "*").c_str(), &entry);
+  if (list == INVALID_HANDLE_VALUE) return;
+  do {
+    const std::string name = narrow(entry.cFileName);
+    const auto maker = name.starts_with(head)
+                           ? maker_of(std::string_view(name).substr(head.size()), machine)
+                           : std::nullopt;
+    constexpr DWORD kNoFile = FILE_ATTRIBUTE_DIRECTORY | FILE_ATTRIBUTE_REPARSE_POINT;
+    if (!maker || (entry.dwFileAttributes & kNoFile) != 0) continue;
+    if (maker->here ? is_gone(maker->process) : is_old(folder + name, now))
+      ::DeleteFileW(system_path(folder + name).c_str());
+  } while (::FindNextFileW(list, &entry) != 0);
+  ::FindClose(list);
+}
+
+Error taken_error(const std::string& path) {
+  return Error{ErrorCode::output, "is there already", {}, kNoOffset, path};
+}
+
+/// Renames as POSIX does: a process that has the old file open keeps it. Newer versions of Windows
+/// support this on some file systems, but MoveFileExW does not always request it.
+bool rename_over_open(const std::string& from, const std::wstring& to) {
+  // The constants of recent versions of winbase.h.
+  constexpr auto kRenameInfoEx = static_cast<FILE_INFO_BY_HANDLE_CLASS>(22);
+  constexpr DWORD kReplace = 1, kPosix = 2;
+  struct Head {
+    DWORD flags;
+    HANDLE folder;
+    DWORD bytes;
+  };
+  constexpr std::size_t kName = offsetof(Head, bytes) + sizeof(DWORD);
+  const Handle file(open_handle(from, DELETE, OPEN_EXISTING));
+  if (!file) return false;
+  const auto bytes = static_cast<DWORD>(to.size() * sizeof(wchar_t));
+  std::vector<std::byte> info(kName + bytes + sizeof(wchar_t));
+  const Head head{kReplace | kPosix, nullptr, bytes};
+  std::copy_n(reinterpret_cast<const std::byte*>(&head), kName, info.begin());
+  std::copy_n(reinterpret_cast<const std::byte*>(to.data()), bytes, info.begin() + kName);
+  return ::SetFileInformationByHandle(file.get(), kRenameInfoEx, info.data(),
+                                      static_cast<DWORD>(info.size())) != 0;
+}
+
+}  // namespace
+
+// --- files that appear under their name only when complete
+
+Result<std::unique_ptr<FileSink>> FileSink::create(const std::string& path, Temporary how,
+                                                   Existing existing) {
+  std::unique_ptr<FileSink> sink(new FileSink());
+  sink->path_ = path;
+  sink->replaces_ = existing == Existing::replace;
+  if (path == "-") {
+    sink->descriptor_ = kOutput;
+    return sink;
+  }
+  const Handle there(is_device_path(path) ? INVALID_HANDLE_VALUE
+                                          : open_handle(path, FILE_READ_ATTRIBUTES, OPEN_EXISTING,
+                                                        FILE_FLAG_BACKUP_SEMANTICS));
+  // Devices and pipes are written directly: they cannot be replaced by renaming.
+  if (is_device_path(path) || (there && ::GetFileType(there.get()) != FILE_TYPE_DISK)) {
+    sink->descriptor_ = descriptor_of(open_handle(path, GENERIC_WRITE, OPEN_EXISTING));
+    if (sink->descriptor_ < 0) return system_error(ErrorCode::output, "cannot be opened", path);
+    return sink;
+  }
+  const DWORD attributes = ::GetFileAttributesW(system_path(path).c_str());
+  if (attributes != INVALID_FILE_ATTRIBUTES) {
+    const auto refused = [&](const char* why) {
+      return Error{ErrorCode::output, why, {}, kNoOffset, path};
+    };
+    if ((attributes & FILE_ATTRIBUTE_DIRECTORY) != 0) return refused("is a folder");
+    if (!sink->replaces_) return taken_error(path);
+    if ((attributes & FILE_ATTRIBUTE_READONLY) != 0) return refused("is read-only");
+    if ((attributes & FILE_ATTRIBUTE_REPARSE_POINT) != 0) {
+      if (!there) return refused("is a symbolic link that leads nowhere");
+      std::wstring real(32768, L'\0');
+      real.resize(::GetFinalPathNameByHandleW(there.get(), real.data(),
+                                              static_cast<DWORD>(real.size()), 0));
+      if (!real.empty()) sink->path_ = narrow(real);
+    }
+  }
+  if (auto status = sink->create_temporary(how); !status) return status.error();
+  return sink;
+}
+
+Result<std::unique_ptr<FileSink>> FileSink::create_scratch(const std::string& folder,
+                                                           const std::string& name, Temporary how) {
+  std::unique_ptr<FileSink> sink(new FileSink());
+  sink->scratch_ = true;
+  sink->path_ = folder + "/" + name;
+  if (auto status = sink->create_temporary(how); !status) return status.error();
+  return sink;
+}
+
+/// Windows has no files without names.
+Result<void> FileSink::create_temporary(Temporary) { return create_named(); }
+
+Result<void> FileSink::create_named() {
+  const std::string machine = name_of_machine();
+  // A killed process may have left a file with the same name.
+  for (int attempt = 0; attempt < kMostAttempts; ++attempt) {
+    temporary_ = temporary_name(path_, name_in(path_), static_cast<int>(::GetCurrentProcessId()),
+                                machine, attempt);
+    descriptor_ = descriptor_of(open_handle(temporary_, GENERIC_READ | GENERIC_WRITE, CREATE_NEW));
+    if (descriptor_ >= 0 || ::GetLastError() != ERROR_FILE_EXISTS) break;
+  }
+  named_ = descriptor_ >= 0;
+  if (!named_) return system_error(ErrorCode::output, "cannot be created", path_);
+  // The current time by the file system's clock, which has dated the other files, too.
+  remove_leftovers(path_, machine, last_write(handle_of(descriptor_)));
+  return {};
+}
+
+FileSink::~FileSink() {
+  if (path_ == "-") return;
+  if (descriptor_ >= 0) ::_close(descriptor_);
+  if (named_) ::DeleteFileW(system_path(temporary_).c_str());
+}
+
+Result<void> FileSink::write(std::span<const std::byte> bytes) {
+  if (committed_)
+    return Error{ErrorCode::misuse, "is written after its commit()", {}, kNoOffset, path_};
+  while (!bytes.empty()) {
+    DWORD done = 0;
+    const auto wanted = static_cast<DWORD>(std::min(bytes.size(), kMostBytes));
+    if (::WriteFile(handle_of(descriptor_), bytes.data(), wanted, &done, nullptr) == 0)
+      return system_error(ErrorCode::output, "cannot be written", path_);
+    bytes = bytes.subspan(done);
+  }
+  return {};
+}
+
+Result<void> FileSink::copy(RandomSource& from, std::uint64_t offset, std::uint64_t bytes) {
+  return ByteSink::copy(from, offset, bytes);
+}
+
+Result<void> FileSink::commit() {
+  if (path_ == "-" || scratch_ || committed_) return {};
+  if (named_) {
+    if (auto status = flush(); !status) return status;
+    if (auto status = close(); !status) return status;
+    if (auto status = rename_temporary(); !status) return status;
+    named_ = false;
+  } else if (auto status = close(); !status) {
+    return status;
+  }
+  committed_ = true;
+  return {};
+}
+
+Result<void> FileSink::close() {
+  if (descriptor_ < 0 || ::_close(std::exchange(descriptor_, -1)) == 0) return {};
+  return system_error(ErrorCode::output, "cannot be closed", path_);
+}
+
+/// Opens the file by name, since a writer that uses the name may have replaced the file that we
+/// created. A file system that cannot flush is not an error.
+Result<void> FileSink::flush() const {
+  const Handle file(open_handle(temporary_, GENERIC_WRITE, OPEN_EXISTING));
+  if (file && (::FlushFileBuffers(file.get()) != 0 || ::GetLastError() == ERROR_INVALID_FUNCTION))
+    return {};
+  return system_error(ErrorCode::output, "cannot be flushed", path_);
+}
+
+/// If nothing may be replaced, the system checks in the same call whether the name is taken.
+Result<void> FileSink::rename_temporary() const {
+  const std::wstring from = system_path(temporary_), to = system_path(path_);
+  const DWORD how = MOVEFILE_WRITE_THROUGH | (replaces_ ? DWORD{MOVEFILE_REPLACE_EXISTING} : 0);
+  if (::MoveFileExW(from.c_str(), to.c_str(), how) != 0) return {};
+  const DWORD why = ::GetLastError();
+  if (!replaces_ && (why == ERROR_ALREADY_EXISTS || why == ERROR_FILE_EXISTS))
+    return taken_error(path_);
+  if (replaces_ && why == ERROR_ACCESS_DENIED && rename_over_open(temporary_, to)) return {};
+  ::SetLastError(why);
+  return system_error(ErrorCode::output, "cannot be given its name", path_);
+}
+
+// --- reading
+
+Result<std::unique_ptr<FileSource>> FileSource::open(const std::string& path) {
+  std::unique_ptr<FileSource> source(new FileSource());
+  source->path_ = path;
+  source->descriptor_ = path == "-" ? kInput
+                                    : descriptor_of(open_handle(path, GENERIC_READ, OPEN_EXISTING,
+                                                                FILE_FLAG_SEQUENTIAL_SCAN));
+  if (source->descriptor_ < 0) return system_error(ErrorCode::io, "cannot be opened", path);
+  return source;
+}
+
+FileSource::~FileSource() {
+  if (descriptor_ >= 0 && path_ != "-") ::_close(descriptor_);
+}
+
+/// Reading 0 bytes from a pipe is not always its end: the other side may have written 0 bytes.
+Result<std::size_t> FileSource::read(std::span<std::byte> into) {
+  const HANDLE file = handle_of(descriptor_);
+  const auto wanted = static_cast<DWORD>(std::min(into.size(), kMostBytes));
+  while (wanted > 0) {
+    DWORD done = 0;
+    if (::ReadFile(file, into.data(), wanted, &done, nullptr) == 0) {
+      if (::GetLastError() == ERROR_BROKEN_PIPE) break;
+      return system_error(ErrorCode::io, "cannot be read", path_);
+    }
+    if (done > 0) return std::size_t{done};
+    if (::GetFileType(file) != FILE_TYPE_PIPE) break;
+  }
+  return std::size_t{0};
+}
+
+namespace {
+
+/// Returns the size of a file with random access, or nullopt.
+std::optional<std::uint64_t> size_of(int descriptor) {
+  const HANDLE file = handle_of(descriptor);
+  LARGE_INTEGER size{};
+  if (::GetFileType(file) != FILE_TYPE_DISK || ::GetFileSizeEx(file, &size) == 0)
+    return std::nullopt;
+  return static_cast<std::uint64_t>(size.QuadPart);
+}
+
+}  // namespace
+
+/// Opens the file again by name: duplicates of the open file would share its position.
+Result<std::unique_ptr<FileRandomSource>> FileSource::anywhere() const {
+  if (path_ == "-" || !size_of(descriptor_))
+    return Error{ErrorCode::io, "cannot be read at any position", {}, kNoOffset, path_};
+  return FileRandomSource::open(path_);
+}
+
+Result<std::unique_ptr<FileRandomSource>> FileRandomSource::open(const std::string& path) {
+  std::unique_ptr<FileRandomSource> source(new FileRandomSource());
+  source->path_ = path;
+  source->descriptor_ = descriptor_of(open_handle(path, GENERIC_READ, OPEN_EXISTING));
+  if (source->descriptor_ < 0) return system_error(ErrorCode::io, "cannot be opened", path);
+  const auto size = size_of(source->descriptor_);
+  if (!size) return Error{ErrorCode::io, "cannot be read at any position", {}, kNoOffset, path};
+  source->size_ = *size;
+  return source;
+}
+
+FileRandomSource::~FileRandomSource() {
+  if (descriptor_ >= 0) ::_close(descriptor_);
+}
+
+Result<void> FileRandomSource::read_at(std::uint64_t offset, std::span<std::byte> into) {
+  while (!into.empty()) {
+    OVERLAPPED place{};
+    place.Offset = static_cast<DWORD>(offset);
+    place.OffsetHigh = static_cast<DWORD>(offset >> 32);
+    DWORD done = 0;
+    const auto wanted = static_cast<DWORD>(std::min(into.size(), kMostBytes));
+    if (::ReadFile(handle_of(descriptor_), into.data(), wanted, &done, &place) == 0 &&
+        ::GetLastError() != ERROR_HANDLE_EOF)
+      return system_error(ErrorCode::io, "cannot be read", path_);
+    if (done == 0) return Error{ErrorCode::truncated, "ends before it should", {}, offset, path_};
+    offset += done;
+    into = into.subspan(done);
+  }
+  return {};
+}
+
+std::uint64_t FileRandomSource::copy_to(int, std::uint64_t, std::uint64_t) const { return 0; }
+
+}  // namespace shm

@@ -1,0 +1,392 @@
+#include "pipeline/choosing_encoder.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <iterator>
+#include <span>
+#include <utility>
+
+#include "codecs/registry.h"
+
+namespace shm {
+namespace {
+
+/// Shifts qualify if a cell needs at most kShiftBits bits; if size matters, 1 / kShiftPart of that.
+/// So few bits mean that numbers continue from cell to cell with few exceptions.
+constexpr std::uint64_t kShiftBits = 1, kShiftPart = 2;
+constexpr std::size_t kFirstPieces = 3;
+/// If size matters, a segment in shifts may be larger than in another codec by one part in
+/// kShiftShare. If the sample lies within a first layer of cells, it may be larger by one part in
+/// kShiftShareOfLayer: cells of that layer have no neighbours in an earlier layer. Shifts predict
+/// from earlier rows and layers only, so they look worse than they will be.
+constexpr std::uint64_t kShiftShare = 25, kShiftShareOfLayer = 12;
+/// Mixing saves at most this many tenths of connectivity and numbers.
+constexpr std::uint64_t kMixedSavesTenths = 4;
+/// A round of the race before the last one, which covers the whole sample.
+struct Round {
+  std::size_t pieces;   ///< pieces of the sample coded in it; a piece usually has 1024 cells
+  std::uint64_t share;  ///< a codec that exceeds the smallest by 1 / share and
+  std::uint64_t bytes;  ///< by this many bytes drops out: the cost of first learning is constant
+  bool values;          ///< true: the values of each codec are estimated
+  bool mixes;           ///< true: codec mixed takes part; on few cells it has not learnt enough
+};
+constexpr std::array<Round, 3> kRounds = {
+    {{1, 10, 256, false, false}, {3, 20, 256, true, true}, {10, 50, 128, true, true}}};
+/// Shifts stay in the race with this many times the excess of other codecs: they save in later
+/// rows.
+constexpr std::uint64_t kShiftPatience = 2;
+/// Mixing is decided early if it saves more than kClearly times the required share, or less than 1
+/// / kClearly of it.
+constexpr std::uint64_t kClearly = 2;
+
+/// Largest number of components of static arrays with which codecs race. Each codec in the race
+/// keeps its own copy of all values. With more components, the cells are a small part of the file.
+constexpr std::uint64_t kMostRacing = 512;
+
+bool takes(ConnectivityCodec codec, const Schema& schema) {
+  return find_codec(codec)->takes(schema);
+}
+
+}  // namespace
+
+CodecTrial trial_for(const Schema& schema, ConnectivityCodec codec, Level level) {
+  using enum ConnectivityCodec;
+  if (codec != automatic) return {.level = level, .codecs = {codec}};
+  switch (level) {
+    case Level::fast:
+      return {.level = level,
+              .codecs = {takes(patterns, schema) ? patterns : rows},
+              .shifts = CodecTrial::Shifts::for_speed};
+    case Level::standard: break;
+    case Level::best:
+      return {.level = level,
+              .codecs = {replay, rows, mixed},
+              .shifts = CodecTrial::Shifts::for_size,
+              .sample_cells = 65536,
+              .spare_share = 1 << 16,
+              .spare_bits = 1 << 16};
+  }
+  return {.level = level,
+          .codecs = {replay, rows, mixed},
+          .shifts = CodecTrial::Shifts::for_size,
+          .sample_cells = 32768};
+}
+
+std::unique_ptr<SegmentEncoder> ChoosingEncoder::encoder_with(ConnectivityCodec codec) const {
+  return make_segment_encoder(*schema_,
+                              {.group_cells = group_cells_,
+                               .codec = codec,
+                               .level = trial_.level,
+                               .with_order = trial_.with_order},
+                              start_);
+}
+
+ChoosingEncoder::ChoosingEncoder(const Schema& schema, std::uint32_t group_cells,
+                                 const CodecTrial& trial, const SegmentStart& start)
+    : schema_(&schema), group_cells_(group_cells), trial_(trial), start_(start) {
+  if (trial.codecs.size() == 1 && trial.shifts == CodecTrial::Shifts::no)
+    encoder_ = encoder_with(trial.codecs[0]);
+}
+
+Result<void> ChoosingEncoder::take(const SegmentPiece& piece, std::vector<EncodedGroup>& done) {
+  if (encoder_) return encoder_->take(piece, done);
+  sample_.push_back(piece);
+  sample_cells_ += piece.cells.size();
+  return sample_cells_ >= trial_.sample_cells ? choose(false, done) : Result<void>();
+}
+
+Result<void> ChoosingEncoder::end(std::vector<EncodedGroup>& done) {
+  if (!encoder_)
+    if (auto status = choose(true, done); !status) return status;
+  encoder_->end(done);
+  return {};
+}
+
+Result<void> ChoosingEncoder::choose(bool is_over, std::vector<EncodedGroup>& done) {
+  using enum CodecTrial::Shifts;
+  if (trial_.shifts == for_speed) {
+    const Result<bool> take_them = shifts_do(shifts_);
+    if (!take_them) return take_them.error();
+    if (*take_them) return go_on_with(shifts_, done);
+  }
+  Result<Runner> best = smallest(is_over);
+  if (!best) return best.error();
+  if (trial_.shifts == for_size && best->codec != ConnectivityCodec::shifts) {
+    const Result<bool> may = shifts_do(shifts_);
+    const Result<bool> take_them = may && *may ? shifts_are_as_small(shifts_, *best) : may;
+    if (!take_them) return take_them.error();
+    if (*take_them) return go_on_with(shifts_, done);
+  }
+  return go_on_with(*best, done);
+}
+
+/// Codes the pieces of the sample up to `pieces` that `runner` has not coded yet.
+Result<void> ChoosingEncoder::advance(Runner& runner, std::size_t pieces) const {
+  if (!runner.encoder) runner.encoder = encoder_with(runner.codec);
+  for (; runner.taken < pieces; ++runner.taken)
+    if (auto status = runner.encoder->take(sample_[runner.taken], runner.done); !status)
+      return status;
+  return {};
+}
+
+Result<void> ChoosingEncoder::go_on_with(Runner& runner, std::vector<EncodedGroup>& done) {
+  if (auto status = advance(runner, sample_.size()); !status) return status;
+  std::move(runner.done.begin(), runner.done.end(), std::back_inserter(done));
+  encoder_ = std::move(runner.encoder);
+  shifts_ = {};
+  sample_ = {};
+  return {};
+}
+
+/// Returns true if shifts qualify: their cells need almost no bytes, and the segment is at least as
+/// long as the sample, so that speed matters.
+Result<bool> ChoosingEncoder::shifts_do(Runner& shifts) const {
+  if (trial_.shifts == CodecTrial::Shifts::no || sample_cells_ < trial_.sample_cells ||
+      !takes(ConnectivityCodec::shifts, *schema_))
+    return false;
+  const std::uint64_t parts = trial_.shifts == CodecTrial::Shifts::for_size ? kShiftPart : 1;
+  // If the first cells already need more bytes than the whole sample may, the rest is not coded.
+  for (const std::size_t pieces : {std::min(kFirstPieces, sample_.size()), sample_.size()}) {
+    if (auto status = advance(shifts, pieces); !status) return status.error();
+    const SegmentSize size = shifts.encoder->size();
+    if (8 * (size.topology + size.besides) * parts > kShiftBits * sample_cells_) return false;
+  }
+  return true;
+}
+
+/// Returns the codecs that race, the fastest first. If size matters, shifts race like the others.
+std::vector<ConnectivityCodec> ChoosingEncoder::candidates() const {
+  std::vector<ConnectivityCodec> codecs = trial_.codecs;
+  std::uint64_t components = 0;
+  for (const ArrayInfo& array : schema_->arrays)
+    components += array.per_step ? 0 : array.components;
+  if (components > kMostRacing && std::count(codecs.begin(), codecs.end(), ConnectivityCodec::rows))
+    return {ConnectivityCodec::rows};
+  if (trial_.shifts == CodecTrial::Shifts::for_size && takes(ConnectivityCodec::shifts, *schema_))
+    codecs.insert(codecs.begin(), ConnectivityCodec::shifts);
+  return codecs;
+}
+
+auto ChoosingEncoder::smallest(bool is_over) -> Result<Runner> {
+  std::vector<Runner> runners;
+  for (ConnectivityCodec codec : candidates()) runners.push_back({codec});
+  for (std::size_t r = 0; r < kRounds.size(); ++r) {
+    const Round& round = kRounds[r];
+    if (runners.size() == 1 || sample_.size() < 2 * round.pieces) break;
+    const bool is_last = r + 1 == kRounds.size() || sample_.size() < 2 * kRounds[r + 1].pieces;
+    const Values values = !round.values || have_values_of_their_own(runners) == 1 ? Values::grown
+                          : is_last ? Values::estimated_last
+                                    : Values::estimated;
+    if (auto status = run(runners, round.pieces, values, round.mixes); !status)
+      return status.error();
+    std::uint64_t least = runners[0].size.all();
+    for (const Runner& runner : runners) least = std::min(least, runner.size.all());
+    for (ConnectivityCodec codec : candidates()) {
+      const Runner* runner = find(runners, codec);
+      const std::uint64_t times = codec == ConnectivityCodec::shifts ? kShiftPatience : 1;
+      if (runner && runner->size.all() > least + least * times / round.share + round.bytes)
+        drop(runners, codec);
+    }
+    // Savings of mixing on many cells are representative of the remaining cells.
+    if (round.mixes) settle_mixing(runners, r + 1 == kRounds.size() && trial_.level != Level::best);
+  }
+  if (runners.size() == 1) return std::move(runners[0]);
+  return finish_race(runners, is_over);
+}
+
+/// Runs the last round, on the whole sample, and returns the winner.
+auto ChoosingEncoder::finish_race(std::vector<Runner>& runners, bool is_over) -> Result<Runner> {
+  const bool ends = is_over && trial_.level == Level::best;
+  const bool is_first = runners[0].size.values == 0;
+  if (is_first || ends) {
+    const Values values = ends ? Values::grown : Values::estimated;
+    if (auto status = run(runners, sample_.size(), values, true); !status) return status.error();
+    if (ends) settle_mixing(runners, true);
+    for (Runner& runner : runners) {
+      if (!ends || runners.size() == 1) break;
+      runner.encoder->end(runner.done);
+      runner.size = runner.encoder->size();
+    }
+    return std::move(best_of(runners));
+  }
+  if (lies_in_a_layer()) {
+    // More cells of the first layer say nothing about later layers, and need most of the memory.
+    const std::uint64_t bytes = value_bytes(sample_.size());
+    for (Runner& runner : runners)
+      for (std::uint64_t* part : {&runner.size.topology, &runner.size.besides, &runner.size.values})
+        *part = *part * bytes / std::max<std::uint64_t>(runner.value_bytes, 1);
+    Runner best = std::move(best_of(runners));
+    if (Runner* shifts = find(runners, ConnectivityCodec::shifts); shifts && shifts->encoder)
+      shifts_ = std::move(*shifts);
+    return best;
+  }
+  // Two at a time: the output of all codecs together would need too much memory.
+  while (runners.size() > 1) {
+    std::vector<Runner> two;
+    for (Runner& runner : std::span(runners).first(2)) two.push_back(std::move(runner));
+    if (auto status = run(two, sample_.size(), Values::grown, true); !status) return status.error();
+    runners.erase(runners.begin());
+    runners[0] = std::move(best_of(two));
+    if (Runner* shifts = find(two, ConnectivityCodec::shifts); shifts && shifts->encoder)
+      shifts_ = std::move(*shifts);
+  }
+  return std::move(runners[0]);
+}
+
+/// Returns the number of runners with values of their own: mixed rows code the same values as rows.
+std::size_t ChoosingEncoder::have_values_of_their_own(std::span<const Runner> runners) {
+  return static_cast<std::size_t>(std::count_if(runners.begin(), runners.end(), [](auto& runner) {
+    return runner.codec != ConnectivityCodec::mixed;
+  }));
+}
+
+/// Returns null if the codec has left the race.
+auto ChoosingEncoder::find(std::span<Runner> runners, ConnectivityCodec codec) -> Runner* {
+  const auto found = std::find_if(runners.begin(), runners.end(),
+                                  [&](const Runner& runner) { return runner.codec == codec; });
+  return found == runners.end() ? nullptr : &*found;
+}
+
+void ChoosingEncoder::drop(std::vector<Runner>& runners, ConnectivityCodec codec) {
+  Runner* runner = find(runners, codec);
+  if (codec == ConnectivityCodec::shifts) shifts_ = std::move(*runner);
+  runners.erase(runners.begin() + (runner - runners.data()));
+}
+
+/// Returns the size of the values so far, which it codes to measure it.
+std::uint64_t ChoosingEncoder::coded_values(Runner& runner) {
+  return runner.encoder->size().values + runner.encoder->values_if_coded();
+}
+
+/// Advances each runner to `pieces` pieces, and determines the size of its values as `values` says.
+/// Mixed rows advance only if `mixes` is set and mixing can pay. Values that are not estimated grow
+/// in proportion to the raw bytes.
+Result<void> ChoosingEncoder::run(std::vector<Runner>& runners, std::size_t pieces, Values values,
+                                  bool mixes) const {
+  using enum ConnectivityCodec;
+  const std::uint64_t bytes = value_bytes(pieces);
+  Runner* first = find(runners, rows);  // the runner whose values are always sized; never shifts
+  if (!first) first = &runners.back();
+  ValueChoices choices;
+  const auto size_of = [&](Runner& runner, bool estimates) -> Result<void> {
+    if (auto status = advance(runner, pieces); !status) return status;
+    const SegmentSize before = std::exchange(runner.size, runner.encoder->size());
+    if (estimates)
+      runner.size.values += runner.encoder->about_values(choices);
+    else if (runner.value_bytes > 0)
+      runner.size.values = before.values * bytes / runner.value_bytes;
+    runner.value_bytes = bytes;
+    return {};
+  };
+  // Estimates do not distinguish values predicted along numbers well enough from values predicted
+  // over a surface.
+  const bool codes =
+      find(runners, shifts) &&
+      (trial_.level == Level::best ? values != Values::grown : values == Values::estimated_last);
+  const bool estimates = values != Values::grown && !codes;
+  if (auto status = size_of(*first, estimates || first->size.values == 0); !status) return status;
+  if (codes) first->size.values = coded_values(*first);
+  for (Runner& runner : runners) {
+    if (&runner == first) continue;
+    const bool is_mixed_rows = runner.codec == mixed && first->codec == rows;
+    if (is_mixed_rows && !(mixes && mixing_can_pay(first->size))) {
+      runner.size = first->size;
+      runner.value_bytes = first->value_bytes;
+      continue;
+    }
+    if (auto status = size_of(runner, estimates && !is_mixed_rows); !status) return status;
+    if (codes && !is_mixed_rows) runner.size.values = coded_values(runner);
+    // In the first round the neighbours of a vertex are about the same for all codecs.
+    if (is_mixed_rows || runner.size.values == 0) runner.size.values = first->size.values;
+  }
+  return {};
+}
+
+/// Drops rows or mixed rows, which differ only by the savings of mixing, if the difference is clear
+/// or `finally` is set.
+void ChoosingEncoder::settle_mixing(std::vector<Runner>& runners, bool finally) {
+  using enum ConnectivityCodec;
+  Runner *with_rows = find(runners, rows), *with_mixed = find(runners, mixed);
+  if (!with_rows || !with_mixed) return;
+  if (finally) return drop(runners, is_better(*with_mixed, *with_rows) ? rows : mixed);
+  const std::uint64_t rows_bytes = with_rows->size.all(), mixed_bytes = with_mixed->size.all();
+  const std::uint64_t saved = (rows_bytes - std::min(rows_bytes, mixed_bytes)) * trial_.spare_share;
+  if (!mixing_can_pay(with_rows->size) || saved * kClearly < rows_bytes)
+    drop(runners, mixed);
+  else if (saved > rows_bytes * kClearly)
+    drop(runners, rows);
+}
+
+/// Returns true if mixing can save a noticeable part. Decoding with it takes several times as long.
+bool ChoosingEncoder::mixing_can_pay(const SegmentSize& other) const {
+  return trial_.level == Level::best ||
+         other.topology * kMixedSavesTenths * trial_.spare_share >= other.all() * 10;
+}
+
+/// Must hold: `runners` is not empty, the fastest first.
+auto ChoosingEncoder::best_of(std::span<Runner> runners) const -> Runner& {
+  Runner* best = &runners[0];
+  for (Runner& runner : runners.subspan(1))
+    if (is_better(runner, *best)) best = &runner;
+  return *best;
+}
+
+/// `faster`: another runner, which is faster.
+bool ChoosingEncoder::is_better(const Runner& smaller, const Runner& faster) const {
+  if (!is_worth_it(smaller.size, faster.size)) return false;
+  // Decoding mixed bits takes several times as long, in small meshes too.
+  return smaller.codec != ConnectivityCodec::mixed || trial_.level == Level::best ||
+         (faster.size.all() - smaller.size.all()) * trial_.spare_share > faster.size.all();
+}
+
+bool ChoosingEncoder::is_worth_it(const SegmentSize& smaller, const SegmentSize& faster) const {
+  if (smaller.all() >= faster.all()) return false;
+  if (sample_cells_ < trial_.sample_cells) return true;  // time does not matter
+  const auto is_felt = [&](std::uint64_t bytes) {
+    return 8 * bytes * trial_.spare_bits > sample_cells_;
+  };
+  const std::uint64_t saved = faster.all() - smaller.all();
+  if (!is_felt(saved)) return false;
+  return saved * trial_.spare_share > faster.all() ||
+         (smaller.topology < faster.topology && is_felt(faster.topology - smaller.topology));
+}
+
+Result<bool> ChoosingEncoder::shifts_are_as_small(Runner& shifts, Runner& other) const {
+  ValueChoices choices;
+  for (Runner* runner : {&other, &shifts}) {
+    if (auto status = advance(*runner, sample_.size()); !status) return status.error();
+    runner->size = runner->encoder->size();
+    runner->size.values += runner->encoder->about_values(choices);
+  }
+  // Shifts need the bytes of their cells at the beginning of a segment, so these do not count.
+  const std::uint64_t share = lies_in_a_layer() ? kShiftShareOfLayer : kShiftShare;
+  const auto are_as_small = [&] {
+    return shifts.size.all() - shifts.size.topology <= other.size.all() + other.size.all() / share;
+  };
+  if (!are_as_small()) return false;
+  for (Runner* runner : {&other, &shifts}) {
+    runner->size = runner->encoder->size();
+    runner->size.values += runner->encoder->values_if_coded();
+  }
+  return are_as_small();
+}
+
+/// Returns true if nearly every cell of the sample leaves a vertex for later cells to use.
+bool ChoosingEncoder::lies_in_a_layer() const {
+  std::int64_t alive = 0;
+  for (const SegmentPiece& piece : sample_)
+    for (const SegmentPiece::Cell& cell : piece.cells)
+      alive += std::int64_t{cell.new_vertices} - std::popcount(cell.last_use);
+  return alive * 8 >= static_cast<std::int64_t>(sample_cells_) * 7;
+}
+
+/// Returns the raw bytes of the values in the first `pieces` pieces.
+std::uint64_t ChoosingEncoder::value_bytes(std::size_t pieces) const {
+  std::uint64_t bytes = 0;
+  for (const SegmentPiece& piece : std::span(sample_).first(pieces))
+    bytes += piece.vertex_values.size() + piece.cell_data.size();
+  return bytes;
+}
+
+}  // namespace shm

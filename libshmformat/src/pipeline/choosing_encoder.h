@@ -1,0 +1,115 @@
+// ChoosingEncoder: codes one segment. It tries several codecs of hexahedra on the first cells of
+// the segment and continues with the one that needs the fewest bytes. Coordinates and values count
+// too, because the codec determines the order in which they are coded. The choice depends on these
+// bytes only, so it is the same for any number of threads.
+//
+// The codecs race. In the first round all of them code the connectivity of a few cells. Codecs that
+// are not clearly larger than the smallest code more cells in the next rounds, and those that are
+// still close go on to the end of the sample. The winner continues from there, so its cells are not
+// coded twice. The size of the values is estimated: for one codec in the first round, then for each
+// codec whose values differ. Later it is assumed to grow in proportion to the raw values. Values
+// are really coded, to measure their size, in two cases only: if shifts compete, which estimates do
+// not distinguish well from other codecs, and at level best if the sample is the whole segment.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "codecs/shared/segment_encoder.h"
+
+namespace shm {
+
+/// Codecs to try, and the rules of choice.
+struct CodecTrial {
+  Level level = Level::standard;          ///< level of the value coders
+  bool with_order = true;                 ///< the same as in SegmentOptions
+  std::vector<ConnectivityCodec> codecs;  ///< codecs to try, the fastest first; not empty
+  /// Whether the shifts codec is tried as well. It qualifies if its cells need almost no bytes.
+  enum class Shifts : std::uint8_t {
+    no,
+    for_speed,  ///< taken if it qualifies
+    for_size,   ///< taken if it qualifies and its values are about as small, since it is faster
+  };
+  Shifts shifts = Shifts::no;
+  /// Number of cells of a segment on which codecs are tried. A shorter segment is the sample
+  /// itself.
+  std::size_t sample_cells = 16384;
+  // In a segment longer than the sample, a slower codec must save more than one bit in `spare_bits`
+  // cells. It must also save more than one part in `spare_share` of all bytes, or more than one bit
+  // of connectivity and numbers in `spare_bits` cells.
+  std::uint64_t spare_share = 128;
+  std::uint64_t spare_bits = 32;
+};
+
+/// Returns the codecs to try at `level`, the fastest first. If `codec` is not automatic, it is the
+/// only one.
+CodecTrial trial_for(const Schema& schema, ConnectivityCodec codec, Level level);
+
+class ChoosingEncoder {
+ public:
+  /// `schema` has passed check_schema() and must outlive the encoder. A single codec is used at
+  /// once.
+  ChoosingEncoder(const Schema& schema, std::uint32_t group_cells, const CodecTrial& trial,
+                  const SegmentStart& start);
+
+  /// Codes the cells of `piece`, and appends the groups that they complete to `done`.
+  Result<void> take(const SegmentPiece& piece, std::vector<EncodedGroup>& done);
+  /// Ends the segment and appends its remaining groups to `done`.
+  Result<void> end(std::vector<EncodedGroup>& done);
+
+ private:
+  /// A codec in the race. Its groups are kept, since those of the winner are written.
+  struct Runner {
+    ConnectivityCodec codec = ConnectivityCodec::rows;
+    std::unique_ptr<SegmentEncoder> encoder{};
+    std::size_t taken = 0;  ///< pieces of the sample coded so far
+    std::vector<EncodedGroup> done{};
+    SegmentSize size{};             ///< approximate size after its last round
+    std::uint64_t value_bytes = 0;  ///< raw bytes of the values in these pieces
+  };
+
+  /// How a round determines the size of the runners' values.
+  enum class Values : std::uint8_t {
+    grown,  ///< grown in proportion to the raw bytes since the last round
+    estimated,
+    estimated_last,  ///< estimated, and no later round estimates again
+  };
+
+  /// `is_over`: the sample is the whole segment.
+  Result<void> choose(bool is_over, std::vector<EncodedGroup>& done);
+  std::unique_ptr<SegmentEncoder> encoder_with(ConnectivityCodec codec) const;
+  Result<void> advance(Runner& runner, std::size_t pieces) const;
+  Result<void> go_on_with(Runner& runner, std::vector<EncodedGroup>& done);
+  Result<Runner> smallest(bool is_over);
+  Result<Runner> finish_race(std::vector<Runner>& runners, bool is_over);
+  Result<bool> shifts_do(Runner& shifts) const;
+  Result<bool> shifts_are_as_small(Runner& shifts, Runner& other) const;
+  bool lies_in_a_layer() const;
+  std::uint64_t value_bytes(std::size_t pieces) const;
+  std::vector<ConnectivityCodec> candidates() const;
+  static std::size_t have_values_of_their_own(std::span<const Runner> runners);
+  static Runner* find(std::span<Runner> runners, ConnectivityCodec codec);
+  static std::uint64_t coded_values(Runner& runner);
+  Result<void> run(std::vector<Runner>& runners, std::size_t pieces, Values values,
+                   bool mixes) const;
+  void drop(std::vector<Runner>& runners, ConnectivityCodec codec);
+  void settle_mixing(std::vector<Runner>& runners, bool finally);
+  bool mixing_can_pay(const SegmentSize& other) const;
+  Runner& best_of(std::span<Runner> runners) const;
+  bool is_better(const Runner& smaller, const Runner& faster) const;
+  bool is_worth_it(const SegmentSize& smaller, const SegmentSize& faster) const;
+
+  const Schema* schema_;
+  std::uint32_t group_cells_;
+  CodecTrial trial_;
+  SegmentStart start_;
+  std::vector<SegmentPiece> sample_;
+  std::size_t sample_cells_ = 0;
+  Runner shifts_{ConnectivityCodec::shifts};  // the shifts runner after it has left the race
+  std::unique_ptr<SegmentEncoder> encoder_;   // encoder of the chosen codec
+};
+
+}  // namespace shm

@@ -1,0 +1,60 @@
+// Spiral reorderer: the delay buffer. It picks the waiting cell that touches the previous cell
+// most, so that gates are found on the previous hexahedron more often.
+// in:    cells in input order     out: the same cells in coding order
+// A cell that no other cell leads to may wait long, but never more cells wait than the buffer
+// holds.
+// source: paper section 3.1.1. Not part of the format: a reader sees only the resulting order.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <unordered_map>
+
+#include "base/number_map.h"
+
+namespace shm {
+
+class SpiralReorderer {
+ public:
+  using Corners = std::array<std::uint64_t, 8>;  // any ids of vertices, corners as stored
+
+  /// Adds a cell. The caller chooses `handle`; no other waiting cell has it.
+  void push_hexahedron(std::uint32_t handle, const Corners& corners);
+  void push_other(std::uint32_t handle);
+  std::size_t waiting() const { return by_age_.size(); }
+  /// Removes and returns the waiting cell that comes next. Must hold: waiting() > 0.
+  std::uint32_t pop();
+
+ private:
+  /// Faces of the previous hexahedron, as seen by an observer who walks through the mesh.
+  enum Label : std::uint8_t { kFront, kLeft, kRight, kTop, kBottom, kBack, kLabels };
+  using Face = std::array<std::uint64_t, 4>;  // sorted vertex numbers
+  struct FaceHash {
+    std::size_t operator()(const Face& face) const;
+  };
+  struct Waiting {
+    std::uint64_t age = 0;
+    bool hexahedral = false;
+    Corners corners{};
+  };
+
+  static Face face_of(const Corners& corners, std::uint32_t face);
+  void remove(std::uint32_t handle);
+  void walk_through(Label label, std::uint32_t entered_face, const Corners& next);
+  void start_at(const Corners& corners);
+
+  std::uint64_t next_age_ = 0;
+  std::map<std::uint64_t, std::uint32_t> by_age_;
+  std::unordered_map<std::uint32_t, Waiting> cells_;
+  std::unordered_map<Face, std::array<std::uint32_t, 2>, FaceHash>
+      faces_;  // at most two cells for each face
+
+  bool has_previous_ = false;
+  Corners previous_{};
+  std::array<std::uint8_t, kLabels> face_at_{};  // by label: the face of previous_
+  Label horizontal_ = kRight, vertical_ = kTop;
+  bool last_was_horizontal_ = true;
+};
+
+}  // namespace shm

@@ -1,0 +1,161 @@
+// IndexedFile: a .shm file that is read through its index: finds chunks and the bitstreams of
+// groups, and reads only these. The index is trusted for where data is, but never for its contents.
+// spec: "Index and trailer", "Group"
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "base/binary.h"
+#include "base/packing.h"
+#include "codecs/shared/group_parts.h"
+#include "format/format.h"
+#include "repair/decodable_parts.h"
+#include "shm/reader.h"
+#include "shm/segment_reader.h"
+
+namespace shm {
+
+class IndexedFile {
+ public:
+  /// `source` is borrowed.
+  IndexedFile(RandomSource& source, const ReadLimits& limits)
+      : source_(&source), limits_(within_sizes(limits)) {
+    limits_.max_active_bytes =
+        limit_with(limits_.max_active_bytes, ReadLimits::kActiveBytesEach, source.size());
+  }
+
+  /// Reads only trailer, index and schema.
+  Result<void> open();
+  /// Opens a damaged file: scans all of it and keeps the decodable parts. Segments and groups are
+  /// numbered among those that are left.
+  Result<void> open_damaged();
+  /// Null unless the file is damaged.
+  const DecodableParts* decodable() const { return decodable_.get(); }
+  const Schema& schema() const { return *decoder_.schema(); }
+  const ReadLimits& limits() const { return limits_; }
+  /// Totals of the whole file and all entries.
+  const container::Index& index() const { return index_; }
+  std::uint64_t index_offset() const { return index_offset_; }
+  /// Removes the entries of step values, after a caller has stored them elsewhere.
+  void drop_step_entries();
+  RandomSource& source() { return *source_; }
+
+  const std::vector<SegmentInfo>& segments() const { return segments_; }
+  const std::vector<container::IndexEntry>& groups() const { return groups_; }
+  /// Returns the number of the first group of `segment`. For segments().size(): the number of
+  /// groups.
+  std::size_t first_group(std::size_t segment) const { return first_group_[segment]; }
+  /// Returns the index in segments() of the segment that contains the group. In a damaged file this
+  /// is not the segment number in the header of the group.
+  std::size_t segment_of(std::size_t group) const {
+    return static_cast<std::size_t>(
+               std::upper_bound(first_group_.begin(), first_group_.end(), group) -
+               first_group_.begin()) -
+           1;
+  }
+  /// Returns the number that the file gives to segments()[segment] or groups()[group].
+  std::uint32_t segment_number(std::size_t segment) const {
+    return groups_[first_group_[segment]].segment;
+  }
+  std::uint64_t group_number(std::size_t group) const {
+    return decodable_ ? decodable_->group_numbers[group] : group;
+  }
+  /// Returns the static arrays that are lost in a segment, ascending.
+  std::span<const std::uint32_t> lost_arrays(std::size_t segment) const {
+    return decodable_ ? std::span<const std::uint32_t>(decodable_->lost_arrays[segment])
+                      : std::span<const std::uint32_t>();
+  }
+
+  /// Returns the payload of a whole chunk. Stores the version of the chunk in `version` unless it
+  /// is null.
+  Result<std::vector<std::byte>> read_chunk(const container::IndexEntry& entry,
+                                            std::uint8_t* version = nullptr);
+  /// The same for a chunk with several parts, which is read once per part: a small payload is kept
+  /// for the next call. The returned payload is valid until then.
+  struct Payload {
+    std::span<const std::byte> bytes;
+    std::uint8_t version = 0;
+  };
+  Result<Payload> read_chunk_of_parts(const container::IndexEntry& entry);
+  /// Returns all extras in file order.
+  Result<std::vector<Extra>> read_extras();
+  /// Returns an empty list if the file has no step times.
+  Result<std::vector<double>> read_step_times();
+  /// Fails unless the groups are contiguous and add up to the totals of the index.
+  Result<void> expect_totals() const;
+  /// Fails unless the header of a group agrees with its entry in the index, including the box.
+  Result<void> expect_group(std::size_t group, const container::GroupHeader& header) const;
+  /// A group without its bitstreams.
+  struct GroupHead {
+    std::vector<std::byte> bytes;  ///< as in the payload
+    container::GroupHeader header;
+    std::uint64_t payload_offset = 0;          ///< in the file
+    std::vector<std::uint64_t> stream_offset;  ///< in the file, of each stream of the header
+  };
+  Result<GroupHead> read_group_head(std::size_t group);
+  /// Announces to the source that these groups will be read as a whole.
+  void prefetch_groups(std::span<const std::size_t> groups);
+  /// Announces which bitstreams of these groups will be read. To know them, it reads the heads of
+  /// the groups and keeps them for read_group_head(), which also reports their errors. Does nothing
+  /// for very many groups.
+  using WantsStream =
+      std::function<bool(const container::GroupHeader&, const container::StreamEntry&)>;
+  void prefetch_streams(std::span<const std::size_t> groups, const WantsStream& wants);
+  /// Returns the bytes of one bitstream of a group.
+  Result<std::vector<std::byte>> read_stream(std::size_t group, const GroupHead& head,
+                                             std::size_t stream);
+  /// Returns a group whose payload has zeros in place of the streams that are not wanted.
+  Result<container::GroupChunk> read_group(std::size_t group, const DecodedParts& parts);
+
+  /// Returns an error about the bytes at `offset`.
+  static Error wrong(std::string detail, std::string section, std::uint64_t offset,
+                     ErrorCode code = ErrorCode::corrupt) {
+    return Error{code, std::move(detail), std::move(section), offset, {}};
+  }
+  Error wrong_index(std::string detail) const {
+    return wrong(std::move(detail), "index", index_offset_);
+  }
+
+ private:
+  std::uint64_t head_bytes(const container::IndexEntry& group) const;
+  void look_at_beginning(std::span<const std::byte> bytes);
+  Result<void> read_index();
+  Result<void> expect_limits() const;
+  Result<void> read_schema();
+  Result<void> list_groups();
+  void add_to_segment(const container::IndexEntry& entry);
+  Result<std::vector<std::byte>> read_packed(const container::IndexEntry& entry);
+  /// The budget after the schema. Every call starts with it, so that reading the same parts again
+  /// does not fail.
+  UnpackBudget budget() const;
+  /// Returns true if blobs are bounded, as container::has_bounded_blobs() does. The same files have
+  /// earlier values.
+  bool has_bounded_blobs() const { return schema().earlier_values; }
+
+  RandomSource* source_;
+  ReadLimits limits_;
+  Decoder decoder_;  // has read the schema
+  std::uint64_t index_offset_ = 0;
+  container::Index index_;
+  bool has_long_headers_ = false;  // chunk headers are long even if short ones would do
+  std::vector<SegmentInfo> segments_;
+  std::vector<container::IndexEntry> groups_;
+  std::vector<std::size_t> first_group_;  // of each segment, and the end of the last one
+  std::unique_ptr<const DecodableParts> decodable_;
+  std::unordered_map<std::size_t, GroupHead> heads_;  // heads read ahead, by group
+  std::vector<std::byte> kept_;                       // payload kept by read_chunk_of_parts()
+  std::uint64_t kept_offset_ = kNoOffset;             // offset of its chunk; kNoOffset: not valid
+  std::uint64_t kept_bytes_ = 0;                      // length of its chunk
+  std::uint8_t kept_version_ = 0;
+};
+
+}  // namespace shm

@@ -1,0 +1,15 @@
+// Topology of groups that are found through the index.
+#pragma once
+
+#include <cstddef>
+
+#include "random/indexed_file.h"
+#include "steps/step_topology.h"
+
+namespace shm {
+
+/// Reads the streams that hold the topology of a group and adds the group to `topology`. Must hold:
+/// it is the next group of `topology`.
+Result<void> add_group(IndexedFile& file, std::size_t group, StepTopology& topology);
+
+}  // namespace shm

@@ -1,0 +1,93 @@
+// PiecePicker: picks the requested cells and vertices from the blocks of segments, and records
+// which segments have their values.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <set>
+#include <unordered_set>
+#include <vector>
+
+#include "codecs/shared/group_parts.h"
+#include "random/indexed_file.h"
+#include "random/number_set.h"
+#include "random/piece_request.h"
+#include "random/vertex_buffer.h"
+
+namespace shm {
+
+class PiecePicker {
+ public:
+  /// A vertex of the piece that an earlier segment owns.
+  struct Import {
+    std::size_t segment = 0;  // the segment that imports it
+    std::array<double, 3> point{};
+  };
+  using Imports = std::map<std::uint64_t, Import>;  // by number
+
+  /// Everything except `parts` is borrowed.
+  PiecePicker(const IndexedFile& file, const PieceRequest& request, const DecodedParts& parts);
+
+  void begin_segment(std::size_t segment) { segment_ = segment; }
+  /// Takes the next block of the segment, which belongs to `group`. The block may be moved from.
+  Result<void> pick(MeshBlock& block, std::size_t group);
+  void end_segment();
+  /// Call it after all segments. Checks that every requested element has come exactly once.
+  Result<void> end_mesh();
+
+  /// The picked part of the last block.
+  MeshBlock& piece() { return piece_; }
+  /// Number of elements so far that meet all conditions except the box.
+  std::uint64_t found() const { return found_; }
+  /// Number of vertices in the box that later cells may use.
+  std::size_t waiting_in_box() const { return buffer_.in_box(); }
+
+  // Totals of all that has been picked.
+  std::uint64_t vertex_count() const { return vertices_.set.size(); }
+  /// Ascending. Must hold: end_mesh() was called.
+  const std::vector<std::uint64_t>& vertex_numbers() { return vertices_.all(); }
+  const std::vector<std::uint64_t>& cell_numbers() { return cells_.all(); }
+  const std::vector<std::uint64_t>& block_cells() const { return block_cells_; }
+  /// Imported vertices whose owning segment has not been read.
+  const Imports& imports() const { return imports_; }
+  /// Segments that own picked vertices.
+  const std::set<std::size_t>& point_segments() const { return point_segments_; }
+  const std::set<std::size_t>& cell_segments() const { return cell_segments_; }
+
+ private:
+  Result<void> take_vertices(const MeshBlock& block, std::size_t& next, std::size_t end);
+  Result<void> take_unused(const MeshBlock& block, std::size_t next);
+  Result<void> pick_cell(const MeshBlock& block, std::size_t cell);
+  void pick_cell_values(const MeshBlock& block, std::size_t cell, bool wanted);
+  void give(VertexBuffer::Vertex& vertex);
+  /// A set of numbers; the list is created on the first request.
+  struct Numbers {
+    const std::vector<std::uint64_t>& all() {
+      if (list.size() != set.size()) list = set.numbers();
+      return list;
+    }
+    NumberSet set;
+    std::vector<std::uint64_t> list;
+  };
+
+  const IndexedFile* file_;
+  const PieceRequest* request_;
+  VertexBuffer buffer_;
+  std::vector<std::uint32_t> cell_arrays_;  // requested cell arrays
+  std::vector<std::size_t>
+      taken_;  // by requested cell array: elements of the current block that have been passed
+  std::size_t segment_ = 0, group_ = 0;
+  std::uint64_t found_ = 0;
+  MeshBlock piece_;
+  std::unordered_set<std::uint64_t>
+      shared_;  // vertices in the piece that other segments may contain, too
+
+  Numbers vertices_, cells_;
+  std::vector<std::uint64_t> block_cells_;
+  Imports imports_;
+  std::set<std::size_t> point_segments_, cell_segments_;
+};
+
+}  // namespace shm

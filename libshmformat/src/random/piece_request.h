@@ -1,0 +1,70 @@
+// PieceRequest: a request for part of a file, and the segments that may contain it according to the
+// index.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "random/indexed_file.h"
+#include "shm/mesh_extract.h"
+
+namespace shm {
+
+class PieceRequest {
+ public:
+  /// A segment to read. `probe`: the segment may contain nothing of the request, so its cells are
+  /// checked before its values are read.
+  struct Visit {
+    std::size_t segment = 0;
+    bool probe = false;
+  };
+  static constexpr std::uint64_t kUnknown = ~std::uint64_t{0};
+
+  /// `file` is borrowed. Must hold: it is open. Fails if the request names elements or arrays that
+  /// do not exist.
+  static Result<PieceRequest> of(ExtractRequest request, const IndexedFile& file);
+
+  const ExtractRequest& request() const { return request_; }
+  bool of_vertices() const { return request_.vertices.has_value(); }
+  bool wants_unused() const {
+    return (request_.unused_vertices || (request_.cells.all() && file_->decodable())) &&
+           !of_vertices();
+  }
+  /// Returns true if the piece is the whole file. Always false for a damaged file.
+  bool all() const { return !of_vertices() && request_.cells.all() && !file_->decodable(); }
+  const std::optional<std::array<double, 6>>& box() const { return request_.cells.box; }
+
+  /// Returns the segments in the order in which to read them: first those that certainly or likely
+  /// contain requested elements.
+  std::vector<Visit> visits() const;
+  /// Returns true if a cell meets all conditions except the box.
+  bool includes(std::uint64_t number, std::uint32_t block) const;
+  bool includes_vertex(std::uint64_t number) const;
+  /// Number of elements of the whole mesh that meet all conditions except the box, if it is known:
+  /// reading can stop after that number. Otherwise kUnknown.
+  std::uint64_t expected() const { return expected_; }
+
+  /// Returns true if the group may contain requested cells, judged by cell numbers.
+  bool may_be_in_group(const container::IndexEntry& group) const;
+  /// Returns true if a group or segment whose box is `of_index` may have vertices in the requested
+  /// box.
+  bool may_be_in_box(const std::array<double, 6>& of_index) const;
+  /// Returns a box of the index, enlarged by the largest error of quantized coordinates.
+  std::array<double, 6> widened(std::array<double, 6> box) const;
+
+ private:
+  PieceRequest(ExtractRequest request, const IndexedFile& file)
+      : request_(std::move(request)), file_(&file) {}
+  Result<void> check() const;
+  std::uint64_t count_expected() const;
+  bool numbers_are_positions() const;
+  bool may_number(std::uint64_t first, std::uint64_t count) const;
+  bool blocks_likely(const SegmentInfo& segment) const;
+
+  ExtractRequest request_;
+  const IndexedFile* file_;
+  std::uint64_t expected_ = kUnknown;
+};
+
+}  // namespace shm

@@ -1,0 +1,249 @@
+#include "random/segment_steps.h"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "steps/step_memory.h"
+
+namespace shm {
+namespace {
+
+// Limits on the steps that are read together, and on their components in all: each column needs
+// memory.
+constexpr std::size_t kMostSteps = 8, kMostComponents = 32;
+
+Error at_chunk(Error error, std::uint64_t offset) {
+  error.offset = offset;
+  return error;
+}
+
+}  // namespace
+
+SegmentSteps::SegmentSteps(IndexedFile& file, const StepIndex& index, StepReference most,
+                           std::uint32_t array, std::size_t segment, std::size_t wanted,
+                           HeldSteps& held)
+    : file_(&file),
+      index_(&index),
+      most_(most),
+      array_(array),
+      segment_(segment),
+      wanted_(wanted),
+      key_(index.key_of(array, wanted)),
+      from_(key_),
+      held_(&held) {
+  if (info().quantization.lossy()) most_ = StepReference::nothing;
+  if (held.at && *held.at >= key_ && *held.at <= wanted) from_ = *held.at + 1;
+}
+
+/// Returns true if decoding the step needs the mesh. A column continues from part to part, so if
+/// one part needs the mesh, all do.
+bool SegmentSteps::told_by_mesh(std::size_t step) const {
+  const auto parts = parts_of(step);
+  return StepParts::may_need_elements(info()) &&
+         std::any_of(parts.begin(), parts.end(),
+                     [](const StepIndex::Part& part) { return is_predicted(part.codec); });
+}
+
+bool SegmentSteps::needs_mesh() const {
+  for (std::size_t step = from_; step <= wanted_; ++step)
+    if (told_by_mesh(step)) return true;
+  return false;
+}
+
+std::uint64_t SegmentSteps::elements() const {
+  std::uint64_t elements = 0;
+  for (const StepIndex::Part& part : parts_of(wanted_)) elements += part.count;
+  return elements;
+}
+
+Result<std::vector<std::byte>> SegmentSteps::read_next(StepElements* mesh) {
+  if (!std::exchange(begun_, true))
+    if (auto status = read_earlier_passes(mesh); !status) return status.error();
+  const std::size_t nth = next_++;
+  if (pass_.from == pass_.end) {  // the values are held
+    const StepIndex::Part& part = parts_of(wanted_)[nth];
+    const std::size_t stride = scalar_bytes(info().type) * info().components;
+    const auto values =
+        std::span(held_->last)
+            .subspan(static_cast<std::size_t>((part.first - parts_of(wanted_)[0].first) * stride),
+                     static_cast<std::size_t>(part.count * stride));
+    return std::vector<std::byte>(values.begin(), values.end());
+  }
+  if (auto status = read_group(nth, mesh); !status) return status.error();
+  if (at_end() && most_ != StepReference::nothing) held_->at = wanted_;
+  return std::move(values_);
+}
+
+/// Returns true if the step has the same groups as the wanted step. Only then can held values serve
+/// as reference.
+bool SegmentSteps::has_same_groups(std::size_t step) const {
+  const auto of_held = parts_of(step), wanted = parts_of(wanted_);
+  return std::equal(of_held.begin(), of_held.end(), wanted.begin(), wanted.end(),
+                    [](const StepIndex::Part& a, const StepIndex::Part& b) {
+                      return a.group == b.group && a.count == b.count;
+                    });
+}
+
+/// Reads all steps before the wanted step, except those of the last pass.
+Result<void> SegmentSteps::read_earlier_passes(StepElements* mesh) {
+  if (from_ > key_ && !has_same_groups(from_ - 1))
+    return file_->wrong_index("steps of an array have different groups");
+  // The number of steps per pass is limited by memory, estimated from the bytes kept per vertex or
+  // cell.
+  constexpr std::uint64_t kKeptOfEach = 40;
+  const std::uint64_t active = mesh == nullptr ? 0 : mesh->most_active();
+  const std::uint64_t room = most_kept() / (kKeptOfEach * info().components * (active + 1));
+  const auto together = static_cast<std::size_t>(std::clamp<std::uint64_t>(
+      std::min<std::uint64_t>(kMostComponents / info().components, room), 1, kMostSteps));
+  const std::size_t groups = parts_of(wanted_).size();
+  for (pass_.from = from_;; pass_.from = pass_.end) {
+    pass_.end = std::min(pass_.from + together, wanted_ + 1);
+    begin_pass();
+    if (pass_.end > wanted_) return {};
+    for (std::size_t nth = 0; nth < groups; ++nth)
+      if (auto status = read_group(nth, mesh); !status) return status;
+  }
+}
+
+/// Memory limit for the columns of a pass together.
+std::uint64_t SegmentSteps::most_kept() const {
+  return most_kept_of_steps(file_->limits().max_column_bytes, file_->source().size());
+}
+
+void SegmentSteps::begin_pass() {
+  columns_.clear();
+  by_mesh_.clear();
+  for (std::size_t step = pass_.from; step < pass_.end; ++step) {
+    columns_.emplace_back().emplace(file_->schema(), file_->limits().max_group_bytes, array_,
+                                    most_kept() / (pass_.end - pass_.from));
+    by_mesh_.push_back(told_by_mesh(step));
+  }
+  // Until all groups are read, the held values belong to several steps.
+  if (pass_.from < pass_.end) held_->at.reset();
+}
+
+/// Returns the elements of the group of a part.
+Result<ColumnElements> SegmentSteps::elements_of(StepElements& mesh,
+                                                 const StepIndex::Part& part) const {
+  const std::size_t group = part.group - file_->first_group(segment_);
+  const auto count = mesh.count(array_, group);
+  if (!count) return at_chunk(count.error(), file_->groups()[part.group].offset);
+  if (*count != part.count)
+    return IndexedFile::wrong("the number of values differs from the number of elements",
+                              "step values", part.offset);
+  auto elements = mesh.elements(array_, group);
+  if (!elements) return at_chunk(elements.error(), file_->groups()[part.group].offset);
+  return elements;
+}
+
+/// Reads the nth group at all steps of the pass.
+Result<void> SegmentSteps::read_group(std::size_t nth, StepElements* mesh) {
+  const StepIndex::Part& part = parts_of(wanted_)[nth];
+  ColumnElements elements;
+  if (std::find(by_mesh_.begin(), by_mesh_.end(), true) != by_mesh_.end()) {
+    const auto of_group = elements_of(*mesh, part);
+    if (!of_group) return of_group.error();
+    elements = *of_group;
+  }
+  const std::size_t stride = scalar_bytes(info().type) * info().components;
+  const auto offset = static_cast<std::size_t>(part.first - parts_of(wanted_)[0].first) * stride;
+  const auto held_values = [&](const std::vector<std::byte>& of) {
+    const auto size = static_cast<std::size_t>(part.count) * stride;
+    if (of.size() < offset + size) return std::vector<std::byte>();
+    const auto from = of.begin() + static_cast<std::ptrdiff_t>(offset);
+    return std::vector<std::byte>(from, from + static_cast<std::ptrdiff_t>(size));
+  };
+  values_ = held_values(held_->last);
+  one_back_ = held_values(held_->one_back);
+  for (std::size_t step = pass_.from; step < pass_.end; ++step)
+    if (auto status = read_step(step, nth, elements.items != nullptr ? &elements : nullptr);
+        !status)
+      return status;
+  hold(offset);
+  return {};
+}
+
+Result<void> SegmentSteps::read_step(std::size_t step, std::size_t nth,
+                                     const ColumnElements* elements) {
+  const auto parts = parts_of(step);
+  const StepIndex::Part& expected = parts_of(wanted_)[nth];
+  if (nth >= parts.size() || parts[nth].group != expected.group ||
+      parts[nth].count != expected.count)
+    return file_->wrong_index("steps of an array have different groups");
+  two_back_ = std::exchange(one_back_, std::exchange(values_, {}));
+  auto values = decode(step, parts[nth], by_mesh_[step - pass_.from] ? elements : nullptr);
+  if (!values) return at_chunk(values.error(), parts[nth].offset);
+  values_ = std::move(*values);
+  return {};
+}
+
+Result<std::vector<std::byte>> SegmentSteps::decode(std::size_t step, const StepIndex::Part& part,
+                                                    const ColumnElements* elements) {
+  container::IndexEntry entry;
+  entry.kind = static_cast<std::uint8_t>(container::ChunkKind::step_values);
+  entry.offset = part.offset;
+  entry.bytes = part.bytes;
+  const auto payload = file_->read_chunk_of_parts(entry);
+  if (!payload) return payload.error();
+  ByteReader in(payload->bytes);
+  std::vector<container::StepPart> parts;
+  const bool known = container::get(in, parts, payload->version, payload->bytes.size());
+  const auto found = std::find_if(parts.begin(), parts.end(), [&](const auto& other) {
+    return other.header.array == array_ && other.header.step == index_->steps(array_)[step].step &&
+           other.header.group == file_->group_number(part.group);
+  });
+  if (!known || found == parts.end() || found->header.count != part.count ||
+      found->header.codec != part.codec || container::refers_to(found->header) != part.reference)
+    return IndexedFile::wrong("the chunk that the index lists is not here", "step values",
+                              part.offset);
+  for (auto before = parts.begin(); before != found; ++before) in.get_bytes(before->bytes);
+  const container::StepHeader& header = found->header;
+  StepParts& column = *columns_[step - pass_.from];
+  if (auto status = column.check_size(header); !status) return status.error();
+  if (auto status = check_reference(step, header); !status) return status.error();
+  const StepReference kind = container::refers_to(header);
+  const std::uint64_t size =
+      std::uint64_t{part.count} * scalar_bytes(info().type) * info().components;
+  if ((kind >= StepReference::before && one_back_.size() != size) ||
+      (kind == StepReference::trend && two_back_.size() != size))
+    return wrong_step_values(file_->schema(), header, "refers to other elements than its own");
+  if (kind == StepReference::trend) go_on(info().type, one_back_, two_back_, trend_);
+  return column.decode(header, in.get_bytes(found->bytes), file_->segment_number(segment_),
+                       elements,
+                       kind == StepReference::nothing  ? std::span<const std::byte>()
+                       : kind == StepReference::before ? std::span<const std::byte>(one_back_)
+                                                       : std::span<const std::byte>(trend_));
+}
+
+/// Checks the reference of a step. A trend needs two earlier steps, and the later of these must
+/// itself refer to a step.
+Result<void> SegmentSteps::check_reference(std::size_t step,
+                                           const container::StepHeader& header) const {
+  const StepReference kind = container::refers_to(header);
+  const auto wrong = [&](const char* detail) {
+    return wrong_step_values(file_->schema(), header, detail);
+  };
+  if (kind == StepReference::nothing) {
+    if (header.trend) return wrong("has a trend, but refers to no step");
+    return {};
+  }
+  const std::size_t needed = kind == StepReference::trend ? 2 : 1;
+  if (step < key_ + needed || header.reference_step != index_->steps(array_)[step - 1].step)
+    return wrong("refers to a step that is not the one before it");
+  if (kind > most_) return wrong("refers to steps, which the file does not allow");
+  return {};
+}
+
+/// Keeps the last values of a group for later steps.
+void SegmentSteps::hold(std::size_t offset) {
+  if (most_ == StepReference::nothing) return;
+  const auto put = [&](std::vector<std::byte>& to, const std::vector<std::byte>& from) {
+    if (to.size() < offset + from.size()) to.resize(offset + from.size());
+    std::copy(from.begin(), from.end(), to.begin() + static_cast<std::ptrdiff_t>(offset));
+  };
+  put(held_->last, values_);
+  if (most_ == StepReference::trend) put(held_->one_back, one_back_);
+}
+
+}  // namespace shm

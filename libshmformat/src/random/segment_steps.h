@@ -1,0 +1,90 @@
+// SegmentSteps: reads one stepped array in one segment, from a key step up to the wanted step. It
+// reads group by group, and all these steps of a group together, so that the topology is decoded
+// only once.
+// in:    an IndexedFile and its StepIndex
+// out:   values of the wanted step, group by group
+// keeps: the values of the last step, and of the step before it if trends are allowed
+// spec: "Step values"
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "random/step_index.h"
+#include "steps/step_parts.h"
+
+namespace shm {
+
+/// Values of an array in a segment that are kept between reads.
+struct HeldSteps {
+  std::optional<std::size_t> at;          ///< index into StepIndex::steps()
+  std::vector<std::byte> last, one_back;  ///< values of that step and of the step before it
+};
+
+class SegmentSteps {
+ public:
+  /// All references are borrowed. Must hold: the array is stepped and has a step `wanted`. Uses and
+  /// replaces the values in `held`.
+  SegmentSteps(IndexedFile& file, const StepIndex& index, StepReference most, std::uint32_t array,
+               std::size_t segment, std::size_t wanted, HeldSteps& held);
+
+  /// Returns true if decoding needs the mesh, since values are predicted over it.
+  bool needs_mesh() const;
+  /// Returns true if all groups have been read.
+  bool at_end() const { return next_ == parts_of(wanted_).size(); }
+  /// Returns the part of the next group that has elements of the array. Must hold: not at_end().
+  const StepIndex::Part& next_part() const { return parts_of(wanted_)[next_]; }
+
+  /// Returns the number of elements of the array in the segment, according to the index.
+  std::uint64_t elements() const;
+
+  /// Returns the elements of the group of a part. Fails if their number differs from that of the
+  /// part.
+  Result<ColumnElements> elements_of(StepElements& mesh, const StepIndex::Part& part) const;
+  /// Returns the values of next_part() at the wanted step. `mesh` belongs to the segment; it may be
+  /// null if needs_mesh() is false.
+  Result<std::vector<std::byte>> read_next(StepElements* mesh);
+
+ private:
+  /// A range of steps that are read together.
+  struct Pass {
+    std::size_t from, end;  // indices into StepIndex::steps()
+  };
+
+  std::span<const StepIndex::Part> parts_of(std::size_t step) const {
+    return index_->parts(index_->steps(array_)[step], file_->first_group(segment_),
+                         file_->first_group(segment_ + 1));
+  }
+  bool has_same_groups(std::size_t step) const;
+  Result<void> read_earlier_passes(StepElements* mesh);
+  std::uint64_t most_kept() const;
+  void begin_pass();
+  Result<void> read_group(std::size_t nth, StepElements* mesh);
+  Result<void> read_step(std::size_t step, std::size_t nth, const ColumnElements* elements);
+  Result<std::vector<std::byte>> decode(std::size_t step, const StepIndex::Part& part,
+                                        const ColumnElements* elements);
+  Result<void> check_reference(std::size_t step, const container::StepHeader& header) const;
+  void hold(std::size_t offset);
+  bool told_by_mesh(std::size_t step) const;
+  const ArrayInfo& info() const { return file_->schema().arrays[array_]; }
+
+  IndexedFile* file_;
+  const StepIndex* index_;
+  StepReference most_;
+  std::uint32_t array_;
+  std::size_t segment_, wanted_, key_, from_;
+  HeldSteps* held_;
+  std::size_t next_ = 0;  // index into the parts of the wanted step
+  bool begun_ = false;
+
+  Pass pass_{};
+  std::vector<std::optional<StepParts>> columns_;  // by step of the pass
+  std::vector<bool> by_mesh_;                      // by step of the pass: told_by_mesh()
+  // Values of the current group.
+  std::vector<std::byte> values_, one_back_, two_back_, trend_;
+};
+
+}  // namespace shm

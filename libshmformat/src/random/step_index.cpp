@@ -1,0 +1,126 @@
+#include "random/step_index.h"
+
+#include <algorithm>
+#include <string>
+
+namespace shm {
+
+using container::IndexEntry;
+using container::StepEntry;
+
+Result<StepIndex> StepIndex::of(IndexedFile& file) {
+  StepIndex index;
+  index.steps_.resize(file.schema().arrays.size());
+  if (file.decodable()) {
+    if (auto status = index.add_decodable(file); !status) return status.error();
+    index.find_keys();
+    return index;
+  }
+  if (auto status = index.count_elements(file); !status) return status.error();
+  for (const IndexEntry& entry : file.index().entries)
+    for (const StepEntry& part : entry.parts)
+      if (auto status = index.add(file, entry, part); !status) return status.error();
+  if (auto status = index.expect_complete(file); !status) return status.error();
+  index.find_keys();
+  file.drop_step_entries();
+  return index;
+}
+
+Result<void> StepIndex::add_decodable(const IndexedFile& file) {
+  elements_.resize(steps_.size());
+  for (const DecodableParts::Step& step : file.decodable()->steps) {
+    if (step.step >= file.limits().max_steps)
+      return IndexedFile::wrong(
+          "the limit is " + std::to_string(file.limits().max_steps) + " steps", "step values",
+          step.parts.front().offset, ErrorCode::over_limit);
+    const std::size_t begin = parts_.size();
+    for (const DecodableParts::Part& part : step.parts)
+      parts_.push_back({part.offset, part.bytes, part.values.first, part.values.count,
+                        part.values.group, part.values.reference, part.values.codec});
+    steps_[step.array].push_back({step.step, step.refers, 0, begin, parts_.size()});
+    elements_[step.array] =
+        std::max(elements_[step.array], parts_.back().first + parts_.back().count);
+  }
+  return {};
+}
+
+/// Counts the elements of stepped arrays from the totals of the index, which its groups must add up
+/// to.
+Result<void> StepIndex::count_elements(const IndexedFile& file) {
+  const Schema& schema = file.schema();
+  const container::Index& totals = file.index();
+  if (auto status = file.expect_totals(); !status) return status;
+  elements_.resize(schema.arrays.size());
+  for (std::size_t a = 0; a < elements_.size(); ++a) {
+    if (!schema.arrays[a].per_step) continue;
+    const ArrayInfo& array = schema.arrays[a];
+    elements_[a] = array.location == Location::point ? totals.vertices
+                   : array.blocks.empty()            ? totals.cells
+                                                     : 0;
+    if (array.location == Location::cell)
+      for (const std::uint32_t b : array.blocks) elements_[a] += totals.block_cells[b];
+  }
+  return {};
+}
+
+Result<void> StepIndex::add(const IndexedFile& file, const IndexEntry& entry,
+                            const StepEntry& part) {
+  const Schema& schema = file.schema();
+  if (part.array >= schema.arrays.size() || !schema.arrays[part.array].per_step)
+    return file.wrong_index("has step values of an array without steps");
+  if (part.step >= file.limits().max_steps)
+    return IndexedFile::wrong("the limit is " + std::to_string(file.limits().max_steps) + " steps",
+                              "index", entry.offset, ErrorCode::over_limit);
+  std::vector<Step>& steps = steps_[part.array];
+  const bool goes_on = !parts_.empty() && last_array_ == part.array && !steps.empty() &&
+                       steps.back().step == part.step;
+  if (!goes_on) {
+    if (auto status = expect_complete(file); !status) return status;
+    if (!steps.empty() && steps.back().step >= part.step)
+      return file.wrong_index("steps of an array do not ascend");
+    steps.push_back({part.step, false, 0, parts_.size(), parts_.size()});
+  }
+  last_array_ = part.array;
+  const bool begins = steps.back().begin == parts_.size();
+  const std::uint64_t first = begins ? 0 : parts_.back().first + parts_.back().count;
+  if (part.group >= file.groups().size() || (!begins && part.group <= parts_.back().group) ||
+      part.first != first || part.count == 0 || part.count > elements_[part.array] - first)
+    return file.wrong_index("step values are not in order");
+  const IndexEntry& group = file.groups()[part.group];
+  const ArrayInfo& info = schema.arrays[part.array];
+  const bool of_points = info.location == Location::point;
+  const std::uint64_t most = of_points ? group.vertices : group.cells;
+  if (part.count > most || (part.count < most && info.blocks.empty()))
+    return file.wrong_index("a group has a different number of step values than elements");
+  steps.back().refers = steps.back().refers || part.reference != StepReference::nothing;
+  steps.back().end = parts_.size() + 1;
+  parts_.push_back(
+      {entry.offset, entry.bytes, part.first, part.count, part.group, part.reference, part.codec});
+  return {};
+}
+
+/// Checks that the step that began last has all its elements.
+Result<void> StepIndex::expect_complete(const IndexedFile& file) const {
+  if (parts_.empty() || parts_.back().first + parts_.back().count == elements_[last_array_])
+    return {};
+  return file.wrong_index("step values are missing");
+}
+
+std::span<const StepIndex::Part> StepIndex::parts(const Step& step, std::size_t first_group,
+                                                  std::size_t end_group) const {
+  const auto all = std::span(parts_).subspan(step.begin, step.end - step.begin);
+  const auto from = [&](std::size_t group) {
+    return std::lower_bound(all.begin(), all.end(), group,
+                            [](const Part& part, std::size_t g) { return part.group < g; });
+  };
+  return {from(first_group), from(end_group)};
+}
+
+/// The first step of an array counts as a key step, whatever it refers to.
+void StepIndex::find_keys() {
+  for (std::vector<Step>& steps : steps_)
+    for (std::size_t s = 0; s < steps.size(); ++s)
+      steps[s].key = s > 0 && steps[s].refers ? steps[s - 1].key : s;
+}
+
+}  // namespace shm

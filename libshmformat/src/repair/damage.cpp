@@ -1,0 +1,195 @@
+// Damage: the findings of FoundChunks in the form that users see.
+#include "shm/damage.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+
+#include "base/binary.h"
+#include "format/chunk_writer.h"
+#include "repair/found_chunks.h"
+#include "repair/index_builder.h"
+
+namespace shm {
+namespace {
+
+using container::ChunkHeader;
+using container::ChunkKind;
+using container::IndexEntry;
+
+bool is_of_locations(const Damage& damage) {
+  return damage.section == "index" || damage.section == "end record" ||
+         damage.section == "file start" || damage.section == "schema" ||
+         damage.kind == DamageKind::repeated || damage.kind == DamageKind::out_of_order ||
+         damage.kind == DamageKind::stray;
+}
+
+/// Returns true if, as far as is known, only information about the location of chunks is damaged.
+bool has_all_that_is_known(const FoundChunks& found) {
+  return found.schema() &&
+         std::all_of(found.damages().begin(), found.damages().end(), is_of_locations);
+}
+
+/// Returns true if the file can be restored with its own index. A repeated schema replaces a lost
+/// one.
+bool is_restorable(const FoundChunks& found) {
+  if (!found.index() || !has_all_that_is_known(found)) return false;
+  const auto& entries = found.index()->entries;
+  if (entries.empty() || !entries[0].is(ChunkKind::schema)) return false;
+  const std::uint64_t schema_bytes = found.beginning().size() - container::kFileStartBytes;
+  std::uint64_t end = container::kFileStartBytes;
+  for (const IndexEntry& entry : entries) {
+    if (entry.is(ChunkKind::index)) return false;  // an index does not list itself
+    if (entry.is(ChunkKind::schema) && entry.bytes != schema_bytes) return false;
+    if (entry.offset != end || entry.bytes > ~std::uint64_t{0} - end) return false;
+    end += entry.bytes;
+  }
+  return true;
+}
+
+Error not_restorable(std::string detail, std::uint64_t offset,
+                     ErrorCode code = ErrorCode::corrupt) {
+  return Error{code, std::move(detail), "index", offset, {}};
+}
+
+/// Returns the file start according to the schema; nullopt if no schema is undamaged.
+std::optional<container::FileStart> start_of(const FoundChunks& found) {
+  container::FileStart start;
+  const std::vector<std::byte> beginning = found.beginning();
+  ByteReader in(beginning);
+  if (!container::get(in, start)) return std::nullopt;
+  return start;
+}
+
+/// Returns true if the rebuilt index would have other ranges than the original. Only version 0 has
+/// ranges, and those of quantized arrays are of original values, which the file does not contain.
+bool has_other_ranges(const FoundChunks& found) {
+  const auto start = start_of(found);
+  if (!found.schema() || !start || container::version_of_chunk(ChunkKind::index, *start) != 0)
+    return false;
+  const auto& arrays = found.schema()->arrays;
+  return std::any_of(arrays.begin(), arrays.end(), [](const ArrayInfo& array) {
+    return !array.per_step && array.quantization.lossy();
+  });
+}
+
+/// Rebuilds the index. Lost chunks after the last known chunk would not be noticed. Unless there
+/// are known to be none, the index must therefore fill the rest of the file, almost exactly.
+Result<container::Index> index_anew(RandomSource& source, const FoundChunks& found,
+                                    const ReadLimits& limits) {
+  if (!has_all_that_is_known(found)) return not_restorable("some chunks are damaged", kNoOffset);
+  const auto start = start_of(found);
+  if (!start) return not_restorable("no copy of the schema is undamaged", kNoOffset);
+  const std::uint8_t version = container::version_of_chunk(ChunkKind::index, *start);
+  auto index = IndexBuilder(source, found, limits, version).make();
+  if (!index) return index;
+  ByteWriter payload;
+  container::put(payload, *index);
+  const std::uint64_t bytes = payload.bytes.size(), end = found.end_of_chunks();
+  if (bytes > limits.max_chunk_bytes)
+    return not_restorable("would take " + std::to_string(bytes) + " bytes, the limit is " +
+                              std::to_string(limits.max_chunk_bytes),
+                          end, ErrorCode::over_limit);
+  // The original index may be a few bytes longer or shorter: another version of zstd compresses
+  // differently, and in version 0 the ranges of quantized values differ from those that were
+  // written. The difference must be less than a chunk.
+  ChunkHeader header;
+  header.payload_bytes = bytes;
+  header.is_long = container::has_long_header(header, *start);
+  const std::uint64_t wanted = header.chunk_bytes() + container::kTrailerBytes;
+  const std::uint64_t left = source.size() - end;
+  const bool fills = std::max(left, wanted) - std::min(left, wanted) < header.bytes();
+  if (!fills && !found.ends_at_index())
+    return not_restorable("there may have been more chunks", end);
+  return index;
+}
+
+/// Writes everything except the index and the trailer, in the order of `entries`. The first
+/// undamaged schema replaces lost copies.
+Result<void> write_chunks(RandomSource& source, const FoundChunks& found,
+                          std::span<const IndexEntry> entries, ByteSink& sink) {
+  const std::vector<std::byte> beginning = found.beginning();
+  if (auto status = sink.write(beginning); !status) return status;
+  ByteReader in(beginning);
+  container::FileStart start;
+  ChunkHeader first;
+  container::get(in, start);
+  container::get(in, first);
+  const auto schema_again = in.get_bytes(in.left());
+  const auto& chunks = found.chunks();
+  std::size_t next = 0;
+  for (std::uint32_t i = 1; i < entries.size(); ++i) {
+    while (next < chunks.size() && chunks[next].header.sequence < i) ++next;
+    if (next < chunks.size() && chunks[next].header.sequence == i && chunks[next].whole) {
+      if (auto status = sink.copy(source, chunks[next].offset, chunks[next].bytes()); !status)
+        return status;
+      continue;
+    }
+    if (!entries[i].is(ChunkKind::schema))
+      return not_restorable("some chunks are damaged", entries[i].offset);
+    ChunkHeader header = first;
+    header.sequence = i;
+    ByteWriter out;
+    container::put(out, header);
+    out.put_bytes(schema_again);
+    if (auto status = sink.write(out.bytes); !status) return status;
+  }
+  return {};
+}
+
+Result<void> write_with_its_index(RandomSource& source, const FoundChunks& found, ByteSink& sink) {
+  if (!is_restorable(found)) return not_restorable("some chunks are damaged", kNoOffset);
+  const auto& entries = found.index()->entries;
+  if (auto status = write_chunks(source, found, entries, sink); !status) return status;
+  if (auto status = sink.copy(source, found.index_offset(), found.index_bytes()); !status)
+    return status;
+  ByteWriter trailer;
+  container::put_trailer(trailer, entries.back().offset + entries.back().bytes);
+  if (auto status = sink.write(trailer.bytes); !status) return status;
+  return sink.commit();
+}
+
+Result<void> write_with_new_index(RandomSource& source, const FoundChunks& found, ByteSink& sink,
+                                  const ReadLimits& limits) {
+  auto index = index_anew(source, found, limits);
+  if (!index) return index.error();
+  const auto& entries = index->entries;
+  if (auto status = write_chunks(source, found, entries, sink); !status) return status;
+  container::ChunkWriter end(sink);
+  end.go_on({entries.back().offset + entries.back().bytes,
+             static_cast<std::uint32_t>(entries.size()), entries},
+            *start_of(found));
+  return end.finish(std::move(*index));
+}
+
+}  // namespace
+
+Result<DamageReport> find_damage(RandomSource& source, const ReadLimits& limits) {
+  auto found = FoundChunks::of(source, limits);
+  if (!found) return found.error();
+  DamageReport report;
+  report.damages = found->damages();
+  report.schema = found->schema();
+  report.restorable = is_restorable(*found);
+  report.lacks_index = !found->index() && has_all_that_is_known(*found);
+  report.has_other_ranges = report.lacks_index && has_other_ranges(*found);
+  report.complete = has_all_that_is_known(*found) && found->ends_at_index();
+  if (found->index()) {
+    report.vertices = found->index()->vertices;
+    report.cells = found->index()->cells;
+    report.steps = found->index()->steps;
+  }
+  return report;
+}
+
+Result<void> write_in_order(RandomSource& source, ByteSink& sink, const ReadLimits& limits) {
+  const auto found = FoundChunks::of(source, limits);
+  if (!found) return found.error();
+  return found->index() ? write_with_its_index(source, *found, sink)
+                        : write_with_new_index(source, *found, sink, limits);
+}
+
+}  // namespace shm

@@ -1,0 +1,360 @@
+#include "repair/decodable_parts.h"
+
+#include <algorithm>
+#include <iterator>
+#include <map>
+#include <span>
+#include <tuple>
+#include <unordered_map>
+#include <utility>
+
+namespace shm {
+namespace {
+
+using container::ChunkKind;
+using container::FoundChunk;
+using container::IndexEntry;
+
+class Gatherer {
+ public:
+  explicit Gatherer(const FoundChunks& found) : found_(&found) {}
+  DecodableParts run();
+
+ private:
+  const Schema& schema() const { return *found_->schema(); }
+
+  void gather_totals();
+  void gather_by_index();
+  void gather_by_numbers();
+  void add_group(const FoundGroup& group, std::uint64_t number);
+  std::uint64_t lost_before(const FoundGroup& group, std::size_t& next_chunk) const;
+  void gather_values();
+  void list_partial();
+  bool covers_all(std::uint32_t array) const;
+  std::uint64_t expected_parts(std::uint32_t array, std::size_t segment);
+  bool is_complete(std::span<const FoundPart* const> run, std::size_t segment);
+  bool touches_gap(std::span<const FoundPart* const> run) const;
+  void gather_step(std::span<const FoundPart* const> of_step);
+  std::size_t segment_of(std::size_t group) const;
+  /// Returns the index of a group in out_.groups; the number of groups if it cannot be decoded.
+  std::size_t place_of(std::uint64_t number) const;
+
+  const FoundChunks* found_;
+  DecodableParts out_;
+  std::optional<std::uint32_t> segment_;  // of the previous group
+  bool broken_ = false;                   // the rest of the current segment cannot be decoded
+  // Without an index: first group whose number in the file is not certain.
+  std::optional<std::uint64_t> first_unsure_;
+  // Array, and index of a group that is known to have elements of it, for arrays that do not cover
+  // all blocks.
+  std::set<std::pair<std::uint32_t, std::size_t>> partial_;
+  std::map<std::pair<std::uint32_t, std::size_t>, std::uint64_t> expected_;  // by array and segment
+  // By segment: the last step of the current array that can be read.
+  std::unordered_map<std::size_t, std::uint64_t> last_step_;
+  std::vector<std::uint64_t> groups_with_vertices_,
+      groups_with_cells_;  // in the groups before each group
+};
+
+DecodableParts Gatherer::run() {
+  out_.beginning = found_->beginning();
+  out_.has_index = found_->index().has_value();
+  out_.index_offset = found_->index_offset();
+  if (out_.has_index)
+    gather_by_index();
+  else
+    gather_by_numbers();
+  out_.first_group.push_back(out_.groups.size());
+  gather_totals();
+  for (const FoundChunk& chunk : found_->chunks()) {
+    IndexEntry entry;
+    entry.kind = chunk.header.kind;
+    entry.offset = chunk.offset;
+    entry.bytes = chunk.bytes();
+    if (chunk.whole && chunk.is(ChunkKind::extra)) out_.extras.push_back(entry);
+    if (chunk.whole && chunk.is(ChunkKind::step_times) && out_.step_times.empty())
+      out_.step_times.push_back(entry);
+  }
+  gather_values();
+  return std::move(out_);
+}
+
+void Gatherer::gather_totals() {
+  if (found_->index()) {
+    out_.totals = *found_->index();
+    out_.totals.entries.clear();
+  }
+  out_.totals.block_cells.resize(schema().blocks.size());
+  for (const FoundGroup& group : found_->groups()) {
+    if (!group.readable || out_.has_index) continue;
+    out_.totals.cells = std::max(out_.totals.cells, group.end_cell());
+    out_.totals.vertices =
+        std::max(out_.totals.vertices, group.entry.first_vertex + group.entry.vertices);
+  }
+}
+
+// --- groups
+
+void Gatherer::add_group(const FoundGroup& group, std::uint64_t number) {
+  if (out_.groups.empty() || out_.groups.back().segment != group.entry.segment) {
+    out_.first_group.push_back(out_.groups.size());
+    out_.lost_arrays.emplace_back();
+    out_.whole.push_back(true);
+  }
+  out_.groups.push_back(group.entry);
+  out_.group_numbers.push_back(number);
+  if (group.lost_arrays.empty()) return;
+  std::vector<std::uint32_t> lost;
+  std::set_union(out_.lost_arrays.back().begin(), out_.lost_arrays.back().end(),
+                 group.lost_arrays.begin(), group.lost_arrays.end(), std::back_inserter(lost));
+  out_.lost_arrays.back() = std::move(lost);
+}
+
+void Gatherer::gather_by_index() {
+  const auto& groups = found_->groups();
+  std::size_t next = 0;
+  std::uint64_t number = 0;
+  const auto& entries = found_->index()->entries;
+  for (std::uint32_t i = 0; i < entries.size(); ++i) {
+    const IndexEntry& listed = entries[i];
+    if (listed.kind != static_cast<std::uint8_t>(ChunkKind::group)) continue;
+    const bool begins = !segment_ || *segment_ < listed.segment;
+    if (begins) broken_ = false;
+    segment_ = listed.segment;
+    while (next < groups.size() && groups[next].sequence < i) ++next;
+    const bool there = next < groups.size() && groups[next].sequence == i &&
+                       groups[next].has_mesh && groups[next].entry.segment == listed.segment &&
+                       groups[next].entry.first_cell == listed.first_cell &&
+                       groups[next].entry.cells == listed.cells &&
+                       groups[next].entry.first_vertex == listed.first_vertex &&
+                       groups[next].entry.vertices == listed.vertices;
+    // The groups of a segment after a lost group cannot be decoded.
+    if (!there) broken_ = true;
+    if (!broken_) add_group(groups[next], number);
+    if (broken_ && !out_.groups.empty() && out_.groups.back().segment == listed.segment)
+      out_.whole.back() = false;
+    ++number;
+  }
+}
+
+/// Returns how many chunks between a group and the previous group are lost. `next_chunk`: index,
+/// among the found chunks, of the chunk after the previous group; moved past this group.
+std::uint64_t Gatherer::lost_before(const FoundGroup& group, std::size_t& next_chunk) const {
+  const auto& chunks = found_->chunks();
+  // The first chunk of a file is the schema, lost or not.
+  std::uint64_t next =
+                    next_chunk == 0 ? 1 : std::uint64_t{chunks[next_chunk - 1].header.sequence} + 1,
+                lost = 0;
+  for (;; ++next_chunk) {
+    const std::uint64_t sequence = chunks[next_chunk].header.sequence;
+    lost += sequence - std::min(sequence, next);
+    next = sequence + 1;
+    if (sequence == group.sequence) break;
+  }
+  ++next_chunk;
+  return lost;
+}
+
+/// Without an index, a group certainly begins its segment if no chunk is lost before it, or if the
+/// number of lost chunks equals the number of lost segments, each of which then has one group. The
+/// number of the group in the file is certain only in these cases, or if a single chunk is lost and
+/// cells or vertices are lost with it: extras may occur between groups.
+void Gatherer::gather_by_numbers() {
+  std::size_t next_chunk = 0;
+  std::uint64_t number = 0, end_cell = 0, end_vertex = 0;
+  bool readable = true;  // whether the previous group is readable
+  for (const FoundGroup& group : found_->groups()) {
+    const IndexEntry& entry = group.entry;
+    std::uint64_t lost = lost_before(group, next_chunk);
+    // Nothing of the mesh is lost, so the lost chunks are of other kinds.
+    if (readable && group.readable && entry.first_cell == end_cell &&
+        entry.first_vertex == end_vertex)
+      lost = 0;
+    const bool begins = !segment_ || *segment_ != entry.segment;
+    const std::uint64_t segments =
+        !segment_ ? entry.segment
+                  : std::uint64_t{entry.segment} - std::min(entry.segment, *segment_ + 1);
+    if (begins) {
+      broken_ = (segment_ && entry.segment < *segment_) || lost != segments;
+      if (lost > segments && !out_.whole.empty()) out_.whole.back() = false;
+    } else if (lost > 0) {
+      broken_ = true;
+    }
+    const bool is_group = lost == 1 && readable && group.readable &&
+                          (entry.first_cell > end_cell || entry.first_vertex > end_vertex);
+    if (lost > 0 && !(begins && lost == segments) && !is_group && !first_unsure_)
+      first_unsure_ = number;
+    number += lost;
+    segment_ = entry.segment;
+    if (!group.has_mesh) broken_ = true;
+    if (!broken_) add_group(group, number);
+    if (broken_ && !out_.groups.empty() && out_.groups.back().segment == entry.segment)
+      out_.whole.back() = false;
+    ++number;
+    readable = group.readable;
+    end_cell = group.end_cell();
+    end_vertex = entry.first_vertex + entry.vertices;
+  }
+}
+
+// --- step values
+
+bool Gatherer::covers_all(std::uint32_t array) const {
+  const ArrayInfo& info = schema().arrays[array];
+  return info.location == Location::point || info.blocks.empty();
+}
+
+std::size_t Gatherer::place_of(std::uint64_t number) const {
+  const auto& numbers = out_.group_numbers;
+  const auto found = std::lower_bound(numbers.begin(), numbers.end(), number);
+  return found != numbers.end() && *found == number
+             ? static_cast<std::size_t>(found - numbers.begin())
+             : numbers.size();
+}
+
+std::size_t Gatherer::segment_of(std::size_t group) const {
+  const auto& first = out_.first_group;
+  return static_cast<std::size_t>(std::upper_bound(first.begin(), first.end(), group) -
+                                  first.begin()) -
+         1;
+}
+
+/// Finds the groups that have elements of arrays that do not cover all blocks.
+void Gatherer::list_partial() {
+  const auto add = [&](const container::StepEntry& part) {
+    if (part.array >= schema().arrays.size() || covers_all(part.array)) return;
+    const std::size_t place = place_of(part.group);
+    if (place == out_.groups.size() || !partial_.insert({part.array, place}).second) return;
+    ++expected_[{part.array, segment_of(place)}];
+  };
+  if (found_->index()) {
+    for (const IndexEntry& listed : found_->index()->entries)
+      for (const container::StepEntry& part : listed.parts) add(part);
+  } else {
+    for (const FoundPart& part : found_->parts()) add(part.values);
+  }
+}
+
+std::uint64_t Gatherer::expected_parts(std::uint32_t array, std::size_t segment) {
+  if (!covers_all(array)) return expected_[{array, segment}];
+  const auto& counts = schema().arrays[array].location == Location::point ? groups_with_vertices_
+                                                                          : groups_with_cells_;
+  return counts[out_.first_group[segment + 1]] - counts[out_.first_group[segment]];
+}
+
+/// Returns true if a chunk next to or between these parts is lost that may belong to the same
+/// array, step and segment.
+bool Gatherer::touches_gap(std::span<const FoundPart* const> run) const {
+  const auto& chunks = found_->chunks();
+  const auto there = [&](std::uint32_t sequence) {
+    const auto found = std::lower_bound(chunks.begin(), chunks.end(), sequence,
+                                        [](const FoundChunk& chunk, std::uint32_t number) {
+                                          return chunk.header.sequence < number;
+                                        });
+    return found != chunks.end() && found->header.sequence == sequence;
+  };
+  for (std::size_t i = 1; i < run.size(); ++i)
+    if (run[i]->sequence > run[i - 1]->sequence + 1) return true;
+  return !there(run.front()->sequence - 1) ||
+         !(there(run.back()->sequence + 1) ||
+           run.back()->sequence == chunks.back().header.sequence);
+}
+
+/// Returns true if these are all parts of an array at a step in the segment.
+bool Gatherer::is_complete(std::span<const FoundPart* const> run, std::size_t segment) {
+  const std::uint32_t array = run[0]->values.array;
+  if (run.size() != expected_parts(array, segment)) return false;
+  for (std::size_t i = 0; i < run.size(); ++i) {
+    const IndexEntry& group = out_.groups[place_of(run[i]->values.group)];
+    const std::uint64_t most =
+        schema().arrays[array].location == Location::point ? group.vertices : group.cells;
+    if (i > 0 && run[i]->values.group == run[i - 1]->values.group) return false;
+    if (run[i]->values.count > most || (covers_all(array) && run[i]->values.count != most))
+      return false;
+  }
+  return out_.has_index || covers_all(array) || !touches_gap(run);
+}
+
+void Gatherer::gather_values() {
+  if (found_->index())
+    for (const IndexEntry& listed : found_->index()->entries)
+      for (const container::StepEntry& part : listed.parts)
+        out_.listed_steps.insert({part.array, part.step});
+  list_partial();
+  groups_with_vertices_.assign(1, 0);
+  groups_with_cells_.assign(1, 0);
+  for (const IndexEntry& group : out_.groups) {
+    groups_with_vertices_.push_back(groups_with_vertices_.back() + (group.vertices > 0 ? 1 : 0));
+    groups_with_cells_.push_back(groups_with_cells_.back() + (group.cells > 0 ? 1 : 0));
+  }
+  std::vector<const FoundPart*> parts;
+  for (const FoundPart& part : found_->parts())
+    if (part.values.array < schema().arrays.size() && schema().arrays[part.values.array].per_step)
+      parts.push_back(&part);
+  const auto key = [](const FoundPart* part) {
+    return std::tuple(part->values.array, part->values.step, part->values.group);
+  };
+  std::stable_sort(parts.begin(), parts.end(),
+                   [&](const auto* a, const auto* b) { return key(a) < key(b); });
+  for (std::size_t begin = 0, end = 0; begin < parts.size(); begin = end) {
+    const container::StepEntry& first = parts[begin]->values;
+    while (end < parts.size() && parts[end]->values.array == first.array &&
+           parts[end]->values.step == first.step)
+      ++end;
+    gather_step(std::span(parts).subspan(begin, end - begin));
+  }
+}
+
+/// Adds the decodable parts of an array at a step. `of_step`: all parts that are left, in the order
+/// of their groups.
+void Gatherer::gather_step(std::span<const FoundPart* const> of_step) {
+  DecodableParts::Step step;
+  step.array = of_step[0]->values.array;
+  step.step = of_step[0]->values.step;
+  const DecodableParts::Step* before =
+      !out_.steps.empty() && out_.steps.back().array == step.array ? &out_.steps.back() : nullptr;
+  if (before == nullptr) last_step_.clear();
+  for (const FoundPart* part : of_step)
+    step.refers = step.refers || part->values.reference != StepReference::nothing;
+  const std::uint64_t unsure = first_unsure_.value_or(~std::uint64_t{0});
+  std::uint64_t first = 0;
+  for (std::size_t i = 0; i < of_step.size();) {
+    const std::size_t place = place_of(of_step[i]->values.group);
+    if (place == out_.groups.size() || of_step[i]->values.group >= unsure) {
+      ++i;
+      continue;
+    }
+    const std::size_t segment = segment_of(place);
+    std::size_t end = i;
+    bool follows = true;
+    for (; end < of_step.size(); ++end) {
+      const std::size_t other = place_of(of_step[end]->values.group);
+      if (other == out_.groups.size() || other >= out_.first_group[segment + 1]) break;
+      if (of_step[end]->values.reference != StepReference::nothing)
+        follows = follows && before != nullptr && of_step[end]->reference_step == before->step;
+    }
+    const auto run = of_step.subspan(i, end - i);
+    i = end;
+    // If any chunk of the step refers to another step, reading starts at the same step in all
+    // segments.
+    const auto last = last_step_.find(segment);
+    if (step.refers)
+      follows =
+          follows && before != nullptr && last != last_step_.end() && last->second == before->step;
+    if (!follows || !is_complete(run, segment)) continue;
+    last_step_[segment] = step.step;
+    for (const FoundPart* part : run) {
+      container::StepEntry values = part->values;
+      values.group = static_cast<std::uint32_t>(place_of(values.group));
+      values.first = first;
+      first += values.count;
+      step.parts.push_back({part->offset, part->bytes, values});
+    }
+  }
+  if (!step.parts.empty()) out_.steps.push_back(std::move(step));
+}
+
+}  // namespace
+
+DecodableParts DecodableParts::of(const FoundChunks& found) { return Gatherer(found).run(); }
+
+}  // namespace shm

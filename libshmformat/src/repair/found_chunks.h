@@ -1,0 +1,103 @@
+// FoundChunks: the contents of a damaged file: each chunk that is left, once, by its number, and
+// all damages. If the index is undamaged, it lists the original chunks; otherwise they follow from
+// the sequence numbers of chunks and the headers of groups.
+// in:  a RandomSource, any part of which may be damaged
+// out: chunks, groups, step values; damages
+// spec: "Container", "Index and trailer", "Recovery"
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "format/chunk_scan.h"
+#include "format/format.h"
+#include "shm/damage.h"
+
+namespace shm {
+
+/// A group whose chunk header is undamaged.
+struct FoundGroup {
+  std::uint32_t sequence = 0;
+  container::IndexEntry
+      entry;  ///< from its group header if that is readable; otherwise only location and segment
+  bool readable = false;
+  bool has_mesh = false;  ///< everything except arrays is undamaged
+  std::vector<std::uint32_t> lost_arrays;
+
+  std::uint64_t end_cell() const { return entry.first_cell + entry.cells; }
+};
+
+/// A part of an undamaged chunk of step values.
+struct FoundPart {
+  std::uint32_t sequence = 0;
+  std::uint64_t offset = 0, bytes = 0;  ///< of the chunk
+  container::StepEntry values;
+  std::uint64_t reference_step = 0;
+};
+
+class FoundChunks {
+ public:
+  /// `source` is borrowed during the call.
+  static Result<FoundChunks> of(RandomSource& source, const ReadLimits& limits);
+
+  const std::vector<Damage>& damages() const { return damages_; }
+  /// Each chunk once, by ascending number, including damaged chunks. If there is an index, only the
+  /// chunks that it lists.
+  const std::vector<container::FoundChunk>& chunks() const { return chunks_; }
+  const std::vector<FoundGroup>& groups() const { return groups_; }
+  const std::vector<FoundPart>& parts() const { return parts_; }
+  const std::optional<container::Index>& index() const { return index_; }
+  /// Real offset and length of the index. Must hold: there is one.
+  std::uint64_t index_offset() const { return index_offset_; }
+  std::uint64_t index_bytes() const { return scan_.chunks.back().bytes(); }
+  /// Returns true if the last of chunks() is known to be the last chunk before the index.
+  bool ends_at_index() const;
+  /// Returns the end of the last chunk that is not an index.
+  std::uint64_t end_of_chunks() const;
+  /// Payload of the first undamaged schema chunk; empty if there is none.
+  const std::vector<std::byte>& schema_payload() const { return schema_payload_; }
+  /// Returns file start and schema chunk as in an undamaged file. Must hold: there is a schema.
+  std::vector<std::byte> beginning() const;
+  const std::optional<Schema>& schema() const { return schema_; }
+
+ private:
+  FoundChunks(RandomSource& source, const ReadLimits& limits) : source_(&source), limits_(limits) {}
+
+  Result<void> read();
+  Result<std::vector<std::byte>> payload_of(const container::FoundChunk& chunk, std::uint64_t most);
+  Result<void> find_schema();
+  Result<void> find_index();
+  Result<bool> is_contradicted(const container::Index& index);
+  Result<void> judge_by_index();
+  Result<void> judge_by_numbers();
+  void judge_start();
+  void judge_end();
+  Result<void> take(const container::FoundChunk& chunk, const container::IndexEntry* listed);
+  Result<FoundGroup> look_at_group(const container::FoundChunk& chunk);
+  Result<void> take_parts(const container::FoundChunk& chunk);
+  void add_damage(Damage damage, const std::vector<container::StepEntry>& parts);
+  void add_lost(const container::IndexEntry& listed);
+  void add_gap(const container::FoundChunk* before, const container::FoundChunk& after);
+  void guess_cells(const FoundGroup& after);
+
+  RandomSource* source_;
+  ReadLimits limits_;
+  container::ChunkScan scan_;
+  std::vector<container::FoundChunk> chunks_;
+  std::vector<FoundGroup> groups_;
+  std::vector<FoundPart> parts_;
+  std::optional<container::Index> index_;
+  std::uint64_t index_offset_ = 0;
+  std::vector<std::byte> schema_payload_;
+  bool has_long_headers_ =
+      false;  // the schema chunk has a long header even if a short one would do
+  std::optional<Schema> schema_;
+  std::vector<Damage> damages_;
+  // Used only without an index.
+  std::vector<std::size_t> unplaced_;       // damages whose cells are not known yet
+  std::optional<FoundGroup> group_before_;  // the last readable group
+};
+
+}  // namespace shm
