@@ -1,4 +1,4 @@
-// Files in memory that watch what is read of them.
+// In-memory sources that record which bytes of a file are read.
 #pragma once
 
 #include <algorithm>
@@ -26,7 +26,7 @@ class CountedSource final : public RandomSource {
   MemoryRandomSource source_;
 };
 
-/// Counts the bytes that are read without having been told of.
+/// Counts the bytes that are read without a prior announcement.
 class ToldSource final : public RandomSource {
  public:
   explicit ToldSource(std::span<const std::byte> file) : source_(file) {}

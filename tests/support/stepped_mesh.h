@@ -1,4 +1,4 @@
-// Meshes with time steps in memory, for the tests of whoever writes and reads these.
+// In-memory meshes with time steps, for tests of code that writes and reads steps.
 #pragma once
 
 #include <limits>
@@ -12,7 +12,7 @@ namespace shm {
 
 using Bytes = std::vector<std::byte>;
 
-/// By array and step: all elements in coding order.
+/// Values of all elements in coding order, by array and step.
 using Values = std::map<std::pair<std::uint32_t, std::uint64_t>, Bytes>;
 
 struct Stepped {
@@ -35,7 +35,7 @@ inline std::uint32_t add_stepped(TestMesh& mesh, ArrayInfo info) {
   return static_cast<std::uint32_t>(mesh.schema.arrays.size() - 1);
 }
 
-/// Values that move on with the steps; NaNs, infinities and zeros of both signs among them.
+/// Returns values that change with the step, including NaNs, infinities and zeros of both signs.
 inline Bytes moving_values(const ArrayInfo& info, std::uint64_t elements, std::uint64_t step) {
   Bytes out;
   for (std::uint64_t i = 0; i < elements * info.components; ++i) {
@@ -53,7 +53,7 @@ inline Bytes moving_values(const ArrayInfo& info, std::uint64_t elements, std::u
   return out;
 }
 
-/// Arrays of points and cells, one of some blocks only, at steps with gaps.
+/// Returns arrays on points and cells, one of them on some blocks only, at steps with gaps.
 inline Stepped with_steps(TestMesh mesh, Order order) {
   Stepped out{with_order(std::move(mesh), order, order == Order::keep, 0), {}, {}};
   add_stepped(out.mesh, array_of("u", Location::point, ScalarType::float64, 3));
@@ -95,7 +95,7 @@ inline TestMesh two_blocks() {
   return mesh;
 }
 
-/// A field of waves over the warped grid, in coding order, on the move.
+/// Returns a field of waves over the warped grid, in coding order, that moves from step to step.
 inline Stepped waves(std::uint64_t steps) {
   Stepped it;
   it.mesh = grid(12, 11, 10, ScalarType::float64, warped);
@@ -110,8 +110,9 @@ inline Stepped waves(std::uint64_t steps) {
   return it;
 }
 
-/// Small, but with all kinds of chunks, several segments, groups, steps and parts; and vertices
-/// that no cell uses, and some values that are not finite. `last_time`: of its steps.
+/// Returns a small file with all kinds of chunks, several segments, groups, steps and parts; it
+/// also has vertices that no cell uses and some values that are not finite. `last_time`: time of
+/// the last step.
 inline Bytes small_file(ScalarType coordinates, const Quantization& quantization = {},
                         double last_time = 9) {
   TestMesh mesh = grid(4, 3, 3, coordinates, warped);
