@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
-"""Encoding and decoding take as many instructions as they did.
+"""Checks that encoding and decoding execute as many instructions as before.
 
-    instructions_test.py [PROGRAM LIBRARY] [--renew]     (exit code 77, skipped: no valgrind)
+  instructions_test.py [PROGRAM LIBRARY] [--renew]     (exit code 77, skipped: no valgrind)
 
-PROGRAM is counted_coding, LIBRARY the shared library that it runs with, both as they are released;
-those of build/release, where none are named. callgrind counts the instructions of LIBRARY alone:
-those of zstd, xxHash and the C library go by what the processor can do, and by their versions. They
-are the same in every run, however busy the machine is. bench/instructions.csv has what they were; a
-figure may be 5 % larger or smaller. --renew writes the figures of now there.
+PROGRAM is counted_coding, LIBRARY the shared library that it uses, both as they are released; the default
+is build/release. callgrind counts only the instructions of LIBRARY: those of zstd, xxHash and the C
+library depend on the processor and on their versions. The counts are the same in every run, however busy
+the machine is. bench/instructions.csv has the previous counts; a count may differ from them by 5 %.
+--renew stores the new counts there.
 """
 import argparse
 import csv
@@ -26,14 +26,14 @@ COUNTED = "counted_run"  # a function of PROGRAM
 
 
 def instructions_of(profile, library):
-    """Of the functions of `library`, those that they call left out, in a file by callgrind."""
+    """Returns the instructions of `library` in a callgrind file, without those of functions that it calls."""
     total, ours, of_call = 0, False, False
     with open(profile, encoding="utf-8", errors="replace") as lines:
         for line in lines:
             if line.startswith("ob="):
                 ours = os.path.realpath(line[3:].strip()) == library
             elif line.startswith("calls="):
-                of_call = True  # the next line has what the called function took
+                of_call = True  # the next line gives the instructions of the called function
             elif line[:1].isdigit():
                 if ours and not of_call:
                     total += int(line.split()[1])
@@ -42,7 +42,7 @@ def instructions_of(profile, library):
 
 
 def count(program, library):
-    """(mesh, hexahedra, level, way) -> instructions"""
+    """Returns a dictionary from (mesh, hexahedra, level, way) to instructions."""
     with tempfile.TemporaryDirectory() as folder:
         profile = Path(folder) / "profile"
         run = subprocess.run(
@@ -73,7 +73,7 @@ def write_ledger(counted):
 
 
 def faults(counted, before):
-    """What is said of each figure that is not as it was."""
+    """Yields a message for each count that has changed too much."""
     for what in [*before, *(new for new in counted if new not in before)]:
         mesh, hexahedra, level, way = what
         name = f"{mesh}, {hexahedra} hexahedra, level {level}, {way}"

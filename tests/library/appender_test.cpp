@@ -1,5 +1,5 @@
-// Appender: a file whose steps came in several runs is, byte for byte, the file of one run; what
-// stood in it stays; files that lie are refused, and nothing is written of them.
+// Appender: a file whose steps were added in several runs is byte for byte the file of one run;
+// existing content is kept; inconsistent files are refused without writing any output.
 #include "shm/appender.h"
 
 #include <gtest/gtest.h>
@@ -31,7 +31,8 @@ Extra extra_of(std::string key, std::size_t bytes) {
   return extra;
 }
 
-/// Steps `from` to `end`, each with all its arrays, through a Writer or an Appender.
+/// Adds the steps from `from` up to but excluding `end`, each with all its arrays, to a Writer or
+/// an Appender.
 template <class To>
 Result<void> put_steps(To& to, const Stepped& it, std::uint64_t from, std::uint64_t end) {
   for (std::uint64_t step = from; step < end; ++step)
@@ -43,7 +44,7 @@ Result<void> put_steps(To& to, const Stepped& it, std::uint64_t from, std::uint6
 
 enum class Times { last, first, none };
 
-/// A file with the steps before `end`.
+/// Returns a file with the steps before `end`.
 Bytes file_with(const Stepped& it, std::uint64_t end, std::size_t extra_bytes = 100,
                 Times place = Times::last) {
   MemorySink sink;
@@ -60,7 +61,7 @@ Bytes file_with(const Stepped& it, std::uint64_t end, std::size_t extra_bytes = 
   return std::move(sink.bytes);
 }
 
-/// `file` and the steps from `from` to `end`.
+/// Returns `file` with the steps from `from` up to but excluding `end` appended.
 Bytes appended(const Bytes& file, const Stepped& it, std::uint64_t from, std::uint64_t end,
                Times place = Times::last) {
   MemoryRandomSource source(file);
@@ -98,7 +99,7 @@ Values values_of(const ReadBack& back) {
   return values;
 }
 
-/// Eleven steps of arrays of points and cells, that move on; at step 3 some have none.
+/// Returns eleven steps of changing point and cell arrays; some arrays have no values at step 3.
 Stepped series(TestMesh mesh, Order order) {
   Stepped it = with_steps(std::move(mesh), order);
   it.values.clear();
@@ -140,7 +141,7 @@ TEST(Appender, OneStepAfterTheOther) {
   EXPECT_TRUE(file == file_with(it, 20));
   EXPECT_GT(20 * (file_with(it, 1).size() - file_with(it, 0).size()),
             3 * (file.size() - file_with(it, 0).size()))
-      << "they refer to each other";
+      << "steps do not refer to each other";
 }
 
 TEST(Appender, TheSchemaIsSaidAgainAtTheEndOnly) {
@@ -153,7 +154,8 @@ TEST(Appender, TheSchemaIsSaidAgainAtTheEndOnly) {
   EXPECT_EQ(take_apart(more).find(ChunkKind::schema, 2), nullptr);
 }
 
-// Of a chunk of values that others may join, heads of both versions are read.
+// A chunk of step values may have room for further parts. The appender reads its part heads in
+// versions 0 and 1.
 TEST(Appender, GoesOnBehindAChunkOfVersion0) {
   Stepped it;
   it.mesh = with_order(grid(5, 4, 3, ScalarType::float64, warped), Order::keep, true, 0);
@@ -175,7 +177,8 @@ TEST(Appender, GoesOnBehindAChunkOfVersion0) {
   EXPECT_TRUE(values_of(read(appended(file, it, 1, 2))) == values_of(read(file_with(it, 2))));
 }
 
-// What comes behind is as that version has it, so that its readers read it.
+// The appender writes new chunks in the version of the file, so that readers of that version can
+// read them.
 TEST(Appender, FilesOfAnOlderVersionStayOfIt) {
   for (const char* name : {"0.1/steps_and_extras.shm", "0.9/steps_and_extras.shm"}) {
     const std::string text = content(golden_folder() / name);
@@ -305,7 +308,8 @@ TEST(Appender, GivesTheMeshWithoutSteps) {
     }
 }
 
-// What leaves the box of 10 bits keeps the bound too; what is not finite comes back exactly.
+// Values outside the box of 10 bits keep the bound too; values that are not finite come back
+// exactly.
 TEST(Appender, QuantizedArraysKeepTheirBound) {
   Stepped it;
   it.mesh = with_order(grid(5, 4, 3, ScalarType::float64, warped), Order::keep, true, 0);
@@ -357,15 +361,15 @@ TEST(Appender, RefusesWhatDoesNotFit) {
       EXPECT_EQ(report.error().message(), good.error().message()) << "the first error sticks";
     }
   };
-  refused(u, 4, values);                                      // there already
-  refused(u, 5, std::span(values).first(values.size() / 2));  // not all of them
+  refused(u, 4, values);                                      // already present
+  refused(u, 5, std::span(values).first(values.size() / 2));  // incomplete
   refused(u, 5, std::span(values).first(7));
   refused(99, 5, values);
   EXPECT_FALSE(appended(file, it, 5, 6).empty());
 }
 
-/// Opens, adds a step and finishes; whether that succeeded. A file that was made must be readable
-/// up to what was damaged before.
+/// Opens the file, adds a step and finishes; returns true if that succeeds. The resulting file must
+/// be readable up to the existing damage.
 bool survives(const Bytes& file, const Stepped& it) {
   MemoryRandomSource source(file);
   MemorySink sink;
@@ -391,7 +395,7 @@ TEST(Appender, RefusesFilesThatAreDamagedOrLie) {
     refused += !survives(damaged, it);
   }
   EXPECT_GT(refused, 10u);
-  // The index, with checksums that are right.
+  // Damage to the index, with correct checksums.
   const FileParts parts = take_apart(file);
   const std::size_t size = parts.chunks.back().payload.size();
   for (std::size_t at = 0; at < size; ++at)
@@ -400,7 +404,7 @@ TEST(Appender, RefusesFilesThatAreDamagedOrLie) {
       lying.chunks.back().payload[at] ^= static_cast<std::byte>(change);
       (void)survives(put_together(std::move(lying)), it);
     }
-  // A chunk too few, too many, or with another number.
+  // A missing chunk, an extra chunk, or a chunk with another number.
   FileParts without = parts;
   without.chunks.erase(without.chunks.begin() + 2);
   EXPECT_FALSE(survives(put_together(std::move(without)), it));

@@ -1,4 +1,4 @@
-// Archives: what goes in comes out under its name, and nothing else is taken for one.
+// Archives: members come back under their names, and no other file is mistaken for an archive.
 #include "shm/archive.h"
 
 #include <gtest/gtest.h>
@@ -35,7 +35,7 @@ ErrorCode code_of(const Result<ByteSink*>& result) {
   return result ? ErrorCode::io : result.error().code;
 }
 
-// An archive with a list of its own making.
+// Returns an archive with a list that the test supplies.
 Bytes with_list(const std::vector<container::Member>& members, std::size_t meshes) {
   MemorySink sink;
   container::MemberList list{{}, members};

@@ -1,5 +1,5 @@
-// The format's structs: put and get are mirrors, and the fixed ones have the very bytes of the
-// spec.
+// Structs of the format: get() inverts put(), and structs of fixed size have exactly the bytes
+// given in the specification.
 #include <gtest/gtest.h>
 
 #include <functional>
@@ -293,8 +293,8 @@ TEST(Container, IndexOfVersion0) {
   EXPECT_FALSE(get(longer, back, 0, 3));
 }
 
-// Of version 1 all comes back that does not follow from the rest: offsets, and what is the first of
-// a group or of step values.
+// In version 1 every field is restored that does not follow from others. Fields that follow are
+// offsets and the first element of a group or of step values.
 TEST(Container, PackedIndex) {
   Index index = any_index();
   IndexEntry more = index.entries[1];

@@ -1,5 +1,5 @@
-// Whoever reads all of a file holds each entry of its index against what stands there: every field
-// that lies, in every entry, under checksums that fit, in both versions.
+// A reader of a whole file checks each entry of its index against the file: every wrong field, in
+// every entry, with correct checksums, in both versions of the index.
 #include <gtest/gtest.h>
 
 #include <bit>
@@ -50,10 +50,10 @@ T other(T value) {
 struct Lie {
   std::string field;
   std::function<void(IndexEntry&)> tell;
-  bool old_only = false;  // version 1 has sums in its place
+  bool old_only = false;  // version 1 has totals instead
 };
 
-/// All that can be told of such an entry and is another thing than what is there.
+/// Returns every change of a single field of an entry to a value that contradicts the file.
 std::vector<Lie> lies_about(const IndexEntry& entry) {
   std::vector<Lie> lies;
   const auto add = [&](const char* field, auto IndexEntry::*member, bool old_only = false) {
@@ -99,7 +99,7 @@ Index index_of(std::span<const std::byte> bytes) {
   return index;
 }
 
-/// Files with steps in which several parts stand together, and each alone.
+/// Returns consistent files with steps, with several parts per chunk and with one part per chunk.
 std::vector<std::pair<std::string, Bytes>> true_files() {
   std::vector<std::pair<std::string, Bytes>> files;
   for (const Bytes& bytes : {small_file(ScalarType::float64), written(waves(3))}) {
@@ -165,9 +165,9 @@ TEST(IndexEntries, ChunksThatAReaderMaySkipAreListedToo) {
   EXPECT_FALSE(read_all(with_index(bytes, [](Index& index) { ++index.entries.back().kind; })));
 }
 
-// --- boxes, of coordinates
+// --- bounding boxes of coordinates
 
-/// The box of a group and that of the index moved together, which agree then.
+/// Changes the box of a group and its copy in the index, so that both agree.
 Bytes with_other_box(std::span<const std::byte> bytes, std::size_t group,
                      const std::function<void(std::array<double, 6>&)>& change) {
   FileParts parts = take_apart(bytes);
@@ -181,7 +181,7 @@ Bytes with_other_box(std::span<const std::byte> bytes, std::size_t group,
   return with_index(put_together(std::move(parts)), [&](Index& index) {
     IndexEntry& entry = entry_of(index, ChunkKind::group, group);
     entry.box = box;
-    entry.bytes += longer;  // boxes are as long as their numbers
+    entry.bytes += longer;  // boxes have variable length
     entry.header_bytes += longer;
   });
 }
@@ -216,7 +216,7 @@ TEST(IndexBoxes, OfRoundedCoordinatesMayDifferByTheBound) {
       EXPECT_FALSE(read_all(with_other_box(bytes, 2, [&](auto& box) { box[c] += by; })));
 }
 
-// --- what is made of it
+// --- repair of the index
 
 TEST(IndexEntries, AnIndexThatLiesIsMadeAnew) {
   const Bytes bytes = small_file(ScalarType::float64);

@@ -1,5 +1,6 @@
-// MeshExtractor: a piece is what a Reader gives of the whole mesh, cut down; only the bytes that it
-// needs are read; an index that lies can hide cells, and nothing else.
+// MeshExtractor: a piece equals the requested part of the whole mesh as read by a Reader; only the
+// bytes that it needs are read; an inconsistent index can hide cells but cannot change anything
+// else.
 #include "shm/mesh_extract.h"
 
 #include <map>
@@ -17,7 +18,7 @@ namespace {
 using container::ChunkKind;
 using container::IndexEntry;
 
-/// A mesh by numbers, so that order does not matter.
+/// A mesh indexed by numbers, so that order does not matter.
 struct ByNumber {
   struct Cell {
     std::uint32_t block = 0;
@@ -32,7 +33,7 @@ struct ByNumber {
   };
   std::map<std::uint64_t, Vertex> vertices;
   std::map<std::uint64_t, Cell> cells;
-  /// By array and step.
+  /// Values by array and step.
   std::map<std::pair<std::uint32_t, std::uint64_t>, std::map<std::uint64_t, Bytes>> steps;
   bool operator==(const ByNumber&) const = default;
 };
@@ -122,7 +123,7 @@ std::set<std::uint64_t> unused(const ByNumber& whole) {
   return numbers;
 }
 
-/// What stands in a segment: its cells, and vertices that no cell of the mesh uses.
+/// Contents of a segment: its cells, and vertices that no cell of the mesh uses.
 struct SegmentOfWhole {
   std::set<std::uint64_t> cells, unused;
 };
@@ -144,7 +145,7 @@ std::vector<SegmentOfWhole> segments_of(const Bytes& bytes, const std::set<std::
   return segments;
 }
 
-/// The piece, out of the whole mesh.
+/// Cuts the piece out of the whole mesh.
 ByNumber cut(const ByNumber& whole, const std::vector<SegmentOfWhole>& segments,
              const Schema& schema, const ExtractRequest& request) {
   ByNumber piece;
@@ -201,7 +202,7 @@ ByNumber cut(const ByNumber& whole, const std::vector<SegmentOfWhole>& segments,
   return piece;
 }
 
-/// Of all stepped arrays all steps, too.
+/// Extracts the piece, including all steps of all stepped arrays.
 Result<ByNumber> extracted(MeshExtractor& file, const ExtractRequest& request, unsigned threads = 1,
                            std::uint64_t ahead = ReadOptions().max_ahead_bytes) {
   ByNumber piece;
@@ -216,7 +217,7 @@ Result<ByNumber> extracted(MeshExtractor& file, const ExtractRequest& request, u
     EXPECT_EQ((*part)->first_vertex, piece.vertices.size());
     EXPECT_EQ((*part)->first_cell, piece.cells.size());
     add(piece, **part, file.schema());
-    // Vertices come no later than the cells that use them.
+    // A vertex comes no later than the cells that use it.
     for (const std::uint64_t corner : (*part)->corners)
       EXPECT_TRUE(piece.vertices.contains(corner));
   }
@@ -251,7 +252,8 @@ ExtractRequest cells(std::uint64_t first, std::uint64_t end) {
   return request;
 }
 
-/// Of all kinds, for a mesh with so many cells, with these vertices, and a box around all.
+/// Returns requests of all kinds for a mesh with these cells and vertices, and one box around
+/// everything.
 std::vector<ExtractRequest> requests(const ByNumber& whole, const Schema& schema) {
   std::vector<ExtractRequest> all(1);
   const std::uint64_t n = whole.cells.size();
@@ -443,15 +445,16 @@ TEST(MeshExtract, ThreadsStopWhereItIsDamaged) {
     for (; part && *part != nullptr; part = file->next()) whole += (*part)->cell_count();
     ASSERT_FALSE(part);
     EXPECT_EQ(part.error().code, ErrorCode::corrupt);
-    EXPECT_GT(whole, 20u);  // what comes before it comes
+    EXPECT_GT(whole, 20u);  // everything before the damage is delivered
     EXPECT_LT(whole, 216u);
     EXPECT_EQ(file->next().error().detail, part.error().detail);
     ExtractRequest before = cells(0, 20);
-    EXPECT_TRUE(extracted(*file, before, threads));  // the next piece may be whole
+    EXPECT_TRUE(extracted(*file, before, threads));  // the next piece may be undamaged
   }
 }
 
-// A group that one thread would not have read fails for nobody.
+// Damage in a group that a single thread would not read causes no error with several threads
+// either.
 TEST(MeshExtract, ThreadsFailWhereOneDoes) {
   const TestMesh mesh = two_blocks();
   WriteOptions options;
@@ -512,12 +515,13 @@ TEST(MeshExtract, NoMesh) {
   }
 }
 
-// --- bytes
+// --- bytes read
 
 constexpr std::uint64_t kBarWidth = kSanitized ? 10 : 16;
 constexpr std::uint64_t kBarGroup = kBarWidth * kBarWidth * 8;  // cells
 
-/// A bar of layers, so that segments are layers too, with two static arrays and a stepped one.
+/// Returns a bar of layers, so that each segment is a layer too, with two static arrays and a
+/// stepped array.
 Stepped bar(Order order) {
   Stepped it;
   it.mesh = with_order(grid(kBarWidth, kBarWidth, 128, ScalarType::float64, warped), order,
@@ -533,7 +537,8 @@ Stepped bar(Order order) {
   return it;
 }
 
-/// Bytes that a request takes, without steps and what open() reads.
+/// Returns the number of bytes that a request reads, without steps and without the bytes that
+/// open() reads.
 std::uint64_t bytes_of(CountedSource& source, MeshExtractor& file, const ExtractRequest& request) {
   source.bytes = 0;
   const auto begun = file.begin(request);
@@ -558,16 +563,16 @@ TEST(MeshExtract, ReadsWhatItNeeds) {
       const auto& segments = file->segments();
       ASSERT_EQ(segments.size(), 8u);
 
-      // The cells of one segment: that segment.
+      // The cells of one segment: only that segment is read.
       const auto third = cells(segments[2].first_cell, segments[2].first_cell + segments[2].cells);
       EXPECT_LE(bytes_of(source, *file, third), segments[2].bytes);
       EXPECT_LT(static_cast<double>(head + source.bytes),
                 1.2 * static_cast<double>(segments[2].bytes) + static_cast<double>(head));
       EXPECT_LT(head, bytes.size() / 10);
-      // One cell: the group that it is in, and those before it in its segment.
+      // One cell: its group and the groups before it in its segment are read.
       EXPECT_LT(bytes_of(source, *file, cells(segments[2].first_cell, segments[2].first_cell + 1)),
                 segments[2].bytes * 6 / 10);
-      // A box about the middle of the same segment's layers.
+      // A box in the middle of the layers of the same segment.
       ExtractRequest in;
       const double low = segments[2].box[2], high = segments[2].box[5];
       in.cells.box = {-100, -100, low + .4 * (high - low), 100, 100, low + .6 * (high - low)};
@@ -578,7 +583,7 @@ TEST(MeshExtract, ReadsWhatItNeeds) {
       EXPECT_LT(meeting, bytes.size() / 2);
       EXPECT_LE(bytes_of(source, *file, in), meeting);
       EXPECT_GT(file->cell_numbers().size(), 0u);
-      // Arrays that nobody wants.
+      // Arrays that were not requested are not read.
       ExtractRequest bare = third;
       bare.arrays.emplace();
       const std::uint64_t without = bytes_of(source, *file, bare);
@@ -586,13 +591,13 @@ TEST(MeshExtract, ReadsWhatItNeeds) {
       const std::uint64_t with = bytes_of(source, *file, bare);
       EXPECT_LT(without, with);
       EXPECT_LT(with, segments[2].bytes);
-      // A vertex.
+      // A single vertex.
       ExtractRequest vertex;
       vertex.vertices = {{segments[2].first_vertex + 5}};
       EXPECT_LT(bytes_of(source, *file, vertex),
                 order == Order::stream ? segments[2].bytes : bytes.size() / 2);
 
-      // A step: its chunks of this segment, once. What opens the StepReader comes before.
+      // A step: its chunks of this segment are read once. The StepReader is opened before.
       ASSERT_TRUE(file->steps(2));
       bytes_of(source, *file, third);
       std::uint64_t chunks = 0;
@@ -609,7 +614,7 @@ TEST(MeshExtract, ReadsWhatItNeeds) {
         if (*values == nullptr) break;
       }
       EXPECT_GE(source.bytes, chunks);
-      EXPECT_LE(source.bytes, chunks + segments[2].bytes / 2);  // connectivity, perhaps
+      EXPECT_LE(source.bytes, chunks + segments[2].bytes / 2);  // may read connectivity, too
     }
 }
 
@@ -631,8 +636,8 @@ TEST(MeshExtract, BlocksAreFoundWhereTheyStand) {
     EXPECT_LE(bytes_of(source, *file, request), segments[4].bytes + segments[5].bytes);
     EXPECT_EQ(file->cell_numbers().size(), quarter);
   }
-  // Two blocks that alternate from group to group stand where nobody would look first. Segments
-  // without the block are known by their connectivity.
+  // Two blocks alternate from group to group, so that the cells of one block are spread over the
+  // whole file. Connectivity shows which segments do not contain the block.
   Stepped it = bar(Order::keep);
   it.options.segment_cells = kBarGroup;
   it.mesh.schema.blocks.push_back({2, "", CellShape::hexahedron, 8});
@@ -650,9 +655,9 @@ TEST(MeshExtract, BlocksAreFoundWhereTheyStand) {
   EXPECT_EQ(file->cell_numbers().size(), it.mesh.cells.size() / 2);
 }
 
-// --- what is wrong
+// --- errors
 
-/// What requests() has, but for some; the first complaint.
+/// Runs most of requests() and returns the first error.
 std::optional<Error> complaint(std::span<const std::byte> bytes, const ByNumber& whole,
                                std::vector<ByNumber>* pieces = nullptr,
                                const ReadLimits& limits = {}) {
@@ -683,7 +688,7 @@ TEST(MeshExtract, TheIndexMayHideCellsAndNothingElse) {
     const ByNumber whole = whole_of(bytes);
     ASSERT_FALSE(complaint(bytes, whole));
     for (std::size_t n = 0; n < 6; ++n) {
-      // An index of version 0 holds what follows from the rest, too.
+      // An index of version 0 also stores fields that follow from others.
       const auto refused = [&](const char* what, const std::function<void(IndexEntry&)>& lie) {
         const Bytes lying = with_old_index(
             bytes, [&](container::Index& index) { lie(entry_of(index, ChunkKind::group, n)); });
@@ -701,7 +706,7 @@ TEST(MeshExtract, TheIndexMayHideCellsAndNothingElse) {
       refused("no box", [](IndexEntry& e) { e.box.fill(std::nan("")); });
       refused("far box", [](IndexEntry& e) { e.box = {50, 50, 50, 51, 51, 51}; });
     }
-    // Who asks for a box alone does not learn of it: boxes far away hide what is there.
+    // A request for a box cannot detect this error: wrong boxes far away hide the groups.
     const Bytes hidden = with_index(bytes, [](container::Index& index) {
       for (IndexEntry& entry : index.entries) entry.box = {50, 50, 50, 51, 51, 51};
     });
@@ -742,7 +747,7 @@ TEST(MeshExtract, ABlockThatTheIndexCountsWronglyIsNotWhole) {
   EXPECT_FALSE(extracted(*file, request));
 }
 
-/// Bits that matter for a piece are found, or the piece is right.
+/// A flipped bit either causes an error, or the piece is still correct.
 TEST(MeshExtract, EveryFlippedBitIsFoundOrDoesNotMatter) {
   const Bytes bytes = written(small(Order::keep));
   const ByNumber whole = whole_of(bytes);
@@ -765,7 +770,7 @@ TEST(MeshExtract, LiesOfAllKindsEndSomehow) {
     const ByNumber whole = whole_of(bytes);
     std::mt19937_64 random(11);
     for (std::size_t i = 0; i < 150 / every(10); ++i) {
-      // A byte of a chunk, with right checksums.
+      // Changes a byte of a chunk, with correct checksums.
       FileParts parts = take_apart(bytes);
       Chunk& chunk = parts.chunks[random() % parts.chunks.size()];
       if (chunk.payload.empty()) continue;

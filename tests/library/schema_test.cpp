@@ -1,4 +1,4 @@
-// Schema: names, promises, bytes, and what is refused.
+// Schema: names, declared properties, bytes, and schemas that are refused.
 #include "shm/schema.h"
 
 #include <gtest/gtest.h>
@@ -70,7 +70,7 @@ TEST(Schema, WhatIsRefused) {
   const std::vector<std::function<void(Schema&)>> lies = {
       [](Schema& s) { s.order = static_cast<Order>(3); },
       [](Schema& s) { s.step_references = static_cast<StepReference>(3); },
-      [](Schema& s) { s.order = Order::keep; },  // with corners that may turn
+      [](Schema& s) { s.order = Order::keep; },  // with corner_order off
       [](Schema& s) { s.coordinate_type = ScalarType::int32; },
       [](Schema& s) { s.coordinate_type = static_cast<ScalarType>(0); },
       [](Schema& s) { s.coordinate_quantization.bits = 53; },
@@ -100,7 +100,7 @@ TEST(Schema, WhatIsRefused) {
         s.arrays[1].blocks = {2, 2};
       },
       [](Schema& s) { s.arrays[1].quantization.minimum.pop_back(); },
-      [](Schema& s) { s.arrays[1].quantization.max_abs = 1; },  // and bits
+      [](Schema& s) { s.arrays[1].quantization.max_abs = 1; },  // in addition to bits
       [](Schema& s) { s.arrays[1].quantization.bits = 0, s.arrays[1].quantization.spacing = 1; },
       [](Schema& s) { s.arrays.back().quantization.max_abs = 0; },
       [](Schema& s) { s.arrays.back().quantization.max_abs = -1; },

@@ -1,4 +1,5 @@
-// read_summary: tells what a Reader tells, reads heads alone, and finds what lies among them.
+// read_summary: returns the same summary as a Reader, reads only headers, and detects damage among
+// them.
 #include "shm/summary.h"
 
 #include <gtest/gtest.h>
@@ -63,7 +64,7 @@ void expect_same(const Summary& a, const Summary& b, const std::string& name) {
   EXPECT_EQ(a.totals.trailing_bytes, b.totals.trailing_bytes);
 }
 
-/// What both tell of a file, with what is read for it.
+/// Compares the summary with that of a Reader.
 void expect_as_the_reader(std::span<const std::byte> bytes, const std::string& name) {
   const auto expected = summary_by_reader(bytes);
   ASSERT_TRUE(expected) << name << ": " << expected.error().message();
@@ -72,7 +73,7 @@ void expect_as_the_reader(std::span<const std::byte> bytes, const std::string& n
   expect_same(*summary, *expected, name);
 }
 
-/// The last step has no time.
+/// Returns a small file whose last step has no time.
 Bytes small_file() {
   return shm::small_file(ScalarType::float32, {}, std::numeric_limits<double>::quiet_NaN());
 }
@@ -111,7 +112,7 @@ TEST(Summary, ArchivesAndOtherFilesAreRefusedAsTheReaderDoes) {
   }
 }
 
-// --- what is read
+// --- bytes read
 
 TEST(Summary, ReadsNoValues) {
   Stepped it = waves(12);
@@ -130,7 +131,7 @@ TEST(Summary, ReadsNoValues) {
   }
   CountedSource source(bytes);
   ASSERT_TRUE(read_summary(source));
-  // A group's header stands behind that of its chunk, which is read twice.
+  // The header of a group follows the header of its chunk, which is read twice.
   EXPECT_LT(source.bytes, index_bytes + schema_bytes + 200 * parts.chunks.size());
   EXPECT_LT(source.bytes, bytes.size() / 10);
 }
@@ -151,14 +152,14 @@ TEST(Summary, EveryFlippedBitThatIsReadIsFound) {
       EXPECT_NE(summary.error().offset, kNoOffset) << summary.error().message();
       continue;
     }
-    // Some bytes of step values stand so near to the header that they are read with it.
+    // Some step values are so close to the header that they are read with it.
     expect_same(*summary, *good, "byte " + std::to_string(at));
     ++unread;
   }
   EXPECT_GT(unread, bytes.size() / every(7) / 4);
 }
 
-// --- cut, and torn
+// --- truncated files and files with missing chunks
 
 TEST(Summary, EveryCutIsFound) {
   const Bytes bytes = small_file();
@@ -199,14 +200,15 @@ TEST(Summary, ACutFileWithDamageIsNoWalk) {
   EXPECT_EQ(summary.error().offset, second);
 }
 
-// --- lies
+// --- inconsistent files
 
 TEST(Summary, TheIndexIsNotBelieved) {
   const Bytes bytes = small_file();
   ASSERT_TRUE(summary_of(with_index(bytes, [](container::Index&) {})));
   const auto refused = [&](const std::string& what,
                            const std::function<void(container::Index&)>& lie) {
-    const auto summary = summary_of(with_old_index(bytes, lie));  // which holds the most
+    const auto summary =
+        summary_of(with_old_index(bytes, lie));  // version 0 stores the most fields
     ASSERT_FALSE(summary) << what;
     EXPECT_NE(summary.error().offset, kNoOffset) << what;
     EXPECT_FALSE(summary.error().section.empty()) << what;
@@ -278,7 +280,7 @@ TEST(Summary, TheIndexIsNotBelieved) {
   refused("no schema", [](Index& index) { index.entries.erase(index.entries.begin()); });
 }
 
-/// The places of all chunks in the index are made anew.
+/// Recomputes the positions of all chunks in the index.
 Bytes with_places(FileParts parts, const std::function<void(container::Index&)>& change) {
   return with_index(put_together(parts), [&](container::Index& index) {
     change(index);
@@ -292,7 +294,7 @@ Bytes with_places(FileParts parts, const std::function<void(container::Index&)>&
 }
 
 TEST(Summary, HeadersThatLieAreFound) {
-  // An index of version 0 holds how many bytes the streams have.
+  // An index of version 0 stores the number of bytes of the streams.
   const Bytes bytes = with_old_index(small_file(), [](container::Index&) {});
   using container::GroupHeader;
   const auto code_with = [&](const std::function<void(GroupHeader&)>& lie) {
@@ -341,7 +343,7 @@ TEST(Summary, HeadersThatLieAreFound) {
   });
 }
 
-/// A payload so long that header and payload are as short as the index says.
+/// A payload length for which header plus payload wraps around to the chunk length in the index.
 TEST(Summary, LengthsDoNotWrap) {
   FileParts parts = take_apart(small_file());
   Chunk unknown;
@@ -354,7 +356,8 @@ TEST(Summary, LengthsDoNotWrap) {
     entry.kind = 200;
     index.entries.insert(index.entries.begin() + 1, entry);
   });
-  // A byte less of it, and of what the index says of it.
+  // Sets the payload length to 2^64 - 1, which acts as -1, and reduces the chunk length in the
+  // index by one byte.
   parts = take_apart(bytes);
   const std::size_t at = container::kFileStartBytes + parts.chunks[0].bytes();
   parts.chunks[1].header.payload_bytes = ~std::uint64_t{0};
@@ -391,7 +394,7 @@ TEST(Summary, LongHeadersAreReadWhereShortOnesWouldDo) {
     const auto report = find_damage(source);
     ASSERT_TRUE(report);
     EXPECT_TRUE(report->complete && report->damages.empty());
-    // Without its trailer it comes back.
+    // A file without its trailer is recovered.
     const Bytes cut(bytes.begin(), bytes.end() - container::kTrailerBytes);
     MemoryRandomSource of_cut(cut);
     const auto healed = find_damage(of_cut);
@@ -426,7 +429,7 @@ TEST(Summary, ChunksThatNobodyKnows) {
   }
 }
 
-// The codec of a segment is that of its cells, wherever they begin.
+// The codec of a segment is the codec of its cells, even if its first group has none.
 TEST(Summary, AGroupOfUnusedVerticesComesFirst) {
   const TestMesh mesh = with_order(grid(2, 2, 2), Order::stream, true, 0);
   MemorySink sink;
@@ -455,7 +458,7 @@ TEST(Summary, LiesOfAllKindsEndSomehow) {
   const Bytes bytes = small_file();
   std::mt19937_64 random(11);
   for (std::size_t i = 0; i < 400; i += every(4)) {
-    // A byte of a chunk, with right checksums.
+    // Changes a byte of a chunk, with correct checksums.
     FileParts parts = take_apart(bytes);
     Chunk& chunk = parts.chunks[random() % parts.chunks.size()];
     if (chunk.payload.empty()) continue;

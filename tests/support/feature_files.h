@@ -483,6 +483,7 @@ inline std::vector<std::byte> mirrored_file(Level level) {
   return std::move(sink.bytes);
 }
 
+/// Returns a file with an extra large enough for byte planes: faces of four vertices.
 inline std::vector<std::byte> large_extras_file() {
   TestMesh mesh = bent_grid(2, 2, 2);
   MemorySink sink;

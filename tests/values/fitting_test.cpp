@@ -1,4 +1,5 @@
-// Fitted weights: those that made the samples come back, whatever else is among the samples.
+// Fitted weights: the weights that generated the samples are found, whatever other samples are
+// among them.
 #include "values/fitting.h"
 
 #include <gtest/gtest.h>
@@ -57,7 +58,8 @@ TEST(Fitting, TermsThatAreNotThereHaveNoWeight) {
   for (std::uint32_t i = 0; i < kWeights; ++i) EXPECT_NEAR(found[i], i < 5 ? weights[i] : 0, 1);
 }
 
-/// Middles of faces and cells of other meshes are thirds, quarters and ninths of their corners.
+/// In meshes of other programs, centres of faces and cells are thirds, quarters and ninths of sums
+/// of corners.
 TEST(Fitting, FractionsOfTemplatesAreExactDespiteRounding) {
   std::mt19937_64 random(5);
   std::vector<FitSample> samples(100);
@@ -76,7 +78,7 @@ void expect_in_range(const Weights& weights) {
   for (std::int32_t it : weights) EXPECT_LE(std::abs(it), kMostWeight);
 }
 
-// Terms that say the same: some weights together are known, no single one.
+// Terms with equal values: only the sum of their weights is determined.
 TEST(Fitting, EqualTerms) {
   std::mt19937_64 random(5);
   std::vector<FitSample> samples(100);
@@ -93,10 +95,10 @@ TEST(Fitting, EqualTerms) {
 
 TEST(Fitting, WhatCannotBeFitted) {
   EXPECT_EQ(fit_weights({}), Weights{});
-  EXPECT_EQ(fit_weights(std::vector<FitSample>(50)), Weights{});  // nothing to say
+  EXPECT_EQ(fit_weights(std::vector<FitSample>(50)), Weights{});  // no equations
   std::vector<FitSample> samples = samples_of(some_weights(), 50, kWeights);
   for (FitSample& it : samples) it.terms.fill(0.0);
-  EXPECT_EQ(fit_weights(samples), Weights{});  // nothing to say it with
+  EXPECT_EQ(fit_weights(samples), Weights{});  // equations without usable terms
   for (double large : {1e-320, 1e-160, 1e160, 1e300, std::numeric_limits<double>::max(),
                        std::numeric_limits<double>::infinity()}) {
     samples = samples_of(some_weights(), 50, kWeights);

@@ -1,5 +1,5 @@
-// Neighbourhoods of cells that are no hexahedra, on lattices, where it is plain what they must be;
-// and in meshes that no one would make, where they must not name what is not there.
+// Neighbourhoods of cells other than hexahedra: on lattices, where the expected result is obvious;
+// and in random meshes, where they must not contain vertices that do not exist.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -25,8 +25,8 @@ struct TestedCell {
   std::vector<std::uint64_t> vertices;
 };
 
-/// Gives cells to a finder as a coder does: vertices die with their last cell, and their slots go
-/// to new ones after a rest.
+/// Passes cells to a finder as a coder does: vertices are finalized with their last cell, and their
+/// slots are reused after a rest.
 class Walk : public SeenNeighbours {
  public:
   explicit Walk(const std::vector<TestedCell>& mesh, Reach reach = Reach::farther) : reach_(reach) {
@@ -93,8 +93,8 @@ Point sum(std::initializer_list<std::pair<std::int32_t, std::uint64_t>> terms) {
   return p;
 }
 
-/// Each cube of the lattice, its corners in VTK's order, as cells of these positions; `layers` of
-/// cubes.
+/// Returns cells that divide each cube of the lattice; `parts` gives the corners of each cell in
+/// VTK's order. `layers`: number of layers of cubes.
 std::vector<TestedCell> cut_lattice(CellShape shape, const Parts& parts,
                                     std::uint64_t layers = kSide - 1) {
   std::vector<TestedCell> cells;
@@ -147,7 +147,8 @@ TEST(NeighbourhoodOfOthers, WedgesStandInALattice) {
       EXPECT_EQ(sum({{3, it.at[0]}, {-1, it.at[kAtFarther]}}), sum({{2, it.element}}));
     }
   }
-  // From the second layer on all vertices see two below; from the third three.
+  // From the second layer on, all vertices know the two vertices below; from the third layer on,
+  // three.
   EXPECT_EQ(lines, kSide * kSide * (kSide - 2));
   EXPECT_EQ(farther, kSide * kSide * (kSide - 3));
   EXPECT_GT(lattices, (kSide - 1) * (kSide - 1) * (kSide - 2));
@@ -156,7 +157,7 @@ TEST(NeighbourhoodOfOthers, WedgesStandInALattice) {
 TEST(NeighbourhoodOfOthers, TetrahedraSeeBehindTheirFace) {
   const auto mesh = cut_lattice(CellShape::tetrahedron, kTetrahedra);
   const Walk walk(mesh);
-  std::set<std::vector<std::uint64_t>> cells;  // so far
+  std::set<std::vector<std::uint64_t>> cells;  // added so far
   std::uint64_t added = 0;
   std::size_t behind = 0;
   for (const Seen& it : walk.vertices) {
@@ -280,7 +281,7 @@ TEST(NeighbourhoodOfOthers, CellsSeeTheCellsBehindTheirSides) {
     EXPECT_EQ(it.knows(Neighbourhood::kBeyond) && it.at[kAtBeyond] == it.cell - 2 * layer,
               it.cell >= 2 * layer);
     const bool second = it.cell % 2 == 1;
-    if (second) {  // of its cube
+    if (second) {  // the second half of its cube
       const auto near = std::span(it.at).first(3);
       EXPECT_NE(std::find(near.begin(), near.end(), it.cell - 1), near.end());
     }
@@ -298,7 +299,7 @@ TEST(NeighbourhoodOfOthers, ReachOnlyAdds) {
   }
 }
 
-// Cells of random shapes and vertices, degenerate ones among them, in windows that move on.
+// Cells of random shapes and vertices, including degenerate cells, in moving windows.
 TEST(NeighbourhoodOfOthers, NamesOnlyWhatIsThere) {
   using enum CellShape;
   constexpr std::array<std::pair<CellShape, std::size_t>, 12> kShapes = {{{hexahedron, 8},
@@ -323,7 +324,7 @@ TEST(NeighbourhoodOfOthers, NamesOnlyWhatIsThere) {
       const auto& [shape, nodes] = kShapes[random() % shapes];
       TestedCell cell{shape, {}};
       for (std::size_t i = 0; i < nodes; ++i)
-        cell.vertices.push_back(c / 3 + random() % window);  // older ones die
+        cell.vertices.push_back(c / 3 + random() % window);  // older vertices are finalized
       mesh.push_back(std::move(cell));
     }
     const Walk walk(mesh), again(mesh);
