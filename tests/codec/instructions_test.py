@@ -104,9 +104,9 @@ def main():
         print(fault)
     if found:
         again = f"python3 {' '.join(sys.argv)} --renew"
-        print(f"Where that is meant, {again} writes bench/{LEDGER.name} anew")
+        print(f"If this change is intended, {again} writes bench/{LEDGER.name} again")
     else:
-        print(f"{len(counted)} figures are those of bench/{LEDGER.name}")
+        print(f"{len(counted)} counts agree with bench/{LEDGER.name}")
     return 1 if found else 0
 
 

@@ -179,7 +179,7 @@ def lost_claims():
         figure = re.search(r"\{[^{}]*\d[^{}]*\}|\{third\}", words)
         plain = words.replace("{", "").replace("}", "")
         if not figure or plain not in " ".join((ROOT / name).read_text(encoding="utf-8").split()):
-            yield name, f"does not say what scripts/claims measures: {words}"
+            yield name, f"lacks a claim that scripts/claims measures: {words}"
 
 
 def faults_of_headers():

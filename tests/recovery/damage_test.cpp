@@ -1,4 +1,4 @@
-// Damage: all that is hurt is named, and what is whole is read, whatever is hurt.
+// Damage: every damaged part is reported, and every intact part can be read, whatever is damaged.
 #include "shm/damage.h"
 
 #include <gtest/gtest.h>
@@ -24,7 +24,7 @@ namespace {
 
 using container::ChunkKind;
 
-/// Segments of some cells, arrays, steps that refer to each other.
+/// Returns a file with segments of a few cells, arrays, and steps that refer to each other.
 Bytes file(Order order, std::uint32_t segment_cells = 60, std::uint32_t group_cells = 30) {
   Stepped it = with_steps(two_blocks(), order);
   it.options.segment_cells = segment_cells;
@@ -32,7 +32,7 @@ Bytes file(Order order, std::uint32_t segment_cells = 60, std::uint32_t group_ce
   return written(it);
 }
 
-/// Offsets and ends of chunks.
+/// Returns the offsets of the first and the last byte (exclusive) of each chunk.
 std::vector<std::pair<std::size_t, std::size_t>> places(const Bytes& bytes) {
   std::vector<std::pair<std::size_t, std::size_t>> out;
   std::size_t at = container::kFileStartBytes;
@@ -50,7 +50,8 @@ DamageReport found(const Bytes& bytes) {
   return report ? std::move(*report) : DamageReport();
 }
 
-/// Everything that is left: coordinates by vertex, corners and values by cell, values by step.
+/// Everything that can still be read: coordinates by vertex, corners and values by cell, values by
+/// step.
 struct Left {
   std::map<std::uint64_t, Bytes> points;
   std::map<std::uint64_t, std::vector<std::uint64_t>> cells;
@@ -100,7 +101,7 @@ Result<Left> left_of(const Bytes& bytes) {
   return left;
 }
 
-/// Whether all of `part` is in `all`, and the same there.
+/// Returns true if all entries of `part` are in `all` with equal values.
 template <class Map>
 bool is_within(const Map& part, const Map& all) {
   return std::all_of(part.begin(), part.end(), [&](const auto& it) {
@@ -150,7 +151,7 @@ TEST(Damage, EachChunkIsNamedAndTheOthersAreLeft) {
       const FileParts parts = take_apart(whole);
       const auto at = places(whole);
       for (std::size_t c = 0; c + 1 < at.size(); ++c) {
-        // Of the many step values some.
+        // Only some of the many step values.
         if (parts.chunks[c].is(ChunkKind::step_values) && c % 7 != 0) continue;
         for (const bool header : {true, false}) {
           if (some.skips_next()) continue;
@@ -160,7 +161,8 @@ TEST(Damage, EachChunkIsNamedAndTheOthersAreLeft) {
           const std::string what = "chunk " + std::to_string(c) + (header ? ", header" : "") +
                                    (with_index ? "" : ", no index");
           const DamageReport report = found(bytes);
-          if (c + 2 == at.size() && header && !with_index) continue;  // one piece with the index
+          if (c + 2 == at.size() && header && !with_index)
+            continue;  // forms one damaged range with the index
           ASSERT_EQ(report.damages.size(), with_index ? 1u : 2u) << what;
           const Damage& damage = report.damages[0];
           EXPECT_EQ(damage.kind, DamageKind::damaged) << what;
@@ -176,7 +178,7 @@ TEST(Damage, EachChunkIsNamedAndTheOthersAreLeft) {
             }
           }
           const auto left = left_of(bytes);
-          if (c == 0) {  // such a small file has the schema once
+          if (c == 0) {  // such a small file stores the schema only once
             EXPECT_FALSE(left) << what;
             continue;
           }
@@ -236,7 +238,8 @@ TEST(Damage, ArraysThatAreHurtAreNamed) {
   }
 }
 
-// A header with a right checksum that names an array of another file: its values are not lost ones.
+// A header with a correct checksum that names an array of another file: its values are not reported
+// as lost.
 TEST(Damage, ValuesOfNoArrayAreNotNamed) {
   Stepped it = with_steps(two_blocks(), Order::keep);
   it.mesh.schema.arrays.push_back(array_of("static", Location::cell, ScalarType::float64));
@@ -329,7 +332,7 @@ TEST(Damage, BytesAtRandom) {
   }
 }
 
-/// Headers without end that each claim all that follows: not read over and over.
+/// Very many headers that each claim all following bytes: these bytes are not read again and again.
 TEST(Damage, ManyHeadersTakeTheirBytesOnly) {
   constexpr std::size_t kHeaders = 50'000;
   ByteWriter out;
@@ -349,7 +352,7 @@ TEST(Damage, ManyHeadersTakeTheirBytesOnly) {
   EXPECT_LT(source.bytes, 60 * out.bytes.size());
 }
 
-/// What opening it says is wrong.
+/// Returns the error of opening the file.
 ErrorCode error_of(const Bytes& bytes) {
   MemoryRandomSource source(bytes);
   const auto report = find_damage(source);
@@ -364,8 +367,8 @@ Bytes without_index(const FileParts& parts) {
   return bytes;
 }
 
-// Of two files nobody can say which chunk is whose: another bound makes other values of the same
-// bytes.
+// In a mixture of two files, nobody can say which chunk belongs to which file: with another bound,
+// the same bytes mean other values.
 TEST(Damage, PartsOfTwoFilesAreRefused) {
   const Bytes one = file(Order::keep);
   FileParts parts = take_apart(one);
@@ -376,7 +379,8 @@ TEST(Damage, PartsOfTwoFilesAreRefused) {
   EXPECT_TRUE(found(put_together(parts)).schema);
   parts.chunks[3] = schema;
   EXPECT_EQ(error_of(put_together(parts)), ErrorCode::corrupt);
-  // Of the same number, with other bytes: the index tells which it is, or nothing does.
+  // A chunk with the number of another chunk: if it is equal, it is a repetition; if it differs,
+  // the index must decide, or the file is refused.
   parts = take_apart(one);
   Bytes joined = without_index(parts);
   const auto at = places(one);
@@ -395,7 +399,7 @@ TEST(Damage, PartsOfTwoFilesAreRefused) {
   EXPECT_EQ(error_of(joined), ErrorCode::corrupt);
 }
 
-// A step number far away says nothing of how many steps there are.
+// A step with a large number does not mean that there are that many steps.
 TEST(Damage, StepsBeyondTheLimitAreRefused) {
   Stepped it = with_steps(two_blocks(), Order::keep);
   it.values[{0, 5000}] = moving_values(it.mesh.schema.arrays[0], elements_of(it.mesh, 0), 7);
@@ -410,8 +414,8 @@ TEST(Damage, StepsBeyondTheLimitAreRefused) {
   EXPECT_EQ(reader.error().code, ErrorCode::over_limit);
 }
 
-// A chunk among groups that is lost is a group only where cells or vertices are lost with it. Where
-// that cannot be known, step values, which count groups, must not go to others' elements.
+// A lost chunk between groups is a group only if cells or vertices are missing too. If that cannot
+// be determined, step values, which count groups, must not be assigned to other elements.
 TEST(Damage, ALostExtraAmongGroupsIsNoGroup) {
   const Bytes whole = file(Order::stream, 60, 60);
   const Left all = *left_of(whole);
@@ -438,7 +442,7 @@ TEST(Damage, ALostExtraAmongGroupsIsNoGroup) {
   expect_within(*left, all, "an extra among groups");
 }
 
-// A copy of the index in the middle is no end: the trailer points to another one.
+// A copy of the index in the middle does not end the file: the trailer points to another index.
 TEST(Damage, ACopyOfTheIndexIsNoEnd) {
   const Bytes whole = file(Order::keep);
   const auto at = places(whole);
@@ -456,8 +460,8 @@ TEST(Damage, ACopyOfTheIndexIsNoEnd) {
     EXPECT_LT(damage.offset, middle + bytes) << damage.section;
 }
 
-/// A byte of the index, its header, or the headers of it and the trailer are lost; or a byte of it,
-/// and all chunks have changed places.
+/// Returns files with a damaged index: a byte of it, its header, the headers of index and trailer,
+/// or a byte of it with all chunks in reverse order.
 std::vector<Bytes> without_index(const Bytes& whole) {
   const auto at = places(whole);
   const auto [begin, end] = at.back();
@@ -493,7 +497,7 @@ TEST(Damage, ALostIndexIsMadeAnew) {
   EXPECT_GT(same, 80u);
 }
 
-// Of a file of 0.9 too; its ranges are those of the values as they are restored.
+// The index of a file of version 0.9 is rebuilt, too; its ranges are those of the restored values.
 TEST(Damage, ALostIndexOfVersion0IsMadeAnew) {
   std::size_t same = 0, with_other_ranges = 0;
   for (const auto& path : golden_files()) {
@@ -547,7 +551,7 @@ TEST(Damage, AnIndexIsMadeOnlyWhereThereWasNoMore) {
   }
 }
 
-// Right checksums of what nobody can decode.
+// A chunk with correct checksums that cannot be decoded.
 TEST(Damage, AnIndexIsMadeOfWhatCanBeDecodedOnly) {
   FileParts parts = take_apart(file(Order::keep));
   Chunk extra = parts.chunks.back();

@@ -1,5 +1,6 @@
-// What is kept of arrays on few elements: columns over it say the very bytes, and give the very
-// values, that columns over all elements do; whatever the mesh, its segments, groups and codecs.
+// Arrays on few elements, for which only a part of the mesh data is kept: columns over these
+// elements give exactly the bytes and values that columns over all elements give, for all meshes,
+// segments, groups and codecs.
 #include "steps/sparse_elements.h"
 
 #include <functional>
@@ -15,7 +16,7 @@ namespace {
 
 using container::ChunkKind;
 
-/// Few cells here and there, a few together, and a layer, in blocks of their own.
+/// Returns a grid with scattered cells, a cluster of cells, and a layer in separate blocks.
 TestMesh scattered(std::uint64_t n, std::uint32_t seed) {
   TestMesh mesh = grid(n, n, n, ScalarType::float64, warped, porous);
   for (int b = 1; b < 4; ++b) mesh.schema.blocks.push_back({b + 1, "", CellShape::hexahedron, 8});
@@ -28,7 +29,7 @@ TestMesh scattered(std::uint64_t n, std::uint32_t seed) {
   return mesh;
 }
 
-/// With arrays on each block, on some of several, and on points.
+/// Adds arrays on each block, on pairs of blocks, and on points.
 Stepped with_arrays_on_few(TestMesh mesh, Order order) {
   Stepped out{with_order(std::move(mesh), order, order == Order::keep, 0), {}, {}};
   const auto blocks = static_cast<std::uint32_t>(out.mesh.schema.blocks.size());
@@ -42,7 +43,7 @@ Stepped with_arrays_on_few(TestMesh mesh, Order order) {
   return out;
 }
 
-/// What a file tells of its groups.
+/// Passes the groups of a file to the topology.
 void add_groups(std::span<const std::byte> bytes, StepTopology& replay) {
   for (const Chunk& chunk : take_apart(bytes).chunks) {
     if (!chunk.is(ChunkKind::group)) continue;
@@ -54,7 +55,7 @@ void add_groups(std::span<const std::byte> bytes, StepTopology& replay) {
   }
 }
 
-/// Values of many kinds, so that domains and codecs change from group to group.
+/// Returns values of many kinds, so that domains and codecs change from group to group.
 Bytes values_of(const ArrayInfo& info, std::uint64_t elements, std::size_t group,
                 std::size_t turn) {
   Bytes out;
@@ -78,14 +79,14 @@ Bytes values_of(const ArrayInfo& info, std::uint64_t elements, std::size_t group
   return out;
 }
 
-/// The columns of an array at one step.
+/// Encoder and decoder of an array at one step.
 struct Columns {
   Columns(const Schema& schema, std::uint32_t array) : in(schema, array), out(schema, array) {}
   StepColumn<SplitEncoder> in;
   StepColumn<SplitDecoder> out;
 };
 
-/// How many groups the array was compared in.
+/// Compares the columns; returns the number of compared groups.
 std::size_t expect_same_columns(const Stepped& it, StepTopology& replay, StepElements& thin,
                                 StepElements& all, std::uint32_t array, std::size_t turn) {
   const ArrayInfo& info = it.mesh.schema.arrays[array];
@@ -179,7 +180,7 @@ TEST(SparseElements, SayWhatAllElementsSay) {
   EXPECT_GT(compared, 10000 / every(10));
 }
 
-// Places are taken again: the ring of cells is full, and vertices come and go.
+// Positions are reused: the ring of cells is full, and vertices are introduced and finalized.
 TEST(SparseElements, InMeshesThatTakePlacesAgain) {
   for (const auto codec : {ConnectivityCodec::rows, ConnectivityCodec::shifts})
     for (const std::uint32_t group_cells : {700u, 65536u}) {
@@ -190,7 +191,8 @@ TEST(SparseElements, InMeshesThatTakePlacesAgain) {
     }
 }
 
-// A column may change its domain so often only: by elements and slots, those that are left out too.
+// The number of domain changes of a column is limited by the number of elements and slots,
+// including those that are left out.
 TEST(SparseElements, MayChangeDomainsAsOftenAsAllElements) {
   Stepped it = with_arrays_on_few(scattered(kSanitized ? 13 : 24, 5), Order::stream);
   it.options.connectivity = ConnectivityCodec::rows;
@@ -205,7 +207,8 @@ TEST(SparseElements, AtLevelBest) {
   EXPECT_GT(expect_same_columns(it), 50u);
 }
 
-// What an index says of a step may be a lie, though no step before was one.
+// The element count in an index may be wrong for one step although it was correct for the steps
+// before.
 TEST(SparseElements, AreNotThinLater) {
   Stepped it = with_arrays_on_few(scattered(9, 1), Order::keep);
   it.options.group_cells = 60;
@@ -233,7 +236,8 @@ TEST(SparseElements, AreNotThinLater) {
   EXPECT_EQ(all, elements_of(it.mesh, array));
 }
 
-/// Elements of array `a` of a mesh in these options, of which at most so much is kept.
+/// Returns the bytes kept for array `a` with this limit. `expected`: number of elements that the
+/// caller announces.
 std::size_t kept_of(const Stepped& it, std::uint32_t a, std::uint64_t expected, std::size_t most) {
   const Bytes bytes = written(it);
   const auto read = read_mesh(bytes);
@@ -273,7 +277,7 @@ TEST(SparseElements, AreKeptWhereTheyAreFewAndWithinALimit) {
   EXPECT_GT(kept, elements * sizeof(Neighbourhood));
   EXPECT_LT(kept, elements * (sizeof(Neighbourhood) * 9 / 8 + 4 * 14) + (64u << 10));
   EXPECT_EQ(kept_of(it, many, elements_of(it.mesh, many), 0), 0u);
-  // As if they were few: more than may be kept, and less.
+  // Announced as few elements: more than the limit, and less.
   EXPECT_EQ(kept_of(it, many, 0, 0), 0u);
   EXPECT_GT(kept_of(it, many, 0, std::size_t{64} << 20), std::size_t{1} << 20);
 }

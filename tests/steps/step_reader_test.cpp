@@ -1,5 +1,5 @@
-// StepReader: one array at one step is what a Reader gives, its bytes are the only ones that are
-// looked at, and files that lie about themselves are refused.
+// StepReader: returns the same values as a Reader for one array at one step, reads only the bytes
+// that it needs, and refuses inconsistent files.
 #include "shm/step_reader.h"
 
 #include <set>
@@ -17,7 +17,7 @@ using container::Codec;
 using container::IndexEntry;
 using container::StreamKind;
 
-/// What a Reader gives.
+/// The data that a Reader returns.
 struct Expected {
   ReadBack mesh;
   Values values;
@@ -87,7 +87,8 @@ void expect_step(StepReader& reader, const Expected& expected, std::uint32_t arr
   EXPECT_TRUE(by_segment.values == all->values);
 }
 
-/// Every array at every step, in ascending and in some other order, by one reader and by new ones.
+/// Reads every array at every step, in ascending and in another order, with one reader and with new
+/// readers.
 void expect_all_steps(const Bytes& bytes) {
   const Expected expected = expected_of(bytes);
   WatchedSource source(bytes);
@@ -165,7 +166,7 @@ TEST(StepReader, WhateverTheKeySteps) {
 
 TEST(StepReader, TrendsAndLossyAndManyComponents) {
   Stepped it = waves(6);
-  for (auto& [key, values] : it.values)  // noise, moving on at the same pace everywhere
+  for (auto& [key, values] : it.values)  // noise that changes at the same rate everywhere
     for (std::size_t i = 0; i < values.size() / 8; ++i) {
       const double v = static_cast<double>(i * 2654435761u % 1000003) * 0x1p-20 *
                        (64 + static_cast<double>(key.second));
@@ -206,9 +207,9 @@ TEST(StepReader, StepTimes) {
   EXPECT_EQ(opened(source).step_times(), times);
 }
 
-// --- which bytes
+// --- bytes read
 
-/// Bytes of the file by what they belong to.
+/// Assigns each byte of the file to a named part.
 struct Places {
   explicit Places(std::span<const std::byte> file) : owner(file.size()) {
     const FileParts parts = take_apart(file);
@@ -233,7 +234,7 @@ struct Places {
     return std::to_string(segment) + " array " + std::to_string(array) + " step " +
            std::to_string(step);
   }
-  /// Those of all segments that are there.
+  /// Returns these names for each segment that has them.
   std::set<std::string> in_all(const std::set<std::string>& names) const {
     std::set<std::string> all;
     for (const std::string& name : names)
@@ -243,7 +244,8 @@ struct Places {
           all.insert(full);
     return all;
   }
-  /// What was read, whole, by name; names begin with the segment where they are of one.
+  /// Returns the names of the parts that were read, all of which must be complete; names begin with
+  /// the segment if they belong to one.
   std::set<std::string> touched(const WatchedSource& source) const {
     std::set<std::size_t> hit, left;
     for (std::size_t i = 0; i < owner.size(); ++i)
@@ -252,7 +254,8 @@ struct Places {
     std::set<std::string> all, missed;
     for (const std::size_t i : hit) all.insert(owners[i]);
     for (const std::size_t i : left) missed.insert(owners[i]);
-    for (const std::string& name : all) EXPECT_FALSE(missed.contains(name)) << name << " in part";
+    for (const std::string& name : all)
+      EXPECT_FALSE(missed.contains(name)) << name << " is read in part";
     return all;
   }
   void mark(std::size_t begin, std::size_t end, const std::string& name) {
@@ -280,15 +283,15 @@ struct Places {
     }
   }
 
-  std::vector<std::size_t> owner;                // of each byte
+  std::vector<std::size_t> owner;                // of each byte, an index into owners
   std::vector<std::string> owners = {"nobody"};  // their names
-  std::vector<std::uint32_t> segments{};         // of the groups
+  std::vector<std::uint32_t> segments{};         // segment of each group
 };
 
 using Names = std::set<std::string>;
 
-/// Two segments, two arrays of waves that refer to steps before, one that the mesh says nothing of,
-/// static arrays.
+/// Returns a mesh with two segments, two arrays of waves that refer to previous steps, an array
+/// that is unrelated to the mesh, and static arrays.
 Stepped watched_mesh(Order order) {
   Stepped it;
   it.mesh =
@@ -308,7 +311,7 @@ Stepped watched_mesh(Order order) {
     it.values[{wave, step}] = waving.values.at({0, step});
     it.values[{other, step}] = waving.values.at({0, step});
     it.values[{other, step}].resize(it.mesh.cells.size() * 8);
-    if (kSanitized && step / 2 != 2) continue;   // 4 and 5, which is read
+    if (kSanitized && step / 2 != 2) continue;   // 4 and 5; the test reads step 5
     Bytes& phrases = it.values[{phrase, step}];  // 10 cells of noise, again and again
     for (std::size_t i = 0; i < it.mesh.cells.size() * 17; ++i)
       phrases.push_back(i < 170 ? static_cast<std::byte>(random()) : phrases[i - 170]);
@@ -345,7 +348,7 @@ TEST(StepReader, TouchesOnlyWhatItNeeds) {
       ASSERT_TRUE(reader.read({wave, 6, {}, false}));
       EXPECT_EQ(places.touched(source), mesh_and({name(4), name(5), name(6)}));
 
-      // What comes next needs no other step, and no mesh any more.
+      // The next step needs no other step, and no mesh data.
       source.forget();
       ASSERT_TRUE(reader.read({wave, 7, {}, false}));
       EXPECT_EQ(places.touched(source), places.in_all({name(7)}));
@@ -353,14 +356,14 @@ TEST(StepReader, TouchesOnlyWhatItNeeds) {
       ASSERT_TRUE(reader.read({wave, 7, {}, false}));
       EXPECT_EQ(places.touched(source), Names{});
 
-      // Numbers are those of the mesh.
+      // Numbers of the mesh are read too.
       StepReader anew = opened(source);
       source.forget();
       ASSERT_TRUE(anew.read({wave, 4}));
       if (order == Order::keep) mesh.insert("vertex numbers");
       EXPECT_EQ(places.touched(source), mesh_and({name(4)}));
 
-      // A segment alone.
+      // A single segment.
       StepReader alone = opened(source);
       source.forget();
       ASSERT_TRUE(alone.read({wave, 0, 1}));
@@ -391,7 +394,7 @@ TEST(StepReader, AStepIsReadWithItsKeyStepAndNoOther) {
   for (const std::uint32_t key_steps : {1u, 3u, 8u}) {
     Stepped it = waves(10);
     it.options.key_steps = key_steps;
-    it.options.group_cells = 100;  // values of several groups stand alone
+    it.options.group_cells = 100;  // values of several groups are in separate chunks
     const Bytes bytes = written(it);
     const Places places(bytes);
     for (std::uint64_t step = 0; step < 10; ++step) {
@@ -409,7 +412,7 @@ TEST(StepReader, AStepIsReadWithItsKeyStepAndNoOther) {
 
 // --- sizes
 
-/// A field of points and one of cells that travel.
+/// Returns a field of points and a field of cells that move through the mesh.
 Stepped travelling(std::uint64_t first_step, std::uint64_t steps) {
   constexpr std::uint64_t kWide = kSanitized ? 10 : 20, kHigh = kWide - 2, kDeep = kWide - 4;
   Stepped it;
@@ -440,9 +443,9 @@ TEST(StepReader, ASeriesIsSmallerThanItsStepsAlone) {
   EXPECT_LT(series, alone * 4 / 5);
 }
 
-// --- damage, and lies
+// --- damaged and inconsistent files
 
-/// A small file and what is read of it.
+/// Returns a small mesh with steps.
 Stepped small_mesh() {
   Stepped it;
   it.mesh = with_order(grid(3, 3, 3, ScalarType::float64, warped), Order::keep, true, 0);
@@ -496,7 +499,7 @@ TEST(StepReader, EveryCutIsFound) {
   }
 }
 
-/// Reads all that there is; the first complaint.
+/// Reads everything; returns the first error.
 std::optional<Error> complaint(std::span<const std::byte> bytes, const ReadLimits& limits = {}) {
   MemoryRandomSource source(bytes);
   auto reader = StepReader::open(source, limits);
@@ -511,7 +514,7 @@ TEST(StepReader, TheIndexIsNotBelieved) {
   const Bytes bytes = written(small_mesh());
   ASSERT_FALSE(complaint(bytes));
   const auto refused = [&](const char* what, const std::function<void(container::Index&)>& lie) {
-    EXPECT_TRUE(complaint(with_old_index(bytes, lie))) << what;  // all of it stands there
+    EXPECT_TRUE(complaint(with_old_index(bytes, lie))) << what;  // version 0 stores all fields
   };
   for (const std::size_t n : {0u, 1u, 5u, 9u}) {
     const auto lies = [&](const char* what, const std::function<void(IndexEntry&)>& lie) {
@@ -568,7 +571,7 @@ TEST(StepReader, LiesOfAllKindsEndSomehow) {
   const Bytes bytes = written(small_mesh());
   std::mt19937_64 random(11);
   for (int i = 0; i < 400; ++i) {
-    // A byte of a chunk, with right checksums.
+    // Changes a byte of a chunk, with correct checksums.
     FileParts parts = take_apart(bytes);
     Chunk& chunk = parts.chunks[random() % parts.chunks.size()];
     if (chunk.payload.empty()) continue;
@@ -626,7 +629,7 @@ TEST(StepReader, WrongUse) {
   EXPECT_EQ(code({wave + 3, 0}), ErrorCode::misuse);
   EXPECT_EQ(code({wave, 10}), ErrorCode::misuse);
   EXPECT_EQ(code({wave, 0, 2}), ErrorCode::misuse);
-  // Nothing is begun; and what is begun may be left.
+  // next() returns nothing before begin(); a read may be abandoned.
   EXPECT_EQ(*reader.next(), nullptr);
   ASSERT_TRUE(reader.begin({wave, 5}));
   ASSERT_NE(*reader.next(), nullptr);

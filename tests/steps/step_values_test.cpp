@@ -1,5 +1,5 @@
-// Step values: what goes in comes out, whatever the mesh, its segments and groups, the codecs, and
-// the step that is referred to; and files that lie about it are refused.
+// Step values: values come back unchanged, for all meshes, segments, groups, codecs, and kinds of
+// references to other steps; inconsistent files are refused.
 #include "steps/step_values.h"
 #include "steps/step_memory.h"
 
@@ -78,7 +78,8 @@ TEST(StepValues, WhateverTheMeshAndItsPieces) {
           }
 }
 
-// Over neighbourhoods that numbers tell, values are as small as over those of a surface.
+// With neighbourhoods found by vertex numbers, values need as few bytes as with those of the active
+// surface.
 TEST(StepValues, OverShiftsToo) {
   Stepped it = waves(3);
   it.options.connectivity = ConnectivityCodec::rows;
@@ -90,7 +91,7 @@ TEST(StepValues, OverShiftsToo) {
   EXPECT_LE(bytes.size() * 20, over_surface * 21);
 }
 
-// At level fast, and where there are no neighbourhoods, no mesh is asked for.
+// At level fast, and without neighbourhoods, decoding does not need the mesh.
 TEST(StepValues, InTerms) {
   Stepped it = waves(5);
   for (const auto& [codec, level] : {std::pair(ConnectivityCodec::patterns, Level::standard),
@@ -108,7 +109,7 @@ TEST(StepValues, InTerms) {
   }
 }
 
-// A group of shifts that tells no neighbourhoods is no group of a file with steps.
+// In a file with steps, a group of shifts without neighbourhoods is invalid.
 TEST(StepValues, ShiftsWithoutNeighbourhoodsAreRefused) {
   Stepped it = waves(1);
   it.options.connectivity = ConnectivityCodec::shifts;
@@ -143,7 +144,7 @@ TEST(StepValues, NoCellsNoVerticesNoElements) {
   expect_values_back(it);
 }
 
-// A call for an array without elements leaves nothing in the file, and no count of a step either.
+// A call for an array without elements stores nothing in the file and does not count as a step.
 TEST(StepValues, AStepOfNothingIsNone) {
   Stepped it = with_steps(grid(1, 1, 1), Order::keep);
   it.mesh.cells.clear();
@@ -173,7 +174,7 @@ TEST(StepValues, TheMeshPredicts) {
   Stepped it = waves(1);
   RecordedOrder order;
   it.options.coding_order = &order;
-  written(it);  // to learn the order
+  written(it);  // only to record the order
   Bytes sorted;
   for (std::uint64_t v : order.vertices) {
     const auto& values = it.values[{0, 0}];
@@ -200,13 +201,13 @@ TEST(StepValues, StepsReferToTheOneBefore) {
   }
 }
 
-/// What the schema of the file says.
+/// Returns the kind of references that the schema of the file allows.
 StepReference most_of(const Bytes& file) {
   const auto back = read_mesh(file);
   EXPECT_TRUE(back);
   return back ? back->schema.step_references : StepReference::trend;
 }
-/// The file under a schema that allows `most`.
+/// Returns the file with a schema that allows `most`.
 Bytes under(const Bytes& file, StepReference most) {
   FileParts parts = take_apart(file);
   Schema schema = read_mesh(file)->schema;
@@ -225,18 +226,19 @@ TEST(StepValues, TheSchemaSaysWhatTheyReferTo) {
     const Bytes bytes = expect_values_back(it);
     EXPECT_EQ(most_of(bytes), most);
     for (const StepReference less : {nothing, before}) {
-      // A chunk that refers to more than the schema allows is refused; one that could, is not.
+      // A chunk that refers to more than the schema allows is refused. A chunk that refers to less
+      // is accepted.
       const auto back = read_mesh(under(bytes, less));
       EXPECT_EQ(static_cast<bool>(back), less >= most);
       if (!back) {
         EXPECT_EQ(back.error().code, ErrorCode::corrupt);
       }
     }
-    // The caller may say less than key_steps would.
+    // The caller may allow fewer references than key_steps would.
     it.mesh.schema.step_references = std::min(most, before);
     for (const auto& header : headers_of(expect_values_back(it))) EXPECT_FALSE(header.trend);
   }
-  // Without steps nothing is stored.
+  // Without steps the schema does not store this.
   WriteOptions options;
   options.key_steps = 1;
   EXPECT_EQ(most_of(expect_round_trip(two_blocks(), options)), trend);
@@ -307,14 +309,14 @@ TEST(StepValues, ATrendGoesOn) {
             (std::vector<std::uint64_t>{2, 1}));
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(trend_of<double>(ScalarType::float64, {nan}, {7}), std::vector<double>{7});
-  // Bit by bit: what signals goes on signalling.
+  // Bit for bit: signalling NaNs stay signalling.
   const std::vector<std::uint32_t> odd = {0x7f800001, 0xffc01234, 0x7f800000};
   EXPECT_EQ(trend_of<std::uint32_t>(ScalarType::float32, {0, 0, 0}, odd), odd);
 }
 
 TEST(StepValues, ATrendIsFollowed) {
   Stepped it = waves(4);
-  for (auto& [key, values] : it.values)  // noise, moving on at the same pace everywhere
+  for (auto& [key, values] : it.values)  // noise that changes at the same rate everywhere
     for (std::size_t i = 0; i < values.size() / 8; ++i) {
       const double v = static_cast<double>(i * 2654435761u % 1000003) * 0x1p-20 *
                        (64 + static_cast<double>(key.second));
@@ -348,11 +350,11 @@ TEST(StepValues, ShuffledBytes) {
   EXPECT_FALSE(unpack_shuffled({}, 4, 8));
   EXPECT_FALSE(unpack_shuffled(coded, 4, 7992));
   EXPECT_FALSE(unpack_shuffled(coded, 3, 8000));
-  EXPECT_EQ(unpack_shuffled(coded, 4, 8004)->size(), 8000u);  // who wants more has to look
+  EXPECT_EQ(unpack_shuffled(coded, 4, 8004)->size(), 8000u);  // the caller must check the size
   EXPECT_FALSE(unpack_shuffled(std::span(coded).first(coded.size() - 1), 4, 8000));
 }
 
-// --- files that lie
+// --- inconsistent files
 
 ErrorCode code_of(std::span<const std::byte> bytes, const ReadLimits& limits = {}) {
   MemorySource source(bytes);
@@ -367,7 +369,7 @@ ErrorCode code_of(std::span<const std::byte> bytes, const ReadLimits& limits = {
   return {};
 }
 
-/// Changes chunk `nth` of step values, which has one part.
+/// Changes the nth chunk of step values, which has one part.
 Bytes with_chunk(std::span<const std::byte> bytes, std::size_t nth,
                  const std::function<void(StepHeader&, Bytes&)>& change) {
   FileParts parts = take_apart(bytes);
@@ -379,7 +381,7 @@ Bytes with_chunk(std::span<const std::byte> bytes, std::size_t nth,
   return put_together(parts);
 }
 
-/// Waves in four groups, three steps, the later two referring.
+/// Returns waves in four groups with three steps, of which the last two refer to earlier steps.
 const Bytes& waves_file() {
   static const Bytes bytes = [] {
     Stepped it = waves(3);
@@ -414,13 +416,13 @@ TEST(StepValues, LyingHeaders) {
       refused(nth, [&](StepHeader& h) { h.codec = static_cast<Codec>(codec); });
   }
   refused(1, [](StepHeader& h) { h.group = 0; });
-  refused(5, [](StepHeader& h) { h.reference_step = h.step; });  // unlike the group before
-  refused(8, [](StepHeader& h) { h.reference_step = 0; });       // not the step before
-  refused(4, [](StepHeader& h) { h.trend = true; });             // of one step
-  refused(9, [](StepHeader& h) { h.trend = !h.trend; });         // unlike the group before
+  refused(5, [](StepHeader& h) { h.reference_step = h.step; });  // differs from the previous group
+  refused(8, [](StepHeader& h) { h.reference_step = 0; });       // not the previous step
+  refused(4, [](StepHeader& h) { h.trend = true; });             // from a single step
+  refused(9, [](StepHeader& h) { h.trend = !h.trend; });         // differs from the previous group
   refused(
       0, [](StepHeader& h) { h.step = h.reference_step = 1 << 21; }, ErrorCode::over_limit);
-  // A trend of no step, which only heads of version 0 can have.
+  // A trend without steps, which only heads of version 0 can express.
   for (const bool trend : {false, true}) {
     FileParts parts = take_apart(waves_file());
     Chunk& chunk = *parts.find(ChunkKind::step_values);
@@ -482,7 +484,7 @@ TEST(StepValues, DamagedBytesGiveAsManyValuesOrNone) {
 
 TEST(StepValues, AGroupMayTakeTooMuch) {
   ReadLimits limits;
-  limits.max_group_bytes = 20000;  // the cells fit, their neighbourhoods do not
+  limits.max_group_bytes = 20000;  // enough for the cells, but not for their neighbourhoods
   EXPECT_EQ(code_of(written(with_steps(grid(6, 6, 6), Order::stream)), limits),
             ErrorCode::over_limit);
   Stepped it;
