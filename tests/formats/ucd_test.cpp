@@ -1,4 +1,4 @@
-// AVS UCD files: what they mean, that they come back, and that damage is reported.
+// AVS UCD files: their meaning, round trips, and that damage is reported.
 #include "ucd/ucd.h"
 
 #include <gtest/gtest.h>
@@ -173,7 +173,7 @@ TEST_F(UcdTest, VtkAgrees) {
         std::string(SHM_PYTHON) + " " SHM_SOURCE_DIR "/tests/support/ucd_oracle.py " + a + " " + b;
     return std::system(command.c_str());
   };
-  std::string plain = kAll;  // VTK wants numbers that are alone
+  std::string plain = kAll;  // VTK requires unique numbers
   plain.replace(plain.find("17 2 hex"), 2, "18");
   plain.replace(plain.rfind("17 8"), 2, "18");
   plain.replace(plain.find("velocity vector\n"), 15, "velocity vector, m/s");
