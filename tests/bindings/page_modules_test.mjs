@@ -1,4 +1,4 @@
-// What the page computes before anything is drawn: cameras, colours, numbers, surfaces, choices.
+// Computations of the page before it draws: cameras, colours, numbers, surfaces, choices.
 //
 //     node page_modules_test.mjs
 //
@@ -17,7 +17,7 @@ const pointing = await at("pointing");
 
 const near = (got, wanted, what) => wanted.forEach((number, i) =>
   assert.ok(Math.abs(got[i] - number) < 1e-6, `${what ?? "is"} ${[...got]}, not ${wanted}`));
-/** Where a point is on the picture. */
+/** Returns the position of a point in the picture. */
 function seen(made, [x, y, z], aspect = 1) {
   const m = camera.matrixOf(made, aspect);
   return [0, 1, 2].map((row) => m[row] * x + m[4 + row] * y + m[8 + row] * z + m[12 + row]);
@@ -51,7 +51,7 @@ test("a box fits the picture, whichever side of that is larger", () => {
       assert.ok(most > 0.919 && most < 0.921, `${view} at ${aspect}: ${most}`);
     }
   }
-  // What is kept free below it is free.
+  // The space reserved at the bottom stays free.
   const tall = { ...box, most: [1, 0.5, 9] };
   const lifted = camera.fitted(camera.cameraFrom([0, -1, 0]), tall, 2, .25);
   const [low, high] = [0, 9].map((z) => seen(lifted, [0, 0, z], 2)[1]);
@@ -59,7 +59,7 @@ test("a box fits the picture, whichever side of that is larger", () => {
   const place = seen(lifted, [1, 0, 3], 2);
   near(seen(camera.zoomed(lifted, 2, 2 * place[0], place[1]), [1, 0, 3], 2).slice(0, 2),
     place.slice(0, 2));
-  // What has no size is not infinitely large.
+  // A mesh without extent is not magnified infinitely.
   const none = { least: [0, 0, 0], most: [0, 0, 0] };
   const point = camera.fitted(camera.cameraFrom([1, 1, 1]), none, 1);
   assert.ok(Number.isFinite(point.scale));
@@ -93,7 +93,7 @@ test("keys turn, move and enlarge", () => {
 });
 
 test("colours are those of shm preview", () => {
-  // As tests/picture has them of converters/picture.
+  // The colours of converters/picture, which its own tests check.
   const told = JSON.parse(process.env.SHM_COLOURS);
   assert.equal(told.blocks.length, 21);
   told.blocks.forEach((colour, i) => assert.deepEqual(colours.blockColour(i), colour));

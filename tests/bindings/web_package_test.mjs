@@ -1,4 +1,4 @@
-// What the web package does around the decoder: workers, Blobs, servers, what is ended early.
+// The web package around the decoder: workers, Blobs, servers, cancelled calls.
 //
 //     node web_package_test.mjs PACKAGE MESH GOLDEN
 //
@@ -17,7 +17,7 @@ const content = readFileSync(mesh);
 const files = { "/mesh.shm": content, "/foreign": Buffer.alloc(1 << 20, "solid cube\n") };
 const CELLS = 40000;
 
-/** Gives files, by ranges, and counts. `mode`: how it misbehaves. */
+/** Serves files with range requests, and counts. `mode`: how the server misbehaves. */
 const server = createServer((request, response) => {
   const asked = /^bytes=(\d+)-(\d+)$/.exec(request.headers.range ?? "");
   counted.requests += 1;
@@ -68,7 +68,7 @@ after(() => {
   server.close();
 });
 
-/** With a worker and without. */
+/** Runs a test with a worker and without. */
 function both(name, run) {
   for (const worker of [true, false]) {
     test(`${name}, ${worker ? "in a worker" : "in this thread"}`, { timeout: 60000 },
@@ -134,7 +134,7 @@ both("the boundary surface", async (options) => {
   const file = await open(content, options);
   const arrays = [{ name: "pressure", step: 2 }, { name: "heat" }];
   const got = await file.boundary({ arrays });
-  assert.equal(got.faceCount, 4 * CELLS + 2); // of a bar
+  assert.equal(got.faceCount, 4 * CELLS + 2); // boundary of a bar
   assert.equal(got.vertexCount, file.vertexCount);
   assert.equal(got.offsets.at(-1), 4 * got.faceCount);
   assert.equal(got.arrays[0].values.length, got.vertexCount);
@@ -155,7 +155,7 @@ both("of a URL only what is wanted is fetched, by few requests", async (options)
   assert.ok(counted.requests <= 2, `${counted.requests} requests`);
   assert.ok(counted.bytes <= 24 << 10, `${counted.bytes} bytes`);
   const far = await file.read({ points: false, cells: false, arrays: [{ name: "pressure", step: 2 }] });
-  // Half of the file are the steps, of which each is coded against the one before.
+  // Steps are half of the file, and each is coded relative to the previous one.
   assert.ok(counted.bytes < .51 * content.length, `${counted.bytes} of ${content.length} bytes`);
   assert.ok(counted.requests <= 4, `${counted.requests} requests`);
   await file.close();
@@ -174,7 +174,7 @@ both("all of a URL", async (options) => {
   assert.ok(requests <= 6, `${requests} requests`);
   assert.ok(counted.bytes < 1.01 * content.length, `${counted.bytes} bytes`);
   await file.read({ arrays: [{ name: "heat" }] });
-  assert.equal(counted.requests, requests); // it is kept
+  assert.equal(counted.requests, requests); // the array was kept
   await file.verify();
   await file.close();
   const near = await open(mesh, options);
@@ -221,7 +221,7 @@ both("servers that misbehave are told of", async (options) => {
   counted.version = '"2"';
   await assert.rejects(file.read(), failsWith("io", /the file on the server has changed/));
   begin();
-  assert.equal((await file.read()).cellCount, CELLS); // what failed is over
+  assert.equal((await file.read()).cellCount, CELLS); // the error does not persist
   await file.close();
   await assert.rejects(open(`${url}x`, options), failsWith("io", /no such file: the server answers 404$/));
   await assert.rejects(open(url.replace("mesh.shm", "secret"), options),
