@@ -307,11 +307,11 @@ TEST(CInterface, WrongTargetsAreMisuseBeforeAnyIsFilled) {
 TEST(CInterface, AnIndexThatLiesAboutBlocksIsCorrupt) {
   const Bytes bytes = two_blocks_file();
   for (const int more : {-1, 1}) {
-    const Bytes lying = with_index(bytes, [&](container::Index& index) {
+    const Bytes inconsistent = with_index(bytes, [&](container::Index& index) {
       index.block_cells[0] += static_cast<std::uint64_t>(more);
       index.block_cells[1] -= static_cast<std::uint64_t>(more);
     });
-    const File file = opened(lying);
+    const File file = opened(inconsistent);
     for (const std::uint32_t array : {2u, 5u}) {  // static, and at steps: both on block 1
       std::vector<Wanted> wanted{{SHMF_VALUES, SHMF_FLOAT64, array}};
       shmf_error why{};

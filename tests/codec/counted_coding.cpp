@@ -21,8 +21,8 @@
 // with a tail call and is called through a pointer that no compiler can see through: otherwise the
 // compiler creates renamed copies.
 extern "C" bool counted_run(const std::function<bool()>& run) {
-  volatile bool good = run();
-  return good;
+  volatile bool ok = run();
+  return ok;
 }
 
 namespace {

@@ -141,8 +141,8 @@ TEST_F(UcdTest, SaysWhatItCannotWrite) {
 }
 
 TEST_F(UcdTest, NamesWhatIsWrong) {
-  const std::string good = "2 1 0 0 0\n1 0 0 0\n2 1 1 1\n1 0 line 1 2\n";
-  EXPECT_EQ(written(*open(good)), good);
+  const std::string valid = "2 1 0 0 0\n1 0 0 0\n2 1 1 1\n1 0 line 1 2\n";
+  EXPECT_EQ(written(*open(valid)), valid);
   expect_refused("\x07 binary", "binary", ErrorCode::unsupported);
   expect_refused("2 1 0 0 0\n1 0 0 0\n1 1 1 1\n1 0 line 1 1\n", "two nodes");
   expect_refused("2 1 0 0 0\n1 0 0 0\n2 1 1 1\n1 0 line 1 3\n", "no node 3");

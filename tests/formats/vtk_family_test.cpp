@@ -91,9 +91,9 @@ class VtkFamilyTest : public VtkTest {
   }
   // Changes each byte of each text extra, cuts the text at each position, and repeats each line.
   void bend_all(MeshSource& mesh) {
-    std::size_t good = 0, bad = 0;
+    std::size_t readable = 0, refused = 0;
     const auto try_it = [&](const std::string& key, const std::string& text) {
-      ++(writes_with(mesh, key, text) ? good : bad);
+      ++(writes_with(mesh, key, text) ? readable : refused);
     };
     for (const Extra& extra : mesh.info().extras) {
       if (extra.type != ScalarType::uint8) continue;
@@ -111,8 +111,8 @@ class VtkFamilyTest : public VtkTest {
           try_it(extra.key, text.substr(0, end + 1) + text.substr(at));
       }
     }
-    EXPECT_GT(good, 100u);
-    EXPECT_GT(bad, 100u);
+    EXPECT_GT(readable, 100u);
+    EXPECT_GT(refused, 100u);
   }
 };
 

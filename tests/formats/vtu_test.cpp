@@ -532,7 +532,7 @@ TEST_F(VtuTest, BrokenSkeletonsAreFailures) {
   const auto mesh = open_text(kPlain);
   MemoryMesh copy = grid_mesh(1, 1, 1);
   copy.mesh.schema.source_format = "vtu";
-  const std::string good = text_of(find_extra(mesh->info(), "vtu/skeleton"));
+  const std::string valid = text_of(find_extra(mesh->info(), "vtu/skeleton"));
   const auto write_with = [&](const std::string& skeleton) {
     Extra extra{"vtu/skeleton", ScalarType::uint8, Reference::nothing, {skeleton.size()}, {}};
     const auto bytes = std::as_bytes(std::span(skeleton));
@@ -541,14 +541,14 @@ TEST_F(VtuTest, BrokenSkeletonsAreFailures) {
     write_vtu(copy, path("out.vtu"), spool_);
   };
   // The text belongs to another mesh: pieces and arrays that do not fit are left out.
-  write_with(good);
+  write_with(valid);
   EXPECT_EQ(open_vtu(path("out.vtu"), spool_)->info().vertices, 8u);
   EXPECT_THROW(write_with(""), Failure);
   EXPECT_THROW(write_with("<VTKFile/>"), Failure);
-  EXPECT_THROW(write_with(good.substr(0, good.size() / 2)), Failure);
-  EXPECT_THROW(write_with(replaced(good, "byte_order", "compressor=\"x\" byte_order")), Failure);
-  for (std::size_t at = 0; at < good.size(); ++at) {
-    std::string flipped = good;
+  EXPECT_THROW(write_with(valid.substr(0, valid.size() / 2)), Failure);
+  EXPECT_THROW(write_with(replaced(valid, "byte_order", "compressor=\"x\" byte_order")), Failure);
+  for (std::size_t at = 0; at < valid.size(); ++at) {
+    std::string flipped = valid;
     flipped[at] = static_cast<char>(flipped[at] ^ 1);
     try {
       write_with(flipped);

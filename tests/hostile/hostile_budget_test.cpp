@@ -128,7 +128,7 @@ TEST(Budget, HasRoomForWhatAWriterWrites) {
   WriteOptions options;
   ASSERT_TRUE(write_mesh(grid(2, 2, 2), sink, options, [&](Writer& writer) -> Result<void> {
     for (std::uint64_t i = 0; i < kExtras; ++i)
-      if (auto good = writer.add_extra(extra); !good) return good;
+      if (auto status = writer.add_extra(extra); !status) return status;
     return {};
   }));
   EXPECT_LT(sink.bytes.size(), kExtras * extra.data.size() / 128);

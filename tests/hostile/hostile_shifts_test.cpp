@@ -111,9 +111,9 @@ TEST(Hostile, LyingShiftsOfOrderStream) { expect_shifts_refuse_lies("shifts_stre
 // no other.
 TEST(Hostile, ShiftsThatLeaveNumbersOut) {
   TestMesh mesh = with_order(grid(1, 1, 1), Order::stream, false, 0);
-  const Bytes good = written(mesh, 65536, ConnectivityCodec::shifts, Level::fast);
+  const Bytes valid = written(mesh, 65536, ConnectivityCodec::shifts, Level::fast);
   const auto with_numbers = [&](const std::vector<std::uint64_t>& numbers, std::uint64_t imports) {
-    FileParts parts = take_apart(good);
+    FileParts parts = take_apart(valid);
     Chunk* chunk = parts.find(ChunkKind::group, 0);
     auto group = take_group_apart(chunk->payload);
     ByteWriter words;
@@ -127,7 +127,7 @@ TEST(Hostile, ShiftsThatLeaveNumbersOut) {
     return put_together(parts);
   };
   const std::uint64_t import = std::uint64_t{1} << 63;
-  EXPECT_EQ(with_numbers({0, 1, 2, 3, 4, 5, 6, 7}, 0), good);
+  EXPECT_EQ(with_numbers({0, 1, 2, 3, 4, 5, 6, 7}, 0), valid);
   using Numbers = std::vector<std::uint64_t>;
   for (const Numbers& numbers :
        {Numbers{1, 2, 3, 4, 5, 6, 7, 8}, Numbers{0, 1, 2, 3, 4, 5, 6, 8},
@@ -266,9 +266,9 @@ TEST(Hostile, StreamsOfShiftsMissingRepeatedOrSwapped) {
 TEST(Hostile, ShiftsOfAnotherSchema) {
   const auto code_with = [](const std::function<void(Schema&)>& change) {
     TestMesh mesh = bent_grid(3, 2, 2);
-    const Bytes good = written(mesh, 65536, ConnectivityCodec::shifts);
+    const Bytes valid = written(mesh, 65536, ConnectivityCodec::shifts);
     change(mesh.schema);
-    FileParts parts = take_apart(good);
+    FileParts parts = take_apart(valid);
     parts.chunks[0].payload = schema_payload(mesh.schema);
     return code_of(put_together(parts));
   };
@@ -294,9 +294,9 @@ TEST(Hostile, ShiftsOfAnotherSchemaAreNotDecodedAgain) {
     TestMesh mesh = bent_grid(3, 2, 2);
     mesh.schema.arrays.push_back(array_of("a", Location::cell, ScalarType::int8, 1));
     mesh.schema.arrays[0].per_step = true;
-    const Bytes good = written(mesh, 65536, ConnectivityCodec::shifts);
+    const Bytes valid = written(mesh, 65536, ConnectivityCodec::shifts);
     change(mesh.schema);
-    FileParts parts = take_apart(good);
+    FileParts parts = take_apart(valid);
     parts.chunks[0].payload = schema_payload(mesh.schema);
     const Bytes changed = put_together(parts);
     MemoryRandomSource source(changed);

@@ -164,7 +164,7 @@ Bytes with_extras(std::uint64_t count) {
       extra.type = ScalarType::uint8;
       extra.shape = {1};
       extra.data = Bytes(1);
-      if (auto good = writer.add_extra(extra); !good) return good;
+      if (auto status = writer.add_extra(extra); !status) return status;
     }
     return {};
   });

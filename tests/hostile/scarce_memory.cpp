@@ -21,7 +21,7 @@ long number_in(const char* name, long otherwise) {
 std::atomic<bool> is_running{false};
 std::atomic<long> allocations{0};
 
-// Set just before main() runs, so that the dynamic loader does not need to read the environment.
+// Settings. run() reads them just before main(), so that all earlier allocations succeed.
 long allowed = -1;
 bool for_good = false, with_malloc = false;
 

@@ -38,7 +38,7 @@ Result<void> put_steps(To& to, const Stepped& it, std::uint64_t from, std::uint6
   for (std::uint64_t step = from; step < end; ++step)
     for (const auto& [key, values] : it.values)
       if (key.second == step)
-        if (auto good = to.add_step_values(key.first, step, values); !good) return good;
+        if (auto status = to.add_step_values(key.first, step, values); !status) return status;
   return {};
 }
 
@@ -51,9 +51,9 @@ Bytes file_with(const Stepped& it, std::uint64_t end, std::size_t extra_bytes = 
   const auto report = write_mesh(it.mesh, sink, it.options, [&](Writer& writer) -> Result<void> {
     const auto times = times_to(end);
     if (place == Times::first)
-      if (auto good = writer.set_step_times(times); !good) return good;
-    if (auto good = writer.add_extra(extra_of("a/b", extra_bytes)); !good) return good;
-    if (auto good = put_steps(writer, it, 0, end); !good) return good;
+      if (auto status = writer.set_step_times(times); !status) return status;
+    if (auto status = writer.add_extra(extra_of("a/b", extra_bytes)); !status) return status;
+    if (auto status = put_steps(writer, it, 0, end); !status) return status;
     if (place != Times::last) return {};
     return writer.set_step_times(times);
   });
@@ -73,8 +73,8 @@ Bytes appended(const Bytes& file, const Stepped& it, std::uint64_t from, std::ui
   EXPECT_TRUE(appender) << (appender ? "" : appender.error().message());
   if (!appender) return {};
   if (place == Times::first) (void)appender->set_step_times(times_to(end));
-  const auto good = put_steps(*appender, it, from, end);
-  EXPECT_TRUE(good) << (good ? "" : good.error().message());
+  const auto status = put_steps(*appender, it, from, end);
+  EXPECT_TRUE(status) << (status ? "" : status.error().message());
   if (place == Times::last) (void)appender->set_step_times(times_to(end));
   const auto report = appender->finish();
   EXPECT_TRUE(report) << (report ? "" : report.error().message());
@@ -352,13 +352,13 @@ TEST(Appender, RefusesWhatDoesNotFit) {
     MemorySink sink;
     auto appender = Appender::open(source, sink);
     EXPECT_TRUE(appender);
-    const auto good = appender->add_step_values(array, step, some);
+    const auto status = appender->add_step_values(array, step, some);
     const auto report = appender->finish();
     EXPECT_FALSE(report) << array << ", " << step;
     if (report) return;
     EXPECT_EQ(report.error().code, ErrorCode::misuse);
-    if (!good) {
-      EXPECT_EQ(report.error().message(), good.error().message()) << "the first error sticks";
+    if (!status) {
+      EXPECT_EQ(report.error().message(), status.error().message()) << "the first error sticks";
     }
   };
   refused(u, 4, values);                                      // already present
@@ -376,8 +376,8 @@ bool survives(const Bytes& file, const Stepped& it) {
   auto appender = Appender::open(source, sink);
   if (!appender) return false;
   (void)appender->without_steps();
-  const auto good = put_steps(*appender, it, 5, 6);
-  return good && appender->finish();
+  const auto status = put_steps(*appender, it, 5, 6);
+  return status && appender->finish();
 }
 
 TEST(Appender, RefusesFilesThatAreDamagedOrLie) {
@@ -400,9 +400,9 @@ TEST(Appender, RefusesFilesThatAreDamagedOrLie) {
   const std::size_t size = parts.chunks.back().payload.size();
   for (std::size_t at = 0; at < size; ++at)
     for (const int change : {0x01, 0x80, 0xff}) {
-      FileParts lying = parts;
-      lying.chunks.back().payload[at] ^= static_cast<std::byte>(change);
-      (void)survives(put_together(std::move(lying)), it);
+      FileParts inconsistent = parts;
+      inconsistent.chunks.back().payload[at] ^= static_cast<std::byte>(change);
+      (void)survives(put_together(std::move(inconsistent)), it);
     }
   // A missing chunk, an extra chunk, or a chunk with another number.
   FileParts without = parts;

@@ -104,8 +104,8 @@ TEST(Archive, SectionEndsWhereItSays) {
 }
 
 TEST(Archive, NamesAreOfFiles) {
-  for (const char* good : {"a", "rotor.e.4.0", "run.e-s002", "with space.vtk", "..."})
-    EXPECT_TRUE(is_member_name(good)) << good;
+  for (const char* name : {"a", "rotor.e.4.0", "run.e-s002", "with space.vtk", "..."})
+    EXPECT_TRUE(is_member_name(name)) << name;
   for (const char* bad : {"", ".", "..", "a/b", "/", "../a", "a\\b", "a\nb", "\x7f"})
     EXPECT_FALSE(is_member_name(bad)) << bad;
   EXPECT_TRUE(is_member_name(std::string(255, 'x')));

@@ -120,10 +120,10 @@ TEST(IndexEntries, EachFieldOfEachIsHeldAgainstWhatIsThere) {
       together += index.entries[i].parts.size() > 1 ? 1 : 0;
       for (const Lie& lie : lies_about(index.entries[i])) {
         if ((lie.old_only && index.version > 0) || ++lies % every(5) != 0) continue;
-        const Bytes lying = with_index(bytes, [&](Index& it) { lie.tell(it.entries[i]); });
+        const Bytes inconsistent = with_index(bytes, [&](Index& it) { lie.tell(it.entries[i]); });
         for (const unsigned threads : {1u, 3u}) {
           if (threads > 1 && lies % 8 != 0) continue;
-          const auto read = read_all(lying, threads);
+          const auto read = read_all(inconsistent, threads);
           const std::string what = name + ", entry " + std::to_string(i) + ": " + lie.field;
           ASSERT_FALSE(read) << what;
           EXPECT_EQ(read.error().code, ErrorCode::corrupt) << what;
@@ -141,10 +141,10 @@ TEST(IndexEntries, EachFieldOfEachIsHeldAgainstWhatIsThere) {
 }
 
 TEST(IndexEntries, TheEntryAndItsFieldAreNamed) {
-  const Bytes lying = with_index(small_file(ScalarType::float64), [](Index& index) {
+  const Bytes inconsistent = with_index(small_file(ScalarType::float64), [](Index& index) {
     entry_of(index, ChunkKind::group, 1).box[4] += 1;
   });
-  const auto read = read_all(lying);
+  const auto read = read_all(inconsistent);
   ASSERT_FALSE(read);
   EXPECT_NE(read.error().detail.find("of the group at byte "), std::string::npos);
   EXPECT_NE(read.error().detail.find("another box"), std::string::npos) << read.error().message();
@@ -192,10 +192,10 @@ TEST(IndexBoxes, AreHeldAgainstTheCoordinates) {
   for (const std::size_t group : {0u, 1u, 2u, 3u})
     for (std::size_t c = 0; c < 6; ++c)
       for (const double by : {-.5, -1e-12, 1e-12, .5}) {
-        const Bytes lying = with_other_box(bytes, group, [&](auto& box) { box[c] += by; });
+        const Bytes inconsistent = with_other_box(bytes, group, [&](auto& box) { box[c] += by; });
         for (const unsigned threads : {1u, 3u}) {
           if (threads > 1 && c != 4) continue;
-          const auto read = read_all(lying, threads);
+          const auto read = read_all(inconsistent, threads);
           ASSERT_FALSE(read) << group << ' ' << c << ' ' << by;
           EXPECT_EQ(read.error().code, ErrorCode::corrupt);
           EXPECT_EQ(read.error().section, "group " + std::to_string(group));
@@ -225,15 +225,15 @@ TEST(IndexEntries, AnIndexThatLiesIsMadeAnew) {
   for (std::size_t i = 0; i < index.entries.size(); i += 4)
     for (const Lie& lie : lies_about(index.entries[i])) {
       if (lie.old_only || ++lies % every(5) != 0) continue;
-      const Bytes lying = with_index(bytes, [&](Index& it) { lie.tell(it.entries[i]); });
-      MemoryRandomSource source(lying);
+      const Bytes inconsistent = with_index(bytes, [&](Index& it) { lie.tell(it.entries[i]); });
+      MemoryRandomSource source(inconsistent);
       const auto damage = find_damage(source);
       ASSERT_TRUE(damage) << lie.field << damage.error().message();
       ASSERT_FALSE(damage->damages.empty()) << i << lie.field;
       EXPECT_EQ(damage->damages[0].section, "index") << i << lie.field;
       MemorySink healed;
-      const auto good = write_in_order(source, healed);
-      ASSERT_TRUE(good) << i << lie.field << good.error().message();
+      const auto status = write_in_order(source, healed);
+      ASSERT_TRUE(status) << i << lie.field << status.error().message();
       EXPECT_EQ(healed.bytes, bytes) << i << lie.field;
     }
   EXPECT_GT(lies, 50u);

@@ -209,7 +209,7 @@ Result<ByNumber> extracted(MeshExtractor& file, const ExtractRequest& request, u
   ReadOptions options;
   options.threads = threads;
   options.max_ahead_bytes = ahead;
-  if (auto good = file.begin(request, options); !good) return good.error();
+  if (auto status = file.begin(request, options); !status) return status.error();
   while (true) {
     const auto part = file.next();
     if (!part) return part.error();
@@ -229,7 +229,7 @@ Result<ByNumber> extracted(MeshExtractor& file, const ExtractRequest& request, u
     const auto steps = file.steps(a);
     if (!steps) return steps.error();
     for (const std::uint64_t step : *steps) {
-      if (auto good = file.begin_values(a, step); !good) return good.error();
+      if (auto status = file.begin_values(a, step); !status) return status.error();
       while (true) {
         const auto values = file.next_values();
         if (!values) return values.error();
@@ -462,7 +462,7 @@ TEST(MeshExtract, ThreadsFailWhereOneDoes) {
   options.group_cells = 6;
   const Bytes whole = cut_file(mesh, options);
   const auto all = requests(whole_of(whole), mesh.schema);
-  std::size_t failed = 0, good = 0;
+  std::size_t failed = 0, succeeded = 0;
   for (std::size_t at = 40; at < whole.size(); at += 151) {
     Bytes bytes = whole;
     bytes[at] ^= std::byte{0x10};
@@ -479,11 +479,11 @@ TEST(MeshExtract, ThreadsFailWhereOneDoes) {
         else
           EXPECT_EQ(one.error().detail, several.error().detail);
       }
-      ++(one ? good : failed);
+      ++(one ? succeeded : failed);
     }
   }
   EXPECT_GT(failed, 20u);
-  EXPECT_GT(good, 20u);
+  EXPECT_GT(succeeded, 20u);
 }
 
 TEST(MeshExtract, WhatIsWrongWithStepsIsToldEachTime) {
@@ -690,9 +690,9 @@ TEST(MeshExtract, TheIndexMayHideCellsAndNothingElse) {
     for (std::size_t n = 0; n < 6; ++n) {
       // An index of version 0 also stores fields that follow from others.
       const auto refused = [&](const char* what, const std::function<void(IndexEntry&)>& lie) {
-        const Bytes lying = with_old_index(
+        const Bytes inconsistent = with_old_index(
             bytes, [&](container::Index& index) { lie(entry_of(index, ChunkKind::group, n)); });
-        EXPECT_TRUE(complaint(lying, whole)) << what << " of group " << n;
+        EXPECT_TRUE(complaint(inconsistent, whole)) << what << " of group " << n;
       };
       refused("segment", [](IndexEntry& e) { e.segment += 1; });
       refused("cells", [](IndexEntry& e) { e.cells += 1; });

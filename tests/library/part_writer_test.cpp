@@ -241,7 +241,7 @@ void expect_steps_in_parts(Order order, WriteOptions options) {
   MemorySink alone;
   const auto steps = [&](Writer& writer) -> Result<void> {
     for (const auto& [of, values] : it.values)
-      if (auto good = writer.add_step_values(of.first, of.second, values); !good) return good;
+      if (auto status = writer.add_step_values(of.first, of.second, values); !status) return status;
     return {};
   };
   ASSERT_TRUE(write_mesh(it.mesh, alone, options, steps));
@@ -323,8 +323,8 @@ TEST(PartJoiner, RefusesWhatIsNoPart) {
   MemorySink sink;
   const auto refuses = [&](const Bytes& index, std::uint64_t bytes) {
     auto joiner = PartJoiner::create(sink, mesh.schema, options).value();
-    const auto good = joiner.add(index, bytes);
-    return !good && good.error().code == ErrorCode::corrupt && !joiner.finish();
+    const auto status = joiner.add(index, bytes);
+    return !status && status.error().code == ErrorCode::corrupt && !joiner.finish();
   };
   EXPECT_FALSE(refuses(chunks.index, chunks.bytes.size()));
   EXPECT_TRUE(refuses(chunks.index, chunks.bytes.size() + 1));
@@ -338,9 +338,9 @@ TEST(PartJoiner, RefusesWhatIsNoPart) {
   other.arrays.push_back(ArrayInfo{});
   other.arrays.back().name = "one more";
   auto joiner = PartJoiner::create(sink, other, options).value();
-  const auto good = joiner.add(chunks.index, chunks.bytes.size());
-  ASSERT_FALSE(good);
-  EXPECT_NE(good.error().message().find("another schema"), std::string::npos);
+  const auto status = joiner.add(chunks.index, chunks.bytes.size());
+  ASSERT_FALSE(status);
+  EXPECT_NE(status.error().message().find("another schema"), std::string::npos);
   chunks.bytes.pop_back();
   EXPECT_FALSE(place(chunks, 1));
 }

@@ -45,8 +45,8 @@ TEST(Schema, BytesAndBack) {
     EXPECT_EQ(back, fewer);
     for (const unsigned unknown : {2u, 3u, 255u}) {
       out.bytes.back() = static_cast<std::byte>(unknown);
-      ByteReader lying(out.bytes);
-      EXPECT_FALSE(get(lying, back, limits));
+      ByteReader inconsistent(out.bytes);
+      EXPECT_FALSE(get(inconsistent, back, limits));
     }
   }
   for (const Schema& schema : {Schema{}, rich_schema()}) {
@@ -155,9 +155,9 @@ TEST(Schema, ReadingStopsAtTheLimits) {
     (arrays ? limits.max_arrays : limits.max_blocks) = 2;
     Schema back;
     ByteReader in(out.bytes);
-    const auto good = get(in, back, limits);
-    ASSERT_FALSE(good);
-    EXPECT_EQ(good.error().code, ErrorCode::over_limit);
+    const auto status = get(in, back, limits);
+    ASSERT_FALSE(status);
+    EXPECT_EQ(status.error().code, ErrorCode::over_limit);
     EXPECT_LE(arrays ? back.arrays.size() : back.blocks.size(), 3u);
   }
 }

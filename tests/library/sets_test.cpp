@@ -245,7 +245,7 @@ TEST(Sets, OfRandomExtrasAreSetsOrErrors) {
   std::mt19937_64 random(1);
   const char* fields[] = {"id", "name", "members", "sides", "blocks", "factors", "members/1"};
   const char* folders[] = {"mesh/node_set/", "mesh/side_set/", "mesh/element_set/"};
-  std::size_t good = 0;
+  std::size_t accepted = 0;
   for (int round = 0; round < 3000; ++round) {
     std::vector<Extra> extras(random() % 8);
     for (Extra& extra : extras) {
@@ -262,12 +262,12 @@ TEST(Sets, OfRandomExtrasAreSetsOrErrors) {
     }
     const auto sets = sets_of_extras(extras, kBounds);
     if (!sets) continue;
-    ++good;
+    ++accepted;
     const auto again = extras_of_sets(*sets);
     ASSERT_TRUE(again) << again.error().message();
     ASSERT_TRUE(sets_of_extras(*again, kBounds));
   }
-  EXPECT_GT(good, 100u);
+  EXPECT_GT(accepted, 100u);
 }
 
 }  // namespace

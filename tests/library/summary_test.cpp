@@ -139,8 +139,8 @@ TEST(Summary, ReadsNoValues) {
 TEST(Summary, EveryFlippedBitThatIsReadIsFound) {
   const Bytes bytes = small_file();
   WatchedSource watched(bytes);
-  const auto good = read_summary(watched);
-  ASSERT_TRUE(good);
+  const auto expected = read_summary(watched);
+  ASSERT_TRUE(expected);
   std::mt19937 random(1);
   std::size_t unread = 0;
   for (std::size_t at = 0; at < bytes.size(); at += every(7)) {
@@ -153,7 +153,7 @@ TEST(Summary, EveryFlippedBitThatIsReadIsFound) {
       continue;
     }
     // Some step values are so close to the header that they are read with it.
-    expect_same(*summary, *good, "byte " + std::to_string(at));
+    expect_same(*summary, *expected, "byte " + std::to_string(at));
     ++unread;
   }
   EXPECT_GT(unread, bytes.size() / every(7) / 4);
@@ -465,10 +465,11 @@ TEST(Summary, LiesOfAllKindsEndSomehow) {
     chunk.payload[random() % chunk.payload.size()] ^= std::byte{1} << random() % 8;
     if (chunk.is(ChunkKind::group))
       if (auto group = take_group_apart(chunk.payload)) chunk.payload = put_group_together(*group);
-    const Bytes lying = put_together(std::move(parts));
-    const auto summary = summary_of(lying);
+    const Bytes inconsistent = put_together(std::move(parts));
+    const auto summary = summary_of(inconsistent);
     if (!summary) continue;
-    if (const auto expected = summary_by_reader(lying)) expect_same(*summary, *expected, "a lie");
+    if (const auto expected = summary_by_reader(inconsistent))
+      expect_same(*summary, *expected, "a lie");
   }
 }
 

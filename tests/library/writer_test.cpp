@@ -153,8 +153,8 @@ TEST(Writer, NumbersAreFreeAgain) {
     for (int n = 0; n < 5; ++n) {
       ASSERT_TRUE(session.add_cube(0xff)) << delay;
       for (std::uint64_t v = 0; v < 8; ++v) {
-        const auto good = session.add_vertex(v);
-        ASSERT_TRUE(good) << "delay " << delay << ": " << good.error().message();
+        const auto status = session.add_vertex(v);
+        ASSERT_TRUE(status) << "delay " << delay << ": " << status.error().message();
       }
     }
     const auto report = session->finish();
@@ -217,7 +217,7 @@ TEST(Writer, Steps) {
                 "too few");
   expect_misuse(ended([](Session& s) -> Result<void> {
                   EXPECT_TRUE(s.add_steps(0, 8));
-                  if (auto good = s.add_steps(0, 1); !good) return good;
+                  if (auto status = s.add_steps(0, 1); !status) return status;
                   return s.add_steps(1, 8);
                 }),
                 "too many");
@@ -296,7 +296,7 @@ TEST(Writer, ShiftsAreNotForEverySchema) {
     EXPECT_EQ(sink.bytes > 0, static_cast<bool>(writer));
     return writer ? std::optional<ErrorCode>() : writer.error().code;
   };
-  const std::vector<std::function<void(Schema&)>> good = {
+  const std::vector<std::function<void(Schema&)>> valid = {
       [](Schema&) {},
       [](Schema& s) { s.blocks.clear(); },
       [](Schema& s) { s.order = Order::stream; },
@@ -325,8 +325,8 @@ TEST(Writer, ShiftsAreNotForEverySchema) {
   using enum ConnectivityCodec;
   for (const WriteOptions& options : {WriteOptions{.connectivity = shifts},
                                       WriteOptions{.segment_connectivity = {rows, shifts}}}) {
-    for (std::size_t i = 0; i < good.size(); ++i)
-      EXPECT_EQ(code_with(options, good[i]), std::nullopt) << i;
+    for (std::size_t i = 0; i < valid.size(); ++i)
+      EXPECT_EQ(code_with(options, valid[i]), std::nullopt) << i;
     for (std::size_t i = 0; i < bad.size(); ++i)
       EXPECT_EQ(code_with(options, bad[i]), ErrorCode::misuse) << i;
   }

@@ -83,12 +83,12 @@ std::uint64_t memory_of(const std::function<bool()>& work) {
   if (child == 0) {
     rusage before{}, after{};
     ::getrusage(RUSAGE_SELF, &before);
-    const bool good = work();
+    const bool ok = work();
     ::getrusage(RUSAGE_SELF, &after);
     const std::uint64_t bytes =
         1 + 1024 * static_cast<std::uint64_t>(after.ru_maxrss - before.ru_maxrss);
     const bool sent = ::write(pipe[1], &bytes, sizeof bytes) == sizeof bytes;
-    ::_exit(good && sent ? 0 : 1);
+    ::_exit(ok && sent ? 0 : 1);
   }
   ::close(pipe[1]);
   std::uint64_t bytes = 0;

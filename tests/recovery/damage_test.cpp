@@ -63,7 +63,7 @@ Result<Left> left_of(const Bytes& bytes) {
   auto extractor = MeshExtractor::open_damaged(source);
   if (!extractor) return extractor.error();
   Left left;
-  if (auto good = extractor->begin({}); !good) return good.error();
+  if (auto status = extractor->begin({}); !status) return status.error();
   const Schema& schema = extractor->schema();
   while (true) {
     const auto part = extractor->next();
@@ -86,7 +86,7 @@ Result<Left> left_of(const Bytes& bytes) {
     const auto steps = extractor->steps(a);
     if (!steps) return steps.error();
     for (const std::uint64_t step : *steps) {
-      if (auto good = extractor->begin_values(a, step); !good) return good.error();
+      if (auto status = extractor->begin_values(a, step); !status) return status.error();
       while (true) {
         const auto values = extractor->next_values();
         if (!values) return values.error();
@@ -449,11 +449,11 @@ TEST(Damage, ACopyOfTheIndexIsNoEnd) {
   const std::size_t index = at.back().first, bytes = at.back().second - index;
   const std::size_t middle = at[at.size() / 2].first + 50;
   ASSERT_LT(middle + bytes, index);
-  Bytes hurt = whole;
+  Bytes damaged = whole;
   std::copy(whole.begin() + static_cast<std::ptrdiff_t>(index),
             whole.begin() + static_cast<std::ptrdiff_t>(index + bytes),
-            hurt.begin() + static_cast<std::ptrdiff_t>(middle));
-  const DamageReport report = found(hurt);
+            damaged.begin() + static_cast<std::ptrdiff_t>(middle));
+  const DamageReport report = found(damaged);
   EXPECT_TRUE(report.cells);
   EXPECT_FALSE(report.damages.empty());
   for (const Damage& damage : report.damages)
@@ -465,31 +465,31 @@ TEST(Damage, ACopyOfTheIndexIsNoEnd) {
 std::vector<Bytes> without_index(const Bytes& whole) {
   const auto at = places(whole);
   const auto [begin, end] = at.back();
-  std::vector<Bytes> hurt(4, whole);
-  hurt[0][end - 1] ^= std::byte{1};
-  hurt[1][begin + 5] ^= std::byte{1};
-  hurt[2][begin + 5] ^= std::byte{1};
-  hurt[2][end + 5] ^= std::byte{1};
-  hurt[3][end - 1] ^= std::byte{1};
-  auto to = hurt[3].begin() + container::kFileStartBytes;
+  std::vector<Bytes> damaged(4, whole);
+  damaged[0][end - 1] ^= std::byte{1};
+  damaged[1][begin + 5] ^= std::byte{1};
+  damaged[2][begin + 5] ^= std::byte{1};
+  damaged[2][end + 5] ^= std::byte{1};
+  damaged[3][end - 1] ^= std::byte{1};
+  auto to = damaged[3].begin() + container::kFileStartBytes;
   for (std::size_t c = at.size() - 1; c-- > 0;)
     to = std::copy(whole.begin() + static_cast<std::ptrdiff_t>(at[c].first),
                    whole.begin() + static_cast<std::ptrdiff_t>(at[c].second), to);
-  return hurt;
+  return damaged;
 }
 
 TEST(Damage, ALostIndexIsMadeAnew) {
   std::size_t same = 0;
   for (const FeatureFile& it : feature_files()) {
-    for (const Bytes& hurt : without_index(it.bytes)) {
-      const DamageReport report = found(hurt);
+    for (const Bytes& damaged : without_index(it.bytes)) {
+      const DamageReport report = found(damaged);
       ASSERT_TRUE(report.schema) << it.name;
       EXPECT_TRUE(report.lacks_index && !report.restorable) << it.name;
       EXPECT_FALSE(report.has_other_ranges) << it.name;
-      MemoryRandomSource source(hurt);
+      MemoryRandomSource source(damaged);
       MemorySink sink;
-      const auto good = write_in_order(source, sink);
-      ASSERT_TRUE(good) << it.name << ": " << good.error().message();
+      const auto status = write_in_order(source, sink);
+      ASSERT_TRUE(status) << it.name << ": " << status.error().message();
       EXPECT_EQ(sink.bytes, it.bytes) << it.name;
       ++same;
     }
@@ -507,13 +507,13 @@ TEST(Damage, ALostIndexOfVersion0IsMadeAnew) {
     const auto bytes = std::as_bytes(std::span(text));
     const Bytes whole(bytes.begin(), bytes.end());
     const auto index = static_cast<std::ptrdiff_t>(places(whole).back().first);
-    const Bytes hurt = without_index(whole)[0];
-    const DamageReport report = found(hurt);
+    const Bytes damaged = without_index(whole)[0];
+    const DamageReport report = found(damaged);
     ASSERT_TRUE(report.schema) << path;
-    MemoryRandomSource source(hurt);
+    MemoryRandomSource source(damaged);
     MemorySink sink;
-    const auto good = write_in_order(source, sink);
-    ASSERT_TRUE(good) << path << ": " << good.error().message();
+    const auto status = write_in_order(source, sink);
+    ASSERT_TRUE(status) << path << ": " << status.error().message();
     const auto begin = sink.bytes.begin();
     if (report.has_other_ranges)
       EXPECT_EQ(Bytes(begin, begin + index), Bytes(whole.begin(), whole.begin() + index));
@@ -525,12 +525,12 @@ TEST(Damage, ALostIndexOfVersion0IsMadeAnew) {
   EXPECT_GT(with_other_ranges, 0u);
 }
 
-void expect_not_written(const Bytes& hurt) {
-  MemoryRandomSource source(hurt);
+void expect_not_written(const Bytes& damaged) {
+  MemoryRandomSource source(damaged);
   MemorySink sink;
-  const auto good = write_in_order(source, sink);
-  ASSERT_FALSE(good);
-  EXPECT_EQ(good.error().code, ErrorCode::corrupt);
+  const auto status = write_in_order(source, sink);
+  ASSERT_FALSE(status);
+  EXPECT_EQ(status.error().code, ErrorCode::corrupt);
   EXPECT_TRUE(sink.bytes.empty());
 }
 
@@ -544,10 +544,10 @@ TEST(Damage, AnIndexIsMadeOnlyWhereThereWasNoMore) {
   Bytes without_last = whole;
   std::fill(without_last.begin() + static_cast<std::ptrdiff_t>(last), without_last.end(),
             std::byte{});
-  for (const Bytes& hurt : {cut(index), cut(index + 9), without_last}) {
-    const DamageReport report = found(hurt);
+  for (const Bytes& damaged : {cut(index), cut(index + 9), without_last}) {
+    const DamageReport report = found(damaged);
     EXPECT_TRUE(report.lacks_index && !report.complete);
-    expect_not_written(hurt);
+    expect_not_written(damaged);
   }
 }
 

@@ -361,16 +361,16 @@ TEST_F(Parity, FieldsThatLie) {
     EXPECT_EQ(first.fields.back().end, kPacketHeader);
     for (std::size_t f = 0; f < first.fields.size(); ++f)
       for (std::uint64_t way = p; way < 64; way += every(5)) {
-        Bytes lying = whole;
+        Bytes inconsistent = whole;
         for (std::size_t i = 0; i < places.size(); ++i) {
           if (p < places.size() && p != i) continue;
           const Section header = parity_header(whole, places[i]);
-          put_parity_header(lying, places[i], changed(header, header.fields[f], way));
-          const auto put = std::span(lying).subspan(places[i]);
+          put_parity_header(inconsistent, places[i], changed(header, header.fields[f], way));
+          const auto put = std::span(inconsistent).subspan(places[i]);
           EXPECT_EQ(ByteReader(put.subspan(36)).get_u32(), checksum(put.first(36)));
         }
         try {
-          (void)heal(lying);
+          (void)heal(inconsistent);
         } catch (const Failure&) {
         }
       }

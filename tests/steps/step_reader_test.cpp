@@ -357,9 +357,9 @@ TEST(StepReader, TouchesOnlyWhatItNeeds) {
       EXPECT_EQ(places.touched(source), Names{});
 
       // Numbers of the mesh are read too.
-      StepReader anew = opened(source);
+      StepReader second = opened(source);
       source.forget();
-      ASSERT_TRUE(anew.read({wave, 4}));
+      ASSERT_TRUE(second.read({wave, 4}));
       if (order == Order::keep) mesh.insert("vertex numbers");
       EXPECT_EQ(places.touched(source), mesh_and({name(4)}));
 
@@ -465,8 +465,8 @@ TEST(StepReader, EveryFlippedBitThatIsReadIsFound) {
   const Bytes bytes = written(small_mesh());
   WatchedSource source(bytes);
   StepReader reader = opened(source);
-  const auto good = joined(reader, {0, 3});
-  ASSERT_TRUE(good);
+  const auto expected = joined(reader, {0, 3});
+  ASSERT_TRUE(expected);
   std::mt19937 random(1);
   std::size_t unread = 0;
   for (std::size_t at = 0; at < bytes.size(); at += every(7)) {
@@ -486,7 +486,7 @@ TEST(StepReader, EveryFlippedBitThatIsReadIsFound) {
       continue;
     }
     ++unread;
-    EXPECT_TRUE(values->values == good->values && values->numbers == good->numbers);
+    EXPECT_TRUE(values->values == expected->values && values->numbers == expected->numbers);
   }
   EXPECT_GT(unread, bytes.size() / every(7) / 3);
 }

@@ -152,7 +152,7 @@ TEST(StepValues, AStepOfNothingIsNone) {
     MemorySink sink;
     ASSERT_TRUE(write_mesh(it.mesh, sink, it.options, [&](Writer& writer) -> Result<void> {
       for (const std::uint64_t step : {0u, 7u})
-        if (auto good = writer.add_step_values(2, step, {}); !good) return good;
+        if (auto status = writer.add_step_values(2, step, {}); !status) return status;
       if (!others) return {};
       return writer.add_step_values(0, 3, moving_values(it.mesh.schema.arrays[0], 8, 3));
     }));

@@ -55,7 +55,7 @@ class WatchedSource final : public RandomSource {
   explicit WatchedSource(std::span<const std::byte> file) : touched(file.size()), source_(file) {}
   std::uint64_t size() const override { return source_.size(); }
   Result<void> read_at(std::uint64_t offset, std::span<std::byte> into) override {
-    if (auto good = source_.read_at(offset, into); !good) return good;
+    if (auto status = source_.read_at(offset, into); !status) return status;
     for (std::size_t i = 0; i < into.size(); ++i) touched[offset + i] = true;
     return {};
   }

@@ -473,11 +473,11 @@ inline std::vector<std::byte> mirrored_file(Level level) {
   EXPECT_TRUE(write_mesh(mesh, sink, options, [&](Writer& writer) -> Result<void> {
     for (std::uint64_t step = 0; step < 3; ++step)
       for (const bool of_cells : {false, true})
-        if (auto good = writer.add_step_values(
+        if (auto status = writer.add_step_values(
                 of_cells ? 2 : 1, step,
                 mirrored_noise(of_cells ? mesh.cells.size() : mesh.vertices, of_cells, step + 1));
-            !good)
-          return good;
+            !status)
+          return status;
     return {};
   }));
   return std::move(sink.bytes);
@@ -618,7 +618,7 @@ inline std::vector<std::byte> steps_over(ConnectivityCodec codec, Level level) {
         const std::uint64_t elements = array == 0 ? mesh.vertices : mesh.cells.size();
         for (std::uint64_t e = 0; e < elements; ++e)
           append(values, static_cast<float>(e * e % 100 + 3 * step));
-        if (auto good = writer.add_step_values(array, step, values); !good) return good;
+        if (auto status = writer.add_step_values(array, step, values); !status) return status;
       }
     return {};
   };
@@ -661,7 +661,7 @@ inline std::vector<std::byte> steps_that_rise() {
           else
             append(values, value / 3);
         }
-        if (auto good = writer.add_step_values(array, step, values); !good) return good;
+        if (auto status = writer.add_step_values(array, step, values); !status) return status;
       }
     return {};
   };

@@ -40,7 +40,7 @@ inline Result<Decoded> decode_in_pieces(std::span<const std::byte> bytes, std::s
       return decoded;
     } else if (!bytes.empty()) {
       const auto part = bytes.first(std::min(piece, bytes.size()));
-      if (auto good = decoder.feed(part); !good) return good.error();
+      if (auto status = decoder.feed(part); !status) return status.error();
       bytes = bytes.subspan(part.size());
     } else if (std::exchange(ended, true)) {
       return Error{ErrorCode::misuse, "the decoder wants more than everything", {}, kNoOffset, {}};

@@ -76,11 +76,11 @@ inline Bytes written(const Stepped& it, std::size_t piece_elements = 77) {
     for (const auto& [key, values] : it.values) {
       const std::size_t piece = it.mesh.stride(key.first) * piece_elements;
       for (std::size_t at = 0; at < values.size(); at += piece)
-        if (auto good = writer.add_step_values(
+        if (auto status = writer.add_step_values(
                 key.first, key.second,
                 std::span(values).subspan(at, std::min(piece, values.size() - at)));
-            !good)
-          return good;
+            !status)
+          return status;
     }
     return {};
   });
@@ -125,9 +125,10 @@ inline Bytes small_file(ScalarType coordinates, const Quantization& quantization
   MemorySink sink;
   const auto report = write_mesh(it.mesh, sink, it.options, [&](Writer& writer) -> Result<void> {
     for (const auto& [key, values] : it.values)
-      if (auto good = writer.add_step_values(key.first, key.second, values); !good) return good;
+      if (auto status = writer.add_step_values(key.first, key.second, values); !status)
+        return status;
     const double times[] = {0, 1, 2, 3, 4, 5, 6, 7, 8, last_time};
-    if (auto good = writer.set_step_times(times); !good) return good;
+    if (auto status = writer.set_step_times(times); !status) return status;
     return writer.add_extra({"title", ScalarType::uint8, Reference::nothing, {5}, Bytes(5)});
   });
   EXPECT_TRUE(report) << (report ? "" : report.error().message());

@@ -126,7 +126,7 @@ inline Result<SizeReport> write_mesh(const TestMesh& mesh, ByteSink& sink,
     const TestCell& cell = mesh.cells[c];
     std::uint64_t last_use = 0;
     for (std::size_t i = 0; i < cell.corners.size(); ++i) {
-      if (auto good = add(cell.corners[i]); !good) return good.error();
+      if (auto status = add(cell.corners[i]); !status) return status.error();
       if (i < 64 && last[cell.corners[i]] == c) last_use |= std::uint64_t{1} << i;
     }
     std::vector<std::byte> data;
@@ -137,17 +137,17 @@ inline Result<SizeReport> write_mesh(const TestMesh& mesh, ByteSink& sink,
       const auto* from = mesh.arrays[a].data() + next[a]++ * mesh.stride(a);
       data.insert(data.end(), from, from + mesh.stride(a));
     }
-    if (auto good = writer->add_cell(cell.block, cell.corners, last_use, data); !good)
-      return good.error();
+    if (auto status = writer->add_cell(cell.block, cell.corners, last_use, data); !status)
+      return status.error();
     for (; c % 16 == 15 && next_unused < mesh.vertices && next_unused < c * 4; ++next_unused)
       if (last[next_unused] == ~std::uint64_t{0} && next_unused % 2 == 0)
-        if (auto good = add(next_unused); !good) return good.error();
+        if (auto status = add(next_unused); !status) return status.error();
   }
   for (std::uint64_t v = 0; v < mesh.vertices; ++v)
-    if (auto good = add(v); !good) return good.error();
-  if (auto good = writer->end_mesh(); !good) return good.error();
+    if (auto status = add(v); !status) return status.error();
+  if (auto status = writer->end_mesh(); !status) return status.error();
   if (after_mesh)
-    if (auto good = after_mesh(*writer); !good) return good.error();
+    if (auto status = after_mesh(*writer); !status) return status.error();
   return writer->finish();
 }
 

@@ -201,7 +201,7 @@ class AppendTest(FolderTest):
         self.shm("verify", file, "--against", all_steps)
 
     def test_other_formats(self):
-        """One step out of files that hold one each; global variables have no place in these."""
+        """Appends single steps from files of formats that store one step each and no global variables."""
         source = self.exodus("all.e", range(6))
         self.shm("convert", source, self.path("all.msh"), stderr="(?s)not in.*")
         self.shm("convert", self.path("all.msh"), self.path("plain.e"), stderr="(?s)(not in.*)?")

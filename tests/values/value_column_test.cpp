@@ -168,13 +168,13 @@ std::optional<Bytes> decode(const ArrayInfo& info, const Elements& elements, con
                             const Plan& plan, std::uint64_t limit = 1 << 24) {
   Decoder decoder(info, covered_blocks(plan), {.copies = plan.copies});
   Bytes back;
-  bool good = true;
+  bool ok = true;
   for_each_group(elements, plan, [&](std::size_t g, const TiledItems& part) {
-    good = good && decoder.begin_group(coded.groups[g].codec, coded.groups[g].bytes, limit);
-    for (std::size_t t = 0; good && t < part.tile_begin.size(); ++t)
-      good = decoder.decode_tile(part.tile(t), back);
+    ok = ok && decoder.begin_group(coded.groups[g].codec, coded.groups[g].bytes, limit);
+    for (std::size_t t = 0; ok && t < part.tile_begin.size(); ++t)
+      ok = decoder.decode_tile(part.tile(t), back);
   });
-  if (!good) return std::nullopt;
+  if (!ok) return std::nullopt;
   return back;
 }
 
