@@ -68,28 +68,28 @@ TEST(NodeLayout, OfAllShapes) {
     std::uint32_t nodes;
     std::array<int, 3> kinds;
   };
-  for (const Expected& it : std::vector<Expected>{{line, 3, {1, 0, 0}},
-                                                  {triangle, 6, {3, 0, 0}},
-                                                  {triangle, 7, {3, 0, 1}},
-                                                  {quad, 8, {4, 0, 0}},
-                                                  {quad, 9, {4, 1, 0}},
-                                                  {tetrahedron, 10, {6, 0, 0}},
-                                                  {pyramid, 13, {8, 0, 0}},
-                                                  {pyramid, 14, {8, 1, 0}},
-                                                  {wedge, 15, {9, 0, 0}},
-                                                  {wedge, 18, {9, 3, 0}},
-                                                  {hexahedron, 9, {0, 0, 1}},
-                                                  {hexahedron, 20, {12, 0, 0}},
-                                                  {hexahedron, 21, {12, 0, 1}},
-                                                  {hexahedron, 23, {12, 0, 0}},
-                                                  {hexahedron, 24, {12, 4, 0}},
-                                                  {hexahedron, 26, {12, 6, 0}},
-                                                  {hexahedron, 27, {12, 6, 1}},
-                                                  {hexahedron, 64, {12, 0, 0}}}) {
-    const NodeLayout* layout = node_layout(it.shape, it.nodes);
+  for (const Expected& expected : std::vector<Expected>{{line, 3, {1, 0, 0}},
+                                                        {triangle, 6, {3, 0, 0}},
+                                                        {triangle, 7, {3, 0, 1}},
+                                                        {quad, 8, {4, 0, 0}},
+                                                        {quad, 9, {4, 1, 0}},
+                                                        {tetrahedron, 10, {6, 0, 0}},
+                                                        {pyramid, 13, {8, 0, 0}},
+                                                        {pyramid, 14, {8, 1, 0}},
+                                                        {wedge, 15, {9, 0, 0}},
+                                                        {wedge, 18, {9, 3, 0}},
+                                                        {hexahedron, 9, {0, 0, 1}},
+                                                        {hexahedron, 20, {12, 0, 0}},
+                                                        {hexahedron, 21, {12, 0, 1}},
+                                                        {hexahedron, 23, {12, 0, 0}},
+                                                        {hexahedron, 24, {12, 4, 0}},
+                                                        {hexahedron, 26, {12, 6, 0}},
+                                                        {hexahedron, 27, {12, 6, 1}},
+                                                        {hexahedron, 64, {12, 0, 0}}}) {
+    const NodeLayout* layout = node_layout(expected.shape, expected.nodes);
     ASSERT_NE(layout, nullptr);
     std::array<int, 3> kinds{};
-    for (std::size_t p = 0; p < it.nodes; ++p)
+    for (std::size_t p = 0; p < expected.nodes; ++p)
       if (const MidNode* node = layout->at(p)) {
         ++kinds[node->kind];
         if (node->has_sides) {
@@ -102,7 +102,7 @@ TEST(NodeLayout, OfAllShapes) {
           EXPECT_NE(node->side[0], node->side[1]);
         }
       }
-    EXPECT_EQ(kinds, it.kinds) << it.nodes;
+    EXPECT_EQ(kinds, expected.kinds) << expected.nodes;
   }
   EXPECT_EQ(node_layout(hexahedron, 8), nullptr);
   EXPECT_EQ(node_layout(hexahedron, 16), nullptr);

@@ -124,9 +124,9 @@ TEST(Zstd, BackAndForth) {
   // A window that a decoder need not support, given by the descriptor or by the size of the frame.
   const auto framed = [](std::initializer_list<int> head) {
     Bytes frame{std::byte{0x28}, std::byte{0xb5}, std::byte{0x2f}, std::byte{0xfd}};
-    for (const int it : head) frame.push_back(static_cast<std::byte>(it));
-    for (const char it : {'\x21', '\0', '\0', 'a', 'b', 'c', 'd'})
-      frame.push_back(static_cast<std::byte>(it));
+    for (const int value : head) frame.push_back(static_cast<std::byte>(value));
+    for (const char c : {'\x21', '\0', '\0', 'a', 'b', 'c', 'd'})
+      frame.push_back(static_cast<std::byte>(c));
     return frame;  // one raw block of four bytes
   };
   EXPECT_TRUE(zstd_decompress(framed({0x00, 17 << 3}), 4));

@@ -64,24 +64,24 @@ void expect_item(const Neighbourhood& item, const Expected& expected, const Plac
 
 /// Adds the neighbours two and three steps away along each axis, and the third kind of prediction,
 /// if the near neighbour is known.
-void go_on(Expected& it, const Met& met, std::uint32_t axes, const Place& self,
+void go_on(Expected& expected, const Met& met, std::uint32_t axes, const Place& self,
            const std::array<int, 3>& direction) {
   for (std::uint32_t a = 0; a < axes; ++a) {
-    if ((it.known >> a & 1) == 0) continue;
+    if ((expected.known >> a & 1) == 0) continue;
     const Place near = moved(self, 1u << a, direction);
-    if (met.is_full(near)) it.known |= Neighbourhood::kThird << a;
+    if (met.is_full(near)) expected.known |= Neighbourhood::kThird << a;
     const Place beyond = moved(self, 1u << a, direction, 2),
                 farther = moved(self, 1u << a, direction, 3);
     if (!met.has(beyond)) continue;
-    it.take(kAtBeyond + a, beyond);
-    if (met.has(farther)) it.take(kAtFarther + a, farther);
+    expected.take(kAtBeyond + a, beyond);
+    if (met.has(farther)) expected.take(kAtFarther + a, farther);
   }
 }
 
-bool is_full(const Expected& it, std::uint32_t axes) {
+bool is_full(const Expected& expected, std::uint32_t axes) {
   const std::uint32_t lattice =
       axes == 3 ? Neighbourhood::kLattice : 3 * Neighbourhood::kNear | Neighbourhood::kDiagonal;
-  return (it.known & lattice) == lattice;
+  return (expected.known & lattice) == lattice;
 }
 
 /// Adds the cells at these places one after the other, and compares the neighbourhoods.

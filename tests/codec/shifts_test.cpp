@@ -471,7 +471,7 @@ Bytes words(std::uint64_t block, std::uint64_t births, std::optional<std::uint64
 }
 Bytes symbols(std::initializer_list<int> list) {
   Bytes bytes;
-  for (int it : list) bytes.push_back(static_cast<std::byte>(it));
+  for (int value : list) bytes.push_back(static_cast<std::byte>(value));
   return bytes;
 }
 

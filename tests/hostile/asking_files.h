@@ -121,18 +121,18 @@ inline std::vector<std::byte> asking_columns(std::uint32_t side, Location locati
 /// time, with steps of values that can be predicted over the mesh.
 inline Bytes asking_sheet(std::uint32_t side, ConnectivityCodec codec,
                           std::uint32_t components = 0) {
-  Stepped it{grid(side, side, 2), {}, {}};
-  it.options.connectivity = codec;
+  Stepped stepped{grid(side, side, 2), {}, {}};
+  stepped.options.connectivity = codec;
   if (components > 0) {
     const auto array =
-        add_stepped(it.mesh, array_of("u", Location::point, ScalarType::uint8, components));
+        add_stepped(stepped.mesh, array_of("u", Location::point, ScalarType::uint8, components));
     Bytes values;
-    for (std::uint64_t v = 0; v < it.mesh.vertices; ++v)
+    for (std::uint64_t v = 0; v < stepped.mesh.vertices; ++v)
       for (std::uint64_t c = 1; c <= components; ++c)
         values.push_back(static_cast<std::byte>((v % (side + 1) + v / (side + 1)) * c));
-    for (const std::uint64_t step : {0, 1, 2}) it.values[{array, step}] = values;
+    for (const std::uint64_t step : {0, 1, 2}) stepped.values[{array, step}] = values;
   }
-  return written(it);
+  return written(stepped);
 }
 
 struct AskingFile {

@@ -94,14 +94,14 @@ double seconds_a_byte(const Bytes& file, const Read& read) {
   return least;
 }
 
-Bytes file_of(Stepped it, ConnectivityCodec codec, std::uint32_t group_cells = 65536,
+Bytes file_of(Stepped stepped, ConnectivityCodec codec, std::uint32_t group_cells = 65536,
               std::uint64_t segment_cells = 0) {
-  it.options.level = Level::fast;
-  it.options.connectivity = codec;
-  it.options.group_cells = group_cells;
-  it.options.segment_cells = segment_cells;
-  it.options.key_steps = 1;
-  return written(it);
+  stepped.options.level = Level::fast;
+  stepped.options.connectivity = codec;
+  stepped.options.group_cells = group_cells;
+  stepped.options.segment_cells = segment_cells;
+  stepped.options.key_steps = 1;
+  return written(stepped);
 }
 
 constexpr std::uint64_t kSide = kSanitized ? 16 : 40;
@@ -110,27 +110,28 @@ constexpr std::uint64_t kThousands = kSanitized ? 1000 : 20000;
 
 /// Returns a mesh with a field on all points and one on all cells.
 Stepped ordinary() {
-  Stepped it{bent_grid(kSide, kSide, kSide), {}, {}};
+  Stepped stepped{bent_grid(kSide, kSide, kSide), {}, {}};
   for (const Location location : {Location::point, Location::cell}) {
-    const std::uint32_t a = add_stepped(it.mesh, array_of("f", location, ScalarType::float32));
+    const std::uint32_t a = add_stepped(stepped.mesh, array_of("f", location, ScalarType::float32));
     for (std::uint64_t step = 0; step < 3; ++step)
-      it.values[{a, step}] = moving_values(it.mesh.schema.arrays[a], elements_of(it.mesh, a), step);
+      stepped.values[{a, step}] =
+          moving_values(stepped.mesh.schema.arrays[a], elements_of(stepped.mesh, a), step);
   }
-  return it;
+  return stepped;
 }
 
 /// Returns arrays of a few components on the last cell of a mesh, at very many steps.
 Stepped on_one_cell(TestMesh mesh, std::uint64_t steps, std::uint32_t components = 16) {
   mesh.schema.blocks.push_back({2, "spring", CellShape::hexahedron, 8});
   mesh.cells.back().block = 1;
-  Stepped it{std::move(mesh), {}, {}};
+  Stepped stepped{std::move(mesh), {}, {}};
   for (int n = 0; n < 2; ++n) {
-    const std::uint32_t a =
-        add_stepped(it.mesh, array_of("f", Location::cell, ScalarType::float32, components, {1}));
+    const std::uint32_t a = add_stepped(
+        stepped.mesh, array_of("f", Location::cell, ScalarType::float32, components, {1}));
     for (std::uint64_t step = 0; step < steps; ++step)
-      it.values[{a, step}] = moving_values(it.mesh.schema.arrays[a], 1, step);
+      stepped.values[{a, step}] = moving_values(stepped.mesh.schema.arrays[a], 1, step);
   }
-  return it;
+  return stepped;
 }
 
 /// Returns a file with this number of additional chunks and index entries of a kind that no reader
@@ -144,14 +145,14 @@ Bytes with_unknown_chunks(const Bytes& file, std::uint64_t count) {
   const auto index = parts.chunks.end() - 1;
   parts.chunks.insert(index, static_cast<std::size_t>(count), unknown);
   const Bytes longer = put_together(parts);
-  return with_index(longer, [&](container::Index& it) {
+  return with_index(longer, [&](container::Index& changed) {
     container::IndexEntry entry;
     entry.kind = unknown.header.kind;
     entry.bytes = unknown.bytes();
-    const container::IndexEntry& last = it.entries.back();
+    const container::IndexEntry& last = changed.entries.back();
     entry.offset = last.offset + last.bytes;
     for (std::uint64_t n = 0; n < count; ++n, entry.offset += entry.bytes)
-      it.entries.push_back(entry);
+      changed.entries.push_back(entry);
   });
 }
 
@@ -212,13 +213,15 @@ TEST(HostileWork, AFewElementsOverManyStepsInManyTinySegments) {
 }
 
 TEST(HostileWork, AllElementsOfManyTinySegments) {
-  Stepped it{bent_grid(kSide / 2, kSide / 2, kSide / 2), {}, {}};
+  Stepped stepped{bent_grid(kSide / 2, kSide / 2, kSide / 2), {}, {}};
   for (const Location location : {Location::point, Location::cell}) {
-    const std::uint32_t a = add_stepped(it.mesh, array_of("f", location, ScalarType::float32));
+    const std::uint32_t a = add_stepped(stepped.mesh, array_of("f", location, ScalarType::float32));
     for (std::uint64_t step = 0; step < 3; ++step)
-      it.values[{a, step}] = moving_values(it.mesh.schema.arrays[a], elements_of(it.mesh, a), step);
+      stepped.values[{a, step}] =
+          moving_values(stepped.mesh.schema.arrays[a], elements_of(stepped.mesh, a), step);
   }
-  expect_in_proportion("tiny segments", file_of(std::move(it), ConnectivityCodec::rows, 65536, 2));
+  expect_in_proportion("tiny segments",
+                       file_of(std::move(stepped), ConnectivityCodec::rows, 65536, 2));
 }
 
 TEST(HostileWork, ManyEmptyChunksAndLinesOfTheIndex) {

@@ -94,11 +94,11 @@ TEST(Container, WhatDoesNotFitHasALongHeader) {
   };
   EXPECT_FALSE(is_long([](ChunkHeader&) {}));
   EXPECT_TRUE(is_long([](ChunkHeader&) {}, 9));
-  EXPECT_TRUE(is_long([](ChunkHeader& it) { ++it.kind; }));
-  EXPECT_TRUE(is_long([](ChunkHeader& it) { ++it.version; }));
-  EXPECT_TRUE(is_long([](ChunkHeader& it) { ++it.flags; }));
-  EXPECT_TRUE(is_long([](ChunkHeader& it) { ++it.segment; }));
-  EXPECT_TRUE(is_long([](ChunkHeader& it) { ++it.payload_bytes; }));
+  EXPECT_TRUE(is_long([](ChunkHeader& header) { ++header.kind; }));
+  EXPECT_TRUE(is_long([](ChunkHeader& header) { ++header.version; }));
+  EXPECT_TRUE(is_long([](ChunkHeader& header) { ++header.flags; }));
+  EXPECT_TRUE(is_long([](ChunkHeader& header) { ++header.segment; }));
+  EXPECT_TRUE(is_long([](ChunkHeader& header) { ++header.payload_bytes; }));
 }
 
 GroupHeader any_group() {
@@ -228,10 +228,10 @@ TEST(Container, HeadsOfStepValuesThatCannotBe) {
     lie(parts[1]);
     return refused(parts);
   };
-  EXPECT_TRUE(lies([](StepPart& it) { it.header.count = 0; }));
-  EXPECT_TRUE(lies([](StepPart& it) { it.header.step = std::uint64_t{1} << 32; }));
-  EXPECT_TRUE(lies([](StepPart& it) { it.header.reference_step = it.header.step + 1; }));
-  EXPECT_TRUE(lies([](StepPart& it) { it.bytes = ~std::uint64_t{0} - 2; }));
+  EXPECT_TRUE(lies([](StepPart& part) { part.header.count = 0; }));
+  EXPECT_TRUE(lies([](StepPart& part) { part.header.step = std::uint64_t{1} << 32; }));
+  EXPECT_TRUE(lies([](StepPart& part) { part.header.reference_step = part.header.step + 1; }));
+  EXPECT_TRUE(lies([](StepPart& part) { part.bytes = ~std::uint64_t{0} - 2; }));
 }
 
 Index any_index() {

@@ -57,7 +57,8 @@ struct Lie {
 std::vector<Lie> lies_about(const IndexEntry& entry) {
   std::vector<Lie> lies;
   const auto add = [&](const char* field, auto IndexEntry::*member, bool old_only = false) {
-    lies.push_back({field, [=](IndexEntry& it) { it.*member = other(it.*member); }, old_only});
+    lies.push_back(
+        {field, [=](IndexEntry& changed) { changed.*member = other(changed.*member); }, old_only});
   };
   add("kind", &IndexEntry::kind);
   add("offset", &IndexEntry::offset, true);
@@ -70,17 +71,18 @@ std::vector<Lie> lies_about(const IndexEntry& entry) {
     add("vertices", &IndexEntry::vertices);
     add("header_bytes", &IndexEntry::header_bytes);
     for (std::size_t c = 0; c < 6; ++c) {
-      lies.push_back({"box", [c](IndexEntry& it) { it.box[c] = other(it.box[c]); }});
-      lies.push_back({"box: NaN", [c](IndexEntry& it) {
-                        it.box[c] = std::numeric_limits<double>::quiet_NaN();
+      lies.push_back({"box", [c](IndexEntry& changed) { changed.box[c] = other(changed.box[c]); }});
+      lies.push_back({"box: NaN", [c](IndexEntry& changed) {
+                        changed.box[c] = std::numeric_limits<double>::quiet_NaN();
                       }});
     }
   }
   for (std::size_t p = 0; p < entry.parts.size(); ++p) {
     const auto add_part = [&](const char* field, auto StepEntry::*member, bool old_only = false) {
-      lies.push_back({"part " + std::to_string(p) + ": " + field,
-                      [=](IndexEntry& it) { it.parts[p].*member = other(it.parts[p].*member); },
-                      old_only});
+      lies.push_back(
+          {"part " + std::to_string(p) + ": " + field,
+           [=](IndexEntry& changed) { changed.parts[p].*member = other(changed.parts[p].*member); },
+           old_only});
     };
     add_part("array", &StepEntry::array);
     add_part("step", &StepEntry::step);
@@ -120,7 +122,8 @@ TEST(IndexEntries, EachFieldOfEachIsHeldAgainstWhatIsThere) {
       together += index.entries[i].parts.size() > 1 ? 1 : 0;
       for (const Lie& lie : lies_about(index.entries[i])) {
         if ((lie.old_only && index.version > 0) || ++lies % every(5) != 0) continue;
-        const Bytes inconsistent = with_index(bytes, [&](Index& it) { lie.tell(it.entries[i]); });
+        const Bytes inconsistent =
+            with_index(bytes, [&](Index& changed) { lie.tell(changed.entries[i]); });
         for (const unsigned threads : {1u, 3u}) {
           if (threads > 1 && lies % 8 != 0) continue;
           const auto read = read_all(inconsistent, threads);
@@ -225,7 +228,8 @@ TEST(IndexEntries, AnIndexThatLiesIsMadeAnew) {
   for (std::size_t i = 0; i < index.entries.size(); i += 4)
     for (const Lie& lie : lies_about(index.entries[i])) {
       if (lie.old_only || ++lies % every(5) != 0) continue;
-      const Bytes inconsistent = with_index(bytes, [&](Index& it) { lie.tell(it.entries[i]); });
+      const Bytes inconsistent =
+          with_index(bytes, [&](Index& changed) { lie.tell(changed.entries[i]); });
       MemoryRandomSource source(inconsistent);
       const auto damage = find_damage(source);
       ASSERT_TRUE(damage) << lie.field << damage.error().message();

@@ -382,10 +382,10 @@ TEST(MeshExtract, StepsOfThePiece) {
         if (some.skips_next()) continue;
         SCOPED_TRACE(family.name + ", order " + std::to_string(int(order)) + ", segments of " +
                      std::to_string(segment_cells));
-        Stepped it = with_steps(family.mesh, order);
-        it.options.segment_cells = segment_cells;
-        it.options.group_cells = 11;
-        expect_pieces(written(it));
+        Stepped stepped = with_steps(family.mesh, order);
+        stepped.options.segment_cells = segment_cells;
+        stepped.options.group_cells = 11;
+        expect_pieces(written(stepped));
       }
 }
 
@@ -404,10 +404,10 @@ TEST(MeshExtract, ExtrasAndTimesAreThoseOfTheFile) {
 }
 
 TEST(MeshExtract, SourcesAreToldWhatWillBeRead) {
-  Stepped it = with_steps(two_blocks(), Order::keep);
-  it.options.segment_cells = 30;
-  it.options.group_cells = 11;
-  const Bytes bytes = written(it);
+  Stepped stepped = with_steps(two_blocks(), Order::keep);
+  stepped.options.segment_cells = 30;
+  stepped.options.group_cells = 11;
+  const Bytes bytes = written(stepped);
   ExtractRequest all, corners = cells(5, 40);
   corners.coordinates = false;
   corners.arrays.emplace();
@@ -523,18 +523,22 @@ constexpr std::uint64_t kBarGroup = kBarWidth * kBarWidth * 8;  // cells
 /// Returns a bar of layers, so that each segment is a layer too, with two static arrays and a
 /// stepped array.
 Stepped bar(Order order) {
-  Stepped it;
-  it.mesh = with_order(grid(kBarWidth, kBarWidth, 128, ScalarType::float64, warped), order,
-                       order == Order::keep, 0);
-  add_array(it.mesh, array_of("u", Location::point, ScalarType::float32, 3), it.mesh.vertices);
-  add_array(it.mesh, array_of("p", Location::cell, ScalarType::float64), it.mesh.cells.size());
-  const std::uint32_t a = add_stepped(it.mesh, array_of("w", Location::cell, ScalarType::float32));
+  Stepped stepped;
+  stepped.mesh = with_order(grid(kBarWidth, kBarWidth, 128, ScalarType::float64, warped), order,
+                            order == Order::keep, 0);
+  add_array(stepped.mesh, array_of("u", Location::point, ScalarType::float32, 3),
+            stepped.mesh.vertices);
+  add_array(stepped.mesh, array_of("p", Location::cell, ScalarType::float64),
+            stepped.mesh.cells.size());
+  const std::uint32_t a =
+      add_stepped(stepped.mesh, array_of("w", Location::cell, ScalarType::float32));
   for (std::uint64_t step = 0; step < 4; ++step)
-    it.values[{a, step}] = moving_values(it.mesh.schema.arrays[a], it.mesh.cells.size(), step);
-  it.options.segment_cells = 2 * kBarGroup;
-  it.options.group_cells = kBarGroup;
-  it.options.key_steps = 1;
-  return it;
+    stepped.values[{a, step}] =
+        moving_values(stepped.mesh.schema.arrays[a], stepped.mesh.cells.size(), step);
+  stepped.options.segment_cells = 2 * kBarGroup;
+  stepped.options.group_cells = kBarGroup;
+  stepped.options.key_steps = 1;
+  return stepped;
 }
 
 /// Returns the number of bytes that a request reads, without steps and without the bytes that
@@ -553,9 +557,9 @@ std::uint64_t bytes_of(CountedSource& source, MeshExtractor& file, const Extract
 TEST(MeshExtract, ReadsWhatItNeeds) {
   for (const Order order : {Order::keep, Order::stream})
     for (const auto codec : {ConnectivityCodec::automatic, ConnectivityCodec::mixed}) {
-      Stepped it = bar(order);
-      it.options.connectivity = codec;
-      const Bytes bytes = written(it);
+      Stepped stepped = bar(order);
+      stepped.options.connectivity = codec;
+      const Bytes bytes = written(stepped);
       CountedSource source(bytes);
       auto file = MeshExtractor::open(source);
       ASSERT_TRUE(file);
@@ -620,12 +624,13 @@ TEST(MeshExtract, ReadsWhatItNeeds) {
 
 TEST(MeshExtract, BlocksAreFoundWhereTheyStand) {
   for (const Order order : {Order::keep, Order::stream}) {
-    Stepped it = bar(order);
-    for (int b = 2; b <= 4; ++b) it.mesh.schema.blocks.push_back({b, "", CellShape::hexahedron, 8});
-    const std::size_t quarter = it.mesh.cells.size() / 4;
-    for (std::size_t c = 0; c < it.mesh.cells.size(); ++c)
-      it.mesh.cells[c].block = static_cast<std::uint32_t>(c / quarter);
-    const Bytes bytes = written(it);
+    Stepped stepped = bar(order);
+    for (int b = 2; b <= 4; ++b)
+      stepped.mesh.schema.blocks.push_back({b, "", CellShape::hexahedron, 8});
+    const std::size_t quarter = stepped.mesh.cells.size() / 4;
+    for (std::size_t c = 0; c < stepped.mesh.cells.size(); ++c)
+      stepped.mesh.cells[c].block = static_cast<std::uint32_t>(c / quarter);
+    const Bytes bytes = written(stepped);
     CountedSource source(bytes);
     auto file = MeshExtractor::open(source);
     ASSERT_TRUE(file);
@@ -638,12 +643,12 @@ TEST(MeshExtract, BlocksAreFoundWhereTheyStand) {
   }
   // Two blocks alternate from group to group, so that the cells of one block are spread over the
   // whole file. Connectivity shows which segments do not contain the block.
-  Stepped it = bar(Order::keep);
-  it.options.segment_cells = kBarGroup;
-  it.mesh.schema.blocks.push_back({2, "", CellShape::hexahedron, 8});
-  for (std::size_t c = 0; c < it.mesh.cells.size(); ++c)
-    it.mesh.cells[c].block = static_cast<std::uint32_t>(c / kBarGroup % 2);
-  const Bytes bytes = written(it);
+  Stepped stepped = bar(Order::keep);
+  stepped.options.segment_cells = kBarGroup;
+  stepped.mesh.schema.blocks.push_back({2, "", CellShape::hexahedron, 8});
+  for (std::size_t c = 0; c < stepped.mesh.cells.size(); ++c)
+    stepped.mesh.cells[c].block = static_cast<std::uint32_t>(c / kBarGroup % 2);
+  const Bytes bytes = written(stepped);
   CountedSource source(bytes);
   auto file = MeshExtractor::open(source);
   ASSERT_TRUE(file);
@@ -652,7 +657,7 @@ TEST(MeshExtract, BlocksAreFoundWhereTheyStand) {
   std::uint64_t all = 0;
   for (const SegmentInfo& segment : file->segments()) all += segment.bytes;
   EXPECT_LT(bytes_of(source, *file, request), all * 9 / 10);
-  EXPECT_EQ(file->cell_numbers().size(), it.mesh.cells.size() / 2);
+  EXPECT_EQ(file->cell_numbers().size(), stepped.mesh.cells.size() / 2);
 }
 
 // --- errors
@@ -676,10 +681,10 @@ std::optional<Error> complaint(std::span<const std::byte> bytes, const ByNumber&
 }
 
 Stepped small(Order order) {
-  Stepped it = with_steps(grid(3, 3, 4, ScalarType::float64, warped), order);
-  it.options.segment_cells = 12;
-  it.options.group_cells = 6;
-  return it;
+  Stepped stepped = with_steps(grid(3, 3, 4, ScalarType::float64, warped), order);
+  stepped.options.segment_cells = 12;
+  stepped.options.group_cells = 6;
+  return stepped;
 }
 
 TEST(MeshExtract, TheIndexMayHideCellsAndNothingElse) {

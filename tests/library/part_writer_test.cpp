@@ -235,18 +235,18 @@ TEST(PartWriter, PartsMakeTheFileOfOneWriter) {
 /// Checks that two blocks with steps, written in parts, give the same file as written by one
 /// Writer.
 void expect_steps_in_parts(Order order, WriteOptions options) {
-  Stepped it = with_steps(used_only(two_blocks()), order);
+  Stepped stepped = with_steps(used_only(two_blocks()), order);
   options.segment_cells = 7;
   options.group_cells = 5;
   MemorySink alone;
   const auto steps = [&](Writer& writer) -> Result<void> {
-    for (const auto& [of, values] : it.values)
+    for (const auto& [of, values] : stepped.values)
       if (auto status = writer.add_step_values(of.first, of.second, values); !status) return status;
     return {};
   };
-  ASSERT_TRUE(write_mesh(it.mesh, alone, options, steps));
+  ASSERT_TRUE(write_mesh(stepped.mesh, alone, options, steps));
   for (const std::uint64_t segments : {1u, 3u})
-    EXPECT_TRUE(written_in_parts(it.mesh, options, segments, it.values) == alone.bytes);
+    EXPECT_TRUE(written_in_parts(stepped.mesh, options, segments, stepped.values) == alone.bytes);
 }
 
 TEST(PartWriter, StepsToo) {

@@ -115,14 +115,14 @@ TEST(Summary, ArchivesAndOtherFilesAreRefusedAsTheReaderDoes) {
 // --- bytes read
 
 TEST(Summary, ReadsNoValues) {
-  Stepped it = waves(12);
-  it.mesh.schema.arrays.push_back(array_of("noise", Location::cell, ScalarType::float64, 16));
+  Stepped stepped = waves(12);
+  stepped.mesh.schema.arrays.push_back(array_of("noise", Location::cell, ScalarType::float64, 16));
   std::mt19937_64 random(5);
-  it.mesh.arrays.emplace_back();
-  for (std::size_t i = 0; i < 16 * it.mesh.cells.size(); ++i)
-    append(it.mesh.arrays.back(), std::uint64_t{random()});
-  it.options.group_cells = 300;
-  const Bytes bytes = written(it);
+  stepped.mesh.arrays.emplace_back();
+  for (std::size_t i = 0; i < 16 * stepped.mesh.cells.size(); ++i)
+    append(stepped.mesh.arrays.back(), std::uint64_t{random()});
+  stepped.options.group_cells = 300;
+  const Bytes bytes = written(stepped);
   const FileParts parts = take_apart(bytes);
   std::size_t index_bytes = 0, schema_bytes = 0;
   for (const Chunk& chunk : parts.chunks) {
@@ -317,29 +317,30 @@ TEST(Summary, HeadersThatLieAreFound) {
                            ErrorCode code = ErrorCode::corrupt) {
     EXPECT_EQ(code_with(lie), code) << what;
   };
-  refused("cells", [](GroupHeader& it) { it.cells += 1; });
-  refused("vertices", [](GroupHeader& it) { it.vertices += 1; });
-  refused("first cell", [](GroupHeader& it) { it.first_cell += 1; });
-  refused("imported", [](GroupHeader& it) { it.imported_vertices += 1; });
-  refused("active", [](GroupHeader& it) { it.max_active_vertices += 1000; });
-  refused("stream", [](GroupHeader& it) { it.streams[1].bytes += 1; });
-  refused("bytes of one for the other", [](GroupHeader& it) {
-    it.streams[0].bytes += 1;
-    it.streams[1].bytes -= 1;
+  refused("cells", [](GroupHeader& header) { header.cells += 1; });
+  refused("vertices", [](GroupHeader& header) { header.vertices += 1; });
+  refused("first cell", [](GroupHeader& header) { header.first_cell += 1; });
+  refused("imported", [](GroupHeader& header) { header.imported_vertices += 1; });
+  refused("active", [](GroupHeader& header) { header.max_active_vertices += 1000; });
+  refused("stream", [](GroupHeader& header) { header.streams[1].bytes += 1; });
+  refused("bytes of one for the other", [](GroupHeader& header) {
+    header.streams[0].bytes += 1;
+    header.streams[1].bytes -= 1;
   });
-  refused("far", [](GroupHeader& it) { it.streams[0].bytes = ~std::uint64_t{0}; });
-  refused("no connectivity", [](GroupHeader& it) { it.streams[0].kind = {}; });
-  refused("twice", [](GroupHeader& it) { it.streams[1].kind = it.streams[0].kind; });
-  refused("no array", [](GroupHeader& it) {
-    it.streams.back().kind = container::StreamKind::array;
-    it.streams.back().array = 1000;
+  refused("far", [](GroupHeader& header) { header.streams[0].bytes = ~std::uint64_t{0}; });
+  refused("no connectivity", [](GroupHeader& header) { header.streams[0].kind = {}; });
+  refused("twice", [](GroupHeader& header) { header.streams[1].kind = header.streams[0].kind; });
+  refused("no array", [](GroupHeader& header) {
+    header.streams.back().kind = container::StreamKind::array;
+    header.streams.back().array = 1000;
   });
   refused(
-      "codec", [](GroupHeader& it) { it.streams[0].codec = static_cast<container::Codec>(99); },
+      "codec",
+      [](GroupHeader& header) { header.streams[0].codec = static_cast<container::Codec>(99); },
       ErrorCode::unsupported);
-  refused("another codec than before", [](GroupHeader& it) {
-    const bool rows = it.streams[0].codec == container::Codec::rows;
-    it.streams[0].codec = rows ? container::Codec::mixed : container::Codec::rows;
+  refused("another codec than before", [](GroupHeader& header) {
+    const bool rows = header.streams[0].codec == container::Codec::rows;
+    header.streams[0].codec = rows ? container::Codec::mixed : container::Codec::rows;
   });
 }
 
@@ -482,13 +483,14 @@ TEST(Summary, LimitsAreKept) {
     return summary ? std::optional<ErrorCode>() : summary.error().code;
   };
   using enum ErrorCode;
-  EXPECT_EQ(code([](ReadLimits& it) { it.max_segments = 1; }), corrupt);
-  EXPECT_EQ(code([](ReadLimits& it) { it.max_steps = 3; }), over_limit);
-  EXPECT_EQ(code([](ReadLimits& it) { it.max_extra_bytes = 3; }), over_limit);
-  EXPECT_EQ(code([](ReadLimits& it) { it.max_chunk_bytes = 30; }), over_limit);
-  EXPECT_EQ(code([](ReadLimits& it) { it.max_arrays = 1; }), over_limit);
-  EXPECT_EQ(code([](ReadLimits& it) { it.max_active_vertices = it.max_group_bytes = 1; }),
-            std::nullopt);
+  EXPECT_EQ(code([](ReadLimits& limits) { limits.max_segments = 1; }), corrupt);
+  EXPECT_EQ(code([](ReadLimits& limits) { limits.max_steps = 3; }), over_limit);
+  EXPECT_EQ(code([](ReadLimits& limits) { limits.max_extra_bytes = 3; }), over_limit);
+  EXPECT_EQ(code([](ReadLimits& limits) { limits.max_chunk_bytes = 30; }), over_limit);
+  EXPECT_EQ(code([](ReadLimits& limits) { limits.max_arrays = 1; }), over_limit);
+  EXPECT_EQ(
+      code([](ReadLimits& limits) { limits.max_active_vertices = limits.max_group_bytes = 1; }),
+      std::nullopt);
 }
 
 TEST(Summary, ErrorsOfTheSourceArePassedOn) {

@@ -26,10 +26,10 @@ using container::ChunkKind;
 
 /// Returns a file with segments of a few cells, arrays, and steps that refer to each other.
 Bytes file(Order order, std::uint32_t segment_cells = 60, std::uint32_t group_cells = 30) {
-  Stepped it = with_steps(two_blocks(), order);
-  it.options.segment_cells = segment_cells;
-  it.options.group_cells = group_cells;
-  return written(it);
+  Stepped stepped = with_steps(two_blocks(), order);
+  stepped.options.segment_cells = segment_cells;
+  stepped.options.group_cells = group_cells;
+  return written(stepped);
 }
 
 /// Returns the offsets of the first and the last byte (exclusive) of each chunk.
@@ -116,14 +116,14 @@ void expect_within(const Left& part, const Left& all, const std::string& what) {
 }
 
 TEST(Damage, NothingInWholeFiles) {
-  for (const FeatureFile& it : feature_files()) {
-    const DamageReport report = found(it.bytes);
-    EXPECT_TRUE(report.damages.empty()) << it.name;
-    EXPECT_TRUE(report.complete && report.restorable) << it.name;
-    MemoryRandomSource source(it.bytes);
+  for (const FeatureFile& feature : feature_files()) {
+    const DamageReport report = found(feature.bytes);
+    EXPECT_TRUE(report.damages.empty()) << feature.name;
+    EXPECT_TRUE(report.complete && report.restorable) << feature.name;
+    MemoryRandomSource source(feature.bytes);
     MemorySink sink;
-    ASSERT_TRUE(write_in_order(source, sink)) << it.name;
-    EXPECT_EQ(sink.bytes, it.bytes) << it.name;
+    ASSERT_TRUE(write_in_order(source, sink)) << feature.name;
+    EXPECT_EQ(sink.bytes, feature.bytes) << feature.name;
   }
 }
 
@@ -132,12 +132,12 @@ TEST(Damage, AllOfAnUndamagedFileIsLeft) {
     const Bytes bytes = file(order);
     const auto left = left_of(bytes);
     ASSERT_TRUE(left) << left.error().message();
-    const Stepped it = with_steps(two_blocks(), order);
-    EXPECT_EQ(left->cells.size(), it.mesh.cells.size());
-    EXPECT_EQ(left->points.size(), it.mesh.vertices);
+    const Stepped stepped = with_steps(two_blocks(), order);
+    EXPECT_EQ(left->cells.size(), stepped.mesh.cells.size());
+    EXPECT_EQ(left->points.size(), stepped.mesh.vertices);
     std::size_t values = 0;
-    for (const auto& [key, of_step] : it.values)
-      values += of_step.size() / it.mesh.stride(key.first);
+    for (const auto& [key, of_step] : stepped.values)
+      values += of_step.size() / stepped.mesh.stride(key.first);
     EXPECT_EQ(left->values.size(), values);
   }
 }
@@ -198,18 +198,18 @@ TEST(Damage, EachChunkIsNamedAndTheOthersAreLeft) {
 }
 
 TEST(Damage, ArraysThatAreHurtAreNamed) {
-  Stepped it = with_steps(two_blocks(), Order::keep);
-  it.options.segment_cells = 60;
-  it.mesh.schema.arrays.push_back(array_of("static", Location::cell, ScalarType::float64));
+  Stepped stepped = with_steps(two_blocks(), Order::keep);
+  stepped.options.segment_cells = 60;
+  stepped.mesh.schema.arrays.push_back(array_of("static", Location::cell, ScalarType::float64));
   Bytes noise;
   std::mt19937_64 random(7);
-  for (std::size_t c = 0; c < it.mesh.cells.size(); ++c)
+  for (std::size_t c = 0; c < stepped.mesh.cells.size(); ++c)
     append(noise, static_cast<double>(random()) * .37);
-  it.mesh.arrays.push_back(noise);
-  const Bytes whole = written(it);
+  stepped.mesh.arrays.push_back(noise);
+  const Bytes whole = written(stepped);
   const FileParts parts = take_apart(whole);
   const auto at = places(whole);
-  const auto array = static_cast<std::uint32_t>(it.mesh.schema.arrays.size() - 1);
+  const auto array = static_cast<std::uint32_t>(stepped.mesh.schema.arrays.size() - 1);
   for (std::size_t c = 0; c < at.size(); ++c) {
     if (!parts.chunks[c].is(ChunkKind::group)) continue;
     const auto group = take_group_apart(parts.chunks[c].payload);
@@ -226,7 +226,7 @@ TEST(Damage, ArraysThatAreHurtAreNamed) {
                 of_array ? std::vector<std::uint32_t>{stream.array} : std::vector<std::uint32_t>{});
       const auto left = left_of(bytes);
       ASSERT_TRUE(left) << left.error().message();
-      EXPECT_EQ(left->cells.size() == it.mesh.cells.size(), of_array);
+      EXPECT_EQ(left->cells.size() == stepped.mesh.cells.size(), of_array);
       MemoryRandomSource source(bytes);
       const auto extractor = MeshExtractor::open_damaged(source);
       if (of_array) {
@@ -241,12 +241,12 @@ TEST(Damage, ArraysThatAreHurtAreNamed) {
 // A header with a correct checksum that names an array of another file: its values are not reported
 // as lost.
 TEST(Damage, ValuesOfNoArrayAreNotNamed) {
-  Stepped it = with_steps(two_blocks(), Order::keep);
-  it.mesh.schema.arrays.push_back(array_of("static", Location::cell, ScalarType::float64));
-  Bytes& values = it.mesh.arrays.emplace_back();
-  for (std::size_t c = 0; c < it.mesh.cells.size(); ++c)
+  Stepped stepped = with_steps(two_blocks(), Order::keep);
+  stepped.mesh.schema.arrays.push_back(array_of("static", Location::cell, ScalarType::float64));
+  Bytes& values = stepped.mesh.arrays.emplace_back();
+  for (std::size_t c = 0; c < stepped.mesh.cells.size(); ++c)
     append(values, 1. / (1. + static_cast<double>(c)));
-  FileParts parts = take_apart(written(it));
+  FileParts parts = take_apart(written(stepped));
   Chunk& chunk = *parts.find(ChunkKind::group);
   auto group = take_group_apart(chunk.payload);
   ASSERT_EQ(group->header.streams.back().kind, container::StreamKind::array);
@@ -401,10 +401,11 @@ TEST(Damage, PartsOfTwoFilesAreRefused) {
 
 // A step with a large number does not mean that there are that many steps.
 TEST(Damage, StepsBeyondTheLimitAreRefused) {
-  Stepped it = with_steps(two_blocks(), Order::keep);
-  it.values[{0, 5000}] = moving_values(it.mesh.schema.arrays[0], elements_of(it.mesh, 0), 7);
-  it.options.key_steps = 1;
-  const Bytes bytes = without_index(take_apart(written(it)));
+  Stepped stepped = with_steps(two_blocks(), Order::keep);
+  stepped.values[{0, 5000}] =
+      moving_values(stepped.mesh.schema.arrays[0], elements_of(stepped.mesh, 0), 7);
+  stepped.options.key_steps = 1;
+  const Bytes bytes = without_index(take_apart(written(stepped)));
   MemoryRandomSource source(bytes);
   ReadLimits limits;
   EXPECT_TRUE(StepReader::open_damaged(source, limits));
@@ -480,17 +481,17 @@ std::vector<Bytes> without_index(const Bytes& whole) {
 
 TEST(Damage, ALostIndexIsMadeAnew) {
   std::size_t same = 0;
-  for (const FeatureFile& it : feature_files()) {
-    for (const Bytes& damaged : without_index(it.bytes)) {
+  for (const FeatureFile& feature : feature_files()) {
+    for (const Bytes& damaged : without_index(feature.bytes)) {
       const DamageReport report = found(damaged);
-      ASSERT_TRUE(report.schema) << it.name;
-      EXPECT_TRUE(report.lacks_index && !report.restorable) << it.name;
-      EXPECT_FALSE(report.has_other_ranges) << it.name;
+      ASSERT_TRUE(report.schema) << feature.name;
+      EXPECT_TRUE(report.lacks_index && !report.restorable) << feature.name;
+      EXPECT_FALSE(report.has_other_ranges) << feature.name;
       MemoryRandomSource source(damaged);
       MemorySink sink;
       const auto status = write_in_order(source, sink);
-      ASSERT_TRUE(status) << it.name << ": " << status.error().message();
-      EXPECT_EQ(sink.bytes, it.bytes) << it.name;
+      ASSERT_TRUE(status) << feature.name << ": " << status.error().message();
+      EXPECT_EQ(sink.bytes, feature.bytes) << feature.name;
       ++same;
     }
   }

@@ -87,11 +87,11 @@ struct Columns {
 };
 
 /// Compares the columns; returns the number of compared groups.
-std::size_t expect_same_columns(const Stepped& it, StepTopology& replay, StepElements& thin,
+std::size_t expect_same_columns(const Stepped& stepped, StepTopology& replay, StepElements& thin,
                                 StepElements& all, std::uint32_t array, std::size_t turn) {
-  const ArrayInfo& info = it.mesh.schema.arrays[array];
+  const ArrayInfo& info = stepped.mesh.schema.arrays[array];
   const StepReference kind = turn % 2 == 0 ? StepReference::nothing : StepReference::before;
-  Columns over_thin(it.mesh.schema, array), over_all(it.mesh.schema, array);
+  Columns over_thin(stepped.mesh.schema, array), over_all(stepped.mesh.schema, array);
   std::size_t compared = 0;
   for (std::size_t g = 0; g < replay.groups(); ++g) {
     const auto count = thin.count(array, g);
@@ -110,7 +110,7 @@ std::size_t expect_same_columns(const Stepped& it, StepTopology& replay, StepEle
       if (!elements) return compared;
       numbers[i].assign(elements->numbers.begin(), elements->numbers.end());
       EXPECT_TRUE(columns.in.begin(replay.segment_of(g), kind));
-      coded[i] = columns.in.encode(*elements, values, it.options.level, before);
+      coded[i] = columns.in.encode(*elements, values, stepped.options.level, before);
       EXPECT_TRUE(columns.out.begin(replay.segment_of(g), kind));
       const auto back =
           columns.out.decode(*elements, coded[i].codec, coded[i].bytes, values.size(), before);
@@ -125,8 +125,8 @@ std::size_t expect_same_columns(const Stepped& it, StepTopology& replay, StepEle
   return compared;
 }
 
-std::size_t expect_same_columns(const Stepped& it) {
-  const Bytes bytes = written(it);
+std::size_t expect_same_columns(const Stepped& stepped) {
+  const Bytes bytes = written(stepped);
   const auto read = read_mesh(bytes);
   EXPECT_TRUE(read);
   if (!read) return 0;
@@ -144,7 +144,7 @@ std::size_t expect_same_columns(const Stepped& it) {
   for (std::size_t turn = 0; turn < 3; ++turn)
     for (std::uint32_t a = 0; a < schema.arrays.size(); ++a)
       if (schema.arrays[a].per_step)
-        compared += expect_same_columns(it, replay, thin, all, a, turn);
+        compared += expect_same_columns(stepped, replay, thin, all, a, turn);
   EXPECT_GT(thin.kept_bytes(), 0u);
   EXPECT_EQ(all.kept_bytes(), 0u);
   return compared;
@@ -160,22 +160,22 @@ TEST(SparseElements, SayWhatAllElementsSay) {
       for (const std::uint64_t segment_cells : {0u, 150u})
         for (const std::uint32_t group_cells : {19u, 65536u})
           for (int family = 0; family < 4; ++family) {
-            Stepped it = with_arrays_on_few(family == 0   ? scattered(9, 1)
-                                            : family == 1 ? mixed_cells()
-                                            : family == 2 ? every_shape()
-                                                          : replayed(order),
-                                            order);
-            if (codec == ConnectivityCodec::shifts && !takes_shifts(it.mesh.schema)) continue;
+            Stepped stepped = with_arrays_on_few(family == 0   ? scattered(9, 1)
+                                                 : family == 1 ? mixed_cells()
+                                                 : family == 2 ? every_shape()
+                                                               : replayed(order),
+                                                 order);
+            if (codec == ConnectivityCodec::shifts && !takes_shifts(stepped.mesh.schema)) continue;
             if (some.skips_next()) continue;
-            it.options.connectivity = codec;
-            it.options.level = family == 0 ? Level::standard : Level::fast;
-            it.options.segment_cells = segment_cells;
-            it.options.group_cells = group_cells;
+            stepped.options.connectivity = codec;
+            stepped.options.level = family == 0 ? Level::standard : Level::fast;
+            stepped.options.segment_cells = segment_cells;
+            stepped.options.group_cells = group_cells;
             SCOPED_TRACE(std::to_string(family) + " codec " +
                          std::to_string(static_cast<int>(codec)) + " order " +
                          std::to_string(static_cast<int>(order)) + " groups of " +
                          std::to_string(group_cells));
-            compared += expect_same_columns(it);
+            compared += expect_same_columns(stepped);
           }
   EXPECT_GT(compared, 10000 / every(10));
 }
@@ -184,35 +184,35 @@ TEST(SparseElements, SayWhatAllElementsSay) {
 TEST(SparseElements, InMeshesThatTakePlacesAgain) {
   for (const auto codec : {ConnectivityCodec::rows, ConnectivityCodec::shifts})
     for (const std::uint32_t group_cells : {700u, 65536u}) {
-      Stepped it = with_arrays_on_few(scattered(kSanitized ? 14 : 30, 2), Order::keep);
-      it.options.connectivity = codec;
-      it.options.group_cells = group_cells;
-      EXPECT_GT(expect_same_columns(it), 10u);
+      Stepped stepped = with_arrays_on_few(scattered(kSanitized ? 14 : 30, 2), Order::keep);
+      stepped.options.connectivity = codec;
+      stepped.options.group_cells = group_cells;
+      EXPECT_GT(expect_same_columns(stepped), 10u);
     }
 }
 
 // The number of domain changes of a column is limited by the number of elements and slots,
 // including those that are left out.
 TEST(SparseElements, MayChangeDomainsAsOftenAsAllElements) {
-  Stepped it = with_arrays_on_few(scattered(kSanitized ? 13 : 24, 5), Order::stream);
-  it.options.connectivity = ConnectivityCodec::rows;
-  it.options.group_cells = 2;
-  EXPECT_GT(expect_same_columns(it), 1000u);
+  Stepped stepped = with_arrays_on_few(scattered(kSanitized ? 13 : 24, 5), Order::stream);
+  stepped.options.connectivity = ConnectivityCodec::rows;
+  stepped.options.group_cells = 2;
+  EXPECT_GT(expect_same_columns(stepped), 1000u);
 }
 
 TEST(SparseElements, AtLevelBest) {
-  Stepped it = with_arrays_on_few(scattered(8, 3), Order::stream);
-  it.options.level = Level::best;
-  it.options.group_cells = 90;
-  EXPECT_GT(expect_same_columns(it), 50u);
+  Stepped stepped = with_arrays_on_few(scattered(8, 3), Order::stream);
+  stepped.options.level = Level::best;
+  stepped.options.group_cells = 90;
+  EXPECT_GT(expect_same_columns(stepped), 50u);
 }
 
 // The element count in an index may be wrong for one step although it was correct for the steps
 // before.
 TEST(SparseElements, AreNotThinLater) {
-  Stepped it = with_arrays_on_few(scattered(9, 1), Order::keep);
-  it.options.group_cells = 60;
-  const Bytes bytes = written(it);
+  Stepped stepped = with_arrays_on_few(scattered(9, 1), Order::keep);
+  stepped.options.group_cells = 60;
+  const Bytes bytes = written(stepped);
   const auto read = read_mesh(bytes);
   ASSERT_TRUE(read);
   StepTopology replay(read->schema, std::uint64_t{1} << 30, ElementNeeds{true, true, true, true});
@@ -233,13 +233,14 @@ TEST(SparseElements, AreNotThinLater) {
     EXPECT_EQ(of_group->numbers.size(), *count);
     all += *count;
   }
-  EXPECT_EQ(all, elements_of(it.mesh, array));
+  EXPECT_EQ(all, elements_of(stepped.mesh, array));
 }
 
 /// Returns the bytes kept for array `a` with this limit. `expected`: number of elements that the
 /// caller announces.
-std::size_t kept_of(const Stepped& it, std::uint32_t a, std::uint64_t expected, std::size_t most) {
-  const Bytes bytes = written(it);
+std::size_t kept_of(const Stepped& stepped, std::uint32_t a, std::uint64_t expected,
+                    std::size_t most) {
+  const Bytes bytes = written(stepped);
   const auto read = read_mesh(bytes);
   EXPECT_TRUE(read);
   StepTopology replay(read->schema, std::uint64_t{1} << 30, ElementNeeds{true, true, false, false},
@@ -261,9 +262,9 @@ std::size_t kept_of(const Stepped& it, std::uint32_t a, std::uint64_t expected, 
 }
 
 TEST(SparseElements, AreKeptWhereTheyAreFewAndWithinALimit) {
-  Stepped it = with_arrays_on_few(scattered(40, 4), Order::keep);
+  Stepped stepped = with_arrays_on_few(scattered(40, 4), Order::keep);
   const auto array_on = [&](std::uint32_t block) {
-    const auto& arrays = it.mesh.schema.arrays;
+    const auto& arrays = stepped.mesh.schema.arrays;
     return static_cast<std::uint32_t>(std::find_if(arrays.begin(), arrays.end(),
                                                    [&](const ArrayInfo& info) {
                                                      return info.blocks ==
@@ -272,14 +273,14 @@ TEST(SparseElements, AreKeptWhereTheyAreFewAndWithinALimit) {
                                       arrays.begin());
   };
   const std::uint32_t few = array_on(1), many = array_on(0);
-  const std::uint64_t elements = elements_of(it.mesh, few);
-  const std::size_t kept = kept_of(it, few, elements, 0);
+  const std::uint64_t elements = elements_of(stepped.mesh, few);
+  const std::size_t kept = kept_of(stepped, few, elements, 0);
   EXPECT_GT(kept, elements * sizeof(Neighbourhood));
   EXPECT_LT(kept, elements * (sizeof(Neighbourhood) * 9 / 8 + 4 * 14) + (64u << 10));
-  EXPECT_EQ(kept_of(it, many, elements_of(it.mesh, many), 0), 0u);
+  EXPECT_EQ(kept_of(stepped, many, elements_of(stepped.mesh, many), 0), 0u);
   // Announced as few elements: more than the limit, and less.
-  EXPECT_EQ(kept_of(it, many, 0, 0), 0u);
-  EXPECT_GT(kept_of(it, many, 0, std::size_t{64} << 20), std::size_t{1} << 20);
+  EXPECT_EQ(kept_of(stepped, many, 0, 0), 0u);
+  EXPECT_GT(kept_of(stepped, many, 0, std::size_t{64} << 20), std::size_t{1} << 20);
 }
 
 }  // namespace

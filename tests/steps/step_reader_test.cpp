@@ -32,16 +32,16 @@ struct Expected {
 };
 
 Expected expected_of(std::span<const std::byte> bytes) {
-  Expected it;
+  Expected expected;
   auto back = read_mesh(bytes);
   EXPECT_TRUE(back) << (back ? "" : back.error().message());
-  if (!back) return it;
-  it.mesh = std::move(*back);
-  for (const StepPiece& piece : it.mesh.steps) {
-    Bytes& to = it.values[{piece.array, piece.step}];
+  if (!back) return expected;
+  expected.mesh = std::move(*back);
+  for (const StepPiece& piece : expected.mesh.steps) {
+    Bytes& to = expected.values[{piece.array, piece.step}];
     to.insert(to.end(), piece.values.begin(), piece.values.end());
   }
-  return it;
+  return expected;
 }
 
 struct Joined {
@@ -125,20 +125,20 @@ TEST(StepReader, EqualsTheReader) {
         for (const std::uint32_t group_cells : {14u, 65536u})
           for (int family = 0; family < 3; ++family) {
             if (some.skips_next()) continue;
-            Stepped it = with_steps(family == 0   ? two_blocks()
-                                    : family == 1 ? mixed_cells()
-                                                  : replayed(order),
-                                    order);
-            it.mesh.schema.delay = delay;
-            it.options.connectivity = codec;
-            it.options.segment_cells = segment_cells;
-            it.options.group_cells = group_cells;
-            it.options.key_steps = 3;
+            Stepped stepped = with_steps(family == 0   ? two_blocks()
+                                         : family == 1 ? mixed_cells()
+                                                       : replayed(order),
+                                         order);
+            stepped.mesh.schema.delay = delay;
+            stepped.options.connectivity = codec;
+            stepped.options.segment_cells = segment_cells;
+            stepped.options.group_cells = group_cells;
+            stepped.options.key_steps = 3;
             SCOPED_TRACE(std::to_string(family) + " codec " + std::string(codec_name(codec)) +
                          " order " + std::string(order_name(order)) + " delay " +
                          std::to_string(delay) + " segments " + std::to_string(segment_cells) +
                          " groups " + std::to_string(group_cells));
-            expect_all_steps(written(it));
+            expect_all_steps(written(stepped));
           }
 }
 
@@ -148,25 +148,25 @@ TEST(StepReader, WhateverTheKeySteps) {
     for (const std::uint32_t components : {1u, 7u, 33u}) {
       if (some.skips_next()) continue;
       SCOPED_TRACE(std::to_string(key_steps) + ", " + std::to_string(components));
-      Stepped it;
-      it.mesh = with_order(grid(5, 4, 3, ScalarType::float64, warped), Order::keep, true, 0);
+      Stepped stepped;
+      stepped.mesh = with_order(grid(5, 4, 3, ScalarType::float64, warped), Order::keep, true, 0);
       const auto a =
-          add_stepped(it.mesh, array_of("a", Location::cell, ScalarType::float32, components));
-      const auto b = add_stepped(it.mesh, array_of("b", Location::point, ScalarType::int32));
+          add_stepped(stepped.mesh, array_of("a", Location::cell, ScalarType::float32, components));
+      const auto b = add_stepped(stepped.mesh, array_of("b", Location::point, ScalarType::int32));
       for (std::uint64_t step = 0; step < 20; ++step) {
-        it.values[{a, step}] = moving_values(it.mesh.schema.arrays[a], 60, step);
-        it.values[{b, step}] = moving_values(it.mesh.schema.arrays[b], 120, step);
+        stepped.values[{a, step}] = moving_values(stepped.mesh.schema.arrays[a], 60, step);
+        stepped.values[{b, step}] = moving_values(stepped.mesh.schema.arrays[b], 120, step);
       }
-      it.options.key_steps = key_steps;
-      it.options.group_cells = 25;
-      it.options.segment_cells = 40;
-      expect_all_steps(written(it));
+      stepped.options.key_steps = key_steps;
+      stepped.options.group_cells = 25;
+      stepped.options.segment_cells = 40;
+      expect_all_steps(written(stepped));
     }
 }
 
 TEST(StepReader, TrendsAndLossyAndManyComponents) {
-  Stepped it = waves(6);
-  for (auto& [key, values] : it.values)  // noise that changes at the same rate everywhere
+  Stepped stepped = waves(6);
+  for (auto& [key, values] : stepped.values)  // noise that changes at the same rate everywhere
     for (std::size_t i = 0; i < values.size() / 8; ++i) {
       const double v = static_cast<double>(i * 2654435761u % 1000003) * 0x1p-20 *
                        (64 + static_cast<double>(key.second));
@@ -174,23 +174,25 @@ TEST(StepReader, TrendsAndLossyAndManyComponents) {
     }
   ArrayInfo lossy = array_of("lossy", Location::point, ScalarType::float64);
   lossy.quantization = Quantization::absolute(.01, 1);
-  const auto b = add_stepped(it.mesh, lossy);
-  const auto c = add_stepped(it.mesh, array_of("many", Location::cell, ScalarType::uint8, 300));
+  const auto b = add_stepped(stepped.mesh, lossy);
+  const auto c =
+      add_stepped(stepped.mesh, array_of("many", Location::cell, ScalarType::uint8, 300));
   for (std::uint64_t step = 0; step < 6; ++step) {
-    it.values[{b, step}] = it.values[{0, step}];
-    it.values[{c, step}] = moving_values(it.mesh.schema.arrays[c], it.mesh.cells.size(), step);
+    stepped.values[{b, step}] = stepped.values[{0, step}];
+    stepped.values[{c, step}] =
+        moving_values(stepped.mesh.schema.arrays[c], stepped.mesh.cells.size(), step);
   }
-  it.options.group_cells = 500;
-  expect_all_steps(written(it));
+  stepped.options.group_cells = 500;
+  expect_all_steps(written(stepped));
 }
 
 TEST(StepReader, NoCellsNoElements) {
-  Stepped it = with_steps(grid(1, 1, 1), Order::keep);
-  it.mesh.cells.clear();
-  it.values.clear();
-  it.values[{0, 3}] = moving_values(it.mesh.schema.arrays[0], 8, 3);
-  it.values[{2, 0}] = {};
-  const Bytes bytes = written(it);
+  Stepped stepped = with_steps(grid(1, 1, 1), Order::keep);
+  stepped.mesh.cells.clear();
+  stepped.values.clear();
+  stepped.values[{0, 3}] = moving_values(stepped.mesh.schema.arrays[0], 8, 3);
+  stepped.values[{2, 0}] = {};
+  const Bytes bytes = written(stepped);
   expect_all_steps(bytes);
   MemoryRandomSource source(bytes);
   StepReader reader = opened(source);
@@ -293,43 +295,44 @@ using Names = std::set<std::string>;
 /// Returns a mesh with two segments, two arrays of waves that refer to previous steps, an array
 /// that is unrelated to the mesh, and static arrays.
 Stepped watched_mesh(Order order) {
-  Stepped it;
-  it.mesh =
+  Stepped stepped;
+  stepped.mesh =
       with_order(grid(12, 11, 10, ScalarType::float64, warped), order, order == Order::keep, 0);
-  it.mesh.schema.arrays.push_back(array_of("s", Location::point, ScalarType::int32));
-  it.mesh.schema.arrays.push_back(array_of("z", Location::cell, ScalarType::uint8));
-  it.mesh.arrays.resize(2);
-  for (std::uint64_t v = 0; v < it.mesh.vertices; ++v)
-    append(it.mesh.arrays[0], static_cast<std::int32_t>(v * v % 1009));
-  it.mesh.arrays[1].resize(it.mesh.cells.size(), std::byte{5});
-  const auto wave = add_stepped(it.mesh, array_of("w", Location::point, ScalarType::float64));
-  const auto other = add_stepped(it.mesh, array_of("v", Location::cell, ScalarType::float64));
-  const auto phrase = add_stepped(it.mesh, array_of("n", Location::cell, ScalarType::uint8, 17));
+  stepped.mesh.schema.arrays.push_back(array_of("s", Location::point, ScalarType::int32));
+  stepped.mesh.schema.arrays.push_back(array_of("z", Location::cell, ScalarType::uint8));
+  stepped.mesh.arrays.resize(2);
+  for (std::uint64_t v = 0; v < stepped.mesh.vertices; ++v)
+    append(stepped.mesh.arrays[0], static_cast<std::int32_t>(v * v % 1009));
+  stepped.mesh.arrays[1].resize(stepped.mesh.cells.size(), std::byte{5});
+  const auto wave = add_stepped(stepped.mesh, array_of("w", Location::point, ScalarType::float64));
+  const auto other = add_stepped(stepped.mesh, array_of("v", Location::cell, ScalarType::float64));
+  const auto phrase =
+      add_stepped(stepped.mesh, array_of("n", Location::cell, ScalarType::uint8, 17));
   std::mt19937_64 random(3);
   const Stepped waving = waves(10);
   for (std::uint64_t step = 0; step < 10; ++step) {
-    it.values[{wave, step}] = waving.values.at({0, step});
-    it.values[{other, step}] = waving.values.at({0, step});
-    it.values[{other, step}].resize(it.mesh.cells.size() * 8);
-    if (kSanitized && step / 2 != 2) continue;   // 4 and 5; the test reads step 5
-    Bytes& phrases = it.values[{phrase, step}];  // 10 cells of noise, again and again
-    for (std::size_t i = 0; i < it.mesh.cells.size() * 17; ++i)
+    stepped.values[{wave, step}] = waving.values.at({0, step});
+    stepped.values[{other, step}] = waving.values.at({0, step});
+    stepped.values[{other, step}].resize(stepped.mesh.cells.size() * 8);
+    if (kSanitized && step / 2 != 2) continue;        // 4 and 5; the test reads step 5
+    Bytes& phrases = stepped.values[{phrase, step}];  // 10 cells of noise, again and again
+    for (std::size_t i = 0; i < stepped.mesh.cells.size() * 17; ++i)
       phrases.push_back(i < 170 ? static_cast<std::byte>(random()) : phrases[i - 170]);
   }
-  it.options.key_steps = 4;
-  it.options.segment_cells = 660;
-  it.options.group_cells = 330;
-  return it;
+  stepped.options.key_steps = 4;
+  stepped.options.segment_cells = 660;
+  stepped.options.group_cells = 330;
+  return stepped;
 }
 
 TEST(StepReader, TouchesOnlyWhatItNeeds) {
   for (const Order order : {Order::keep, Order::stream})
     for (const auto codec : {ConnectivityCodec::rows, ConnectivityCodec::replay}) {
-      Stepped it = watched_mesh(order);
-      it.options.connectivity = codec;
-      const Bytes bytes = written(it);
+      Stepped stepped = watched_mesh(order);
+      stepped.options.connectivity = codec;
+      const Bytes bytes = written(stepped);
       const Places places(bytes);
-      const auto wave = static_cast<std::uint32_t>(it.mesh.schema.arrays.size() - 3);
+      const auto wave = static_cast<std::uint32_t>(stepped.mesh.schema.arrays.size() - 3);
       WatchedSource source(bytes);
       StepReader reader = opened(source);
       EXPECT_EQ(places.touched(source), Names{"head"});
@@ -376,10 +379,10 @@ TEST(StepReader, TouchesOnlyWhatItNeeds) {
 
 TEST(StepReader, WhatStandsForItselfNeedsNoMesh) {
   for (const Order order : {Order::keep, Order::stream}) {
-    const Stepped it = watched_mesh(order);
-    const Bytes bytes = written(it);
+    const Stepped stepped = watched_mesh(order);
+    const Bytes bytes = written(stepped);
     const Places places(bytes);
-    const auto phrase = static_cast<std::uint32_t>(it.mesh.schema.arrays.size() - 1);
+    const auto phrase = static_cast<std::uint32_t>(stepped.mesh.schema.arrays.size() - 1);
     WatchedSource source(bytes);
     StepReader reader = opened(source);
     source.forget();
@@ -392,10 +395,10 @@ TEST(StepReader, WhatStandsForItselfNeedsNoMesh) {
 
 TEST(StepReader, AStepIsReadWithItsKeyStepAndNoOther) {
   for (const std::uint32_t key_steps : {1u, 3u, 8u}) {
-    Stepped it = waves(10);
-    it.options.key_steps = key_steps;
-    it.options.group_cells = 100;  // values of several groups are in separate chunks
-    const Bytes bytes = written(it);
+    Stepped stepped = waves(10);
+    stepped.options.key_steps = key_steps;
+    stepped.options.group_cells = 100;  // values of several groups are in separate chunks
+    const Bytes bytes = written(stepped);
     const Places places(bytes);
     for (std::uint64_t step = 0; step < 10; ++step) {
       WatchedSource source(bytes);
@@ -415,11 +418,11 @@ TEST(StepReader, AStepIsReadWithItsKeyStepAndNoOther) {
 /// Returns a field of points and a field of cells that move through the mesh.
 Stepped travelling(std::uint64_t first_step, std::uint64_t steps) {
   constexpr std::uint64_t kWide = kSanitized ? 10 : 20, kHigh = kWide - 2, kDeep = kWide - 4;
-  Stepped it;
-  it.mesh =
+  Stepped stepped;
+  stepped.mesh =
       with_order(grid(kWide, kHigh, kDeep, ScalarType::float32, warped), Order::keep, true, 0);
-  const auto a = add_stepped(it.mesh, array_of("a", Location::point, ScalarType::float32));
-  const auto b = add_stepped(it.mesh, array_of("b", Location::cell, ScalarType::float32));
+  const auto a = add_stepped(stepped.mesh, array_of("a", Location::point, ScalarType::float32));
+  const auto b = add_stepped(stepped.mesh, array_of("b", Location::cell, ScalarType::float32));
   const auto field = [](std::uint64_t x, std::uint64_t y, std::uint64_t z, std::uint64_t step) {
     const double t = static_cast<double>(step) * .05;
     return static_cast<float>(
@@ -431,8 +434,8 @@ Stepped travelling(std::uint64_t first_step, std::uint64_t steps) {
       for (std::uint64_t z = 0; z < kDeep + more; ++z)
         for (std::uint64_t y = 0; y < kHigh + more; ++y)
           for (std::uint64_t x = 0; x < kWide + more; ++x)
-            append(it.values[{array, step}], field(x, y, z, first_step + step));
-  return it;
+            append(stepped.values[{array, step}], field(x, y, z, first_step + step));
+  return stepped;
 }
 
 TEST(StepReader, ASeriesIsSmallerThanItsStepsAlone) {
@@ -447,18 +450,18 @@ TEST(StepReader, ASeriesIsSmallerThanItsStepsAlone) {
 
 /// Returns a small mesh with steps.
 Stepped small_mesh() {
-  Stepped it;
-  it.mesh = with_order(grid(3, 3, 3, ScalarType::float64, warped), Order::keep, true, 0);
-  const auto a = add_stepped(it.mesh, array_of("a", Location::point, ScalarType::float32));
-  const auto b = add_stepped(it.mesh, array_of("b", Location::cell, ScalarType::float64));
+  Stepped stepped;
+  stepped.mesh = with_order(grid(3, 3, 3, ScalarType::float64, warped), Order::keep, true, 0);
+  const auto a = add_stepped(stepped.mesh, array_of("a", Location::point, ScalarType::float32));
+  const auto b = add_stepped(stepped.mesh, array_of("b", Location::cell, ScalarType::float64));
   for (std::uint64_t step = 0; step < 4; ++step) {
-    it.values[{a, step}] = moving_values(it.mesh.schema.arrays[a], 64, step);
-    it.values[{b, step}] = moving_values(it.mesh.schema.arrays[b], 27, step);
+    stepped.values[{a, step}] = moving_values(stepped.mesh.schema.arrays[a], 64, step);
+    stepped.values[{b, step}] = moving_values(stepped.mesh.schema.arrays[b], 27, step);
   }
-  it.options.key_steps = 2;
-  it.options.group_cells = 10;
-  it.options.segment_cells = 14;
-  return it;
+  stepped.options.key_steps = 2;
+  stepped.options.group_cells = 10;
+  stepped.options.segment_cells = 14;
+  return stepped;
 }
 
 TEST(StepReader, EveryFlippedBitThatIsReadIsFound) {

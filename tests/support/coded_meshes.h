@@ -68,8 +68,8 @@ inline bool can_be_in(const Schema& schema, ConnectivityCodec codec) {
 /// Returns the codecs that a Writer accepts for this schema, beginning with automatic.
 inline std::vector<ConnectivityCodec> codecs_for(const Schema& schema) {
   std::vector<ConnectivityCodec> codecs{ConnectivityCodec::automatic};
-  for (const NamedCodec& it : kConnectivityCodecs)
-    if (can_be_in(schema, it.name)) codecs.push_back(it.name);
+  for (const NamedCodec& named : kConnectivityCodecs)
+    if (can_be_in(schema, named.name)) codecs.push_back(named.name);
   return codecs;
 }
 /// Returns the codecs that cannot encode a mesh with a delay buffer.
@@ -127,17 +127,17 @@ inline std::vector<FeatureFile> coded_files() {
     for (const ConnectivityCodec codec : codecs_for(generated.mesh.schema)) {
       const Order order = turn % 2 == 0 ? Order::keep : Order::stream;
       const bool steps = turn % 4 == 3 || has_steps(generated.mesh.schema);
-      Stepped it = steps ? with_steps(generated.mesh, order)
-                         : Stepped{with_order(generated.mesh, order, true, 0), {}, {}};
-      it.mesh.schema.delay = 5;
-      if (turn % 5 > 1 || !can_be_in(it.mesh.schema, codec)) it.mesh.schema.delay = 0;
-      it.options.connectivity = codec;
-      it.options.level = kLevels[turn++ % kLevels.size()];
-      it.options.group_cells = 20;
-      it.options.segment_cells = 40;
+      Stepped stepped = steps ? with_steps(generated.mesh, order)
+                              : Stepped{with_order(generated.mesh, order, true, 0), {}, {}};
+      stepped.mesh.schema.delay = 5;
+      if (turn % 5 > 1 || !can_be_in(stepped.mesh.schema, codec)) stepped.mesh.schema.delay = 0;
+      stepped.options.connectivity = codec;
+      stepped.options.level = kLevels[turn++ % kLevels.size()];
+      stepped.options.group_cells = 20;
+      stepped.options.segment_cells = 40;
       std::string name = std::string(codec_name(codec)) + "_of_" + generated.name;
       std::replace(name.begin(), name.end(), ' ', '_');
-      files.push_back({std::move(name), written(it)});
+      files.push_back({std::move(name), written(stepped)});
     }
   return files;
 }

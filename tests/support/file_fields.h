@@ -423,7 +423,7 @@ inline void add_ends(std::vector<Section>& to, const FileParts& parts) {
   ByteWriter start, trailer;
   container::put_version(start, parts.start);
   add(
-      to, start.bytes, [](FieldWalk& it) { it.version(); },
+      to, start.bytes, [](FieldWalk& walk) { walk.version(); },
       [was = start.bytes](FileParts& of, const Bytes& other, const Bytes&) {
         ByteReader in(other);
         container::get_version(in, of.start);
@@ -433,7 +433,7 @@ inline void add_ends(std::vector<Section>& to, const FileParts& parts) {
       });
   trailer.put_u64(parts.last_offset());
   add(
-      to, trailer.bytes, [](FieldWalk& it) { it.get("index offset", FieldType::u64); },
+      to, trailer.bytes, [](FieldWalk& walk) { walk.get("index offset", FieldType::u64); },
       [](FileParts& of, const Bytes& other, const Bytes&) {
         of.index_offset = ByteReader(other).get_u64();
       });
@@ -445,7 +445,7 @@ inline void add_header(std::vector<Section>& to, const FileParts& parts, std::si
   for (const std::uint8_t byte : {header.kind, header.version, header.flags}) out.put_u8(byte);
   for (const std::uint32_t number : {header.sequence, header.segment}) out.put_u32(number);
   add(
-      to, out.bytes, [](FieldWalk& it) { it.chunk_header(); },
+      to, out.bytes, [](FieldWalk& walk) { walk.chunk_header(); },
       [c](FileParts& of, const Bytes& other, const Bytes&) {
         ByteReader in(other);
         container::ChunkHeader& its = of.chunks[c].header;
@@ -468,9 +468,9 @@ void add_plain(std::vector<Section>& to, const FileParts& parts, std::size_t c, 
 template <class Walk>
 void add_packed(std::vector<Section>& to, const FileParts& parts, std::size_t c, Walk&& walk,
                 bool has_version = false) {
-  add_plain(to, parts, c, [&](FieldWalk& it) {
-    if (has_version) it.version();
-    it.packing();
+  add_plain(to, parts, c, [&](FieldWalk& fields) {
+    if (has_version) fields.version();
+    fields.packing();
   });
   constexpr std::uint64_t kMost = 1 << 20;
   ByteReader in(parts.chunks[c].payload);
@@ -512,7 +512,7 @@ inline Bytes group_payload(Bytes header, std::span<const std::byte> streams, std
 inline void add_group(std::vector<Section>& to, const FileParts& parts, std::size_t c) {
   const std::uint8_t version = parts.chunks[c].header.version;
   add(
-      to, parts.chunks[c].payload, [version](FieldWalk& it) { it.group(version); },
+      to, parts.chunks[c].payload, [version](FieldWalk& walk) { walk.group(version); },
       [c, version](FileParts& of, const Bytes& other, const Bytes& behind) {
         ByteReader in(behind);
         in.get_u32();  // skips the old checksum
@@ -537,19 +537,19 @@ inline std::vector<Section> sections_of(const FileParts& parts, std::size_t c) {
   switch (static_cast<ChunkKind>(parts.chunks[c].header.kind)) {
     case ChunkKind::schema:
       fields::add_packed(
-          all, parts, c, [](FieldWalk& it) { it.schema(); }, true);
+          all, parts, c, [](FieldWalk& walk) { walk.schema(); }, true);
       break;
     case ChunkKind::group: fields::add_group(all, parts, c); break;
-    case ChunkKind::step_values: plain([&](FieldWalk& it) { it.steps(version); }); break;
-    case ChunkKind::step_times: packed([](FieldWalk& it) { it.times(); }); break;
-    case ChunkKind::extra: packed([&](FieldWalk& it) { it.extras(version); }); break;
+    case ChunkKind::step_values: plain([&](FieldWalk& walk) { walk.steps(version); }); break;
+    case ChunkKind::step_times: packed([](FieldWalk& walk) { walk.times(); }); break;
+    case ChunkKind::extra: packed([&](FieldWalk& walk) { walk.extras(version); }); break;
     case ChunkKind::index:
       if (version == 0)
-        plain([](FieldWalk& it) { it.index(0); });
+        plain([](FieldWalk& walk) { walk.index(0); });
       else
-        packed([&](FieldWalk& it) { it.index(version); });
+        packed([&](FieldWalk& walk) { walk.index(version); });
       break;
-    case ChunkKind::members: plain([](FieldWalk& it) { it.members(); }); break;
+    case ChunkKind::members: plain([](FieldWalk& walk) { walk.members(); }); break;
   }
   fields::add_header(all, parts, c);
   return all;

@@ -70,20 +70,21 @@ inline Stepped with_steps(TestMesh mesh, Order order) {
   return out;
 }
 
-inline Bytes written(const Stepped& it, std::size_t piece_elements = 77) {
+inline Bytes written(const Stepped& stepped, std::size_t piece_elements = 77) {
   MemorySink sink;
-  const auto report = write_mesh(it.mesh, sink, it.options, [&](Writer& writer) -> Result<void> {
-    for (const auto& [key, values] : it.values) {
-      const std::size_t piece = it.mesh.stride(key.first) * piece_elements;
-      for (std::size_t at = 0; at < values.size(); at += piece)
-        if (auto status = writer.add_step_values(
-                key.first, key.second,
-                std::span(values).subspan(at, std::min(piece, values.size() - at)));
-            !status)
-          return status;
-    }
-    return {};
-  });
+  const auto report =
+      write_mesh(stepped.mesh, sink, stepped.options, [&](Writer& writer) -> Result<void> {
+        for (const auto& [key, values] : stepped.values) {
+          const std::size_t piece = stepped.mesh.stride(key.first) * piece_elements;
+          for (std::size_t at = 0; at < values.size(); at += piece)
+            if (auto status = writer.add_step_values(
+                    key.first, key.second,
+                    std::span(values).subspan(at, std::min(piece, values.size() - at)));
+                !status)
+              return status;
+        }
+        return {};
+      });
   EXPECT_TRUE(report) << (report ? "" : report.error().message());
   return std::move(sink.bytes);
 }
@@ -97,17 +98,18 @@ inline TestMesh two_blocks() {
 
 /// Returns a field of waves over the warped grid, in coding order, that moves from step to step.
 inline Stepped waves(std::uint64_t steps) {
-  Stepped it;
-  it.mesh = grid(12, 11, 10, ScalarType::float64, warped);
-  const std::uint32_t a = add_stepped(it.mesh, array_of("w", Location::point, ScalarType::float64));
+  Stepped stepped;
+  stepped.mesh = grid(12, 11, 10, ScalarType::float64, warped);
+  const std::uint32_t a =
+      add_stepped(stepped.mesh, array_of("w", Location::point, ScalarType::float64));
   for (std::uint64_t step = 0; step < steps; ++step)
-    for (std::uint64_t v = 0; v < it.mesh.vertices; ++v) {
+    for (std::uint64_t v = 0; v < stepped.mesh.vertices; ++v) {
       double p[3];
-      std::memcpy(p, &it.mesh.xyz[v * 24], 24);
-      append(it.values[{a, step}], std::sin(3 * p[0] + p[1]) * std::cos(2 * p[2]) +
-                                       .01 * static_cast<double>(step) * p[0]);
+      std::memcpy(p, &stepped.mesh.xyz[v * 24], 24);
+      append(stepped.values[{a, step}], std::sin(3 * p[0] + p[1]) * std::cos(2 * p[2]) +
+                                            .01 * static_cast<double>(step) * p[0]);
     }
-  return it;
+  return stepped;
 }
 
 /// Returns a small file with all kinds of chunks, several segments, groups, steps and parts; it
@@ -119,18 +121,19 @@ inline Bytes small_file(ScalarType coordinates, const Quantization& quantization
   mesh.schema.coordinate_quantization = quantization;
   mesh.schema.blocks.push_back({2, "others", CellShape::hexahedron, 8});
   for (std::size_t c = 0; c < mesh.cells.size(); ++c) mesh.cells[c].block = c / 9 % 2 == 0;
-  Stepped it = with_steps(std::move(mesh), Order::keep);
-  it.options.group_cells = 9;
-  it.options.segment_cells = 18;
+  Stepped stepped = with_steps(std::move(mesh), Order::keep);
+  stepped.options.group_cells = 9;
+  stepped.options.segment_cells = 18;
   MemorySink sink;
-  const auto report = write_mesh(it.mesh, sink, it.options, [&](Writer& writer) -> Result<void> {
-    for (const auto& [key, values] : it.values)
-      if (auto status = writer.add_step_values(key.first, key.second, values); !status)
-        return status;
-    const double times[] = {0, 1, 2, 3, 4, 5, 6, 7, 8, last_time};
-    if (auto status = writer.set_step_times(times); !status) return status;
-    return writer.add_extra({"title", ScalarType::uint8, Reference::nothing, {5}, Bytes(5)});
-  });
+  const auto report =
+      write_mesh(stepped.mesh, sink, stepped.options, [&](Writer& writer) -> Result<void> {
+        for (const auto& [key, values] : stepped.values)
+          if (auto status = writer.add_step_values(key.first, key.second, values); !status)
+            return status;
+        const double times[] = {0, 1, 2, 3, 4, 5, 6, 7, 8, last_time};
+        if (auto status = writer.set_step_times(times); !status) return status;
+        return writer.add_extra({"title", ScalarType::uint8, Reference::nothing, {5}, Bytes(5)});
+      });
   EXPECT_TRUE(report) << (report ? "" : report.error().message());
   return std::move(sink.bytes);
 }

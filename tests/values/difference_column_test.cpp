@@ -385,16 +385,17 @@ const DomainCase kDomainCases[] = {
 };
 
 TEST(DifferenceColumn, DomainsAreFound) {
-  for (const DomainCase& it : kDomainCases) {
-    SCOPED_TRACE(it.name);
+  for (const DomainCase& domain_case : kDomainCases) {
+    SCOPED_TRACE(domain_case.name);
     for (const std::uint32_t components : {1u, 3u}) {
-      const ArrayInfo info = info_of(it.type, components);
+      const ArrayInfo info = info_of(domain_case.type, components);
       Group group{in_rows(), {}, kLags};
       group.values = values_of(info, group.numbers, [&](std::uint64_t number, std::uint32_t c) {
-        return it.value(smooth(number, c));
+        return domain_case.value(smooth(number, c));
       });
       const auto encoded = expect_back(info, {group})[0];
-      EXPECT_EQ(kinds_of(encoded, components), std::vector<DomainKind>(components, it.kind));
+      EXPECT_EQ(kinds_of(encoded, components),
+                std::vector<DomainKind>(components, domain_case.kind));
       EXPECT_EQ(head_of(encoded, components).count, group.numbers.size());
       EXPECT_LE(3 * encoded.bytes.size(), 2 * group.values.size());
     }
@@ -427,8 +428,8 @@ TEST(DifferenceColumn, ComponentsArePredictedInOneWay) {
 TEST(DifferenceColumn, GroupsWhoseDomainsChange) {
   for (const ScalarType type : {ScalarType::float64, ScalarType::float32, ScalarType::int32}) {
     std::vector<const DomainCase*> cases;
-    for (const DomainCase& it : kDomainCases)
-      if (it.type == type) cases.push_back(&it);
+    for (const DomainCase& domain_case : kDomainCases)
+      if (domain_case.type == type) cases.push_back(&domain_case);
     std::mt19937_64 random(5);
     for (const std::uint32_t components : {1u, 2u, 3u}) {
       const ArrayInfo info = info_of(type, components);
@@ -462,11 +463,11 @@ TEST(DifferenceColumn, WhatIsKnownServesTheNextGroup) {
 }
 
 TEST(DifferenceColumn, TheSameBytesTwice) {
-  for (const DomainCase& it : kDomainCases) {
-    const ArrayInfo info = info_of(it.type, 2);
+  for (const DomainCase& domain_case : kDomainCases) {
+    const ArrayInfo info = info_of(domain_case.type, 2);
     Group group{shuffled(in_rows()), {}, kLags};
     group.values = values_of(info, group.numbers, [&](std::uint64_t number, std::uint32_t c) {
-      return it.value(smooth(number, c));
+      return domain_case.value(smooth(number, c));
     });
     const auto one = expect_back(info, {group, group}), two = expect_back(info, {group, group});
     for (std::size_t g = 0; g < 2; ++g) {

@@ -133,9 +133,9 @@ TEST(TermColumn, ReferencesAreTakenWhereTheyHelp) {
   now[7] = before[8] = kNan;
   EXPECT_TRUE(refers(now, before));
   std::vector<float> ramp, noise;
-  for (const float it : before) {
+  for (const float value : before) {
     ramp.push_back(static_cast<float>(ramp.size()) * 1e-3f);
-    noise.push_back(it - 1024);
+    noise.push_back(value - 1024);
   }
   EXPECT_FALSE(refers(ramp, noise));
 }

@@ -468,9 +468,9 @@ TEST(ValueColumn, CopiesAreFound) {
   const std::size_t half = vertices().size() / 2;
   Elements line;
   for (std::uint32_t i = 0; i < 2 * half; ++i) {
-    Neighbourhood it;
-    it.self = i;
-    line.all.items.push_back(it);
+    Neighbourhood item;
+    item.self = i;
+    line.all.items.push_back(item);
   }
   std::vector<double> once, again;
   for (std::size_t i = 0; i < half; ++i)
@@ -684,17 +684,17 @@ std::vector<Victim> victims() {
   std::mt19937_64 random(10);
   std::vector<Victim> all;
   for (int kind = 0; kind < 32; ++kind) {
-    Victim it;
-    it.elements = grid({4, 3, 3}, kind % 2 == 1);
-    it.plan = some_plan(it.elements, random);
-    it.plan.groups = {20};
-    it.plan.level = kind % 6 == 5 ? Level::best : Level::standard;
+    Victim victim;
+    victim.elements = grid({4, 3, 3}, kind % 2 == 1);
+    victim.plan = some_plan(victim.elements, random);
+    victim.plan.groups = {20};
+    victim.plan.level = kind % 6 == 5 ? Level::best : Level::standard;
     const ScalarType type = std::array{ScalarType::float64, ScalarType::int64, ScalarType::float32,
                                        ScalarType::uint8}[static_cast<std::size_t>(kind) / 2 % 4];
-    it.info = info_of(type, kind % 5 == 0 ? 3 : 1);
-    if (is_float(type) && kind % 8 >= 6) it.info.quantization = Quantization::absolute(0.1, 3);
-    const Bytes values =
-        values_of(it.elements, type, it.info.components, [&](const Point& p, std::uint32_t c) {
+    victim.info = info_of(type, kind % 5 == 0 ? 3 : 1);
+    if (is_float(type) && kind % 8 >= 6) victim.info.quantization = Quantization::absolute(0.1, 3);
+    const Bytes values = values_of(
+        victim.elements, type, victim.info.components, [&](const Point& p, std::uint32_t c) {
           switch (kind / 8) {
             case 0: return smooth(p, c);
             case 1: return std::round(smooth(p, c) * 10) / 10;
@@ -704,25 +704,25 @@ std::vector<Victim> victims() {
                      (1 + static_cast<double>(random() % 9) * 0x1p-50);
           }
         });
-    it.coded = encode(it.info, it.elements, values, it.plan);
-    it.values = values.size();
-    all.push_back(std::move(it));
+    victim.coded = encode(victim.info, victim.elements, values, victim.plan);
+    victim.values = values.size();
+    all.push_back(std::move(victim));
   }
   return all;
 }
 
-void expect_harmless(const Victim& it, const Coded& damaged) {
-  const auto back = decode(it.info, it.elements, damaged, it.plan, 1 << 16);
+void expect_harmless(const Victim& victim, const Coded& damaged) {
+  const auto back = decode(victim.info, victim.elements, damaged, victim.plan, 1 << 16);
   if (back) {
-    EXPECT_EQ(back->size(), it.values);
+    EXPECT_EQ(back->size(), victim.values);
   }
 }
 
 TEST(ValueColumn, DamagedBytesDoNoHarm) {
   std::mt19937_64 random(11);
-  for (const Victim& it : victims())
+  for (const Victim& victim : victims())
     for (int round = 0; round < 120; ++round) {
-      Coded damaged = it.coded;
+      Coded damaged = victim.coded;
       EncodedColumn& group = damaged.groups[random() % damaged.groups.size()];
       switch (round % 4) {
         case 0:
@@ -733,15 +733,15 @@ TEST(ValueColumn, DamagedBytesDoNoHarm) {
         case 2: group.bytes.resize(random() % (group.bytes.size() + 1)); break;
         default: group.codec = static_cast<Codec>(random() % 3);
       }
-      expect_harmless(it, damaged);
+      expect_harmless(victim, damaged);
     }
 }
 
 TEST(ValueColumn, RandomBytesDoNoHarm) {
   std::mt19937_64 random(12);
-  for (const Victim& it : victims())
+  for (const Victim& victim : victims())
     for (int round = 0; round < 120; ++round) {
-      Coded damaged = it.coded;
+      Coded damaged = victim.coded;
       for (EncodedColumn& group : damaged.groups) {
         group.codec = static_cast<Codec>(random() % 4 == 0 ? random() % 3 : 0);
         group.bytes.resize(random() % 60);
@@ -751,7 +751,7 @@ TEST(ValueColumn, RandomBytesDoNoHarm) {
                                      : shape == 1 ? random() & random() & random()
                                                   : random() | random() | random());
       }
-      expect_harmless(it, damaged);
+      expect_harmless(victim, damaged);
     }
 }
 
@@ -810,9 +810,9 @@ TEST(ValueColumn, TrialsCountNoElements) {
   constexpr std::size_t kCovered = 64, kUncovered = 1000;
   TiledItems group;
   for (std::uint32_t i = 0; i < kCovered + kUncovered; ++i) {
-    Neighbourhood it;
-    it.self = i;
-    group.items.push_back(it);
+    Neighbourhood item;
+    item.self = i;
+    group.items.push_back(item);
     group.blocks.push_back(i < kUncovered ? 1 : 0);
   }
   group.tile_begin.push_back(kUncovered + kCovered / 4);
