@@ -102,12 +102,12 @@ class Browser:
             raise RuntimeError(got["exceptionDetails"].get("exception", {}).get("description", script))
         return got["result"].get("value")
 
-    def wait(self, script, timeout=60, what=None):
+    def wait(self, script, timeout=60, title=None):
         """Waits until the expression is true; returns the seconds that this took."""
         began = time.monotonic()
         while not self.run(script):
             if time.monotonic() - began > timeout:
-                raise RuntimeError(f"{what or script}: not in {timeout} seconds; {self.errors}")
+                raise RuntimeError(f"{title or script}: not in {timeout} seconds; {self.errors}")
             time.sleep(0.02)
         return time.monotonic() - began
 

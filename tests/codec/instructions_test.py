@@ -51,8 +51,8 @@ def count(program, library):
              f"--toggle-collect={COUNTED}", f"--dump-after={COUNTED}", program],
             stdout=subprocess.PIPE, text=True, check=True)
         whats = [tuple(line.split(",")) for line in run.stdout.splitlines()]
-        counted = {what: instructions_of(f"{profile}.{place}", os.path.realpath(library))
-                   for place, what in enumerate(whats, 1)}
+        counted = {key: instructions_of(f"{profile}.{place}", os.path.realpath(library))
+                   for place, key in enumerate(whats, 1)}
     if not counted or not all(counted.values()):
         sys.exit(f"{program} does not run with {library}: none of its instructions were counted")
     return counted
@@ -69,19 +69,19 @@ def write_ledger(counted):
     with open(LEDGER, "w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(COLUMNS)
-        writer.writerows([*what, figure] for what, figure in counted.items())
+        writer.writerows([*key, figure] for key, figure in counted.items())
 
 
 def faults(counted, before):
     """Yields a message for each count that has changed too much."""
-    for what in [*before, *(new for new in counted if new not in before)]:
-        mesh, hexahedra, level, way = what
+    for key in [*before, *(new for new in counted if new not in before)]:
+        mesh, hexahedra, level, way = key
         name = f"{mesh}, {hexahedra} hexahedra, level {level}, {way}"
-        if what not in counted or what not in before:
-            yield f"{name}: only {'in the ledger' if what in before else 'counted now'}"
-        elif abs(counted[what] - before[what]) > WITHIN * before[what]:
-            more = 100 * (counted[what] / before[what] - 1)
-            yield (f"{name}: {before[what]} -> {counted[what]} instructions, {more:+.1f} %, "
+        if key not in counted or key not in before:
+            yield f"{name}: only {'in the ledger' if key in before else 'counted now'}"
+        elif abs(counted[key] - before[key]) > WITHIN * before[key]:
+            more = 100 * (counted[key] / before[key] - 1)
+            yield (f"{name}: {before[key]} -> {counted[key]} instructions, {more:+.1f} %, "
                    f"which is not within {100 * WITHIN:g} %")
 
 

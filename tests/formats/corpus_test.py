@@ -47,7 +47,7 @@ def exercised(info):
         kind = (array["role"].split(":")[-1] if array["role"]
                 else f"{array['location']} {array['type']}x{array['components']}")
         arrays[kind] = arrays.get(kind, 0) + 1
-    counts = [f"{n} {what}" for what, n in (("vertices", info["vertices"]),
+    counts = [f"{n} {noun}" for noun, n in (("vertices", info["vertices"]),
                                             ("blocks", len(info["blocks"])),
                                             ("steps", len(info["step_times"])), ("sets", len(info["sets"])),
                                             ("extras", len(info["extras"]))) if n]

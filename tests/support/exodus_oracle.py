@@ -102,15 +102,15 @@ def main():
         sys.exit(2)
     a, b = contents(sys.argv[1]), contents(sys.argv[2])
     differences = []
-    for what in sorted(a.keys() | b.keys()):
-        if what not in b:
-            differences.append(f"{what}: only in the first file")
-        elif what not in a:
-            differences.append(f"{what}: only in the second file")
-        elif a[what] != b[what]:
-            detail = (first_difference(a[what], b[what]) if what.startswith("values")
-                      else f"{shorten(a[what])} against {shorten(b[what])}")
-            differences.append(f"{what}: {detail}")
+    for item in sorted(a.keys() | b.keys()):
+        if item not in b:
+            differences.append(f"{item}: only in the first file")
+        elif item not in a:
+            differences.append(f"{item}: only in the second file")
+        elif a[item] != b[item]:
+            detail = (first_difference(a[item], b[item]) if item.startswith("values")
+                      else f"{shorten(a[item])} against {shorten(b[item])}")
+            differences.append(f"{item}: {detail}")
     for line in differences[:20]:
         print(line)
     if len(differences) > 20:

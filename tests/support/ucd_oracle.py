@@ -50,10 +50,10 @@ def contents(path):
     for part in ("Offsets", "Connectivity"):
         values = vtk_to_numpy(getattr(grid.GetCells(), f"Get{part}Array")())
         found[part.lower()] = values.astype("int64").tobytes()
-    for what, data in (("point", grid.GetPointData()), ("cell", grid.GetCellData())):
+    for place, data in (("point", grid.GetPointData()), ("cell", grid.GetCellData())):
         for i in range(data.GetNumberOfArrays()):
             array = data.GetArray(i)
-            found[f"{what} data {i}"] = (array.GetName(), array.GetNumberOfComponents(),
+            found[f"{place} data {i}"] = (array.GetName(), array.GetNumberOfComponents(),
                                          vtk_to_numpy(array).tobytes())
     return found
 
@@ -62,9 +62,9 @@ def main():
     if len(sys.argv) != 3:
         sys.exit(__doc__)
     a, b = contents(sys.argv[1]), contents(sys.argv[2])
-    wrong = [what for what in sorted(a.keys() | b.keys()) if a.get(what) != b.get(what)]
-    for what in wrong:
-        print(f"{what} differs")
+    wrong = [item for item in sorted(a.keys() | b.keys()) if a.get(item) != b.get(item)]
+    for item in wrong:
+        print(f"{item} differs")
     sys.exit(1 if wrong else 0)
 
 

@@ -89,19 +89,19 @@ class Comparison:
     def __init__(self):
         self.differences = 0
 
-    def same(self, what, a, b):
+    def same(self, title, a, b):
         if a == b:
             return True
         self.differences += 1
-        print(f"{what} differs" + ("" if isinstance(a, bytes) else f": {a!r} against {b!r}"))
+        print(f"{title} differs" + ("" if isinstance(a, bytes) else f": {a!r} against {b!r}"))
         return False
 
-    def arrays(self, what, a, b):
-        if not self.same(f"{what}: number of arrays", a.GetNumberOfArrays(), b.GetNumberOfArrays()):
+    def arrays(self, title, a, b):
+        if not self.same(f"{title}: number of arrays", a.GetNumberOfArrays(), b.GetNumberOfArrays()):
             return
         for i in range(a.GetNumberOfArrays()):
             left, right = a.GetAbstractArray(i), b.GetAbstractArray(i)
-            name = f"{what} array {i} '{left.GetName()}'"
+            name = f"{title} array {i} '{left.GetName()}'"
             if self.same(name, describe(left), describe(right)):
                 self.same(f"{name}: values", bits(left), bits(right))
             self.lookup_tables(name, left, right)
@@ -111,12 +111,12 @@ class Comparison:
         if self.same(f"{name}: has a lookup table", *(t is not None for t in tables)) and tables[0]:
             self.same(f"{name}: lookup table", *(bits(t.GetTable()) for t in tables))
 
-    def attributes(self, what, a, b):
+    def attributes(self, title, a, b):
         for kind in range(vtk.vtkDataSetAttributes.NUM_ATTRIBUTES):
             names = [x.GetAbstractAttribute(kind) for x in (a, b)]
             names = [None if x is None else x.GetName() for x in names]
             label = vtk.vtkDataSetAttributes.GetAttributeTypeAsString(kind)
-            self.same(f"{what}: {label}", *names)
+            self.same(f"{title}: {label}", *names)
 
     def geometry(self, a, b):
         if hasattr(a, "GetExtent"):
@@ -135,11 +135,11 @@ class Comparison:
         if hasattr(a, "GetFaces"):
             self.cells(a, b)
 
-    def cell_arrays(self, what, a, b):
+    def cell_arrays(self, title, a, b):
         for part in ("Offsets", "Connectivity"):
             values = [vtk_to_numpy(getattr(c, f"Get{part}Array")()).astype("int64")
                       for c in (a, b)]
-            self.same(f"{what}: {part.lower()}", values[0].tobytes(), values[1].tobytes())
+            self.same(f"{title}: {part.lower()}", values[0].tobytes(), values[1].tobytes())
 
     def cells(self, a, b):
         if not self.same("number of cells", a.GetNumberOfCells(), b.GetNumberOfCells()):

@@ -119,10 +119,10 @@ def compare_grids(check, a, b):
             check.same("points", *(bits(p) for p in points))
     check.cells(a, b)
     check.same("face locations", bits(a.GetFaceLocations()), bits(b.GetFaceLocations()))
-    for what in ("PointData", "CellData", "FieldData"):
-        check.arrays(what, getattr(a, f"Get{what}")(), getattr(b, f"Get{what}")())
-    for what in ("PointData", "CellData"):
-        check.attributes(what, getattr(a, f"Get{what}")(), getattr(b, f"Get{what}")())
+    for kind in ("PointData", "CellData", "FieldData"):
+        check.arrays(kind, getattr(a, f"Get{kind}")(), getattr(b, f"Get{kind}")())
+    for kind in ("PointData", "CellData"):
+        check.attributes(kind, getattr(a, f"Get{kind}")(), getattr(b, f"Get{kind}")())
 
 
 def compare(path_a, path_b, with_xml):
@@ -218,7 +218,7 @@ def compare_all(directory_a, directory_b):
     for name in sorted(os.listdir(directory_a)):
         result = compare(os.path.join(directory_a, name), os.path.join(directory_b, name), True)
         if result:
-            print(f"so much for {name}")
+            print(f"{name}: failed, see above")
         worst = max(worst, result)
     return worst
 

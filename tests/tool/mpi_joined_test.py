@@ -84,8 +84,8 @@ class JoinedTest(RanksTest):
         self.assertEqual(done.returncode, 0, done.stderr)
         self.expect_joined(back, parts, counts, "--segment-cells", 40, *options)
         mine, all_of_it = Joined([Exodus(back)]).in_order(), Joined([Exodus(whole)]).in_order()
-        for what, values in all_of_it.items():
-            self.assertTrue(mine[what] == values, what)
+        for kind, values in all_of_it.items():
+            self.assertTrue(mine[kind] == values, kind)
 
     # --- parts that shm_mpi wrote itself
 
@@ -104,10 +104,10 @@ class JoinedTest(RanksTest):
         self.assertEqual(shm("decompress", packed, "-o", whole, "--format", "exodus").returncode, 0)
         mine, all_of_it = Joined([Exodus(back)]).in_order(), Joined([Exodus(whole)]).in_order()
         names = Exodus(whole).get("name_nod_var") + Exodus(whole).get("name_elem_var")
-        for what in ("nodal", "element"):  # attributes and other data have become fields
-            mine[what] = {key: v for key, v in mine[what].items() if key[0] in names}
-        for what in ("nodes", "cells", "nodal", "element", "node sets", "side sets"):
-            self.assertTrue(mine[what] == all_of_it[what], f"{what} of {n} parts: {mesh}")
+        for kind in ("nodal", "element"):  # attributes and other data have become fields
+            mine[kind] = {key: v for key, v in mine[kind].items() if key[0] in names}
+        for kind in ("nodes", "cells", "nodal", "element", "node sets", "side sets"):
+            self.assertTrue(mine[kind] == all_of_it[kind], f"{kind} of {n} parts: {mesh}")
         for part in range(n):
             os.remove(f"{out}.{n}.{part}")
 

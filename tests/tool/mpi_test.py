@@ -135,11 +135,11 @@ class MpiTest(RanksTest):
                 if kind == "float" and name in part.values:
                     part.values[name] = [Exodus.number("float", v) for v in part.values[name]]
         expected, got = Joined([whole]).in_order(), Joined(parts, whole).in_order()
-        for what in ("nodal", "element"):
+        for kind in ("nodal", "element"):
             of_whole = whole.get("name_nod_var") + whole.get("name_elem_var")
-            got[what] = {key: v for key, v in got[what].items() if key[0] in of_whole}
-        for what, values in expected.items():
-            self.assertTrue(got[what] == values, f"{what} of {n} parts: {mesh} {options}")
+            got[kind] = {key: v for key, v in got[kind].items() if key[0] in of_whole}
+        for kind, values in expected.items():
+            self.assertTrue(got[kind] == values, f"{kind} of {n} parts: {mesh} {options}")
         for part in paths:
             os.remove(part)
         return parts
