@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""The boundary surface is what VTK's vtkGeometryFilter finds, of meshes that are made and of the corpus.
+"""The boundary surface equals that of VTK's vtkGeometryFilter, for generated meshes and for the corpus.
 
-    boundary_test.py LIBSHMFORMAT_C.SO SHM [--all]      SHM: path of the tool; SHM_CORPUS: folder of the corpus
+  boundary_test.py LIBSHMFORMAT_C.SO SHM [--all]      SHM: path of the tool; SHM_CORPUS: folder of the corpus
 
-Of the corpus small files are looked at, with --all every one. Faces are compared as sets of vertices, of cells without
-their nodes of second order. VTK's filter hides a face where any other cell, of whatever dimensions, has all of its vertices,
-and counts a cell that has a vertex twice as two; such a face, and no other, may be ours alone, and must be a side of one
-cell only.
+Of the corpus only small files are read; with --all, every file. Faces are compared as sets of vertices, of cells without
+their second-order nodes. VTK's filter hides a face if any other cell, of any dimension, has all of its vertices, and
+counts a cell that has a vertex twice as two cells. Only such faces may be missing from VTK's result; each must be a side
+of exactly one cell.
 """
 import os
 import subprocess
@@ -35,7 +35,7 @@ import shmformat  # noqa: E402
 from vtk_corpus import corpus  # noqa: E402
 
 MOST_BYTES = 1 << 17
-# By shape: VTK's type of its corners alone, and how many these are.
+# By shape: VTK's type of the linear cell, and its number of corners.
 LINEAR = {"vertex": (1, 1), "line": (3, 2), "triangle": (5, 3), "quad": (9, 4), "tetrahedron": (10, 4), "hexahedron": (12, 8),
           "wedge": (13, 6), "pyramid": (14, 5)}
 SIDES = {"tetrahedron": ((0, 1, 3), (1, 2, 3), (0, 3, 2), (0, 2, 1)),
@@ -46,7 +46,7 @@ POLYGON, POLYHEDRON = 7, 42
 
 
 def faces_of(nodes):
-    """Of a polyhedron; nothing where its nodes are no faces, each closed by its first vertex."""
+    """Returns the faces of a polyhedron; an empty list if its nodes are not faces that each end with their first vertex."""
     faces, at = [], 0
     while at < len(nodes):
         if nodes[at] not in nodes[at + 1:]:
@@ -58,12 +58,12 @@ def faces_of(nodes):
 
 
 class Grid:
-    """The cells of a mesh that have a geometry, by their corners: for VTK, and to be looked at."""
+    """The cells of a mesh that have a geometry, given by their corners: as a VTK grid and as lists."""
 
     def __init__(self, mesh):
         cells = mesh.cells
         shapes = [block.shape for block in mesh.blocks]
-        self.cells = []  # shape and corners; of polyhedra all nodes
+        self.cells = []  # shape and corners; for polyhedra all nodes
         self.grid = vtkUnstructuredGrid()
         points = vtkPoints()
         points.SetData(numpy_to_vtk(mesh.points, deep=True))
@@ -94,7 +94,7 @@ class Grid:
         self.cells.append((shape, nodes))
 
     def boundary(self):
-        """Faces as sets of vertices, as VTK finds them."""
+        """Returns VTK's faces as sets of vertices."""
         if not self.cells:
             return set()
         chosen = vtkGeometryFilter()
@@ -112,7 +112,7 @@ class Grid:
         return faces
 
     def sides(self, cell):
-        """Of a cell, as sets of vertices, those that it has twice left out."""
+        """Returns the sides of a cell as sets of vertices, without sides that contain a vertex twice."""
         shape, nodes = self.cells[cell]
         cycles = faces_of(nodes) if shape == "faces" else [[nodes[at] for at in side] for side in SIDES.get(shape, ())]
         odd = set()
@@ -121,7 +121,7 @@ class Grid:
         return odd
 
     def reasons(self, faces):
-        """Of faces that VTK has not: whether one volume cell alone has it, and whether VTK hides it."""
+        """For faces that VTK does not have, returns whether a single volume cell has each, and whether VTK hides it."""
         at = defaultdict(list)
         wanted = {vertex for face in faces for vertex in face}
         for cell, (_, nodes) in enumerate(self.cells):
@@ -147,7 +147,7 @@ class Case(unittest.TestCase):
         self.packed = Path(folder.name) / "run.shm"
 
     def compare(self, path):
-        """How many faces there are."""
+        """Compares the boundaries of a file. Returns the number of faces."""
         with shmformat.open(path) as mesh:
             found = mesh.boundary()
             grid = Grid(mesh)
@@ -163,7 +163,7 @@ class Case(unittest.TestCase):
 
 class Made(Case):
     def made(self, points, blocks):
-        """Of (shape, cells) each."""
+        """Writes a mesh of these blocks, given as (shape, cells)."""
         cells = [np.array(rows) for _, rows in blocks]
         offsets = np.concatenate([[0], np.cumsum(np.concatenate([np.full(len(rows), rows.shape[1]) for rows in cells]))])
         types = np.concatenate([np.full(len(rows), LINEAR[shape][0], np.uint8) for (shape, _), rows in zip(blocks, cells)])
@@ -197,7 +197,7 @@ class Made(Case):
         self.assertEqual(self.compare(self.made(points, [("hexahedron", [list(range(8))])])), 6)
 
     def test_sides_look_outward(self):
-        """Of a mesh whose cells are positive, the volume within is the sum of theirs."""
+        """If all cells have a positive volume, the volume within the boundary is the sum of their volumes."""
         subprocess.run([Path(SHM).with_name("shm_make_mesh"), "tets", "500", self.packed.with_suffix(".vtk"), "--fields",
                         "none"], check=True, stdout=subprocess.DEVNULL)
         subprocess.run([SHM, "compress", "-q", self.packed.with_suffix(".vtk"), "-o", self.packed], check=True)
@@ -206,7 +206,7 @@ class Made(Case):
             cells = mesh.points[mesh.cells.connectivity.reshape(-1, 8)].astype(float)
         quads = found.points[found.connectivity.reshape(-1, 4)].astype(float)
 
-        def within(q):  # 6 times
+        def within(q):  # 6 times the volume
             return sum(np.einsum("...i,...i", q[..., 0, :], np.cross(q[..., a, :], q[..., a + 1, :])).sum() for a in (1, 2))
 
         self.assertGreater(within(quads), 0)

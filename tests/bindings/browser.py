@@ -1,4 +1,4 @@
-"""Chromium without a screen, driven by its own pipe: messages of the DevTools protocol, each ended by a zero byte."""
+"""Headless Chromium, controlled through a pipe: messages of the DevTools protocol, each ended by a zero byte."""
 import base64
 import json
 import os
@@ -15,13 +15,13 @@ PROGRAM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil
 
 
 class Browser:
-    """One page. Whatever its console reports as an error, or it throws, is in `errors`."""
+    """One page. `errors` contains all errors that its console reports and all exceptions."""
 
     def __init__(self, width=900, height=600, dark=False):
         self.folder = tempfile.mkdtemp(prefix="shm-browser-")
         to_read, self.write = os.pipe()
         self.read, to_write = os.pipe()
-        # It reads from descriptor 3, and writes to 4.
+        # The browser reads from descriptor 3 and writes to 4.
         self.process = subprocess.Popen(
             ["bash", "-c", f'exec 3<&{to_read} 4>&{to_write}; exec "$0" "$@"', PROGRAM, "--headless=new", "--no-sandbox",
              "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--remote-debugging-pipe", "--no-first-run",
@@ -54,7 +54,7 @@ class Browser:
         shutil.rmtree(self.folder, ignore_errors=True)
 
     def take(self, timeout):
-        """The next message; None where none came."""
+        """Returns the next message; None after a timeout."""
         while b"\0" not in self.pending:
             if not select.select([self.read], [], [], timeout)[0]:
                 return None
@@ -96,29 +96,29 @@ class Browser:
         self.call("Page.navigate", url=url)
 
     def run(self, script):
-        """The value of an expression, of a promise what it becomes."""
+        """Returns the value of an expression; for a promise, its result."""
         got = self.call("Runtime.evaluate", expression=script, returnByValue=True, awaitPromise=True)
         if "exceptionDetails" in got:
             raise RuntimeError(got["exceptionDetails"].get("exception", {}).get("description", script))
         return got["result"].get("value")
 
-    def wait(self, script, timeout=60, what=None):
-        """Seconds until it is true."""
+    def wait(self, script, timeout=60, title=None):
+        """Waits until the expression is true; returns the seconds that this took."""
         began = time.monotonic()
         while not self.run(script):
             if time.monotonic() - began > timeout:
-                raise RuntimeError(f"{what or script}: not in {timeout} seconds; {self.errors}")
+                raise RuntimeError(f"{title or script}: not in {timeout} seconds; {self.errors}")
             time.sleep(0.02)
         return time.monotonic() - began
 
     def processor_seconds(self):
-        """What all its processes have taken that are still there."""
+        """Returns the processor time of all of its processes that still exist."""
         of, taken = {}, {}
         for stat in Path("/proc").glob("[0-9]*/stat"):
             try:
                 words = stat.read_text().rpartition(")")[2].split()
             except OSError:
-                continue  # it has ended
+                continue  # the process has ended
             of[int(stat.parent.name)] = int(words[1])
             taken[int(stat.parent.name)] = int(words[11]) + int(words[12])
         total = 0
@@ -144,7 +144,7 @@ class Browser:
             self.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button=button, buttons=held, clickCount=1)
 
     def touch(self, *fingers):
-        """Fingers, each a list of places as long as the others: down, moved, and up."""
+        """Touches the page with fingers, given as lists of positions of equal length: down, moves, up."""
         for i, places in enumerate(zip(*fingers)):
             self.call("Input.dispatchTouchEvent", type="touchMove" if i else "touchStart",
                       touchPoints=[{"x": x, "y": y, "id": finger} for finger, (x, y) in enumerate(places)])
@@ -154,7 +154,7 @@ class Browser:
         self.call("Input.dispatchMouseEvent", type="mouseWheel", x=place[0], y=place[1], deltaX=0, deltaY=lines)
 
     def named_controls(self):
-        """(role, name) of each control that programs for blind people are told of."""
+        """Returns (role, name) of each control that the browser reports to screen readers."""
         self.call("Accessibility.enable")
         controls = {"button", "checkbox", "combobox", "slider", "textbox", "image", "DisclosureTriangle", "link", "radio"}
         return [(node["role"]["value"], node.get("name", {}).get("value", ""))
@@ -162,17 +162,17 @@ class Browser:
                 if not node["ignored"] and node["role"]["value"] in controls]
 
     def picture(self, selector):
-        """Pixels where an element is, as (width, height, list of (r, g, b))."""
+        """Returns the pixels of an element as (width, height, list of (r, g, b))."""
         box = self.run(f"(() => {{ const b = document.querySelector({json.dumps(selector)}).getBoundingClientRect();"
                        " return [b.left, b.top, b.width, b.height]; })()")
-        # Two frames later all is drawn.
+        # After two frames, everything is drawn.
         self.run("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
         png = self.call("Page.captureScreenshot", clip=dict(zip(("x", "y", "width", "height"), box), scale=1))["data"]
         return pixels(base64.b64decode(png))
 
 
 def pixels(png):
-    """Of a PNG file with 8 bits and 3 or 4 parts."""
+    """Returns the pixels of a PNG file with 8 bits per channel and 3 or 4 channels."""
     at, packed = 8, b""
     while at < len(png):
         length, kind = struct.unpack(">I4s", png[at:at + 8])

@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
-"""The binary face of the C interface stays what it was.
+"""The binary interface of the C library is unchanged.
 
     c_abi_test.py              compares
-    c_abi_test.py --renew      writes bindings/c/shmformat.abi anew: until the format is 1.0, on purpose, in a
+    c_abi_test.py --renew      updates bindings/c/shmformat.abi: until the format is 1.0, only on purpose, in a
                                commit of its own
 
-What the header declares is compiled as a library of empty functions, and described by abidw. (The library's own
-sources include the header, so the compiler holds them to it; that they define all of it is what
-c_library_test.py looks at.) New functions are welcome; any other change fails.
+The declarations of the header are compiled as a library of empty functions, which abidw describes. (The library's own
+sources include the header, so that the compiler checks that they agree with it; c_library_test.py checks that they
+define every function.) New functions are allowed; any other change fails.
 """
 import re
 import subprocess
@@ -27,14 +27,14 @@ def run(*command, **more):
 
 
 def described(header, folder):
-    """The face of a header, as abidw describes it: a file in the folder."""
+    """Describes the interface of a header with abidw: returns a file in the folder."""
     plain = re.sub(r"/\*.*?\*/", " ", header, flags=re.S)
     (folder / "shmformat.h").write_text(header, encoding="utf-8")
     bodies = []
     for kind, name, arguments in PROTOTYPE.findall(plain):
         body = "{}" if kind.strip() == "void" else "{ return 0; }"
         bodies.append(f"{kind}{name}{arguments} {body}")
-    source, library, out = "face.c", "libface.so", "face.abi"  # no path of this machine stands in the description
+    source, library, out = "face.c", "libface.so", "face.abi"  # relative, so that the description contains no path of this machine
     (folder / source).write_text('#include "shmformat.h"\n' + "\n".join(bodies) + "\n", encoding="utf-8")
     for command in (("gcc", "-std=c99", "-g", "-shared", "-fPIC", "-Wl,-soname,libshmformat_c.so.1", source, "-o", library),
                     ("abidw", "--no-show-locs", "--no-comp-dir-path", "--no-corpus-path", "--no-elf-needed", library,
@@ -53,7 +53,7 @@ class Face(unittest.TestCase):
         self.header = HEADER.read_text(encoding="utf-8")
 
     def difference(self, header):
-        """What abidiff says of a header beside the description; nothing where only functions were added."""
+        """Returns abidiff's report on a header compared with the description; None if only functions were added."""
         face, _ = described(header, self.folder)
         done = run("abidiff", "--no-added-syms", DESCRIPTION, face)
         return "" if done.returncode == 0 else done.stdout + done.stderr

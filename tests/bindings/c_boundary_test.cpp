@@ -1,5 +1,5 @@
-// The boundary surface by the C interface: what the library finds, of whole files and of pieces;
-// and what it says where it is called wrongly.
+// The boundary surface through the C interface: it equals the library's result, for whole files and
+// for pieces; and errors of wrong calls.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -46,7 +46,7 @@ CBoundary found(shmf_file* file, const WantedArrays& wanted = {},
   return CBoundary(boundary);
 }
 
-/// What a caller sees, in the library's shape.
+/// Returns the surface that a caller sees, as the library's type.
 BoundarySurface seen(const shmf_boundary* boundary, std::size_t arrays) {
   shmf_surface told{};
   told.struct_size = sizeof told;
@@ -87,7 +87,7 @@ TEST(CBoundary, IsWhatTheLibraryFinds) {
     const CBoundary whole = found(file.get(), kAll);
     EXPECT_TRUE(seen(whole.get(), 7) == expected(bytes, kAll));
     EXPECT_GT(seen(whole.get(), 7).face_count(), 100u);
-    // Without options, and when the file is closed.
+    // Without options, and after the file is closed.
     shmf_boundary* plain = nullptr;
     ASSERT_EQ(shmf_find_boundary(file.get(), nullptr, nullptr, &plain, nullptr), SHMF_OK);
     const CBoundary owner(plain);
@@ -108,7 +108,7 @@ TEST(CBoundary, OfEveryGoldenFileIsWhatTheLibraryFinds) {
   }
 }
 
-/// The faces of some cells that one of them alone has, by its number and their vertices.
+/// Returns the faces that belong to exactly one of some cells, by cell number and vertices.
 std::multiset<std::pair<std::uint64_t, std::set<std::uint64_t>>> counted(const Mesh& mesh,
                                                                          std::uint64_t first,
                                                                          std::uint64_t end) {
@@ -164,7 +164,7 @@ TEST(CBoundary, OfSelectedCells) {
       EXPECT_EQ(std::memcmp(&surface.arrays[1][f * 16], &mesh->arrays[1][number * 16], 16), 0);
       EXPECT_EQ(std::memcmp(&surface.arrays[4][f * 8], &mesh->steps[4][2][number * 8], 8), 0);
     }
-    // Of all cells it is that of the file, piece or not.
+    // For all cells, the boundary of the piece equals that of the file.
     EXPECT_TRUE(first != 0 || surface == expected(bytes, kAll));
   }
 }
@@ -208,7 +208,7 @@ TEST(CBoundary, RefusesWhatMakesNoSense) {
   EXPECT_EQ(status_of(options, "1000 bytes"), SHMF_OVER_LIMIT);
   options.struct_size = 0;
   EXPECT_EQ(status_of(options, "struct_size"), SHMF_MISUSE);
-  // An older caller knows fewer members.
+  // A caller compiled with an older header knows fewer members.
   options = WantedArrays().options();
   options.max_bytes = 1;
   options.struct_size = offsetof(shmf_boundary_options, max_bytes);

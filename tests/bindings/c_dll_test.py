@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""The C library for Windows, as C programs have it there.
+"""The C library for Windows, as C programs use it there.
 
-    c_dll_test.py SHMFORMAT_C.DLL IMPORT_LIBRARY RUNNER
+  c_dll_test.py SHMFORMAT_C.DLL IMPORT_LIBRARY RUNNER
 
-RUNNER runs a program for Windows here. The library exports all functions that the header declares and
-nothing else, and needs none but the system's libraries. The examples are C for its
-compiler, too: what one of them writes, and does not replace unasked, the other reads.
+RUNNER runs a Windows program on this machine. The library exports exactly the functions that the header declares, and
+depends only on libraries of the system. The examples compile with its C compiler: one writes a file, which it
+does not replace by default, and the other reads it.
 """
 import re
 import shutil

@@ -1,4 +1,5 @@
-// The C interface where memory runs out, at each allocation in turn: a status, and no leak.
+// The C interface if memory runs out, at each allocation in turn: it returns a status and does not
+// leak.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -10,7 +11,8 @@
 
 namespace {
 
-// So many allocations more succeed; negative: all do. Behind them one fails, or all do.
+// Number of further allocations that succeed; negative: all. After these, one allocation fails or
+// all fail.
 long allowed = -1;
 bool for_good = true, has_failed = false;
 
@@ -42,8 +44,8 @@ void* taken(std::size_t bytes) {
 namespace shm {
 namespace {
 
-/// Calls `work` again and again, with more and more memory, until it has enough; the allocation
-/// that fails is one alone, or all that follow fail, too.
+/// Calls `work` repeatedly with more and more memory until it succeeds. Either a single allocation
+/// fails, or all later ones fail too.
 template <class Work>
 void with_little_memory(Work&& work) {
   for (const bool all : {true, false}) {
@@ -55,7 +57,7 @@ void with_little_memory(Work&& work) {
       const shmf_status status = work();
       const bool enough = !has_failed;
       allowed = -1;
-      // Who can go on without that one does.
+      // Code that can do without the memory continues.
       ASSERT_TRUE(status == SHMF_NO_MEMORY || (status == SHMF_OK && (enough || !all)))
           << "allocation " << n << ", status " << status;
       refused += status == SHMF_NO_MEMORY ? 1 : 0;
@@ -152,7 +154,7 @@ TEST(CFailures, WritingTellsOfEachAllocationThatFails) {
       status = shmf_writer_values(writer, 0, 0, values, sizeof values, nullptr);
     if (status == SHMF_OK) status = shmf_writer_finish(writer, nullptr, nullptr);
     if (status != SHMF_OK && writer != nullptr) {
-      // What failed stays so.
+      // A writer that failed stays failed.
       EXPECT_EQ(shmf_writer_finish(writer, nullptr, nullptr), SHMF_NO_MEMORY);
     }
     shmf_writer_free(writer);

@@ -1,5 +1,5 @@
-// What the tests of the C interface share: handles that close themselves, targets with memory of
-// their own, and a file with something of everything.
+// Shared code of the tests of the C interface: handles that close themselves, targets with their
+// own memory, and a file with every kind of data.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -43,7 +43,7 @@ inline File opened(std::span<const std::byte> bytes, bool damaged = false) {
   return File(file);
 }
 
-/// A target with memory of its own, and some behind it that must be left alone.
+/// A target with its own memory, followed by bytes that must not be written.
 struct Wanted {
   static constexpr std::size_t kBehind = 16;
   shmf_target target{};
@@ -58,7 +58,7 @@ struct Wanted {
     target.step = step;
     target.flags = flags;
   }
-  /// What it took.
+  /// Returns the bytes that were used.
   Bytes bytes() const {
     const auto all = std::as_bytes(std::span(memory));
     return {all.begin(), all.begin() + static_cast<std::ptrdiff_t>(target.used)};
@@ -71,7 +71,7 @@ struct Wanted {
   }
 };
 
-/// Asks how much there is, then reads it all in one call.
+/// Asks for the sizes, then reads everything in one call.
 inline shmf_status read_all(shmf_file* file, std::vector<Wanted>& wanted, shmf_error& why) {
   std::vector<shmf_target> targets;
   for (const Wanted& it : wanted) targets.push_back(it.target);
@@ -100,7 +100,7 @@ Bytes raw(const std::vector<T>& values) {
   return {bytes.begin(), bytes.end()};
 }
 
-/// Points and cells of two blocks, arrays of all kinds, steps.
+/// Returns a file with points and cells of two blocks, arrays of all kinds, and steps.
 inline Bytes two_blocks_file(Order order = Order::keep, std::uint64_t segment_cells = 0) {
   Mesh mesh;
   const TestMesh from = grid(9, 8, 7, ScalarType::float64, warped, porous);

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""The C interface as C programs have it.
+"""The C interface as C programs use it.
 
-    c_library_test.py LIBSHMFORMAT_C.SO
+  c_library_test.py LIBSHMFORMAT_C.SO
 
-The header is C99 and C++11 without a warning, alone and beside the headers of POSIX shared memory, and
-the example in its head is a program that does what it says. The library exports shmf_* of one version,
-all that the header declares and nothing else, and is small.
+The header compiles as C99 and C++11 without warnings, alone and together with the headers of POSIX shared memory, and
+the example in its introduction is a correct program. The library exports symbols shmf_* of one version, exactly
+those that the header declares, and is small.
 """
 import re
 import shutil
@@ -24,7 +24,7 @@ MESH = ROOT / "tests" / "golden" / "0.10" / "keep.shm"
 MOST_BYTES = 2_500_000
 LIBRARY = None
 
-# What stands around the example in the head of the header.
+# The program around the example in the introduction of the header.
 PROGRAM = r"""
 #include <inttypes.h>
 #include <stdio.h>
@@ -76,7 +76,7 @@ class Library(unittest.TestCase):
         self.compiles("gcc", "c99", text + beside, "b.c", "-D_XOPEN_SOURCE=700", "-fsyntax-only")
 
     def test_the_example_of_the_header_works(self):
-        # A struct that is begun and not ended in braces is filled with zeros, as the example means.
+        # Members that an initializer leaves out are zero, which the example relies on.
         self.compiles("gcc", "c99", program_of_the_header(), "example.c", "-Wno-missing-field-initializers", LIBRARY,
                       f"-Wl,-rpath,{LIBRARY.parent}", "-o", self.path / "example")
         shutil.copy(MESH, self.path / "run.shm")
@@ -99,7 +99,7 @@ class Library(unittest.TestCase):
         self.compiles("gcc", "c99", text, "readme.c", "-Wno-missing-field-initializers", "-c", "-o", self.path / "o")
 
     def example(self, name, *arguments):
-        """What an example prints."""
+        """Runs an example; returns the finished process."""
         text = (EXAMPLES / f"{name}.c").read_text(encoding="utf-8")
         self.assertLessEqual(text.count("\n"), 60)
         self.compiles("gcc", "c99", text, f"{name}.c", "-Wno-missing-field-initializers", LIBRARY,
@@ -111,7 +111,7 @@ class Library(unittest.TestCase):
         done = self.example("write_steps", bar)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         again = self.example("write_steps", bar)
-        self.assertEqual(again.returncode, 7)  # SHMF_OUTPUT: nothing is replaced unasked
+        self.assertEqual(again.returncode, 7)  # SHMF_OUTPUT: nothing is replaced by default
         self.assertIn("is there already", again.stderr)
         done = self.example("first_array", bar)
         self.assertEqual(done.stdout, "404 vertices, 100 cells\ntemperature: 300 to 310\n", done.stderr)

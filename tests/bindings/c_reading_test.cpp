@@ -1,5 +1,5 @@
-// Reading by the C interface: what it reads is what the library reads, of every golden file; and
-// what it says where it is called wrongly.
+// Reading through the C interface: it returns the same data as the library, for every golden file;
+// and errors of wrong calls.
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -18,7 +18,8 @@
 namespace shm {
 namespace {
 
-/// Everything of a file by the C interface is what read_mesh() says.
+/// Checks that everything read from a file through the C interface equals the result of
+/// read_mesh().
 void expect_same(shmf_file* file, const Mesh& mesh) {
   shmf_error why{};
   shmf_info info{};
@@ -100,7 +101,8 @@ void expect_same(std::span<const std::byte> bytes, const File& file) {
     expect_same(file.get(), *mesh);
     return;
   }
-  // The numbers of one file's vertices are not those from 0 on: there are no whole arrays of it.
+  // The vertices of this file are not numbered consecutively from 0, so that it has no whole
+  // arrays.
   EXPECT_EQ(mesh.error().code, ErrorCode::corrupt);
   std::vector<Wanted> wanted{{SHMF_POINTS, SHMF_FLOAT64}};
   shmf_error why{};
@@ -137,7 +139,7 @@ TEST(CInterface, EveryGoldenFileReadsAsAWholeMesh) {
   EXPECT_GT(members, 0);
 }
 
-/// What a selection gives is what the whole mesh has there.
+/// Checks that a selection returns the corresponding part of the whole mesh.
 void expect_piece(std::span<const std::byte> bytes, const shmf_selection& selection) {
   MemorySource source(bytes);
   const auto mesh = read_mesh(source);
@@ -173,7 +175,7 @@ void expect_piece(std::span<const std::byte> bytes, const shmf_selection& select
   for (const std::uint64_t v : vertices) copied(points, mesh->xyz, v, 24);
   EXPECT_EQ(wanted[0].bytes(), points);
   const auto corners = wanted[1].values<std::int32_t>(), begin = wanted[2].values<std::int32_t>();
-  std::vector<std::uint64_t> element(mesh->cell_count());  // of the arrays on block 1
+  std::vector<std::uint64_t> element(mesh->cell_count());  // number within the arrays on block 1
   std::uint64_t next = 0;
   for (std::size_t c = 0; c < element.size(); ++c)
     if (mesh->cell_blocks[c] == 1) element[c] = next++;
@@ -301,15 +303,15 @@ TEST(CInterface, WrongTargetsAreMisuseBeforeAnyIsFilled) {
   refused({SHMF_POINTS, 0}, 400000, "no type 0");
 }
 
-// The index says how many cells each block has, and with it how much room an array takes.
+// The index gives the number of cells of each block, which determines the size of an array.
 TEST(CInterface, AnIndexThatLiesAboutBlocksIsCorrupt) {
   const Bytes bytes = two_blocks_file();
   for (const int more : {-1, 1}) {
-    const Bytes lying = with_index(bytes, [&](container::Index& index) {
+    const Bytes inconsistent = with_index(bytes, [&](container::Index& index) {
       index.block_cells[0] += static_cast<std::uint64_t>(more);
       index.block_cells[1] -= static_cast<std::uint64_t>(more);
     });
-    const File file = opened(lying);
+    const File file = opened(inconsistent);
     for (const std::uint32_t array : {2u, 5u}) {  // static, and at steps: both on block 1
       std::vector<Wanted> wanted{{SHMF_VALUES, SHMF_FLOAT64, array}};
       shmf_error why{};
@@ -359,7 +361,7 @@ TEST(CInterface, CallsFromWithinACallAreMisuse) {
   EXPECT_EQ(shmf_verify(file.get(), nullptr, nullptr), SHMF_OK);
 }
 
-// A caller may have been compiled with a header that knew fewer members, or will know more.
+// A caller may have been compiled with a header that had fewer members, or will have more.
 TEST(CInterface, StructsMayBeShorterAndLonger) {
   const Bytes bytes = two_blocks_file();
   const File file = opened(bytes);
@@ -387,7 +389,7 @@ TEST(CInterface, StructsMayBeShorterAndLonger) {
   EXPECT_EQ(shmf_get_info(file.get(), nullptr, &why), SHMF_MISUSE);
 }
 
-/// A source that counts, and fails where it is told to.
+/// A source that counts its reads and can be made to fail.
 struct Fetched {
   std::span<const std::byte> bytes;
   std::uint64_t reads = 0, read_bytes = 0, fails_at = ~std::uint64_t{0};
@@ -458,7 +460,7 @@ TEST(CInterface, SourcesAreClosedOnceAndMayFailAnywhere) {
   EXPECT_EQ(fetched.closed, 2);
 }
 
-// What nobody wants is not fetched.
+// Data that was not requested is not read.
 TEST(CInterface, OnlyWhatIsWantedIsRead) {
   const Bytes bytes = two_blocks_file();
   const auto fetched_for = [&](std::vector<Wanted> wanted) {
@@ -534,7 +536,7 @@ TEST(CInterface, ACallerMayEndARun) {
   EXPECT_EQ(shmf_read(file.get(), &target, 1, nullptr, &why), SHMF_OK);
 }
 
-// Of a file that lost its end, what is left of it.
+// From a truncated file, everything that is left can be read.
 TEST(CInterface, DamagedFilesGiveWhatIsWhole) {
   const Bytes bytes = two_blocks_file();
   const File whole = opened(bytes);
@@ -554,7 +556,7 @@ TEST(CInterface, DamagedFilesGiveWhatIsWhole) {
   EXPECT_EQ(shmf_verify(left.get(), nullptr, &why), SHMF_MISUSE);
 }
 
-// Every faulty file is refused by an open or a verify, or by reading all of it.
+// Every faulty file is refused when it is opened or verified, or by reading all of it.
 TEST(CInterface, EveryFaultyFileIsRefused) {
   for (const auto& entry : std::filesystem::directory_iterator(faulty_folder())) {
     if (entry.path().extension() != ".shm") continue;
@@ -566,13 +568,13 @@ TEST(CInterface, EveryFaultyFileIsRefused) {
     const File owner(file);
     if (status == SHMF_OK && shmf_member_count(file) == 0)
       status = shmf_verify(file, nullptr, &why);
-    if (status == SHMF_OK && shmf_member_count(file) > 0) continue;  // a member is wrong
+    if (status == SHMF_OK && shmf_member_count(file) > 0) continue;  // a member is faulty
     EXPECT_NE(status, SHMF_OK);
     EXPECT_GT(std::strlen(why.message), 10u);
   }
 }
 
-/// All of a stream, in pieces of `piece` bytes.
+/// Decodes a whole stream in pieces of `piece` bytes.
 std::map<std::int32_t, int> decoded(std::span<const std::byte> bytes, std::size_t piece, Bytes& xyz,
                                     shmf_status& status,
                                     const shmf_open_options* options = nullptr) {

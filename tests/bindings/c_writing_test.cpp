@@ -1,4 +1,4 @@
-// Writing by the C interface: what it writes is what the library writes.
+// Writing through the C interface: it writes the same files as the library.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -12,7 +12,7 @@
 namespace shm {
 namespace {
 
-/// Gives `writer` the schema of a mesh.
+/// Passes the schema of a mesh to `writer`.
 void declare(shmf_writer* writer, const Schema& schema) {
   shmf_error why{};
   for (const BlockInfo& block : schema.blocks) {
@@ -39,7 +39,7 @@ void declare(shmf_writer* writer, const Schema& schema) {
   }
 }
 
-/// A writer whose file comes into `out`.
+/// Returns a writer whose file is stored in `out`.
 CWriter writer_into(Bytes& out, const shmf_write_options& options) {
   shmf_writer* writer = nullptr;
   shmf_error why{};
@@ -61,7 +61,7 @@ shmf_target given(std::int32_t what, std::int32_t type, const Bytes& bytes,
   return target;
 }
 
-/// Steps, times and extras of a mesh.
+/// Writes steps, times and extras of a mesh.
 void write_rest(shmf_writer* writer, const Mesh& mesh) {
   shmf_error why{};
   for (std::uint32_t a = 0; a < mesh.steps.size(); ++a)
@@ -118,7 +118,7 @@ TEST(CInterface, WhatItWritesIsWhatTheLibraryWrites) {
           given(SHMF_POINTS, SHMF_FLOAT64, mesh.xyz),
           given(SHMF_CORNERS, narrow ? SHMF_INT32 : SHMF_UINT64, narrow ? few : many),
           given(SHMF_CELL_BLOCKS, SHMF_INT32, blocks)};
-      // Blocks say how many corners their cells have.
+      // Blocks give the number of corners of their cells.
       if (!narrow) arrays.push_back(given(SHMF_CORNER_BEGIN, SHMF_INT64, begin));
       for (std::uint32_t a = 0; a < mesh.arrays.size(); ++a)
         if (!mesh.schema.arrays[a].per_step)
@@ -150,7 +150,7 @@ TEST(CInterface, PieceByPieceIsTheSameFile) {
       last[mesh.corners[k]] = c;
   std::vector<char> added(mesh.vertex_count());
   shmf_error why{};
-  std::uint64_t element = 0;  // of the array on block 1
+  std::uint64_t element = 0;  // number within the array on block 1
   const auto add = [&](std::uint64_t v) {
     if (std::exchange(added[v], 1) != 0) return;
     ASSERT_EQ(shmf_writer_vertices(writer.get(), 1, &v, mesh.xyz.data() + v * 24,
@@ -257,7 +257,7 @@ TEST_F(CWriterOfPaths, NothingIsReplacedUnaskedAndNothingHalfDoneIsLeft) {
   ASSERT_EQ(shmf_writer_path(name.c_str(), nullptr, &writer, &why), SHMF_OK) << why.message;
   EXPECT_EQ(one_vertex(writer), SHMF_OK);
   EXPECT_FALSE(std::filesystem::exists(name));
-  shmf_writer_free(writer);  // without finish
+  shmf_writer_free(writer);  // without shmf_writer_finish()
   EXPECT_TRUE(std::filesystem::is_empty(std::filesystem::path(name).parent_path()));
 
   ASSERT_EQ(shmf_writer_path(name.c_str(), nullptr, &writer, &why), SHMF_OK) << why.message;
@@ -281,7 +281,7 @@ TEST_F(CWriterOfPaths, NothingIsReplacedUnaskedAndNothingHalfDoneIsLeft) {
   EXPECT_NE(std::string(why.message).find("none"), std::string::npos);
 }
 
-// Steps behind those of a file are the file that had them from the first.
+// Appending steps gives the same file as writing them in one run.
 TEST_F(CWriterOfPaths, StepsAreAppended) {
   for (const Order order : {Order::keep, Order::stream}) {
     const Mesh mesh = sample(order);
@@ -295,7 +295,7 @@ TEST_F(CWriterOfPaths, StepsAreAppended) {
     shmf_error why{};
     ASSERT_EQ(shmf_writer_append(name.c_str(), nullptr, &writer, &why), SHMF_OK) << why.message;
     const CWriter owner(writer);
-    // In order stream the numbers are those that readers see.
+    // In order stream, the numbers are those that readers return.
     const auto old = read_file(name);
     ASSERT_TRUE(old);
     const auto whole = [&] {
@@ -313,7 +313,7 @@ TEST_F(CWriterOfPaths, StepsAreAppended) {
     ASSERT_EQ(shmf_writer_times(writer, mesh.step_times.data(), mesh.step_times.size(), &why),
               SHMF_OK)
         << why.message;
-    EXPECT_EQ(*read_file(name), *old);  // until it is finished
+    EXPECT_EQ(*read_file(name), *old);  // unchanged until the writer finishes
     ASSERT_EQ(shmf_writer_finish(writer, nullptr, &why), SHMF_OK) << why.message;
     const auto longer = read_file(name);
     ASSERT_TRUE(longer) << longer.error().message();

@@ -1,6 +1,6 @@
-"""Meshes as one reader or another has them, in one shape, so that any two can be compared.
+"""Meshes as read by different readers, converted to one form, so that any two can be compared.
 
-Each function that reads gives a Seen. What a reader of somebody else's refuses is a Refused.
+Each reading function returns a Seen. If an independent reader cannot read a file, it raises Refused.
 """
 import contextlib
 import io
@@ -24,19 +24,20 @@ import shmformat.meshio
 import shmformat.vtk
 
 vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
-# By VTK's linear type and nodes, what cells are of which some writers say the linear type.
+# Second-order cell types by linear type and number of nodes, because some writers store the linear
+# type.
 HIGHER = {(12, 20): 25, (12, 27): 29, (13, 15): 26}
 POLY_VERTEX, PIXEL, QUAD, VOXEL, HEXAHEDRON = 2, 8, 9, 11, 12
 
 
 class Refused(Exception):
-    """A reader of somebody else's does not read a file."""
+    """An independent reader cannot read a file."""
 
 
 @dataclass
 class Seen:
-    """Cells are VTK's; `steps` has the arrays of each time step by place ("point", "cell") and name: one where
-    there are no time steps."""
+    """Cells in VTK's form; `steps` has the arrays of each time step by location ("point", "cell") and name. Without
+    time steps, it has one entry."""
     points: np.ndarray
     offsets: np.ndarray
     corners: np.ndarray
@@ -45,14 +46,14 @@ class Seen:
     blocks: np.ndarray | None = None  # index of the block of each cell
     sets: list | None = None  # (number, name, members)
     times: np.ndarray | None = None  # of the steps
-    block_ids: np.ndarray | None = None  # of each cell: what its block is called in the source
-    first: bool = False  # `steps` has the first one alone
-    more: bool = False  # there may be arrays that no .shm file has
-    joined: bool = False  # of several arrays it makes one, and float64 of float32
+    block_ids: np.ndarray | None = None  # for each cell, the name of its block in the source
+    first: bool = False  # `steps` contains only the first step
+    more: bool = False  # there may be arrays that .shm files do not store
+    joined: bool = False  # merges several arrays into one, and converts float32 to float64
 
 
 def by_own_types(offsets, corners, types):
-    """Cells as .shm files have them: no voxels and pixels, and types that tell how many nodes there are."""
+    """Converts cells to the form of .shm files: no voxels and pixels, and types that match the number of nodes."""
     corners, types = corners.astype(np.int64), types.astype(np.uint8)
     for kind, instead, swapped in ((PIXEL, QUAD, (2,)), (VOXEL, HEXAHEDRON, (2, 6))):
         first = offsets[:-1][types == kind]
@@ -65,11 +66,11 @@ def by_own_types(offsets, corners, types):
     return corners, types
 
 
-# --- our own ways
+# --- readers of this project
 
 
 def by_python(path):
-    """The package by itself, every array at every step."""
+    """Reads every array at every step with the Python package."""
     with shmformat.open(path) as mesh:
         cells = mesh.cells
         places = (("point", mesh.point_data), ("cell", mesh.cell_data))
@@ -82,7 +83,7 @@ def by_python(path):
 
 
 def roles_of(path):
-    """Arrays that are not data of the mesh, but what its format keeps beside it."""
+    """Returns the arrays that belong to the source format and are not data of the mesh."""
     with shmformat.open(path) as mesh:
         return {(place, name) for place, data in (("point", mesh.point_data), ("cell", mesh.cell_data)) for name in data
                 if data.role(name)}
@@ -115,7 +116,7 @@ def by_our_meshio(path, steps):
 
 
 def by_c(output, steps):
-    """What read_all writes: lines, and values behind each."""
+    """Parses the output of read_all: lines, each followed by values."""
     dtypes = [None, *map(np.dtype, ("i1", "u1", "i2", "u2", "i4", "u4", "i8", "u8", "f4", "f8"))]
     mesh, static, stepped, sets = {}, {}, {}, []
     at = 0
@@ -133,16 +134,16 @@ def by_c(output, steps):
         else:
             mesh[what] = values
     if max(stepped, default=0) >= steps:
-        raise ValueError("read_all gives values of steps that the file has not")
+        raise ValueError("read_all gives values of steps that the file does not have")
     return Seen(mesh["points"].reshape(-1, 3), mesh["offsets"], mesh["corners"], mesh["types"],
                 [static | stepped.get(step, {}) for step in range(steps)], blocks=mesh["blocks"], sets=sets)
 
 
-# --- those of others
+# --- independent readers
 
 
 def arrays_of(grid, without=""):
-    """Arrays of numbers that have a name; of several of a name the first."""
+    """Returns the numeric arrays that have a name; of several arrays with one name, the first."""
     found = {}
     for place, data in (("point", grid.GetPointData()), ("cell", grid.GetCellData())):
         for index in range(data.GetNumberOfArrays()):
@@ -175,7 +176,7 @@ def updated(reader, path):
 
 
 def by_vtk(path):
-    """VTK's readers, each of the files that it is for."""
+    """Reads a file with VTK's reader for its format."""
     with open(path, "rb") as file:
         head = file.read(1 << 12)
     if head.startswith(b"# vtk"):
@@ -195,7 +196,7 @@ def by_vtk(path):
 
 
 def with_block_ids(seen):
-    """Without what others call data: numbers of blocks, and of groups, which are sets in .shm files."""
+    """Removes data that .shm files do not store as arrays: numbers of blocks, and of groups, which are sets."""
     for name in ("gmsh:geometrical", "avsucd:material", "Material Id"):
         seen.block_ids = seen.steps[0].pop(("cell", name), seen.block_ids)
     seen.steps[0].pop(("cell", "gmsh:physical"), None)
@@ -204,7 +205,7 @@ def with_block_ids(seen):
 
 
 def by_vtu(paths):
-    """What VTK reads of a .vtu file for each step. There, sets are arrays."""
+    """Reads a .vtu file for each step with VTK. In these files, sets are arrays."""
     steps = []
     for path in paths:
         grid = updated(vtkXMLUnstructuredGridReader(), path)
@@ -213,7 +214,7 @@ def by_vtu(paths):
 
 
 def by_vtks_exodus(path):
-    """Blocks one behind the other, as they follow each other in the file: VTK sorts them by number."""
+    """Reads the blocks in the order of the file: VTK sorts them by number."""
     reader = vtkExodusIIReader()
     reader.SetFileName(str(path))
     reader.ApplyDisplacementsOff()
@@ -253,7 +254,7 @@ def grids_of(tree):
 
 
 def joined(blocks):
-    """Arrays of all blocks; NaN, or 0, where a block has none of that name."""
+    """Joins the arrays of all blocks; NaN, or 0, for blocks without an array of that name."""
     found = {}
     for at, (_, arrays) in enumerate(blocks):
         for key, values in arrays.items():
@@ -267,7 +268,7 @@ def joined(blocks):
 
 
 def by_meshio(path, kind):
-    """`kind`: of `shm info`."""
+    """Reads a file with meshio. `kind`: the format as given by `shm info`."""
     kind = {"ucd": "avsucd"}.get(kind, kind)
     try:
         with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
@@ -279,15 +280,15 @@ def by_meshio(path, kind):
     return seen
 
 
-# Gmsh's cells: VTK's type, and where each node of VTK's stands in Gmsh's order.
-EDGES = [*range(8), 8, 11, 13, 9, 16, 18, 19, 17, 10, 12, 14, 15]  # of hexahedra, behind the corners
+# Gmsh's cells: VTK's type, and the position of each of VTK's nodes in Gmsh's order.
+EDGES = [*range(8), 8, 11, 13, 9, 16, 18, 19, 17, 10, 12, 14, 15]  # of hexahedra, after the corners
 OF_GMSH = {1: (3, 2), 2: (5, 3), 3: (QUAD, 4), 4: (10, 4), 5: (HEXAHEDRON, 8), 6: (13, 6), 7: (14, 5), 8: (21, 3), 10: (28, 9),
            12: (29, [*EDGES, 22, 23, 21, 24, 20, 25, 26]), 16: (23, 8), 17: (25, EDGES), 36: (POLY_VERTEX, 16),
            92: (POLY_VERTEX, 64)}
 
 
 def by_gmsh(path, mesh):
-    """Gmsh gives things in an order of its own: they come in that of `mesh`, by the tags that it has."""
+    """Reads a file with Gmsh. It returns items in its own order: they are sorted as in `mesh`, by its tags."""
     gmsh.initialize(["gmsh"], False)
     try:
         gmsh.option.setNumber("General.Terminal", 0)
@@ -315,11 +316,11 @@ def by_gmsh(path, mesh):
 
 
 def from_meshio(meshes):
-    """Of the same mesh at several steps."""
+    """Converts meshes of meshio, which are one mesh at several steps."""
     sizes, corners, types = [], [], []
     for block in meshes[0].cells:
         data = np.asarray(block.data)
-        turned = meshio._vtk_common.meshio_to_vtk_order(block.type)  # of wedges
+        turned = meshio._vtk_common.meshio_to_vtk_order(block.type)  # for wedges
         sizes.append(np.full(len(data), data.shape[1]))
         corners.append((data if turned is None else data[:, turned]).reshape(-1))
         types.append(np.full(len(data), meshio._vtk_common.meshio_to_vtk_type.get(block.type, POLY_VERTEX), np.uint8))
@@ -337,8 +338,8 @@ def from_meshio(meshes):
 
 
 def differences(seen, mesh, roles=frozenset()):
-    """Sentences, each behind what it is about: "points", "cells", "sets", "times" or "arrays". `mesh` is what Python reads
-    of the .shm file; `roles` are arrays of it that others need not have."""
+    """Returns the differences as sentences, each with its subject: "points", "cells", "sets", "times" or "arrays". `mesh` is
+    the .shm file as Python reads it; `roles` are its arrays that other readers need not have."""
     wrong = []
     points = native(np.asarray(seen.points))
     if mesh.points.shape != points.shape or mesh.points.astype(points.dtype).tobytes() != points.tobytes():
@@ -376,7 +377,7 @@ def different_arrays(seen, theirs, ours, roles):
 
 
 def parts_of(key, values, ours):
-    """The arrays, one behind the other, of which a reader makes one of several components."""
+    """Joins the component arrays that a reader merges into one array of several components."""
     count = values.shape[1] if values.ndim > 1 else 1
     names = [other for other in ours if other[0] == key[0]]
     for first in range(len(names) - count + 1):
@@ -390,7 +391,7 @@ def native(values):
 
 
 def same_values(theirs, ours, widened):
-    """Bit for bit; integers as numbers, since readers widen them."""
+    """Compares bit for bit; integers are compared as numbers, because readers widen them."""
     theirs = native(theirs)
     if theirs.dtype.kind != "f" or ours.dtype.kind != "f":
         return theirs.dtype.kind in "iub" and ours.dtype.kind in "iu" and np.array_equal(theirs, ours)

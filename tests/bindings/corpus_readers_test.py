@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
-"""Every mesh of the corpus, as .shm file, is the same to all that read it.
+"""Every mesh of the corpus, as a .shm file, gives the same data in all readers.
 
-    corpus_readers_test.py LIBSHMFORMAT_C.SO SHM        SHM: path of the tool; SHM_CORPUS: folder of the corpus
+  corpus_readers_test.py LIBSHMFORMAT_C.SO SHM        SHM: path of the tool; SHM_CORPUS: folder of the corpus
 
-Each file is compressed once. What the Python package reads of it, all arrays at all steps, is compared, bit for bit, with
-what others read of the source (VTK, meshio, Gmsh); with what a pipeline of VTK, meshio and programs in C (read_all.c, and
-the example of the header) read of the same .shm file; and with what VTK reads of the .vtu files that `shm decompress`
-writes. Points are compared in the precision that a reader gives. What a reader refuses, or has otherwise for a reason,
-stands in corpus_exceptions.tsv; what stands there in vain is a failure. Exit code 77 (skipped) where there is no corpus.
-As `pytest corpus_readers_test.py` it takes the paths of SHMFORMAT_LIBRARY and SHM_TOOL, or those of build/release.
+Each file is compressed once. The data that the Python package reads from it, all arrays at all steps, is compared bit for
+bit with the source as read by VTK, meshio and Gmsh; with the same .shm file as read by a pipeline of VTK, by meshio and by
+programs in C (read_all.c, and the example of the header); and with VTK's view of the .vtu files that `shm decompress`
+writes. Points are compared in the precision of the reader. corpus_exceptions.tsv lists files that a reader does not read,
+and justified differences; an unneeded line in it is a failure. Exit code 77 (skipped) if there is no corpus.
+`pytest corpus_readers_test.py` takes the paths from SHMFORMAT_LIBRARY and SHM_TOOL, by default those of build/release.
 """
 import multiprocessing
 import os
@@ -34,11 +34,11 @@ from c_library_test import program_of_the_header  # noqa: E402
 
 CORPUS = Path(os.environ.get("SHM_CORPUS") or "/nowhere")
 EXCEPTIONS = HERE / "corpus_exceptions.tsv"
-SKIPPED = "SHM_CORPUS names no folder, so no corpus file was read"
-# Readers of others, by what `shm info` calls the format.
+SKIPPED = "SHM_CORPUS is not a folder, so that no corpus file was read"
+# Independent readers for each format, as named by `shm info`.
 OTHERS = {"exodus": ("vtk", "meshio"), "vtk": ("vtk", "meshio"), "vtu": ("vtk", "meshio"), "ucd": ("vtk", "meshio"),
           "gmsh": ("gmsh", "meshio")}
-PROGRAMS = None  # folder of read_all and of the example in the head of shmformat.h
+PROGRAMS = None  # folder of read_all and of the example in the introduction of shmformat.h
 
 
 def run(*command):
@@ -49,21 +49,21 @@ def run(*command):
 
 
 def decompressed(packed, steps, folder):
-    """Paths of .vtu files, one for each step."""
+    """Returns the paths of .vtu files, one for each step."""
     folder.mkdir()
     run(SHM, "decompress", "-q", "-T", "1", packed, "-o", folder / ("step_%04d.vtu" if steps else "mesh.vtu"))
     return sorted(folder.iterdir())
 
 
 def header_example(folder, mesh):
-    """What the example prints of FOLDER/run.shm: counts, the first coordinate and the last corner."""
+    """Checks the output of the example for FOLDER/run.shm: counts, the first coordinate and the last corner."""
     expected = "%d %d %g %d\n" % (len(mesh.points), len(mesh.types), mesh.points[0, 0], mesh.corners[-1])
     printed = run(PROGRAMS / "example", folder).decode()
     return [] if printed == expected else [("all", f"it prints {printed!r}, not {expected!r}")]
 
 
 def compare_file(name):
-    """Of one file, by reader: what differs, as pairs of a word and a sentence; ("all", ...) where it reads nothing."""
+    """Compares one file. Returns the differences by reader, as (subject, sentence); ("all", ...) if it reads nothing."""
     import corpus_meshes as meshes
     import shmformat
     source, found = CORPUS / name, {}
@@ -97,7 +97,7 @@ def compare_or_tell(name):
 
 
 def exceptions():
-    """(file, reader, what): reason."""
+    """Returns (file, reader, subject): reason."""
     lines = EXCEPTIONS.read_text(encoding="utf-8").splitlines()
     rows = [line.split("\t") for line in lines[1:]]
     return {tuple(row[:3]): "".join(row[3:]) for row in rows if is_sampled(row[0])}

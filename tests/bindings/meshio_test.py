@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""meshio with .shm files: meshes go in and come out. (Those of the corpus: corpus_readers_test.py.)
+"""meshio with .shm files: round trips of meshes. (corpus_readers_test.py tests those of the corpus.)
 
     meshio_test.py LIBSHMFORMAT_C.SO
 """
@@ -21,7 +21,7 @@ import shmformat.meshio  # noqa: E402
 
 
 def sample():
-    """Hexahedra, wedges and quads over the same points."""
+    """Returns hexahedra, wedges and quads over the same points."""
     points = np.random.default_rng(3).random((20, 3))
     cells = [("hexahedron", np.array([[0, 1, 2, 3, 4, 5, 6, 7], [4, 5, 6, 7, 8, 9, 10, 11]])),
              ("wedge", np.array([[8, 9, 10, 12, 13, 14]])), ("quad", np.array([[12, 13, 14, 15]]))]
@@ -56,7 +56,7 @@ class Meshio(unittest.TestCase):
             self.assertTrue(np.array_equal(one, other))
         self.assertEqual(back.point_sets["some"].tolist(), [3, 1])
         self.assertEqual([group.tolist() for group in back.cell_sets["few"]], [[1], [0], []])
-        meshio.write(self.path("a.shm"), back)  # as meshio's writers do, it replaces
+        meshio.write(self.path("a.shm"), back)  # replaces the file, as meshio's writers do
 
     def test_a_step_can_be_chosen(self):
         points = np.zeros((8, 3))
@@ -74,7 +74,7 @@ class Meshio(unittest.TestCase):
         wedge = [shmformat.Block(1, "", "wedge", 15, 1)]
         one = shmformat.Cells(np.array([0, 15]), np.arange(15), np.array([26], np.uint8), np.zeros(1, np.uint32))
         shmformat.write(self.path("wedge.shm"), np.random.default_rng(4).random((15, 3)), one, blocks=wedge)
-        try:  # newer ones have such cells
+        try:  # newer versions of meshio support such cells
             self.assertEqual(shmformat.meshio.read(self.path("wedge.shm")).cells[0].type, "wedge15")
         except meshio.ReadError as why:
             self.assertIn("wedge15", str(why))

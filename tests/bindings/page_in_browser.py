@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""The page shm.html in Chromium, without a screen: what it draws of real meshes, and what it fetches.
+"""The page shm.html in headless Chromium: its pictures of real meshes, and the bytes that it fetches.
 
-    page_in_browser.py PAGE SHM FOLDER HEXAHEDRA SECOND_ORDER MIXED [TEST...]
+  page_in_browser.py PAGE SHM FOLDER HEXAHEDRA SECOND_ORDER MIXED [TEST...]
 
-PAGE: shm.html; SHM: the tool; FOLDER: where files may be left; then three .shm files: of hexahedra, of second order, of
-several shapes; TEST: as unittest has them, all where none is named. Prints what it measures; scripts/test-web calls it.
+PAGE: shm.html; SHM: the tool; FOLDER: for generated files; then three .shm files: of hexahedra, of second-order cells, of
+several shapes; TEST: names of tests as for unittest, by default all. Prints its measurements; scripts/test-web runs it.
 Needs the program chromium.
 """
 import functools
@@ -22,16 +22,16 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 from browser import PROGRAM, Browser  # noqa: E402
 
-MOST_SECONDS = 2.0  # until 35 thousand hexahedra are seen, by the clock of the wall, on two cores
+MOST_SECONDS = 2.0  # until 35 thousand hexahedra are visible, by wall-clock time, on two cores
 PAGE = SHM = FOLDER = None
 MESHES = {}
-FOUND = 24 << 10  # bytes by which the package finds what it wants: the front of the file, and its end
-# What the library says of a file of another kind, one without bytes, one without an end.
+FOUND = 24 << 10  # bytes that the package reads to open a file: its beginning and its end
+# Messages of the library for a file of another kind, an empty file, and a file without its end.
 FOREIGN, EMPTY, CUT = "this is no .shm file", "the file is too short", "end record"
-# And the package of a server.
+# Messages of the package about a server.
 NO_FILE, CLOSED = "there is no such file: the server answers 404", "the connection failed"
 
-# How much lighter than the other the lighter one is of each text and its ground, as WCAG has it.
+# Contrast ratio of each text to its background, as defined by WCAG.
 CONTRASTS = """(() => {
   const parts = (colour) => colour.match(/[\\d.]+/g).map(Number);
   const light = (colour) => parts(colour).slice(0, 3).map((part) => part / 255)
@@ -53,8 +53,8 @@ CONTRASTS = """(() => {
 
 
 def bent_bar(path, side, warmer=0, rough=0):
-    """A legacy VTK file of side x side x 4 side hexahedra, curved; values of vertices that are so much more above the
-    middle, and coordinates that are off by up to so much. Returns how many cells it has."""
+    """Writes a legacy VTK file of side x side x 4 side hexahedra, curved. `warmer`: added to the values of vertices above
+    the middle; `rough`: largest random change of coordinates. Returns the number of cells."""
     chance = random.Random(side)
     nodes = [(x, y, z) for z in range(4 * side + 1) for y in range(side + 1) for x in range(side + 1)]
     lines = ["# vtk DataFile Version 3.0", "bar", "ASCII", "DATASET UNSTRUCTURED_GRID", f"POINTS {len(nodes)} double"]
@@ -77,7 +77,7 @@ def bent_bar(path, side, warmer=0, rough=0):
 
 @functools.cache
 def long_file():
-    """A file of 131 thousand hexahedra in eight segments, of more than a megabyte, and how many they are."""
+    """Creates a file of 131 thousand hexahedra in eight segments, of more than a megabyte; returns it and its cells."""
     source, packed = FOLDER / "long.vtk", FOLDER / "long.shm"
     cells = bent_bar(source, 32, rough=.25)
     subprocess.run([SHM, "compress", source, "-fqo", packed, "--segment-cells", str(cells // 8)], check=True)
@@ -86,7 +86,7 @@ def long_file():
 
 @functools.cache
 def steps_file():
-    """One with values at four time steps."""
+    """Creates a file with values at four time steps."""
     for step in range(4):
         bent_bar(FOLDER / f"run_{step}.vtk", 4, 5 * step)
     packed = FOLDER / "run.shm"
@@ -95,8 +95,8 @@ def steps_file():
 
 
 class Ranges(http.server.SimpleHTTPRequestHandler):
-    """A server that gives ranges, to pages of every origin, and counts requests and bytes of bodies. What lies below
-    /whole/ it gives as a whole, below /closed/ to its own pages alone."""
+    """A server that supports ranges, accepts pages of any origin, and counts requests and bytes of bodies. Files below
+    /whole/ are only sent whole, files below /closed/ only to pages of this server."""
     sent = requests = 0
 
     def do_GET(self):
@@ -141,7 +141,7 @@ class Page(unittest.TestCase):
         self.browser.wait("document.readyState === 'complete' && document.querySelector('#triad line[x2]') !== null")
 
     def go(self, address):
-        """To a page that has something to show."""
+        """Opens a page and waits until it shows a mesh."""
         self.browser.go(address)
         self.browser.wait(f"location.href === {json.dumps(address)} && Number(document.body?.dataset.shown ?? 0) > 0")
 
@@ -171,7 +171,7 @@ class Page(unittest.TestCase):
         return self.browser.run(f"document.getElementById({json.dumps(name)}).textContent")
 
     def drawn(self):
-        """Colours of the picture, without its ground, as often as they are there."""
+        """Counts the colours of the picture except the background."""
         _, _, found = self.browser.picture("#picture")
         counts = Counter(found)
         ground = (255, 255, 255)
@@ -182,7 +182,7 @@ class Page(unittest.TestCase):
         self.assertEqual(self.browser.errors, [])
 
     def serve(self):
-        """FOLDER, as long as the test takes. Returns its address."""
+        """Serves FOLDER during the test. Returns the address."""
         server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(Ranges, directory=str(FOLDER)))
         self.addCleanup(server.server_close)
         self.addCleanup(server.shutdown)
@@ -233,12 +233,12 @@ class Page(unittest.TestCase):
         self.choose("array", "0")
         self.assertIn("Colours: height, 0 to 86.1", self.text())
         self.assertEqual(self.text("legend-greatest"), "86.1")
-        # The mesh makes room for it.
+        # The mesh leaves space for the legend.
         self.assertEqual([one for one in self.browser.picture("#legend-name")[2] if max(one) - min(one) > 40], [])
         yellow = sum(count for (red, green, blue), count in self.drawn().items() if min(red, green) > 2 * blue)
         self.assertGreater(yellow, 300)
         self.assertNotEqual(before, self.drawn())
-        # Cut: fewer cells, whose insides are seen.
+        # Cut: fewer cells, whose interior is visible.
         self.choose("clip", "2")
         self.assertRegex(self.text(), r"Cut across z at 42\.")
         self.assertIn(f"{2 * 21 * 21 + 4 * 21 * 43:,} faces", self.text())
@@ -247,12 +247,12 @@ class Page(unittest.TestCase):
         self.no_errors()
 
     def axes(self):
-        """Where they point."""
+        """Returns the directions of the axes."""
         return self.browser.run("[...document.querySelectorAll('#triad line')].map((one) => "
                                 "[one.getAttribute('x2'), one.getAttribute('y2')]).join()")
 
     def size(self):
-        """How many pixels of the picture are of the mesh, and of the frame of its focus."""
+        """Returns the number of pixels that show the mesh or its focus frame."""
         return sum(self.drawn().values())
 
     def test_fingers_wheel_and_keys(self):
@@ -264,12 +264,12 @@ class Page(unittest.TestCase):
         self.browser.key("7")
         self.assertEqual(self.axes(), axes)
         self.browser.touch([(300, 280), (300, 260), (300, 240)], [(300, 320), (300, 340), (300, 360)])
-        self.assertEqual(self.axes(), axes)  # two fingers turn nothing
+        self.assertEqual(self.axes(), axes)  # two fingers do not rotate the mesh
         self.assertGreater(self.size(), 1.5 * size)
         self.browser.key("f")
         self.browser.wheel((330, 300), -200)
         self.assertGreater(self.size(), 1.2 * size)
-        # The same without hands on it.
+        # The same with the keyboard.
         self.browser.key("f")
         self.browser.key("+")
         self.assertGreater(self.size(), 1.2 * size)
@@ -324,7 +324,7 @@ class Page(unittest.TestCase):
                          ".getExtension('WEBGL_lose_context'); card.loseContext()")
         self.browser.wait("!document.getElementById('error').hidden")
         self.assertIn("comes back", self.text("error"))
-        for axis, words in (("1", "Cut across y"), ("", "faces")):  # what is chosen meanwhile is seen then
+        for axis, words in (("1", "Cut across y"), ("", "faces")):  # a choice made meanwhile takes effect
             self.choose("clip", axis)
             self.browser.wait(f"/{words}[^C]*$/.test(document.getElementById('summary').textContent)")
             self.assertIn("comes back", self.text("error"))
@@ -359,7 +359,7 @@ class Page(unittest.TestCase):
         package = FOLDER / "small"
         shutil.copytree(PAGE.parent, package, dirs_exist_ok=True)
         decoder = (package / "shmformat.wasm").read_bytes()
-        # The most pages of 64 KiB that its memory may have: 144 where they were 65536.
+        # The maximum of its memory in pages of 64 KiB: replaces 65536 by 144.
         at = decoder.index(bytes([0x80, 0x80, 0x04]), 8)
         (package / "shmformat.wasm").write_bytes(decoder[:at] + bytes([0x90, 0x81, 0x00]) + decoder[at + 3:])
         source = Path(__file__).resolve().parents[2] / "bindings" / "web"

@@ -1,4 +1,4 @@
-// What the page computes before anything is drawn: cameras, colours, numbers, surfaces, choices.
+// Computations of the page before it draws: cameras, colours, numbers, surfaces, choices.
 //
 //     node page_modules_test.mjs
 //
@@ -17,13 +17,13 @@ const pointing = await at("pointing");
 
 const near = (got, wanted, what) => wanted.forEach((number, i) =>
   assert.ok(Math.abs(got[i] - number) < 1e-6, `${what ?? "is"} ${[...got]}, not ${wanted}`));
-/** Where a point is on the picture. */
+/** Returns the position of a point in the picture. */
 function seen(made, [x, y, z], aspect = 1) {
   const m = camera.matrixOf(made, aspect);
   return [0, 1, 2].map((row) => m[row] * x + m[4 + row] * y + m[8 + row] * z + m[12 + row]);
 }
 
-test("a camera looks from where it is told, with z up", () => {
+test("a camera looks from the given direction, with z up", () => {
   const front = camera.axesOf(camera.cameraFrom([0, -3, 0]));
   near(front.right, [1, 0, 0]);
   near(front.up, [0, 0, 1]);
@@ -36,7 +36,7 @@ test("a camera looks from where it is told, with z up", () => {
   near([right, up].map((axis) => axis.reduce((sum, part, i) => sum + part * view[i], 0)), [0, 0]);
 });
 
-test("a box fits the picture, whichever side of that is larger", () => {
+test("a box fits the picture, whichever side of the picture is larger", () => {
   const box = { least: [-1, -0.5, 0], most: [1, 0.5, 0.25] };
   for (const aspect of [0.4, 1, 2.5]) {
     for (const view of Object.values(camera.SIDES)) {
@@ -51,7 +51,7 @@ test("a box fits the picture, whichever side of that is larger", () => {
       assert.ok(most > 0.919 && most < 0.921, `${view} at ${aspect}: ${most}`);
     }
   }
-  // What is kept free below it is free.
+  // The space reserved at the bottom stays free.
   const tall = { ...box, most: [1, 0.5, 9] };
   const lifted = camera.fitted(camera.cameraFrom([0, -1, 0]), tall, 2, .25);
   const [low, high] = [0, 9].map((z) => seen(lifted, [0, 0, z], 2)[1]);
@@ -59,18 +59,18 @@ test("a box fits the picture, whichever side of that is larger", () => {
   const place = seen(lifted, [1, 0, 3], 2);
   near(seen(camera.zoomed(lifted, 2, 2 * place[0], place[1]), [1, 0, 3], 2).slice(0, 2),
     place.slice(0, 2));
-  // What has no size is not infinitely large.
+  // A mesh without extent is not magnified infinitely.
   const none = { least: [0, 0, 0], most: [0, 0, 0] };
   const point = camera.fitted(camera.cameraFrom([1, 1, 1]), none, 1);
   assert.ok(Number.isFinite(point.scale));
 });
 
-test("what is nearer has the smaller depth", () => {
+test("a nearer point has a smaller depth", () => {
   const made = camera.cameraFrom([0, -1, 0]);
   assert.ok(seen(made, [0, -1, 0])[2] < seen(made, [0, 1, 0])[2]);
 });
 
-test("moving follows the pointer, and zooming leaves what is under it", () => {
+test("moving follows the pointer, and zooming keeps the point under it", () => {
   const made = camera.turned(camera.zoomed(camera.cameraFrom([1, -2, 1]), 3), 0.3, 0.2);
   const before = seen(made, [0.1, 0.2, 0.3], 2);
   const after = seen(camera.moved(made, 0.25, -0.125), [0.1, 0.2, 0.3], 2);
@@ -83,7 +83,7 @@ test("moving follows the pointer, and zooming leaves what is under it", () => {
   assert.ok(camera.moved(made, 1e30, -1e30).target.every((part) => Math.abs(part) <= 10));
 });
 
-test("keys turn, move and enlarge", () => {
+test("keys rotate, move and enlarge", () => {
   const made = camera.cameraFrom([0, -1, 0]);
   assert.ok(pointing.cameraKey({ key: "ArrowRight" })(made).round < made.round);
   assert.ok(pointing.cameraKey({ key: "ArrowRight", shiftKey: true })(made).target[0] < 0);
@@ -93,7 +93,7 @@ test("keys turn, move and enlarge", () => {
 });
 
 test("colours are those of shm preview", () => {
-  // As tests/picture has them of converters/picture.
+  // The colours of converters/picture, which its own tests check.
   const told = JSON.parse(process.env.SHM_COLOURS);
   assert.equal(told.blocks.length, 21);
   told.blocks.forEach((colour, i) => assert.deepEqual(colours.blockColour(i), colour));
@@ -108,7 +108,7 @@ test("colours are those of shm preview", () => {
   for (let i = 1; i < 256; ++i) assert.ok(light(i) > light(i - 1) - 1.1, `lightness at ${i}`);
 });
 
-test("numbers are written as %g has them", () => {
+test("numbers are written in the format of %g", () => {
   const cases = [[0, "0"], [-0, "0"], [1 / 3, "0.333333"], [-1.5e300, "-1.5e+300"],
     [100000, "100000"], [1000000, "1e+06"], [999999.5, "1e+06"], [0.0001, "0.0001"],
     [0.00001234567, "1.23457e-05"], [42, "42"], [1234.5678, "1234.57"], [Infinity, "inf"],
@@ -123,7 +123,7 @@ test("numbers are written as %g has them", () => {
   assert.equal(numbers.bytesText(45_678_901), "45.7 MB");
 });
 
-test("names that would move what stands beside them are shown as what they are", () => {
+test("control characters in names are shown as escapes", () => {
   assert.equal(numbers.nameText("a\nb\u202eexe.mhs"), "a\\u000ab\\u202eexe.mhs");
   assert.equal(numbers.nameText("x".repeat(100)).length, 80);
   assert.equal(numbers.nameText("<b>ü"), "<b>ü");
@@ -132,7 +132,7 @@ test("names that would move what stands beside them are shown as what they are",
 const quad = { points: Float64Array.of(0, 0, 0, 4, 0, 0, 4, 2, 0, 0, 2, 0), faceCount: 1,
   connectivity: Uint32Array.of(2, 3, 0, 1), offsets: Uint32Array.of(0, 4) };
 
-test("a polygon becomes a fan around its least corner, with its edges", () => {
+test("a polygon becomes a fan around its smallest corner, with its edges", () => {
   const frame = surface.frameOf(quad.points);
   assert.deepEqual([frame.middle, frame.half], [[2, 1, 0], 2]);
   const places = surface.placesOf(frame, quad.points);
@@ -145,7 +145,7 @@ test("a polygon becomes a fan around its least corner, with its edges", () => {
   assert.deepEqual(surface.viewOfPlane(frame), [0, 0, 1]);
 });
 
-test("faces with a vertex that is nowhere are left out, lines and vertices are drawn", () => {
+test("faces with a vertex that is not finite are left out, lines and vertices are drawn", () => {
   const points = Float32Array.of(0, 0, 0, 1, 0, 0, 0, 1, 0, NaN, 0, 0, 0, 0, Infinity);
   const faces = { points, faceCount: 4, connectivity: Uint32Array.of(0, 1, 3, 0, 1, 2, 4),
     offsets: BigUint64Array.of(0n, 3n, 5n, 6n, 7n) };
@@ -156,7 +156,7 @@ test("faces with a vertex that is nowhere are left out, lines and vertices are d
   assert.ok(surface.frameOf(new Float64Array(0)).isEmpty);
 });
 
-test("the largest and the smallest numbers have a place", () => {
+test("the largest and the smallest numbers have finite positions", () => {
   const large = Number.MAX_VALUE;
   const points = Float64Array.of(-large, 0, 0, large, 5e-324, 0);
   const frame = surface.frameOf(points);
@@ -171,7 +171,7 @@ test("the largest and the smallest numbers have a place", () => {
   assert.equal(surface.rangeOf([NaN]), null);
 });
 
-test("of vectors the length is shown, or a component", () => {
+test("vectors are shown by their length or by a component", () => {
   const values = Float64Array.of(3, 4, 0, 3e300, 4e300, 0, NaN, 1, 1);
   const length = surface.numbersOf(values, 3, null);
   near(length, [5]);
@@ -181,7 +181,7 @@ test("of vectors the length is shown, or a component", () => {
   assert.deepEqual([...surface.numbersOf(BigInt64Array.of(-2n, 5n), 1, null)], [-2, 5]);
 });
 
-test("arrays of one name on blocks of their own are one", () => {
+test("arrays with one name on different blocks are one array", () => {
   const array = (index, name, blocks, more = {}) => ({ index, name, blocks, role: "",
     location: "cell", components: 1, steps: [0, 1], ...more });
   const listed = choices.colourings([array(0, "heat", [0]), array(1, "heat", [2]),
@@ -193,7 +193,7 @@ test("arrays of one name on blocks of their own are one", () => {
   assert.deepEqual([...joined], [1, NaN, 6]);
 });
 
-test("what is chosen becomes a selection", () => {
+test("choices become a selection", () => {
   const none = { hidden: new Set(), segment: null, clip: null };
   assert.equal(choices.selection(none, 3), undefined);
   assert.deepEqual(choices.selection({ ...none, hidden: new Set([1]) }, 3), { blocks: [0, 2] });
@@ -208,7 +208,7 @@ test("what is chosen becomes a selection", () => {
   assert.equal(choices.nearStep([3], 0), 0);
 });
 
-test("only addresses of the web are fetched", () => {
+test("only http and https addresses are fetched", () => {
   const base = "https://example.org/pages/shm.html";
   assert.deepEqual(choices.wantedOf("", base), { url: null, segment: null });
   assert.deepEqual(choices.wantedOf("?url=../run.shm&segment=3", base),

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""The page shm.html is one file, small, without a reference to anything else, and computes what it should.
+"""The page shm.html is a single small file without references to other files, and its modules compute correctly.
 
-    page_test.py PACKAGE
+  page_test.py PACKAGE
 
-PACKAGE: the folder of the web package as it is built, with shm.html. What a browser makes of the page is compared by
-scripts/test-web (page_in_browser.py). The modules' functions are tested by page_modules_test.mjs, by Node.js.
+PACKAGE: the folder of the built web package, with shm.html. scripts/test-web tests the page in a browser
+(page_in_browser.py). page_modules_test.mjs tests the functions of its modules with Node.js.
 """
 import base64
 import gzip
@@ -36,7 +36,7 @@ FETCHING = {"src", "href", "srcset", "data", "action", "formaction", "poster", "
 
 
 class Elements(html.parser.HTMLParser):
-    """Attributes of all elements, and what is in scripts and styles."""
+    """Attributes of all elements, and the contents of scripts and styles."""
 
     def __init__(self, page):
         super().__init__(convert_charrefs=True)
@@ -59,7 +59,7 @@ class Elements(html.parser.HTMLParser):
 
 
 def colours():
-    """What converters/picture shows blocks and values in."""
+    """Returns the colours of blocks and values in converters/picture."""
     text = (ROOT / "converters" / "picture" / "colours.cpp").read_text(encoding="utf-8")
 
     def table(name):
@@ -114,7 +114,7 @@ class Page(unittest.TestCase):
             "default-src": "'none'", "script-src": f"{hashed(self.elements.inside['module'])} 'wasm-unsafe-eval'",
             "style-src": hashed(self.elements.inside["style"]), "worker-src": "blob:",
             "connect-src": "https: http:", "base-uri": "'none'", "form-action": "'none'"})
-        # Before anything that it is for.
+        # The policy must precede everything that it restricts.
         self.assertLess(self.text.index("Content-Security-Policy"), self.text.index("<style>"))
 
     def test_decoder_is_that_of_the_package(self):
@@ -141,13 +141,13 @@ class Page(unittest.TestCase):
                 self.assertEqual(done.returncode, 0, done.stderr)
 
     def test_place_for_a_file(self):
-        """As `shm view` looks for it (converters/tool/shown/page.cpp)."""
+        """The placeholder is as `shm view` expects it (converters/tool/shown/page.cpp)."""
         place = '<script type="application/octet-stream" id="file" data-name=""></script>'
         self.assertEqual(self.text.count(place), 1)
         self.assertIn(place, (ROOT / "converters" / "tool" / "shown" / "page.cpp").read_text(encoding="utf-8"))
 
     def test_words_of_the_page_have_elements(self):
-        """Whatever main.js looks for by its id is there, once; labels name what there is."""
+        """Every id that main.js looks up exists exactly once; labels refer to existing elements."""
         ids = [attributes["id"] for _, attributes in self.elements.found if "id" in attributes]
         self.assertEqual(len(ids), len(set(ids)))
         wanted = set(re.findall(r'\$\("([\w-]+)"\)', (SOURCE / "main.js").read_text(encoding="utf-8")))

@@ -1,10 +1,10 @@
-"""The plugin in ParaView: what its reader gives is what ParaView's own reader of Exodus files gives.
+"""The plugin in ParaView: its reader gives the same data as ParaView's own reader of Exodus files.
 
     pvpython paraview_check.py FOLDER [--loaded]
 
-FOLDER holds pairs of an Exodus file and what the tool made of it, `x.e` and `x.shm`; `two` and `run` are those of
-tests/support/sample_meshes.py. With --loaded ParaView has loaded the plugin as it loads any; else it is loaded by its
-own load(). scripts/test-paraview makes all of it, and runs this in both ways.
+FOLDER contains pairs of an Exodus file and its .shm file, `x.e` and `x.shm`; `two` and `run` are those of
+tests/support/sample_meshes.py. With --loaded, ParaView has loaded the plugin as usual; otherwise the plugin's own
+load() does. scripts/test-paraview creates the files and runs this script in both ways.
 """
 import sys
 import unittest
@@ -31,7 +31,7 @@ def output(proxy, time=None):
 
 
 def parts_of(collection):
-    """Grids by group and name, as the assembly says."""
+    """Returns the grids by group and name, following the assembly."""
     assembly, parts = collection.GetDataAssembly(), {}
     for group in assembly.GetChildNodes(0, False):
         for node in assembly.GetChildNodes(group, False):
@@ -42,7 +42,7 @@ def parts_of(collection):
 
 
 def of_exodus(name):
-    """What ParaView's own reader calls a block or set without a name, as this one does; all in small letters."""
+    """Converts the names that ParaView's own reader gives to unnamed blocks and sets; all in lower case."""
     for theirs, own in (("block_", "block "), ("nodelist_", "node set "), ("surface_", "side set ")):
         if name.startswith(theirs) and name[len(theirs):].isdigit():
             return own + name[len(theirs):]
@@ -55,7 +55,7 @@ def arrays_of(data):
 
 
 def shape_of(grid):
-    """(corners, points of cells, types of cells, where their corners begin): readers count points as they like."""
+    """Returns (corners, points of cells, types of cells, corner offsets), because readers number points differently."""
     if grid.GetNumberOfCells() == 0:
         return np.zeros(0, int), np.zeros((0, 3)), np.zeros(0), np.zeros(0)
     corners = vtk_to_numpy(grid.GetCells().GetConnectivityArray())
@@ -64,7 +64,7 @@ def shape_of(grid):
 
 
 def times_of(reader):
-    """ParaView gives a number alone where there is one."""
+    """Returns the times of a reader as a list; ParaView gives a single time as a plain number."""
     return np.atleast_1d(reader.TimestepValues).tolist()
 
 
@@ -89,7 +89,7 @@ class Plugin(unittest.TestCase):
             setattr(reader, kind, list(names[::2]))
 
     def same(self, own, theirs, what):
-        """The same cells, and the same of all that is known of both; how many arrays that are."""
+        """Checks that cells and all common data are equal; returns the number of compared arrays."""
         (corners, *shape), (their_corners, *their_shape) = shape_of(own), shape_of(theirs)
         for one, other in zip(shape, their_shape, strict=True):
             self.assertTrue(np.array_equal(one, other), what)
@@ -148,11 +148,11 @@ class Plugin(unittest.TestCase):
             self.assertGreaterEqual(count, 3, what)
 
     def same_values(self, own, theirs, at, at_theirs, what):
-        """Of all of the source's variables, vectors of which .shm files have by components."""
+        """Compares all variables of the source; .shm files store vectors as components."""
         found, compared = arrays_of(own), 0
         for name, values in arrays_of(theirs).items():
             if name in ("ids", "object_id", "element_side", "shm_vertex_number"):
-                continue  # which the readers make
+                continue  # created by the readers
             columns = {name: values}
             if values.ndim > 1:
                 columns = {f"{name}_{axis}": values[:, i] for i, axis in enumerate("xyz"[:values.shape[1]])}
@@ -177,8 +177,8 @@ class Plugin(unittest.TestCase):
         png.Update()
         pixels = vtk_to_numpy(png.GetOutput().GetPointData().GetScalars())
         colours, counts = np.unique(pixels, axis=0, return_counts=True)
-        self.assertGreater(len(colours), 50)  # a scale of them
-        self.assertLess(counts.max(), .95 * len(pixels))  # and not the background alone
+        self.assertGreater(len(colours), 50)  # a colour scale
+        self.assertLess(counts.max(), .95 * len(pixels))  # not only the background
 
     def test_what_is_saved_comes_back(self):
         for name in ("two", "run"):
@@ -222,7 +222,7 @@ class Plugin(unittest.TestCase):
 
     def test_what_is_no_mesh_is_not_saved(self):
         name = OUT / "sphere.shm"
-        with self.assertRaises((RuntimeError, AttributeError)):  # of ParaView 5.12 and 5.11
+        with self.assertRaises((RuntimeError, AttributeError)):  # in ParaView 5.12 and 5.11
             simple.SaveData(str(name), proxy=simple.Sphere())
         self.assertFalse(name.exists())
 

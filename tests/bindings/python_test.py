@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""The Python package: its arrays are those of NumPy, and what it writes comes back.
+"""The Python package: its arrays are NumPy arrays, and written meshes come back unchanged.
 
-    python_test.py LIBSHMFORMAT_C.SO SHM        SHM: path of the tool
+  python_test.py LIBSHMFORMAT_C.SO SHM        SHM: path of the tool
 
-Golden files of all kinds are read by another way, the program shm_text, in golden tests, and what others read of the corpus
-is compared in corpus_readers_test.py; here arrays are right in shape, type and owner, bytes are counted where they come
-from, and errors are told.
+The golden tests compare golden files of all kinds with the output of shm_text, and corpus_readers_test.py compares the
+corpus with other readers. Here, arrays have the right shape, type and owner, the bytes read from sources are counted,
+and errors are reported.
 """
 import gc
 import io
@@ -30,7 +30,7 @@ import shmformat  # noqa: E402
 
 
 def bar(cells):
-    """Points and hexahedra of a bar."""
+    """Returns the points and hexahedra of a bar."""
     x = np.repeat(np.arange(cells + 1), 4) * .1
     corner = np.tile(np.arange(4), cells + 1)
     points = np.column_stack([x, (corner == 1) | (corner == 2), corner >= 2]).astype(np.float64)
@@ -38,7 +38,7 @@ def bar(cells):
 
 
 class Counted(io.BytesIO):
-    """A file that counts the bytes that it gives."""
+    """A file that counts the bytes read from it."""
     given = 0
 
     def read(self, *arguments):
@@ -91,13 +91,13 @@ class Reading(FolderTest):
             with self.assertRaises(ValueError):
                 mesh.read(out={"none": into})
             with self.assertRaises(ValueError):
-                mesh.read(cell_data=["p"])  # which step?
+                mesh.read(cell_data=["p"])  # the step is missing
             with self.assertRaises(shmformat.Error) as caught:
                 mesh.read(out={"points": np.zeros((36, 3), np.int64)})
             self.assertEqual(caught.exception.code, "misuse")
 
     def test_memory_of_the_caller_is_filled_where_it_is(self):
-        """Parts of larger arrays, of which the rest is left alone; and nothing else is anybody's but NumPy's."""
+        """Parts of larger arrays are filled, and the rest is unchanged; all other memory belongs to NumPy."""
         data = (GOLDEN / "steps_and_extras.shm").read_bytes()
         with shmformat.open(data) as mesh:
             room, values = np.full((72, 3), 7.), np.full((4, 12), 7, np.float32)
@@ -110,22 +110,22 @@ class Reading(FolderTest):
                    mesh.cell_data["p"][1], part.points, part.cells.connectivity, part.cell_numbers, part.vertex_numbers,
                    mesh.step_times, *(one.numbers for one in mesh.sets), *(extra.values for extra in mesh.extras)]
         for i, array in enumerate(own):
-            base = array if array.base is None else array.base  # a reshaped one has its memory from another
+            base = array if array.base is None else array.base  # a reshaped array refers to the array that owns the memory
             self.assertTrue(base.flags.owndata and array.flags.writeable, i)
             self.assertFalse(np.shares_memory(array, np.frombuffer(data, np.uint8)), i)
             for other in own[:i]:
                 self.assertFalse(np.shares_memory(array, other), i)
 
     def hundred_arrays(self, steps):
-        """A file with an array of cells a hundred times, 4000 bytes at each step that do not compress; and one of them."""
-        points, cells = bar(500)  # of fewer cells several steps are one chunk
+        """Writes a file with a hundred cell arrays, 4000 incompressible bytes each per step; returns it and one array."""
+        points, cells = bar(500)  # with fewer cells, several steps would share a chunk
         values = np.random.default_rng(2).random((100, steps, 500))
         shmformat.write(self.path("a.shm"), points, cells, step_times=np.arange(float(steps)), level="fast",
                         cell_data={f"a{i}": dict(enumerate(own)) for i, own in enumerate(values)})
         return self.path("a.shm"), values[50]
 
     def test_one_step_of_one_array_takes_its_own_bytes(self):
-        """Index and schema are read once, to open the file."""
+        """Index and schema are read once, when the file is opened."""
         made, values = self.hundred_arrays(4)
         subprocess.run([SHM, "compress", "-q", "--level", "fast", "--key-steps", "1", made, "-o", self.path("b.shm")],
                        check=True)
@@ -134,7 +134,7 @@ class Reading(FolderTest):
         opened = source.given
         self.assertLess(opened, 4096)
         self.assertTrue(np.array_equal(mesh.cell_data["a50"][2], values[2]))
-        self.assertLess(source.given, opened + 4000 + 256)  # and heads of chunks of the mesh
+        self.assertLess(source.given, opened + 4000 + 256)  # plus chunk headers of the mesh
         for step in (3, 1):
             before = source.given
             self.assertTrue(np.array_equal(mesh.cell_data["a50"][step], values[step]))
@@ -145,7 +145,7 @@ class Reading(FolderTest):
         made, values = self.hundred_arrays(10)
         source = Counted(made.read_bytes())
         mesh = shmformat.open(source)
-        for step in (7, 9):  # of eight one refers to no other
+        for step in (7, 9):  # one step in eight does not refer to others
             before = source.given
             self.assertTrue(np.array_equal(mesh.cell_data["a50"][step], values[step]))
             self.assertLess(source.given - before, 8 * 4000)
@@ -203,7 +203,7 @@ class Reading(FolderTest):
             self.assertIsInstance(archive, shmformat.Archive)
             meshes = {name: archive[name] for name in archive}
         self.assertGreater(len(meshes), 1)
-        for mesh in meshes.values():  # they outlive the archive
+        for mesh in meshes.values():  # they remain valid after the archive is closed
             self.assertEqual(len(mesh.points), mesh.vertex_count)
 
     def test_cells_and_vertices_may_be_limited(self):
@@ -371,7 +371,7 @@ class Boundary(FolderTest):
             self.assertEqual(len(found), 10)
             self.assertEqual(sorted(set(found.cell_numbers)), [3, 4])
             self.assertEqual(sorted(found.vertex_numbers), list(range(12, 24)))
-            self.assertEqual(len(mesh.boundary(threads=2)), 38)  # the piece is not in its way
+            self.assertEqual(len(mesh.boundary(threads=2)), 38)  # the open piece does not affect the mesh
             self.assertEqual(len(piece.boundary()), 10)
 
     def test_values_at_steps(self):
@@ -432,7 +432,7 @@ class Writing(FolderTest):
                 self.assertTrue(np.array_equal(mesh.points, points))
                 self.assertTrue(np.array_equal(mesh.cells.connectivity.reshape(-1, 8), cells))
                 self.assertTrue(np.array_equal(mesh.extras[-1].values, extras[0].values))
-            # In any order: a corner stands where it stood, and has the value that it had.
+            # In any order, each corner has the same coordinates and the same value as before.
             self.assertTrue(np.array_equal(mesh.points[mesh.cells.connectivity], points[cells.reshape(-1)]))
             self.assertTrue(np.array_equal(mesh.point_data["v"][mesh.cells.connectivity], values[cells.reshape(-1)]))
             self.assertEqual(mesh.point_data["t"].shape, (164,))
@@ -476,7 +476,7 @@ class Writing(FolderTest):
         self.assertEqual(mesh.step_times.tolist(), [0, 1, 2, 3])
         before = path.read_bytes()
         with self.assertRaises(shmformat.Error):
-            shmformat.append(path, cell_data={"p": {2: steps[2]}})  # not behind the last one
+            shmformat.append(path, cell_data={"p": {2: steps[2]}})  # not after the last step
         with self.assertRaises(shmformat.Error):
             shmformat.append(path, cell_data={"p": {4: steps[2][:5]}})
         with self.assertRaises(KeyError):
@@ -488,7 +488,7 @@ class Writing(FolderTest):
         points, cells = bar(3)
         path = self.path("bar.shm")
         with self.assertRaises(shmformat.Error) as caught:
-            shmformat.write(path, points, cells + 100)  # corners that are no vertices
+            shmformat.write(path, points, cells + 100)  # corners without a vertex
         self.assertEqual(caught.exception.code, "misuse")
         self.assertEqual(os.listdir(self.folder.name), [])
         shmformat.write(path, points, cells)
@@ -517,7 +517,7 @@ class Writing(FolderTest):
             self.assertRaises(TypeError, wrong)
         with self.assertRaises(shmformat.Error):
             shmformat.write(io.BytesIO(), points, cells, point_data={"v": np.zeros(15)})
-        with self.assertRaises(TypeError):  # halves are no integers
+        with self.assertRaises(TypeError):  # fractions are not integers
             shmformat.write(io.BytesIO(), points, cells, cell_data={"v": {0: np.zeros(3, int), 1: np.full(3, .5)}})
         with self.assertRaises(ValueError):
             shmformat.write("a\0b", points, cells)

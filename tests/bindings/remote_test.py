@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Files on a server: few requests, only for what is wanted, and named errors.
+"""Files on a server: few requests, only for required data, and clear errors.
 
-    remote_test.py LIBSHMFORMAT_C.SO SHM        SHM: path of the tool
+  remote_test.py LIBSHMFORMAT_C.SO SHM        SHM: path of the tool
 
-The server is one of this test, which counts what it is asked for, and can be told to misbehave.
+The test runs its own server, which counts requests and can be made to misbehave.
 """
 import http.server
 import os
@@ -90,13 +90,13 @@ class Handler(http.server.BaseHTTPRequestHandler):
 
 class Server(http.server.ThreadingHTTPServer):
     def handle_error(self, *_):
-        pass  # connections that are closed while it answers
+        pass  # connections that the client closes during an answer
 
 
 class Remote(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        """A mesh of some megabytes in several segments, with three fields of which one is static."""
+        """Creates a mesh of some megabytes in several segments, with three fields, one of them static."""
         cls.folder = tempfile.TemporaryDirectory()
         source, packed = (os.path.join(cls.folder.name, name) for name in ("a.vtk", "a.shm"))
         subprocess.run([MAKE_MESH, "ogrid", "90000", source, "--double"], capture_output=True, check=True)
@@ -141,7 +141,7 @@ class Remote(unittest.TestCase):
         self.assertEqual(self.server.connections, 1)
 
     def asks(self, call):
-        """How many requests `call` takes, how many bytes come, and what it gives."""
+        """Returns the number of requests and bytes of `call`, and its result."""
         given, asked = self.server.given, len(self.server.asked)
         result = call()
         return len(self.server.asked) - asked, self.server.given - given, result
@@ -150,7 +150,7 @@ class Remote(unittest.TestCase):
         mesh, here = self.open(), shmformat.open(self.data)
         self.assertGreater(len(here.segments), 7)
         asked, _, arrays = self.asks(mesh.read)
-        self.assertLessEqual(asked, 2)  # heads of the groups, and the streams of points and cells
+        self.assertLessEqual(asked, 2)  # headers of the groups, and the streams of points and cells
         self.assertTrue(np.array_equal(arrays.points, here.points))
         asked, given, cells = self.asks(lambda: self.open().read(points=False).cells)
         self.assertLessEqual(asked, 5)
@@ -202,7 +202,7 @@ class Remote(unittest.TestCase):
 
         told = Remote(Counted())
         told.tell([(8 << 20, 20 << 20)])
-        for at in range(40):  # of which nothing was told
+        for at in range(40):  # ranges that were not announced
             told.read_into(at << 17, memoryview(bytearray(200)))
         for at in range(8, 20):
             told.read_into(at << 20, memoryview(bytearray(1 << 20)))
@@ -237,7 +237,7 @@ class Remote(unittest.TestCase):
         self.server.mode, self.server.good = "fails", len(self.server.asked)
         self.fails("the connection failed", mesh.verify)
         self.server.mode = ""
-        mesh.verify()  # and once it is well again, so is the mesh
+        mesh.verify()  # once the server works again, so does the mesh
 
     def test_a_file_that_changes_is_told(self):
         mesh = self.open()

@@ -1,4 +1,4 @@
-"""Exodus files of the corpus, as VTK's own reader has their sets and as .shm files."""
+"""Exodus files of the corpus: their sets as VTK's own reader gives them, and their .shm files."""
 import os
 import subprocess
 from pathlib import Path
@@ -10,13 +10,13 @@ MOST_BYTES = 1 << 20
 
 
 def corpus():
-    """The folder that SHM_CORPUS names, or nothing."""
+    """Returns the folder in SHM_CORPUS, or None."""
     folder = os.environ.get("SHM_CORPUS", "")
     return Path(folder) if os.path.isdir(folder) else None
 
 
 def exodus_files(shm, packed):
-    """The path of each Exodus file; meanwhile `packed` is what the tool `shm` makes of it."""
+    """Yields the path of each Exodus file after compressing it to `packed` with the tool `shm`."""
     vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
     for source in sorted((corpus() / "exodus").iterdir()):
         if source.stat().st_size > MOST_BYTES:
@@ -27,7 +27,7 @@ def exodus_files(shm, packed):
 
 
 class Exodus:
-    """What VTK's reader finds in a file. `sets`: grids by kind and number, none where there is nothing."""
+    """Contents of a file as VTK's reader gives them. `sets`: grids by kind and number, None if empty."""
 
     def __init__(self, name):
         reader = vtkExodusIIReader()

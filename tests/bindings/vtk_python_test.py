@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""The reader and the writer of VTK's pipelines.
+"""The reader and the writer for VTK pipelines.
 
-    vtk_python_test.py LIBSHMFORMAT_C.SO SHM        SHM: path of the tool
+  vtk_python_test.py LIBSHMFORMAT_C.SO SHM        SHM: path of the tool
 
-Arrays are VTK's own and outlive the reader; arrays that are switched off are not read; steps, pieces, blocks
-and sets are those of the file. Sets of the Exodus files of the corpus (SHM_CORPUS), and sides of all shapes, are
-those that VTK's reader of Exodus files finds. (What else it reads of the corpus: corpus_readers_test.py.)
+Arrays belong to VTK and outlive the reader; disabled arrays are not read; steps, pieces, blocks and sets are those of
+the file. Sets of the Exodus files of the corpus (SHM_CORPUS), and sides of all shapes, equal those of VTK's own reader
+of Exodus files. (corpus_readers_test.py tests the rest of the corpus.)
 """
 import gc
 import itertools
@@ -44,7 +44,7 @@ class Case(unittest.TestCase):
         return os.path.join(self.folder.name, name)
 
     def bar(self, **more):
-        """A bar of 50 hexahedra with an array of points, one of cells, and one at steps."""
+        """Writes a bar of 50 hexahedra with a point array, a cell array, and an array at steps."""
         x = np.repeat(np.arange(51), 4) * .1
         corner = np.tile(np.arange(4), 51)
         self.points = np.column_stack([x, (corner == 1) | (corner == 2), corner >= 2]).astype(np.float64)
@@ -67,7 +67,7 @@ class Vtk(Case):
         grid = reader.GetOutput()
         del reader
         gc.collect()
-        junk = [np.full(2000, 7.) for _ in range(2000)]  # memory that was NumPy's would be overwritten
+        junk = [np.full(2000, 7.) for _ in range(2000)]  # overwrites memory that NumPy has freed
         self.assertTrue(np.array_equal(vtk_to_numpy(grid.GetPoints().GetData()), self.points))
         self.assertTrue(np.array_equal(vtk_to_numpy(grid.GetCells().GetConnectivityArray()), self.cells.reshape(-1)))
         self.assertTrue(np.array_equal(vtk_to_numpy(grid.GetCellData().GetArray("n")), np.arange(50)))
@@ -113,7 +113,7 @@ class Vtk(Case):
         reader.Update()
         self.assertEqual(reader.GetOutput().GetPointData().GetNumberOfArrays(), 0)
         self.assertIsNone(reader.GetOutput().GetCellData().GetArray("same"))
-        points.EnableArray("v")  # and the pipeline notices
+        points.EnableArray("v")  # the pipeline detects the change
         reader.Update()
         self.assertEqual(reader.GetOutput().GetPointData().GetNumberOfArrays(), 1)
 
@@ -163,14 +163,14 @@ class Vtk(Case):
             writer.SetInputData(first)
             self.assertGreater(writer.Write(), 100)
             self.same(first, self.read(self.path("a.shm")).GetOutput())
-        writer.Write()  # replaces, as VTK's writers do
+        writer.Write()  # replaces the file, as VTK's writers do
         polyhedra = self.read(str(ROOT / "tests" / "golden" / "0.10" / "polyhedra.shm")).GetOutput()
         writer.SetInputData(polyhedra)
         with self.assertRaises(ValueError):
             writer.Write()
 
     def same(self, a, b):
-        """Points, cells, and all arrays of the first."""
+        """Compares points, cells, and all arrays of the first grid."""
         self.assertEqual(vtk_to_numpy(a.GetPoints().GetData()).tobytes(), vtk_to_numpy(b.GetPoints().GetData()).tobytes())
         self.assertTrue(np.array_equal(*(vtk_to_numpy(grid.GetCellTypesArray()) for grid in (a, b))))
         for get in ("GetOffsetsArray", "GetConnectivityArray"):
@@ -183,8 +183,8 @@ class Vtk(Case):
 
 
 def sides_of(grid):
-    """(types, where the points of each cell begin, points cell by cell) of a grid, which may be none; as floats of 32
-    bits, which is what VTK's reader of Exodus files has."""
+    """Returns (types, offsets of the points of each cell, points cell by cell) of a grid, which may be None; as 32-bit
+    floats, which VTK's reader of Exodus files uses."""
     if grid is None or grid.GetNumberOfCells() == 0:
         return np.zeros(0, np.uint8), np.zeros(1, int), np.zeros((0, 3), np.float32)
     points = vtk_to_numpy(grid.GetPoints().GetData()).astype(np.float32)
@@ -198,7 +198,7 @@ def one_by_one(types, offsets, points):
 
 class Sets(Case):
     def parts(self, reader):
-        """What is in the collection by the groups of its assembly."""
+        """Returns the parts of the collection by the groups of its assembly."""
         out = reader.GetOutput()
         assembly = out.GetDataAssembly()
         parts = {}
@@ -225,7 +225,7 @@ class Sets(Case):
         self.assertEqual(vtk_to_numpy(some.GetCellData().GetArray("n")).tolist(), [5, 7])
         self.assertIsNotNone(block.GetCellData().GetArray("t"))
         self.assertEqual(vtk_to_numpy(some.GetPointData().GetGlobalIds()).tolist(), list(range(20, 36)))
-        # Sides in the order of the set: the last face, the first one, and one along the bar.
+        # Sides in the order of the set: the last face, the first face, and a face along the bar.
         self.assertEqual([ends.GetCell(i).GetBounds()[:2] for i in range(3)], [(5, 5), (0, 0), (2, 2.1)])
         self.assertEqual([ends.GetCellType(i) for i in range(3)], [9, 9, 9])
         self.assertEqual(ends.GetNumberOfPoints(), 12)
@@ -238,7 +238,7 @@ class Sets(Case):
         reader = shmformat.vtk.Reader(blocks=True)
         reader.SetFileName(self.bar(sets=self.SETS))
         reader.Update()
-        self.assertEqual(list(self.parts(reader)), [("element_blocks", "block 1")])  # sets are off at first
+        self.assertEqual(list(self.parts(reader)), [("element_blocks", "block 1")])  # sets are initially disabled
         reader.GetSideSetSelection().EnableArray("ends")
         reader.GetElementBlockSelection().DisableAllArrays()
         reader.GetPointDataArraySelection().DisableArray("v")
@@ -268,7 +268,7 @@ class Sets(Case):
         writer.SetInputData(collection)
         writer.Write()
         with shmformat.open(self.path("back.shm")) as back:
-            self.assertTrue(np.array_equal(back.points, points))  # vertices between the blocks are one again
+            self.assertTrue(np.array_equal(back.points, points))  # vertices shared by blocks are merged again
             self.assertTrue(np.array_equal(back.cells.connectivity, as_blocks.connectivity))
             self.assertEqual([(block.name, block.cells) for block in back.blocks], [("stone", 2), ("", 2)])
             self.assertEqual(back.blocks[1].id, 9)
@@ -276,7 +276,7 @@ class Sets(Case):
             self.assertTrue(np.array_equal(back.point_data["v"], points))
             self.assertEqual(back.cell_data["n"].tolist(), [0, 1, 2, 3])
         values = vtk_to_numpy(collection.GetPartition(1, 0).GetPointData().GetArray("v"))
-        values += 1  # what differs between the blocks stays apart
+        values += 1  # vertices at which the blocks differ stay separate
         writer.Write()
         self.assertEqual(len(shmformat.open(self.path("back.shm")).points), 24)
         values -= 1
@@ -319,11 +319,11 @@ class Sets(Case):
         self.assertEqual(nodes, 4)
 
     SHAPES = ("triangle", "quad", "tetrahedron", "pyramid", "wedge", "hexahedron")
-    CORNERS = {3: 2, 5: 3, 9: 4, 21: 2, 22: 3, 23: 4, 28: 4}  # of sides, by their type
+    CORNERS = {3: 2, 5: 3, 9: 4, 21: 2, 22: 3, 23: 4, 28: 4}  # number of corners of each side type
 
     def all_sides(self, kinds):
-        """A file with a cell of each kind, and for each a side set of all of its sides; the cells' points, which are
-        anywhere, but those on edges in the middle of them."""
+        """Writes a file with a cell of each kind, and for each cell a side set of all of its sides. The points of the cells
+        are random, except that nodes on edges are at their midpoints."""
         sides = {"triangle": 5, "quad": 6, "tetrahedron": 4, "pyramid": 5, "wedge": 5, "hexahedron": 6}
         points = np.random.default_rng(5).random((sum(nodes for _, nodes in kinds), 3)).astype(np.float32)
         offsets = np.cumsum([0] + [nodes for _, nodes in kinds])
@@ -351,7 +351,7 @@ class Sets(Case):
 
     @staticmethod
     def points_of_face(cell, face):
-        ids = cell.GetFace(face).GetPointIds()  # of the next face, too, once that is asked for
+        ids = cell.GetFace(face).GetPointIds()  # the ids are overwritten when another face is requested
         return [ids.GetId(at) for at in range(ids.GetNumberOfIds())]
 
     def test_sides_are_those_of_vtks_exodus_reader(self):
@@ -359,7 +359,7 @@ class Sets(Case):
         kinds = [kind for kind in KINDS if kind[0] in self.SHAPES and kind not in unknown_to_it]
         self.all_sides(kinds)
         subprocess.run([SHM, "convert", self.path("all.shm"), self.path("all.e")], check=True, stdout=subprocess.DEVNULL)
-        with netCDF4.Dataset(self.path("all.e"), "a") as file:  # sides of what Exodus calls a quad are edges alone
+        with netCDF4.Dataset(self.path("all.e"), "a") as file:  # Exodus defines sides of quads as edges only
             for name in file.variables:
                 if name.startswith("connect"):
                     word = file[name].elem_type
@@ -371,7 +371,7 @@ class Sets(Case):
             self.assertEqual(len(own), len(theirs), kind)
             for (side_type, nodes), (_, expected) in zip(own, theirs):
                 corners = self.CORNERS[side_type]
-                # It begins some sides at another corner, and leaves the nodes on their edges where they were.
+                # VTK's reader rotates the corners of some sides, but not the nodes on their edges.
                 begun = [np.roll(nodes[:corners], by, axis=0) for by in range(corners if corners > 2 else 1)]
                 self.assertTrue(any(np.array_equal(one, expected[:corners]) for one in begun), (kind, nodes, expected))
                 for some in (slice(corners, 2 * corners), slice(2 * corners, None)):
@@ -410,14 +410,14 @@ class Sets(Case):
         compared = {"node": 0, "side": 0}
         for source in exodus_files(SHM, self.path("a.shm")):
             if source.name == "libmesh__nontrivial_elem_num_map.exo":
-                continue  # quads in space, sides of which are edges to Exodus, and those of shells to .shm files
+                continue  # quads in space: their sides are edges in Exodus, and those of shells in .shm files
             with self.subTest(source=source.name):
                 parts, exodus = self.read_sets(), Exodus(str(source))
                 self.assertEqual(set(parts), set(exodus.sets))
                 for key, part in parts.items():
                     (types, *own), (their_types, *theirs) = sides_of(part), sides_of(exodus.sets[key])
                     self.assertTrue(all(map(np.array_equal, own, theirs)), key)
-                    # It takes edges of three nodes for triangles.
+                    # VTK's reader takes edges of three nodes for triangles.
                     self.assertTrue(((types == their_types) | (types == 21) & (their_types == 5)).all(), key)
                     if len(types):
                         self.assertEqual(part.GetNumberOfPoints(), exodus.sets[key].GetNumberOfPoints(), key)
@@ -426,7 +426,7 @@ class Sets(Case):
         self.assertGreater(compared["node"], 80)
 
     def read_sets(self):
-        """Of a.shm, by kind and number."""
+        """Returns the sets of a.shm, by kind and number."""
         sets = shmformat.open(self.path("a.shm")).sets
         reader = shmformat.vtk.Reader(blocks=True, sets=True)
         reader.SetFileName(self.path("a.shm"))

@@ -1,4 +1,4 @@
-"""What the library reads of files, as lines that web_read.mjs makes of the web package, too.
+"""Data that the library reads from files, as the lines that web_read.mjs writes for the web package.
 
 Needs SHMFORMAT_LIBRARY in the environment, and bindings/python on the path.
 """
@@ -19,7 +19,7 @@ TYPES = {number: dtype.name for number, dtype in DTYPES.items()}
 
 
 def name_of(chars):
-    """As web pages see names that are no UTF-8."""
+    """Returns a name as web pages see it if it is not valid UTF-8."""
     return text(chars).encode("utf-8", "surrogateescape").decode("utf-8", "replace")
 
 
@@ -37,7 +37,7 @@ def wide(numbers):
 
 
 class Native:
-    """A file, by the same calls as web_read.mjs makes, in the same order."""
+    """Reads a file with the calls of web_read.mjs, in the same order."""
 
     def __init__(self, content, bare):
         self.lines, self.seconds, self.bare = [], 0.0, bare
@@ -95,7 +95,7 @@ class Native:
             self.read_all()
 
     def describe(self):
-        """Lines come when all is known: the web package tells nothing of a file that it cannot describe."""
+        """Adds lines only at the end: the web package reports nothing about a file that it cannot describe."""
         def put(what, *words):
             self.described.append([what, " ".join(map(str, words))])
 
@@ -231,13 +231,13 @@ def changed(path, flips=(), cut=None):
 
 
 def native(path, flips=(), cut=None, bare=False):
-    """(lines, processor seconds of the calls)."""
+    """Returns (lines, processor seconds of the calls)."""
     done = Native(changed(path, flips, cut), bare)
     return done.lines, done.seconds
 
 
 class Web:
-    """The package in a process of Node.js, by the same calls."""
+    """Reads files with the package in a process of Node.js, by the same calls."""
 
     def __init__(self, node, package):
         self.process = subprocess.Popen([node, str(HERE / "web_read.mjs"), str(package)], stdin=subprocess.PIPE,
@@ -262,7 +262,7 @@ class Web:
 
 
 def difference(native_lines, web_lines):
-    """The first line in which they differ; None where none does."""
+    """Returns the first line that differs; None if all are equal."""
     for ours, theirs in zip(native_lines, web_lines):
         if ours != theirs:
             return ours, theirs

@@ -1,4 +1,4 @@
-// What the web package does around the decoder: workers, Blobs, servers, what is ended early.
+// The web package around the decoder: workers, Blobs, servers, cancelled calls.
 //
 //     node web_package_test.mjs PACKAGE MESH GOLDEN
 //
@@ -17,7 +17,7 @@ const content = readFileSync(mesh);
 const files = { "/mesh.shm": content, "/foreign": Buffer.alloc(1 << 20, "solid cube\n") };
 const CELLS = 40000;
 
-/** Gives files, by ranges, and counts. `mode`: how it misbehaves. */
+/** Serves files with range requests, and counts. `mode`: how the server misbehaves. */
 const server = createServer((request, response) => {
   const asked = /^bytes=(\d+)-(\d+)$/.exec(request.headers.range ?? "");
   counted.requests += 1;
@@ -68,7 +68,7 @@ after(() => {
   server.close();
 });
 
-/** With a worker and without. */
+/** Runs a test with a worker and without. */
 function both(name, run) {
   for (const worker of [true, false]) {
     test(`${name}, ${worker ? "in a worker" : "in this thread"}`, { timeout: 60000 },
@@ -82,7 +82,7 @@ const failsWith = (status, words) => (error) => {
   return true;
 };
 
-both("a file is told of when it is open", async (options) => {
+both("an open file has its description", async (options) => {
   const file = await open(content, options);
   assert.equal(file.cellCount, CELLS);
   assert.equal(file.vertexCount, 4 * CELLS + 4);
@@ -94,7 +94,7 @@ both("a file is told of when it is open", async (options) => {
   await assert.rejects(file.read(), failsWith("misuse", /the file is closed/));
 });
 
-both("all is read in one pass, with what is done", async (options) => {
+both("everything is read in one pass, with progress", async (options) => {
   const file = await open(new Blob([content]), options);
   const told = [];
   const got = await file.read({ arrays: [{ name: "pressure", step: 1 }, { name: "heat" }],
@@ -112,7 +112,7 @@ both("all is read in one pass, with what is done", async (options) => {
   await file.close();
 });
 
-both("a piece has numbers of its own", async (options) => {
+both("a piece has its own numbers", async (options) => {
   const file = await open(content, options);
   const all = await file.read({ points: "float32", cells: false });
   assert.ok(all.points instanceof Float32Array);
@@ -134,7 +134,7 @@ both("the boundary surface", async (options) => {
   const file = await open(content, options);
   const arrays = [{ name: "pressure", step: 2 }, { name: "heat" }];
   const got = await file.boundary({ arrays });
-  assert.equal(got.faceCount, 4 * CELLS + 2); // of a bar
+  assert.equal(got.faceCount, 4 * CELLS + 2); // boundary of a bar
   assert.equal(got.vertexCount, file.vertexCount);
   assert.equal(got.offsets.at(-1), 4 * got.faceCount);
   assert.equal(got.arrays[0].values.length, got.vertexCount);
@@ -149,13 +149,13 @@ both("the boundary surface", async (options) => {
   await file.close();
 });
 
-both("of a URL only what is wanted is fetched, by few requests", async (options) => {
+both("only requested data of a URL is fetched, by few requests", async (options) => {
   begin();
   const file = await open(url, options);
   assert.ok(counted.requests <= 2, `${counted.requests} requests`);
   assert.ok(counted.bytes <= 24 << 10, `${counted.bytes} bytes`);
   const far = await file.read({ points: false, cells: false, arrays: [{ name: "pressure", step: 2 }] });
-  // Half of the file are the steps, of which each is coded against the one before.
+  // Steps are half of the file, and each is coded relative to the previous one.
   assert.ok(counted.bytes < .51 * content.length, `${counted.bytes} of ${content.length} bytes`);
   assert.ok(counted.requests <= 4, `${counted.requests} requests`);
   await file.close();
@@ -166,7 +166,7 @@ both("of a URL only what is wanted is fetched, by few requests", async (options)
   await near.close();
 });
 
-both("all of a URL", async (options) => {
+both("everything of a URL", async (options) => {
   begin();
   const file = await open(new URL(url), options);
   const far = await file.read({ arrays: [{ name: "heat" }] });
@@ -174,7 +174,7 @@ both("all of a URL", async (options) => {
   assert.ok(requests <= 6, `${requests} requests`);
   assert.ok(counted.bytes < 1.01 * content.length, `${counted.bytes} bytes`);
   await file.read({ arrays: [{ name: "heat" }] });
-  assert.equal(counted.requests, requests); // it is kept
+  assert.equal(counted.requests, requests); // the array was kept
   await file.verify();
   await file.close();
   const near = await open(mesh, options);
@@ -182,7 +182,7 @@ both("all of a URL", async (options) => {
   await near.close();
 });
 
-both("a server that gives no ranges gives all", async (options) => {
+both("a server without ranges sends the whole file", async (options) => {
   begin("no ranges");
   const file = await open(url, options);
   assert.equal((await file.read()).cellCount, CELLS);
@@ -190,7 +190,7 @@ both("a server that gives no ranges gives all", async (options) => {
   await file.close();
 });
 
-both("a file of another kind on a server is told by its front", async (options) => {
+both("a file of another kind on a server is recognized by its beginning", async (options) => {
   for (const mode of ["", "no ranges"]) {
     begin(mode);
     const foreign = url.replace("mesh.shm", "foreign");
@@ -209,7 +209,7 @@ both("a server that hides the size of a range is asked for it", async (options) 
   await file.close();
 });
 
-both("servers that misbehave are told of", async (options) => {
+both("errors of servers are reported", async (options) => {
   begin("longer");
   await assert.rejects(open(url, options), failsWith("io", /other bytes than it was asked for/));
   begin("others");
@@ -221,7 +221,7 @@ both("servers that misbehave are told of", async (options) => {
   counted.version = '"2"';
   await assert.rejects(file.read(), failsWith("io", /the file on the server has changed/));
   begin();
-  assert.equal((await file.read()).cellCount, CELLS); // what failed is over
+  assert.equal((await file.read()).cellCount, CELLS); // the error does not persist
   await file.close();
   await assert.rejects(open(`${url}x`, options), failsWith("io", /no such file: the server answers 404$/));
   await assert.rejects(open(url.replace("mesh.shm", "secret"), options),
@@ -229,7 +229,7 @@ both("servers that misbehave are told of", async (options) => {
   await assert.rejects(open("http://127.0.0.1:9/x.shm", options), failsWith("io", /failed/));
 });
 
-both("errors carry the sentence of the library, and the place", async (options) => {
+both("errors have the message of the library, and the position", async (options) => {
   const hurt = new Uint8Array(content);
   hurt[content.length / 2 | 0] ^= 1;
   const file = await open(hurt, options);
@@ -280,7 +280,7 @@ both("sets and extras", async (options) => {
   await file.close();
 });
 
-test("what is aborted while it waits for a server", async () => {
+test("a call can be aborted while it waits for a server", async () => {
   for (const worker of [true, false]) {
     begin();
     const file = await open(url, { worker });
@@ -296,7 +296,7 @@ test("what is aborted while it waits for a server", async () => {
   }
 });
 
-test("what is aborted while it decodes ends alone", async () => {
+test("a call that is aborted while it decodes does not affect other calls", async () => {
   const file = await open(content);
   const controller = new AbortController();
   const first = file.read({ signal: controller.signal, progress: () => controller.abort() });
@@ -312,7 +312,7 @@ test("what is aborted while it decodes ends alone", async () => {
   await file.close();
 });
 
-test("workers as browsers have them, and pages that forbid them", async () => {
+test("workers as in browsers, and pages that forbid workers", async () => {
   const { Worker } = await import("node:worker_threads");
   let made = 0;
   globalThis.Worker = class {
@@ -352,7 +352,7 @@ test("workers as browsers have them, and pages that forbid them", async () => {
   }
 });
 
-test("a file that is closed lets go of what is under way", async () => {
+test("closing a file ends its running calls", async () => {
   const file = await open(content);
   const reading = file.read();
   const done = assert.rejects(reading, failsWith("misuse", /the file was closed/));
@@ -369,7 +369,7 @@ both("several calls at once", async (options) => {
   await file.close();
 });
 
-test("memory that runs out is told of, and the next call has a decoder of its own", async () => {
+test("lack of memory is reported, and the next call uses a new decoder", async () => {
   const wasm = await WebAssembly.compile(readFileSync(`${folder}/shmformat.wasm`));
   const engine = new Engine(wasm, new Blob([content]), {});
   for (const left of [0, 1 << 16, 1 << 20, 16 << 20]) {

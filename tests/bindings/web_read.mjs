@@ -1,10 +1,10 @@
-// What the web package reads of files, as lines that web_meshes.py makes of the library, too.
+// Data that the web package reads from files, as the lines that web_meshes.py writes for the library.
 //
 //     node web_read.mjs PACKAGE < REQUESTS
 //
-// PACKAGE: the folder of the package. Each line in is {"path", "flips": [[byte, bit]], "cut": bytes or null,
-// "bare": measure alone}. Each line out is {"lines": [[what, what it is]], "seconds": processor time of the
-// calls}.
+// PACKAGE: the folder of the package. Each input line is {"path", "flips": [[byte, bit]], "cut": bytes or
+// null, "bare": only measure}. Each output line is {"lines": [[subject, value]], "seconds": processor time of
+// the calls}.
 import { createHash } from "node:crypto";
 import { readFileSync } from "node:fs";
 import { createInterface } from "node:readline";
@@ -27,7 +27,7 @@ const wide = (numbers) => hashed(BigUint64Array.from(numbers, BigInt));
 let lines;
 let seconds;
 
-/** A call, and the lines of what it gives; of one that fails the error. */
+/** Runs a call and adds the lines of its result, or its error. */
 async function attempt(what, call, put) {
   const before = process.cpuUsage();
   let result;

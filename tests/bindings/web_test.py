@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""The decoder as WebAssembly gives what the library gives, and is small.
+"""The decoder as WebAssembly gives the same results as the library, and is small.
 
-    web_test.py LIBSHMFORMAT_C.SO PACKAGE [CLANG]
+  web_test.py LIBSHMFORMAT_C.SO PACKAGE [CLANG]
 
-PACKAGE: the folder of the web package as it is built; CLANG: the compiler that made its decoder. Golden files, good and
-faulty, some with bits flipped or cut, are read by both: the same arrays, or the same sentence. web_package_test.mjs has
-what the package does around the decoder: workers, servers, what is ended early.
+PACKAGE: the folder of the built web package; CLANG: the compiler of its decoder. Both read valid and faulty golden files,
+some with flipped bits or truncated: they must give the same arrays or the same message. web_package_test.mjs tests the
+package around the decoder: workers, servers, cancelled calls.
 """
 import gzip
 import json
@@ -44,7 +44,7 @@ MOST_BYTES, MOST_PACKED = 1_200_000, 380_000
 
 
 def node(script):
-    """What a script prints, as JSON."""
+    """Runs a script and returns its output, parsed as JSON."""
     done = subprocess.run([NODE, "--input-type=module", "-e", script], capture_output=True, text=True, check=True)
     return json.loads(done.stdout)
 
@@ -140,7 +140,7 @@ class SameAsTheLibrary(unittest.TestCase):
 
 class Package(unittest.TestCase):
     def test_around_the_decoder(self):
-        """A mesh of several segments and requests, and the tests in JavaScript."""
+        """Runs the tests in JavaScript with a mesh of several segments and requests."""
         cells = 40_000
         chance = np.random.default_rng(3)
         corner = np.tile(np.arange(4), cells + 1)

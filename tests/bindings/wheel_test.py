@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""The wheel: built without a network, installed into a new environment, it reads a file.
+"""The wheel: it can be built without network access, and reads a file after installation into a new environment.
 
-    wheel_test.py LIBSHMFORMAT_C.SO
+  wheel_test.py LIBSHMFORMAT_C.SO
 
-NumPy and cffi are those of the system. One wheel does for every CPython that is there.
+NumPy and cffi are taken from the system. One wheel works with every installed CPython.
 """
 import os
 import re
@@ -17,7 +17,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 LIBRARY = str(Path(sys.argv.pop(1)).resolve())
-# Whoever asks the network is told that there is none.
+# Every network access fails.
 OFFLINE = {**os.environ, "SHMFORMAT_LIBRARY": LIBRARY, "http_proxy": "http://127.0.0.1:1", "https_proxy": "http://127.0.0.1:1",
            "PIP_NO_INDEX": "1", "PIP_DISABLE_PIP_VERSION_CHECK": "1"}
 PROGRAM = """
@@ -43,7 +43,7 @@ class Wheel(unittest.TestCase):
         for part in ("python", "c"):
             shutil.copytree(ROOT / "bindings" / part, self.path / "bindings" / part,
                             ignore=shutil.ignore_patterns("build", "*.egg-info", "__pycache__"))
-        # Neither asked for alone: the wheel is built from what the source distribution holds.
+        # Without --sdist and --wheel, build creates the wheel from the source distribution.
         self.run_in(sys.executable, "-m", "build", "--no-isolation", "--outdir", self.path,
                     self.path / "bindings" / "python")
         (wheel,), (sources,) = self.path.glob("*.whl"), self.path.glob("*.tar.gz")

@@ -50,7 +50,7 @@ TEST(ActiveSurface, SlotsAreReused) {
     for (std::uint32_t slot : v) surface.finalize(slot);
   }
   EXPECT_EQ(surface.next_id(), 8000u);
-  EXPECT_LE(surface.vertex_slots(), 256u + 3 * 8u);  // they rest before
+  EXPECT_LE(surface.vertex_slots(), 256u + 3 * 8u);  // finalized slots rest before they are reused
   EXPECT_LE(surface.cell_slots(), 2u);
 }
 
@@ -115,17 +115,17 @@ TEST(ActiveSurface, ACellKeepsItsSlotWhileItHasAFace) {
   const std::uint32_t second = surface.begin_cell();
   EXPECT_NE(second, first);
   surface.remove_face(a);
-  surface.end_cell();  // without any face: free again
+  surface.end_cell();  // the cell has no face, so its slot is free again
   const std::uint32_t third = surface.begin_cell();
   EXPECT_EQ(third, second);
-  surface.remove_face(b);  // the last of the first cell
+  surface.remove_face(b);  // the last face of the first cell
   EXPECT_NE(surface.cell_slots(), 0u);
   surface.add_face({v[0], v[1], v[2], v[3]}, kCorners, 0);
   surface.end_cell();
   EXPECT_EQ(surface.begin_cell(), first);
 }
 
-// Any order of births, faces and ends, against a plain list of faces.
+// Random sequences of added, removed and finalized elements give the same faces as a plain list.
 TEST(ActiveSurface, LikeAPlainList) {
   std::mt19937_64 random(1);
   ActiveSurface surface;

@@ -1,4 +1,4 @@
-// The codec of hexahedra that a Writer takes when nobody says: never larger than the best one.
+// The codec of hexahedra that a Writer chooses by default: never larger than the best codec.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -14,8 +14,8 @@ std::uint64_t bytes_with(const TestMesh& mesh, ConnectivityCodec codec) {
   return written(mesh, 65536, codec).size();
 }
 
-/// The codec of the first segment. With sanitizers these large meshes are written alone: smaller
-/// ones of the same codecs are read in other tests.
+/// Returns the codec of the first segment. With sanitizers these large meshes are only written;
+/// other tests read smaller meshes of the same codecs.
 ConnectivityCodec codec_of(const TestMesh& mesh, const WriteOptions& options = {}) {
   MemorySink sink;
   if (kSanitized)
@@ -40,7 +40,8 @@ TEST(CodecChoice, TheSmallerOneWins) {
       const std::uint64_t smallest =
           std::min(bytes_with(ordered, rows), bytes_with(ordered, replay));
       EXPECT_EQ(bytes_with(ordered, automatic), bytes_with(ordered, codec_of(ordered)));
-      EXPECT_LE(bytes_with(ordered, automatic), smallest + 8);  // bitstreams are what is compared
+      EXPECT_LE(bytes_with(ordered, automatic),
+                smallest + 8);  // the Writer compares only bitstreams
     }
   }
 }
@@ -58,7 +59,7 @@ TEST(CodecChoice, MixedWhereItSavesMuch) {
 }
 
 TEST(CodecChoice, EachSegmentForItself) {
-  // Rows of a grid first, then the same in no order.
+  // The first half is in rows of a grid, the second half in random order.
   TestMesh mesh = grid(16, 16, 16);
   std::mt19937_64 random(4);
   std::shuffle(mesh.cells.begin() + 2048, mesh.cells.end(), random);
@@ -95,7 +96,7 @@ TEST(CodecChoice, FastTakesPatternsWhereThereCanBeSome) {
   for (auto& point : points)
     for (double& v : point) v = static_cast<double>(random() >> 40);
   mesh.set_points(points);
-  // A few cells out of line: rows say them in fewer bits.
+  // A few cells out of order: the rows codec needs fewer bits for them.
   for (std::size_t i = 4000; i < mesh.cells.size(); i += 4000)
     std::swap(mesh.cells[i], mesh.cells[i + random() % 60]);
   const auto in_stream = [](const TestMesh& of) { return with_order(of, Order::stream, true, 0); };
@@ -103,7 +104,7 @@ TEST(CodecChoice, FastTakesPatternsWhereThereCanBeSome) {
   EXPECT_EQ(codec_of(grid(5, 5, 5), {.level = Level::fast}), patterns);
   EXPECT_EQ(codec_of(in_stream(shuffled(mesh)), {.level = Level::fast}), patterns);
   EXPECT_EQ(codec_of(with_order(mesh, Order::stream, true, 5), {.level = Level::fast}), rows);
-  mesh.schema.blocks.push_back({2, "polygons", CellShape::polygon, 0});  // nor shifts
+  mesh.schema.blocks.push_back({2, "polygons", CellShape::polygon, 0});  // excludes shifts, too
   EXPECT_EQ(codec_of(in_stream(mesh), {.level = Level::fast}), rows);
   EXPECT_EQ(codec_of(in_stream(mesh), {.level = Level::best}), mixed);
 }
@@ -115,21 +116,21 @@ TEST(CodecChoice, FastTakesShiftsWhereTheyTakeNoRoom) {
   };
   const TestMesh large = bent_grid(26, 26, 26);
   EXPECT_EQ(of(large, Level::fast), shifts);
-  EXPECT_EQ(of(bent_grid(64, 16, 16), Level::fast), shifts);  // as short as they may be
+  EXPECT_EQ(of(bent_grid(64, 16, 16), Level::fast), shifts);  // the shortest rows that shifts allow
   EXPECT_NE(of(large, Level::best), shifts);
-  // Where time is not felt.
+  // The mesh is too small for speed to matter.
   EXPECT_NE(of(bent_grid(25, 25, 26), Level::fast), shifts);
-  // Where rows are none.
+  // The mesh has no rows.
   EXPECT_NE(of(shuffled(large), Level::fast), shifts);
   EXPECT_NE(of(with_order(shuffled(large), Order::stream, true, 0), Level::fast), shifts);
   TestMesh scrambled = large;
   std::mt19937_64 random(9);
   shuffle_vertices(scrambled, random);
   EXPECT_NE(of(scrambled, Level::fast), shifts);
-  // In order stream numbers of the source are no matter.
+  // In order stream the source's vertex numbers do not matter.
   for (const Order order : {Order::stream, Order::free})
     EXPECT_EQ(of(with_order(scrambled, order, false, 0), Level::fast), shifts);
-  // Where the schema does not take them.
+  // The schema does not allow shifts.
   EXPECT_NE(of(with_order(large, Order::keep, true, 10), Level::fast), shifts);
   EXPECT_NE(of(with_order(large, Order::stream, true, 10), Level::fast), shifts);
   TestMesh polygons = large;
@@ -145,7 +146,7 @@ TEST(CodecChoice, DefaultTakesShiftsWhereValuesAreAsSmall) {
   expect_round_trip(large, {}, &by_number);
   expect_round_trip(large, {.connectivity = replay}, &over_surface);
   EXPECT_LE(by_number.streams.at("geometry") * 100, over_surface.streams.at("geometry") * 101);
-  // Where time is not felt, where rows are none, and where they are but for every hundredth cell.
+  // The mesh is too small, has no rows, or has rows with every hundredth cell out of order.
   EXPECT_NE(codec_of(bent_grid(31, 32, 33), {}), shifts);
   EXPECT_NE(codec_of(shuffled(large), {}), shifts);
   TestMesh disturbed = large;

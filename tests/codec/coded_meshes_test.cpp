@@ -1,5 +1,5 @@
-// The registry of codecs by generated meshes (support/coded_meshes.h) has all that there is: each
-// codec stands in some file, and spec/registry.md says the same of them.
+// The generated meshes (support/coded_meshes.h) cover the registry of codecs: each codec occurs in
+// some file, and spec/registry.md agrees.
 #include "support/coded_meshes.h"
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@
 namespace shm {
 namespace {
 
-/// As the files really are, not as they were asked for.
+/// Returns the codecs that the files contain, whatever codecs were requested.
 const CodecUses& written_uses() {
   static const CodecUses all = [] {
     CodecUses uses;
@@ -36,7 +36,7 @@ struct Registered {
   std::map<int, std::string> names;
   CodecUses uses;
 };
-/// The table of codecs in spec/registry.md, without what is withdrawn, reserved or free.
+/// Returns the table of codecs in spec/registry.md, without withdrawn, reserved and free numbers.
 Registered registered_codecs() {
   std::ifstream in(SHM_SOURCE_DIR "/spec/registry.md");
   Registered all;
@@ -64,18 +64,18 @@ TEST(CodedMeshes, AreInEveryCodecThereIs) {
   std::set<std::string> written;
   for (const auto& [name, what] : written_uses()) written.insert(name);
   for (const auto& [number, name] : codecs_of_the_library())
-    EXPECT_TRUE(written.contains(name)) << "no file is in codec " << number << ", " << name;
+    EXPECT_TRUE(written.contains(name)) << "no file uses codec " << number << ", " << name;
   EXPECT_EQ(written.size(), codecs_of_the_library().size());
 }
 
-// Numbers and names, and what each is used by.
+// Numbers and names of codecs, and the data that each codes.
 TEST(CodedMeshes, AreInTheCodecsThatAreRegistered) {
   const Registered registered = registered_codecs();
   EXPECT_EQ(codecs_of_the_library(), registered.names);
   EXPECT_EQ(written_uses(), registered.uses);
 }
 
-// What codes cells has a name for callers, and the name is another codec's nowhere.
+// Every codec of cells has a name for callers, and no other codec has that name.
 TEST(CodedMeshes, AreInEveryCodecThatCallersName) {
   std::set<std::string> named, of_cells;
   for (const NamedCodec& it : kConnectivityCodecs) {

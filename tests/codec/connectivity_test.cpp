@@ -1,5 +1,5 @@
-// The ten ways in which a hexahedron meets its neighbours, each met on purpose, and connectivity
-// alone in both directions.
+// Each of the ten ways in which a hexahedron can touch its neighbours, and encoding and decoding of
+// connectivity without other data.
 #include "codecs/surface/cells/connectivity.h"
 
 #include <gtest/gtest.h>
@@ -10,13 +10,13 @@
 #include <string>
 #include <vector>
 
-#include "mesh/hexahedron.h"
 #include "support/test_mesh.h"
+#include "mesh/hexahedron.h"
 
 namespace shm {
 namespace {
 
-/// Codes the cells of `mesh` in order, decodes them, and compares. Gives the decoder's cells.
+/// Codes the cells of `mesh` in order, decodes them, and compares. Returns the decoded cells.
 std::vector<CellTopology> expect_same_cells(const TestMesh& mesh, ConnectivityCodec codec) {
   std::vector<std::uint64_t> last(mesh.vertices);
   for (std::uint64_t c = 0; c < mesh.cells.size(); ++c)
@@ -26,7 +26,7 @@ std::vector<CellTopology> expect_same_cells(const TestMesh& mesh, ConnectivityCo
   Connectivity<RangeEncoder> encoder(mesh.schema);
   encoder.set_codec(codec);
   std::map<std::uint64_t, std::uint32_t> slots;
-  std::vector<std::uint64_t> numbers_by_id;  // vertices in order of birth
+  std::vector<std::uint64_t> numbers_by_id;  // vertices in the order in which they were introduced
   std::vector<CellTopology> coded, decoded;
   for (std::uint64_t c = 0; c < mesh.cells.size(); ++c) {
     CellTopology cell;
@@ -74,7 +74,7 @@ std::vector<CellTopology> expect_same_cells(const TestMesh& mesh, ConnectivityCo
   return decoded;
 }
 
-/// With every codec. Gives the cells of the published one.
+/// Tests every codec. Returns the cells of the paper codec.
 std::vector<CellTopology> expect_same_cells(const TestMesh& mesh) {
   expect_same_cells(mesh, ConnectivityCodec::rows);
   expect_same_cells(mesh, ConnectivityCodec::replay);
@@ -84,22 +84,24 @@ std::vector<CellTopology> expect_same_cells(const TestMesh& mesh) {
 
 enum : std::uint32_t { kBottom = 1, kWest = 2, kSouth = 4, kEast = 8, kNorth = 16, kTop = 32 };
 
-/// The centre of a 3x3x3 grid, coded after those of its six neighbours that `faces` names.
+/// Returns the centre of a 3x3x3 grid, coded after those of its six neighbours that `faces`
+/// selects.
 TestMesh neighbourhood(std::uint32_t faces, bool corner_order) {
   const TestMesh all = grid(3, 3, 3);
   TestMesh mesh = all;
   mesh.schema.order = Order::stream;
   mesh.schema.corner_order = corner_order;
   mesh.cells.clear();
-  constexpr std::array<std::size_t, 6> kNeighbour = {4, 12, 10, 14, 16, 22};  // of cell 13
+  constexpr std::array<std::size_t, 6> kNeighbour = {4,  12, 10,
+                                                     14, 16, 22};  // neighbours of cell 13
   for (std::size_t f = 0; f < 6; ++f)
     if ((faces >> f & 1) != 0) mesh.cells.push_back(all.cells[kNeighbour[f]]);
   mesh.cells.push_back(all.cells[13]);
   return mesh;
 }
 
-/// How many active faces, and how many pairs of them are opposite: this tells the ten apart, but
-/// for CORNER and BRIDGE, which both have three, where the pair decides.
+/// Returns the number of active faces and the number of opposite pairs among them. This
+/// distinguishes the ten cases; CORNER and BRIDGE both have three faces and differ in the pairs.
 std::pair<int, int> shape_of(std::uint32_t mask) {
   const auto has = [&](std::uint32_t faces) { return (mask & faces) == faces ? 1 : 0; };
   return {std::popcount(mask), has(kBottom | kTop) + has(kWest | kEast) + has(kSouth | kNorth)};
@@ -135,8 +137,7 @@ TEST(Connectivity, TheTenConfigurations) {
     }
 }
 
-// Every set of faces, in each of the 24 rotations of the centre: one of the ten, seen from
-// anywhere.
+// Every set of faces, in each of the 24 rotations of the centre, is one of the ten cases.
 TEST(Connectivity, EverySetOfFacesInEveryRotation) {
   for (std::uint32_t faces = 0; faces < 64; ++faces)
     for (std::uint32_t r = 0; r < kRotationCount; ++r) {
@@ -146,7 +147,7 @@ TEST(Connectivity, EverySetOfFacesInEveryRotation) {
       const auto cells = expect_same_cells(mesh);
       ASSERT_FALSE(HasFailure()) << "faces " << faces << ", rotation " << r;
       ASSERT_EQ(shape_of(cells.back().face_mask), shape_of(faces));
-      // Face by face: it was active where one of the cells before has all of its corners.
+      // A face is active exactly if one of the previous cells has all of its corners.
       for (std::uint32_t k = 0; k < 6; ++k) {
         const bool shared =
             std::any_of(mesh.cells.begin(), mesh.cells.end() - 1, [&](const auto& other) {
@@ -175,14 +176,14 @@ TEST(Connectivity, RepeatedCorners) {
     for (std::size_t b = 0; b < a; ++b) {
       TestMesh mesh = neighbourhood(kBottom | kWest | kTop, true);
       mesh.cells.back().corners[a] = mesh.cells.back().corners[b];
-      mesh.cells.push_back(mesh.cells.back());  // and once more
+      mesh.cells.push_back(mesh.cells.back());  // and the same cell again
       expect_same_cells(mesh);
       ASSERT_FALSE(HasFailure()) << a << ' ' << b;
     }
 }
 
 TEST(Connectivity, AnIslandIsFoundByItsNumber) {
-  // Two far ends of a row grow in turn: the gate is never on the previous hexahedron.
+  // The two ends of a row grow in turn, so that the gate is never on the previous hexahedron.
   const TestMesh row = grid(20, 1, 1);
   TestMesh mesh = row;
   mesh.cells.clear();
@@ -204,9 +205,9 @@ TEST(Connectivity, RegularGridsCostLittle) {
   EXPECT_LT(report->streams.at("connectivity"), 600u);  // of 4096 cells
 }
 
-// What a program cut into eight: corners of the cell that was cut are followed.
+// A mesh that a program divided into eight: the codec follows the corners of each divided cell.
 TEST(Connectivity, CutCellsReplayInFewBits) {
-  // Bytes; 5000 and 5464 where strays are not followed.
+  // Sizes in bytes; 5000 and 5464 if strays are not followed.
   for (const auto& [order, most] : {std::pair{Order::keep, 4300u}, {Order::stream, 4950u}}) {
     TestMesh mesh = cut_into_eight(8);
     ASSERT_EQ(mesh.cells.size(), 4488u);
@@ -221,7 +222,7 @@ TEST(Connectivity, CutCellsReplayInFewBits) {
   }
 }
 
-// What a decoder makes of bytes that nobody wrote: it may say no, but only that.
+// Decoding arbitrary bytes may fail, but must not do anything worse.
 TEST(Connectivity, AnyBytesDecodeOrAreRefused) {
   std::mt19937_64 random(1);
   TestMesh mesh;

@@ -1,7 +1,7 @@
-// What instructions_test.py counts the instructions of: three made meshes, in memory, are encoded
-// and decoded at each level, in one thread. Prints a line for each time that
-// counted_run() returns, in that order: mesh, hexahedra, level, "encode" or "decode". What comes
-// back is compared.
+// The program whose instructions instructions_test.py counts: encodes and decodes three generated
+// meshes in memory, at each level, in one thread. Prints a line for each time that counted_run()
+// returns, in that order: mesh, hexahedra, level, "encode" or "decode". Compares the decoded
+// meshes.
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -17,11 +17,12 @@
 #include "programs/mesh_fields.h"
 #include "shm/mesh.h"
 
-// callgrind collects while it runs, which it knows by its name. So it does not end with a jump into
-// another function, and is called by a pointer that no compiler knows: others are made of it else.
+// callgrind collects while this function runs and identifies it by name. Therefore it must not end
+// with a tail call and is called through a pointer that no compiler can see through: otherwise the
+// compiler creates renamed copies.
 extern "C" bool counted_run(const std::function<bool()>& run) {
-  volatile bool good = run();
-  return good;
+  volatile bool ok = run();
+  return ok;
 }
 
 namespace {
@@ -37,7 +38,7 @@ make_mesh::Mesh made(std::string_view family, std::uint64_t cells) {
   return {};
 }
 
-/// Coordinates as float64.
+/// Returns the mesh with coordinates as float64.
 shm::Mesh mesh_of(const make_mesh::Mesh& from) {
   std::vector<std::array<double, 3>> points;
   for (const make_mesh::Point3& p : from.points) points.push_back({p.x, p.y, p.z});
@@ -47,7 +48,7 @@ shm::Mesh mesh_of(const make_mesh::Mesh& from) {
   return shm::Mesh::of_hexahedra(points, cells);
 }
 
-/// The same as float32.
+/// Returns the mesh with coordinates as float32.
 shm::Mesh with_floats(shm::Mesh mesh) {
   const std::vector<float> points = mesh.points_as<float>();
   const auto bytes = std::as_bytes(std::span(points));
@@ -56,7 +57,7 @@ shm::Mesh with_floats(shm::Mesh mesh) {
   return mesh;
 }
 
-/// Adds an array of float32 that is the same at all steps, and one that grows from step to step.
+/// Adds a float32 array that is equal at all steps, and one that grows from step to step.
 void add_field(shm::Mesh& mesh, const make_mesh::Field& field, shm::Location location) {
   std::vector<float> values(field.values.begin(), field.values.end());
   mesh.add_array<float>(field.name, location, values);

@@ -16,7 +16,7 @@ TEST(IdMap, EmptyFindsNothing) {
   EXPECT_EQ(map.find(~std::uint64_t{0}), kNone);
 }
 
-/// The same operations on an IdMap and on the standard's map; `draw` gives the next number.
+/// Runs the same operations on an IdMap and on a standard map; `draw` returns the next number.
 template <class Draw>
 void expect_like_standard_map(Draw&& draw, std::size_t most) {
   std::mt19937_64 random(1);
@@ -59,8 +59,8 @@ TEST(IdMap, FewNumbersAgainAndAgain) {
 TEST(IdMap, AnyNumbers) {
   expect_like_standard_map([](auto& random) { return random(); }, 30000);
 }
-// Equal after the multiplication and shift in every mask of use: one long run, where an erase has
-// most to move.
+// Numbers whose hashes agree in every mask that is used: they form one long run, in which erasing
+// moves the most entries.
 TEST(IdMap, NumbersThatCollide) {
   constexpr std::uint64_t kInverse = 0xf1de83e19937733d;  // of 0x9e3779b97f4a7c15 modulo 2^64
   static_assert(kInverse * 0x9e3779b97f4a7c15u == 1);

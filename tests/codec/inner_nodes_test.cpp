@@ -1,4 +1,4 @@
-// Nodes of second-order cells: where they stand, what they cost, and that all of them come back.
+// Nodes of second-order cells: their positions, their size in files, and round trips.
 #include "codecs/surface/cells/mid_nodes.h"
 
 #include <gtest/gtest.h>
@@ -39,7 +39,7 @@ TEST(NodeLayout, OfHexahedraIsVtks) {
       EXPECT_EQ(kTriquadratic[p][a], mean(node->corner, node->kind == Kind::edge ? 2 : 4, a)) << p;
       if (node->kind == Kind::edge) continue;
       EXPECT_EQ(kTriquadratic[p][a], mean(node->middle, 4, a)) << p;
-      // middle[i] between corner[i] and the next
+      // middle[i] is between corner[i] and the next corner
       for (std::size_t i = 0; i < 4; ++i)
         EXPECT_EQ(2 * kTriquadratic[node->middle[i]][a],
                   kTriquadratic[node->corner[i]][a] + kTriquadratic[node->corner[(i + 1) % 4]][a]);
@@ -47,7 +47,7 @@ TEST(NodeLayout, OfHexahedraIsVtks) {
     EXPECT_EQ(node->kind, p < 20 ? Kind::edge : p < 26 ? Kind::face : Kind::body);
     EXPECT_EQ(node->parallels, p < 20 ? 3 : p < 26 ? 1 : 0);
     for (std::size_t i = 0; i < node->parallels; ++i) {
-      // What leads from here to the parallel node leads from the first corner to what is beside.
+      // The step to the parallel node equals the step from the first corner to the node beside it.
       int away = 0;
       for (int a = 0; a < 3; ++a) {
         const int step = kTriquadratic[node->parallel[i]][a] - kTriquadratic[p][a];
@@ -68,28 +68,28 @@ TEST(NodeLayout, OfAllShapes) {
     std::uint32_t nodes;
     std::array<int, 3> kinds;
   };
-  for (const Expected& it : std::vector<Expected>{{line, 3, {1, 0, 0}},
-                                                  {triangle, 6, {3, 0, 0}},
-                                                  {triangle, 7, {3, 0, 1}},
-                                                  {quad, 8, {4, 0, 0}},
-                                                  {quad, 9, {4, 1, 0}},
-                                                  {tetrahedron, 10, {6, 0, 0}},
-                                                  {pyramid, 13, {8, 0, 0}},
-                                                  {pyramid, 14, {8, 1, 0}},
-                                                  {wedge, 15, {9, 0, 0}},
-                                                  {wedge, 18, {9, 3, 0}},
-                                                  {hexahedron, 9, {0, 0, 1}},
-                                                  {hexahedron, 20, {12, 0, 0}},
-                                                  {hexahedron, 21, {12, 0, 1}},
-                                                  {hexahedron, 23, {12, 0, 0}},
-                                                  {hexahedron, 24, {12, 4, 0}},
-                                                  {hexahedron, 26, {12, 6, 0}},
-                                                  {hexahedron, 27, {12, 6, 1}},
-                                                  {hexahedron, 64, {12, 0, 0}}}) {
-    const NodeLayout* layout = node_layout(it.shape, it.nodes);
+  for (const Expected& expected : std::vector<Expected>{{line, 3, {1, 0, 0}},
+                                                        {triangle, 6, {3, 0, 0}},
+                                                        {triangle, 7, {3, 0, 1}},
+                                                        {quad, 8, {4, 0, 0}},
+                                                        {quad, 9, {4, 1, 0}},
+                                                        {tetrahedron, 10, {6, 0, 0}},
+                                                        {pyramid, 13, {8, 0, 0}},
+                                                        {pyramid, 14, {8, 1, 0}},
+                                                        {wedge, 15, {9, 0, 0}},
+                                                        {wedge, 18, {9, 3, 0}},
+                                                        {hexahedron, 9, {0, 0, 1}},
+                                                        {hexahedron, 20, {12, 0, 0}},
+                                                        {hexahedron, 21, {12, 0, 1}},
+                                                        {hexahedron, 23, {12, 0, 0}},
+                                                        {hexahedron, 24, {12, 4, 0}},
+                                                        {hexahedron, 26, {12, 6, 0}},
+                                                        {hexahedron, 27, {12, 6, 1}},
+                                                        {hexahedron, 64, {12, 0, 0}}}) {
+    const NodeLayout* layout = node_layout(expected.shape, expected.nodes);
     ASSERT_NE(layout, nullptr);
     std::array<int, 3> kinds{};
-    for (std::size_t p = 0; p < it.nodes; ++p)
+    for (std::size_t p = 0; p < expected.nodes; ++p)
       if (const MidNode* node = layout->at(p)) {
         ++kinds[node->kind];
         if (node->has_sides) {
@@ -102,7 +102,7 @@ TEST(NodeLayout, OfAllShapes) {
           EXPECT_NE(node->side[0], node->side[1]);
         }
       }
-    EXPECT_EQ(kinds, it.kinds) << it.nodes;
+    EXPECT_EQ(kinds, expected.kinds) << expected.nodes;
   }
   EXPECT_EQ(node_layout(hexahedron, 8), nullptr);
   EXPECT_EQ(node_layout(hexahedron, 16), nullptr);
@@ -120,7 +120,7 @@ TEST(MiddleTable, LeadsFromPlacesToLiveVertices) {
   EXPECT_EQ(table.find(edge), kNone);
   table.put(edge, v[4]);
   EXPECT_EQ(table.find(table.edge(v[0], v[1])), v[4]);
-  // A face is its corners in whatever order around it, and no edge.
+  // A face is identified by its corners in any order around it, and differs from an edge.
   table.put(table.face({v[2], v[1], v[0], v[3]}), v[5]);
   EXPECT_EQ(table.find(table.face({v[3], v[0], v[1], v[2]})), v[5]);
   EXPECT_EQ(table.find(table.edge(v[0], v[2])), kNone);
@@ -128,10 +128,10 @@ TEST(MiddleTable, LeadsFromPlacesToLiveVertices) {
   table.open(v[4]) = 7;
   table.put(edge, v[4]);
   EXPECT_EQ(table.open(v[4]), 7u);
-  table.put(edge, v[3]);  // takes the place
+  table.put(edge, v[3]);  // replaces the entry
   EXPECT_EQ(table.find(edge), v[3]);
   EXPECT_EQ(table.open(v[4]), 0u);
-  table.put(table.edge(v[1], v[2]), v[3]);  // one place at most
+  table.put(table.edge(v[1], v[2]), v[3]);  // a vertex has at most one entry
   EXPECT_EQ(table.find(edge), kNone);
   table.forget(v[3]);
   table.forget(v[4]);
@@ -147,7 +147,7 @@ TEST(MiddleTable, OtherVerticesInTheSameSlotsAreOthers) {
   table.put(table.edge(fresh[0], fresh[1]), middle);
   const auto taken = fresh;
   surface.finalize(fresh[1]);
-  // Until the slot is used again.
+  // Repeats until the slot is reused.
   std::uint32_t again = kNone;
   for (int i = 0; i < 2000 && again != taken[1]; ++i) {
     again = surface.add_vertex();
@@ -179,9 +179,8 @@ TEST(MidNodes, OfAllShapesComeBack) {
       }
 }
 
-// What a corner tells costs nothing: what is left is what the corners take.
-// Corners of hexahedra of eight nodes may come back turned, those of their second-order neighbours
-// not: both sides must think the same of the corners of a face between them.
+// Corners of hexahedra with eight nodes may come back rotated; corners of their second-order
+// neighbours may not. Encoder and decoder must agree on the corners of a face between them.
 TEST(MidNodes, BesideHexahedraThatMayTurn) {
   for (const auto codec : {ConnectivityCodec::paper, ConnectivityCodec::rows,
                            ConnectivityCodec::mixed, ConnectivityCodec::replay})
@@ -193,7 +192,7 @@ TEST(MidNodes, BesideHexahedraThatMayTurn) {
       std::mt19937 random(every);
       for (std::size_t c = 0; c < mesh.cells.size(); ++c) {
         auto& corners = mesh.cells[c].corners;
-        for (unsigned n = random() % 4; n > 0; --n) {  // numbered by turns
+        for (unsigned n = random() % 4; n > 0; --n) {  // rotates the numbering
           std::rotate(corners.begin(), corners.begin() + 1, corners.begin() + 4);
           std::rotate(corners.begin() + 4, corners.begin() + 5, corners.end());
         }
@@ -208,6 +207,7 @@ TEST(MidNodes, BesideHexahedraThatMayTurn) {
     }
 }
 
+// Mid nodes that follow from the corners need no bytes; the remaining bytes are for the corners.
 TEST(MidNodes, CostNothingOnAGrid) {
   for (std::uint32_t nodes : {20u, 27u})
     for (ConnectivityCodec codec : kCodecs) {
@@ -221,7 +221,7 @@ TEST(MidNodes, CostNothingOnAGrid) {
 }
 
 TEST(MidNodeNumbers, RulesThatFitAreFound) {
-  // Two edges of a quad: the second one is numbered by 100 more than the first.
+  // Two edges of a quad: the numbers of the second are 100 more than those of the first.
   CellTopology cell;
   cell.layout = node_layout(CellShape::quad, 8);
   std::vector<std::uint64_t> numbers(8);

@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
-"""Encoding and decoding take as many instructions as they did.
+"""Checks that encoding and decoding execute as many instructions as before.
 
-    instructions_test.py [PROGRAM LIBRARY] [--renew]     (exit code 77, skipped: no valgrind)
+  instructions_test.py [PROGRAM LIBRARY] [--renew]     (exit code 77, skipped: no valgrind)
 
-PROGRAM is counted_coding, LIBRARY the shared library that it runs with, both as they are released;
-those of build/release, where none are named. callgrind counts the instructions of LIBRARY alone:
-those of zstd, xxHash and the C library go by what the processor can do, and by their versions. They
-are the same in every run, however busy the machine is. bench/instructions.csv has what they were; a
-figure may be 5 % larger or smaller. --renew writes the figures of now there.
+PROGRAM is counted_coding, LIBRARY the shared library that it uses, both as they are released; the default
+is build/release. callgrind counts only the instructions of LIBRARY: those of zstd, xxHash and the C
+library depend on the processor and on their versions. The counts are the same in every run, however busy
+the machine is. bench/instructions.csv has the previous counts; a count may differ from them by 5 %.
+--renew stores the new counts there.
 """
 import argparse
 import csv
@@ -26,14 +26,14 @@ COUNTED = "counted_run"  # a function of PROGRAM
 
 
 def instructions_of(profile, library):
-    """Of the functions of `library`, those that they call left out, in a file by callgrind."""
+    """Returns the instructions of `library` in a callgrind file, without those of functions that it calls."""
     total, ours, of_call = 0, False, False
     with open(profile, encoding="utf-8", errors="replace") as lines:
         for line in lines:
             if line.startswith("ob="):
                 ours = os.path.realpath(line[3:].strip()) == library
             elif line.startswith("calls="):
-                of_call = True  # the next line has what the called function took
+                of_call = True  # the next line gives the instructions of the called function
             elif line[:1].isdigit():
                 if ours and not of_call:
                     total += int(line.split()[1])
@@ -42,7 +42,7 @@ def instructions_of(profile, library):
 
 
 def count(program, library):
-    """(mesh, hexahedra, level, way) -> instructions"""
+    """Returns a dictionary from (mesh, hexahedra, level, way) to instructions."""
     with tempfile.TemporaryDirectory() as folder:
         profile = Path(folder) / "profile"
         run = subprocess.run(
@@ -51,8 +51,8 @@ def count(program, library):
              f"--toggle-collect={COUNTED}", f"--dump-after={COUNTED}", program],
             stdout=subprocess.PIPE, text=True, check=True)
         whats = [tuple(line.split(",")) for line in run.stdout.splitlines()]
-        counted = {what: instructions_of(f"{profile}.{place}", os.path.realpath(library))
-                   for place, what in enumerate(whats, 1)}
+        counted = {key: instructions_of(f"{profile}.{place}", os.path.realpath(library))
+                   for place, key in enumerate(whats, 1)}
     if not counted or not all(counted.values()):
         sys.exit(f"{program} does not run with {library}: none of its instructions were counted")
     return counted
@@ -69,19 +69,19 @@ def write_ledger(counted):
     with open(LEDGER, "w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(COLUMNS)
-        writer.writerows([*what, figure] for what, figure in counted.items())
+        writer.writerows([*key, figure] for key, figure in counted.items())
 
 
 def faults(counted, before):
-    """What is said of each figure that is not as it was."""
-    for what in [*before, *(new for new in counted if new not in before)]:
-        mesh, hexahedra, level, way = what
+    """Yields a message for each count that has changed too much."""
+    for key in [*before, *(new for new in counted if new not in before)]:
+        mesh, hexahedra, level, way = key
         name = f"{mesh}, {hexahedra} hexahedra, level {level}, {way}"
-        if what not in counted or what not in before:
-            yield f"{name}: only {'in the ledger' if what in before else 'counted now'}"
-        elif abs(counted[what] - before[what]) > WITHIN * before[what]:
-            more = 100 * (counted[what] / before[what] - 1)
-            yield (f"{name}: {before[what]} -> {counted[what]} instructions, {more:+.1f} %, "
+        if key not in counted or key not in before:
+            yield f"{name}: only {'in the ledger' if key in before else 'counted now'}"
+        elif abs(counted[key] - before[key]) > WITHIN * before[key]:
+            more = 100 * (counted[key] / before[key] - 1)
+            yield (f"{name}: {before[key]} -> {counted[key]} instructions, {more:+.1f} %, "
                    f"which is not within {100 * WITHIN:g} %")
 
 
@@ -104,9 +104,9 @@ def main():
         print(fault)
     if found:
         again = f"python3 {' '.join(sys.argv)} --renew"
-        print(f"Where that is meant, {again} writes bench/{LEDGER.name} anew")
+        print(f"If this change is intended, {again} writes bench/{LEDGER.name} again")
     else:
-        print(f"{len(counted)} figures are those of bench/{LEDGER.name}")
+        print(f"{len(counted)} counts agree with bench/{LEDGER.name}")
     return 1 if found else 0
 
 

@@ -65,13 +65,13 @@ TEST(LiveNumbers, ANumberHasOneOwner) {
   EXPECT_EQ(numbers.state(8), State::imported);
   EXPECT_EQ(numbers.remove(8), State::imported);
   EXPECT_EQ(numbers.remove(8), State::dead);
-  // What it was is forgotten.
+  // The previous state of the number is forgotten.
   EXPECT_TRUE(numbers.add(8, false));
   EXPECT_EQ(numbers.state(8), State::own);
   expect_same(numbers, {{7, false}, {8, false}});
 }
 
-/// The same operations on LiveNumbers and on the standard's map; `draw` gives the next number.
+/// Runs the same operations on LiveNumbers and on a standard map; `draw` returns the next number.
 template <class Draw>
 void expect_like_standard_map(Draw&& draw, std::size_t most) {
   std::mt19937_64 random(1);
@@ -83,7 +83,7 @@ void expect_like_standard_map(Draw&& draw, std::size_t most) {
     const std::uint64_t number = draw(random);
     const bool imported = random() % 3 == 0;
     ASSERT_EQ(numbers.state(number), state_in(twin, number));
-    // What stood there the last time, or anything.
+    // The hint is the position of the last lookup, or arbitrary.
     ASSERT_EQ(numbers.is_live(number, hint), twin.contains(number));
     std::size_t any = random();
     ASSERT_EQ(numbers.is_live(number, any), twin.contains(number));
@@ -133,8 +133,8 @@ TEST(LiveNumbers, NumbersFarApart) {
                            3000);
 }
 
-// Words that all want the same place, or the last one: long runs, also round the end of the table,
-// where a word that goes has most to move.
+// Words that all hash to the same position, or to the last position: they form long runs, also
+// around the end of the table, in which removing a word moves the most entries.
 TEST(LiveNumbers, WordsThatCollide) {
   for (const std::uint64_t mask : {0xfff, 0xffe}) {
     std::vector<std::uint64_t> words;
@@ -173,8 +173,8 @@ TEST(LiveNumbers, Runs) {
   }
 }
 
-/// Multiples of a number that a plain multiplication puts on one place: were it so, this would take
-/// minutes.
+/// Multiples of a number that a plain multiplicative hash maps to one position. With such a hash
+/// the test would run for minutes.
 TEST(LiveNumbers, NumbersOfAnEnemy) {
   constexpr std::uint64_t kStride = 0x77a0f8664ddccf40u, kCount = std::uint64_t{1} << 18;
   LiveNumbers numbers;

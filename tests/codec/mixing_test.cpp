@@ -1,5 +1,5 @@
-// The mixing coder: stretch and squash, both directions, what it costs on noise and gains on
-// patterns, and its very bytes.
+// The mixing coder: stretch and squash, encoding and decoding, its cost on noise, its gain on
+// patterns, and its exact bytes.
 #include "entropy/mixing.h"
 
 #include <gtest/gtest.h>
@@ -33,7 +33,7 @@ TEST(Mixing, SquashAndStretchAreEachOthersInverse) {
     EXPECT_NEAR(squash(stretch(p)), p, 1 + p / 200.) << p;
 }
 
-/// Runs `code(coder)` both ways; gives the bytes.
+/// Runs `code(coder)` with an encoder and a decoder; returns the bytes.
 template <class Code>
 std::vector<std::byte> both_ways(Code code) {
   RangeEncoder out;
@@ -48,7 +48,7 @@ std::vector<std::byte> both_ways(Code code) {
   return bytes;
 }
 
-/// `decisions`, each with the clues clue(of(i)), all about one question.
+/// Codes `decisions`, each with the clues clue(of(i)), in a single context.
 template <class Of>
 std::vector<std::byte> coded(const std::vector<bool>& decisions, Of&& of) {
   return both_ways([&](auto& coder) {
@@ -86,7 +86,7 @@ TEST(Mixing, CluesAndHistoryArePutToUse) {
     copies[i] = noise[i];
     waves[i] = i / 3 % 2 == 0;
   }
-  // A clue gives what it will be; its own last decisions do.
+  // A clue reveals the decision; or the coder's own last decisions do.
   EXPECT_LT(coded(copies, [&](std::size_t i) { return noise[i] ? 1 : 2; }).size(), 60u);
   EXPECT_LT(coded(waves, [](std::size_t) { return 0; }).size(), 60u);
 }
@@ -112,7 +112,7 @@ TEST(Mixing, NumbersInTreesAndRunsBothWays) {
 }
 
 TEST(Mixing, EveryClueIsATableEntryOfItsOwnUntilTheTableIsFull) {
-  // More clues than the table holds: entries are given up, nothing breaks.
+  // More clues than the table holds: entries are replaced, and coding still works.
   const auto bits = random_bits(300000, .3);
   const auto bytes = coded(bits, [](std::size_t i) { return i; });
   EXPECT_LT(8. * static_cast<double>(bytes.size()), 300000 * .8813 * 1.03);

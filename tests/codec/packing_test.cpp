@@ -55,10 +55,10 @@ TEST(Packing, DamageIsRefused) {
   }
 }
 
-// Numbers that count up, in rows of four.
+// Ascending numbers in rows of four.
 Bytes rows_of_numbers(std::uint32_t rows) {
   ByteWriter out;
-  out.put_bytes(Bytes(5, std::byte{9}));  // what stands before them in an extra
+  out.put_bytes(Bytes(5, std::byte{9}));  // the bytes that precede the numbers in an extra
   for (std::uint32_t row = 0; row < rows; ++row)
     for (const std::uint32_t number : {0u, 1u, 102u, 101u}) out.put_u32(row + number);
   return std::move(out.bytes);
@@ -103,7 +103,8 @@ TEST(Zstd, BackAndForth) {
     const Bytes bytes = size < 100000 ? noise(size) : Bytes(size, std::byte{7});
     EXPECT_EQ(zstd_decompress(zstd_compress(bytes, 3), size), bytes);
   }
-  // Small sizes are made at once, large ones as they come: neither believes what is stated.
+  // zstd_decompress unpacks small sizes at once and large sizes piece by piece; it trusts the
+  // stated size in neither case.
   for (const Bytes& bytes : {noise(1000), Bytes(1 << 20, std::byte{7})}) {
     const Bytes packed = zstd_compress(bytes, 1);
     const std::uint64_t size_of_all = bytes.size();
@@ -120,19 +121,19 @@ TEST(Zstd, BackAndForth) {
   }
   EXPECT_FALSE(zstd_decompress({}, 0));
   EXPECT_FALSE(zstd_decompress(noise(100), 100));
-  // A window that a decoder need not have, by its descriptor or by the size of the frame.
+  // A window that a decoder need not support, given by the descriptor or by the size of the frame.
   const auto framed = [](std::initializer_list<int> head) {
     Bytes frame{std::byte{0x28}, std::byte{0xb5}, std::byte{0x2f}, std::byte{0xfd}};
-    for (const int it : head) frame.push_back(static_cast<std::byte>(it));
-    for (const char it : {'\x21', '\0', '\0', 'a', 'b', 'c', 'd'})
-      frame.push_back(static_cast<std::byte>(it));
+    for (const int value : head) frame.push_back(static_cast<std::byte>(value));
+    for (const char c : {'\x21', '\0', '\0', 'a', 'b', 'c', 'd'})
+      frame.push_back(static_cast<std::byte>(c));
     return frame;  // one raw block of four bytes
   };
   EXPECT_TRUE(zstd_decompress(framed({0x00, 17 << 3}), 4));
   EXPECT_FALSE(zstd_decompress(framed({0x00, (17 << 3) + 1}), 4));
   EXPECT_FALSE(zstd_decompress(framed({0x00, 18 << 3}), 4));
   EXPECT_FALSE(zstd_decompress(framed({0xa0, 1, 0, 0, 8}), (1u << 27) + 1));
-  // Two frames one after the other are one too many.
+  // Two consecutive frames are refused.
   Bytes two = zstd_compress(Bytes(10), 3);
   const Bytes second = two;
   two.insert(two.end(), second.begin(), second.end());

@@ -1,5 +1,5 @@
-// The paper's own figures for its mesh "grid": 15 x 15 x 15 hexahedra in scanline order.
-// Table 2: 1.93 bph without and 1.35 with a delay buffer of 50; 0.4 bpv at 16 bits, 19.5 lossless.
+// The paper's own figures for its mesh "grid": 15 x 15 x 15 hexahedra in scanline order. Table
+// 2: 1.93 bph without and 1.35 with a delay buffer of 50; 0.4 bpv at 16 bits, 19.5 lossless.
 #include <cstdio>
 
 #include "support/test_mesh.h"

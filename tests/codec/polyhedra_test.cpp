@@ -1,4 +1,4 @@
-// Polyhedra: what is open between them, that they come back, and how few bytes say them.
+// Polyhedra: the open faces between them, round trips, and the number of bytes needed.
 #include <numeric>
 
 #include "mesh/polyhedron_surface.h"
@@ -93,7 +93,7 @@ TEST(Polyhedra, ComeBackWithValues) {
   }
 }
 
-/// Faces of any vertices that share few edges, and a vertex that a thousand faces have.
+/// Faces of random vertices that share few edges, and a vertex that belongs to a thousand faces.
 TEST(Polyhedra, ComeBackWhereNothingFits) {
   TestMesh mesh = polyhedra();
   PlainRandom random(5);
@@ -114,7 +114,7 @@ TEST(Polyhedra, ComeBackWhereNothingFits) {
   expect_all_modes(mesh);
 }
 
-/// 12 bits a cell, where all faces of a hexahedron are told anew in 30 nodes.
+/// 12 bits per cell, although all faces of a hexahedron are given again as 30 nodes.
 TEST(Polyhedra, OfAGridTakeFewBytes) {
   TestMesh mesh = grid(12, 12, 12, ScalarType::float32, straight);
   mesh.schema.blocks[0].shape = CellShape::faces;

@@ -1,4 +1,4 @@
-// The range coder, the adaptive bit and the models over them, in both directions.
+// The range coder, adaptive bits and the models based on them, encoding and decoding.
 #include "entropy/range_coder.h"
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@
 namespace shm {
 namespace {
 
-/// Runs `work(coder)` through an encoder, then through a decoder over its bytes.
+/// Runs `work(coder)` with an encoder, then with a decoder of its bytes.
 template <class Work>
 std::vector<std::byte> both_ways(Work&& work) {
   RangeEncoder encoder;
@@ -126,7 +126,7 @@ TEST(RangeCoder, TheEncoderStartsAnewAfterFinish) {
   EXPECT_EQ(once(), first);
 }
 
-// Whatever the bytes, decoding goes on for ever and never reads beyond them.
+// Any bytes can be decoded without end, and the decoder never reads beyond them.
 TEST(RangeCoder, AnyBytesDecode) {
   std::mt19937_64 random(3);
   for (int n = 0; n < 200; ++n) {
@@ -184,7 +184,8 @@ TEST(Models, SignedNumbers) {
 
 TEST(Models, TreesAndChoices) {
   std::mt19937_64 random(6);
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> choices;  // of how many, which
+  std::vector<std::pair<std::uint32_t, std::uint32_t>>
+      choices;  // number of choices, and the choice
   for (int n = 0; n < 3000; ++n) {
     const auto count = static_cast<std::uint32_t>(1 + random() % 40);
     choices.emplace_back(count, random() % count);
@@ -215,7 +216,7 @@ std::string hex(const std::vector<std::byte>& bytes) {
   return text;
 }
 
-// Frozen: the exact bytes of one stream that uses every model. A reader of old files needs them.
+// Frozen: the exact bytes of one stream that uses every model. Readers of old files depend on them.
 TEST(Models, PinnedStream) {
   std::mt19937_64 random(7);
   std::vector<std::uint64_t> values;

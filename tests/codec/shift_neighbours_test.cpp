@@ -1,5 +1,5 @@
-// ShiftNeighbours: in grids whose numbers never run into those of another row, what numbers tell is
-// what stands there: looked up here by coordinates.
+// ShiftNeighbours: in grids where the numbers of different rows never mix, the neighbours found by
+// numbers must equal those found by coordinates here.
 #include "codecs/shifts/shift_neighbours.h"
 
 #include <gtest/gtest.h>
@@ -21,7 +21,8 @@ constexpr std::array<std::uint32_t, 7> kSteps = {1, 2, 4, 3, 5, 6, 7};  // axes,
 constexpr std::uint32_t kRingBits = 12;
 constexpr std::uint64_t kClaimed = 1024;  // elements of the group: enough for the ring
 
-/// Numbers of rows and layers are far apart, so that two or three steps beyond the grid nothing is.
+/// Numbers of rows and layers are far apart, so that no number is used two or three steps beyond
+/// the grid.
 std::uint64_t number_at(const Place& at) {
   return static_cast<std::uint64_t>((at[0] + 4) + 16 * (at[1] + 4) + 256 * (at[2] + 4));
 }
@@ -31,7 +32,7 @@ Place moved(Place at, std::uint32_t axes, const std::array<int, 3>& by, int time
   return at;
 }
 
-/// What was met, and of what the whole lattice was known.
+/// Elements seen so far, and for each whether its whole lattice neighbourhood was known.
 class Met {
  public:
   bool has(const Place& at) const { return full_.contains(at); }
@@ -42,7 +43,7 @@ class Met {
   std::map<Place, bool> full_;
 };
 
-/// What an item must be.
+/// Expected neighbourhood.
 struct Expected {
   std::uint32_t known = 0;
   std::array<std::uint64_t, 13> at{};
@@ -61,28 +62,29 @@ void expect_item(const Neighbourhood& item, const Expected& expected, const Plac
     }
 }
 
-/// Steps on along each axis from the near neighbours, and thirds.
-void go_on(Expected& it, const Met& met, std::uint32_t axes, const Place& self,
+/// Adds the neighbours two and three steps away along each axis, and the third kind of prediction,
+/// if the near neighbour is known.
+void go_on(Expected& expected, const Met& met, std::uint32_t axes, const Place& self,
            const std::array<int, 3>& direction) {
   for (std::uint32_t a = 0; a < axes; ++a) {
-    if ((it.known >> a & 1) == 0) continue;
+    if ((expected.known >> a & 1) == 0) continue;
     const Place near = moved(self, 1u << a, direction);
-    if (met.is_full(near)) it.known |= Neighbourhood::kThird << a;
+    if (met.is_full(near)) expected.known |= Neighbourhood::kThird << a;
     const Place beyond = moved(self, 1u << a, direction, 2),
                 farther = moved(self, 1u << a, direction, 3);
     if (!met.has(beyond)) continue;
-    it.take(kAtBeyond + a, beyond);
-    if (met.has(farther)) it.take(kAtFarther + a, farther);
+    expected.take(kAtBeyond + a, beyond);
+    if (met.has(farther)) expected.take(kAtFarther + a, farther);
   }
 }
 
-bool is_full(const Expected& it, std::uint32_t axes) {
+bool is_full(const Expected& expected, std::uint32_t axes) {
   const std::uint32_t lattice =
       axes == 3 ? Neighbourhood::kLattice : 3 * Neighbourhood::kNear | Neighbourhood::kDiagonal;
-  return (it.known & lattice) == lattice;
+  return (expected.known & lattice) == lattice;
 }
 
-/// Adds the cells at these places, one after the other, and compares.
+/// Adds the cells at these places one after the other, and compares the neighbourhoods.
 class CheckedNeighbours {
  public:
   explicit CheckedNeighbours(std::uint32_t axes)
@@ -127,7 +129,7 @@ class CheckedNeighbours {
     return schema;
   }
 
-  /// A new vertex looks along the edges of its cell.
+  /// Checks a new vertex, whose neighbours are found along the edges of its cell.
   void vertex(const Neighbourhood& item, const Place& self, std::uint32_t bits) {
     std::array<int, 3> direction{};
     for (std::uint32_t a = 0; a < axes_; ++a) direction[a] = (bits >> a & 1) != 0 ? -1 : 1;
@@ -143,8 +145,8 @@ class CheckedNeighbours {
     full_vertices += is_full(expected, axes_) ? 1 : 0;
   }
 
-  /// A cell is known by its last corner. Behind it is what stands one cell back, or, along one
-  /// axis, if that is not there, one cell on.
+  /// Checks a cell, which is identified by its last corner. Its neighbours are one cell back or, if
+  /// there is none along an axis, one cell forward.
   void whole(const Neighbourhood& item, const Place& low) {
     const Place self = moved(low, (1u << axes_) - 1, {1, 1, 1});
     std::array<int, 3> direction{-1, -1, -1};
@@ -167,7 +169,7 @@ class CheckedNeighbours {
   Met vertices_, cells_;
 };
 
-/// Cells of a grid, axis by axis upwards or downwards, the axis `fastest` first.
+/// Visits the cells of a grid, each axis upwards or downwards, with axis `fastest` varying fastest.
 void for_grid(const Place& size, std::uint32_t downwards, std::uint32_t fastest,
               const std::function<void(const Place&)>& visit) {
   const std::uint32_t middle = (fastest + 1) % 3, slowest = (fastest + 2) % 3;
@@ -208,7 +210,7 @@ TEST(ShiftNeighbours, OfQuadsAreThoseInTheGrid) {
     }
 }
 
-// Cells in no order: neighbours are where they are, or not there yet.
+// Cells in random order: neighbours are found if they were already added.
 TEST(ShiftNeighbours, OfScatteredCells) {
   std::vector<Place> cells;
   for_grid({4, 4, 4}, 0, 0, [&](const Place& at) { cells.push_back(at); });
@@ -220,7 +222,7 @@ TEST(ShiftNeighbours, RingsForgetWhatHasTheirPlace) {
   Schema schema;
   schema.blocks.push_back({1, "", CellShape::vertex, 1});
   ShiftNeighbours neighbours(schema, true, true);
-  EXPECT_FALSE(neighbours.begin_group(12, 100));  // more places than such a group may have
+  EXPECT_FALSE(neighbours.begin_group(12, 100));  // more positions than such a group may have
   ASSERT_TRUE(neighbours.begin_group(3, 2));
   std::vector<Neighbourhood> vertices, cells;
   CellMarks marks;
@@ -229,7 +231,7 @@ TEST(ShiftNeighbours, RingsForgetWhatHasTheirPlace) {
     neighbours.add_cells(marks, std::array<std::uint64_t, 1>{number}, 1, vertices, cells);
   ASSERT_EQ(cells.size(), 4u);
   EXPECT_EQ(cells[0].known, 0u);
-  for (const std::size_t i : {1u, 2u, 3u}) {  // the cell before, whose slot that is
+  for (const std::size_t i : {1u, 2u, 3u}) {  // the previous cell, which has that slot
     EXPECT_EQ(cells[i].known, Neighbourhood::kNear);
     EXPECT_EQ(cells[i].at[0], cells[i - 1].self);
   }

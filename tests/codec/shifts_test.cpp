@@ -1,5 +1,5 @@
-// Cells encoded as shifts: all come back whatever they are, grids cost next to nothing, and damaged
-// bytes do no harm.
+// Cells encoded as shifts: all cells come back, grids need next to no bytes, and damaged bytes are
+// handled safely.
 #include "codecs/shifts/shifts.h"
 
 #include <gtest/gtest.h>
@@ -62,7 +62,7 @@ bool begin(ShiftDecoder& decoder, std::span<const std::byte> bytes, std::size_t 
   return decoder.begin_group(bytes, static_cast<std::uint32_t>(cells), limit, unpacking());
 }
 
-/// Cells of one shift.
+/// Cells with one shift.
 struct SomeCells {
   const CellMarks* marks = nullptr;
   std::size_t count = 0;
@@ -82,7 +82,7 @@ SomeCells next_cells(ShiftDecoder& decoder, std::size_t most) {
   return some;
 }
 
-/// Nothing where the bytes make no sense.
+/// Decodes a group; nothing if the bytes are invalid.
 std::optional<Group> decode(ShiftDecoder& decoder, std::span<const std::byte> bytes,
                             std::size_t cells, std::size_t unused = 0) {
   if (!begin(decoder, bytes, cells)) return std::nullopt;
@@ -104,7 +104,7 @@ std::optional<Group> decode(ShiftDecoder& decoder, std::span<const std::byte> by
   return group;
 }
 
-/// Bytes that each group takes; they come back.
+/// Returns the number of bytes of each group, and checks that it decodes correctly.
 std::vector<std::size_t> expect_back(const Schema& schema, const std::vector<Group>& groups,
                                      bool may_import = false) {
   ShiftEncoder encoder(schema, may_import);
@@ -122,7 +122,7 @@ std::vector<std::size_t> expect_back(const Schema& schema, const std::vector<Gro
   return sizes;
 }
 
-/// Says where vertices are used first and last, and which of the first uses are imports.
+/// Marks first and last uses of vertices, and which of the first uses are imports.
 template <class IsImported>
 void mark(Group& group, IsImported&& is_imported) {
   std::unordered_map<std::uint64_t, std::pair<std::size_t, std::size_t>> last;  // cell, node
@@ -143,7 +143,7 @@ void mark(Group& group) {
   mark(group, [](std::uint64_t) { return false; });
 }
 
-/// A grid in scanline order, its vertices numbered from `first`.
+/// Returns a grid in scanline order, with vertices numbered from `first`.
 Group grid(std::uint64_t nx, std::uint64_t ny, std::uint64_t nz, std::uint64_t first = 0) {
   Group group;
   const auto v = [&](std::uint64_t i, std::uint64_t j, std::uint64_t k) {
@@ -172,7 +172,7 @@ Cell random_cell(const Schema& schema, bool may_import, std::mt19937_64& random)
   return cell;
 }
 
-// --- what they are for
+// --- supported schemas
 
 TEST(Shifts, SchemasThatTakeThem) {
   Schema schema = schema_of({8, 1, 64});
@@ -196,7 +196,7 @@ TEST(Shifts, SchemasThatTakeThem) {
   EXPECT_FALSE(takes_shifts(schema_of({65, 8})));
 }
 
-// --- there and back
+// --- round trips
 
 TEST(Shifts, NothingAtAll) {
   expect_back(hexahedra(), {{}, {}});
@@ -205,8 +205,8 @@ TEST(Shifts, NothingAtAll) {
 
 TEST(Shifts, GridsCostNextToNothing) {
   const auto sizes = expect_back(hexahedra(), {grid(40, 40, 40)});
-  EXPECT_LE(sizes[0], 64000u / 8 / 16);  // a bit for sixteen cells
-  // One that is like the one before has no new shifts.
+  EXPECT_LE(sizes[0], 64000u / 8 / 16);  // one bit for sixteen cells
+  // A group like the one before has no new shifts.
   const auto again = expect_back(hexahedra(), {grid(9, 8, 7), grid(9, 8, 7)});
   EXPECT_LE(4 * again[1], 3 * again[0]);
 }
@@ -217,7 +217,8 @@ TEST(Shifts, MoreThanThereArePlaces) {
     std::uint64_t at = 0;
     std::mt19937_64 random(1);
     for (std::uint64_t n = 0; n < 5000; ++n) {
-      // All in turn first, then any, so that some come again soon, and some when they are gone.
+      // Each shift in turn first, then random shifts, so that some occur again soon, and some after
+      // they left the table.
       at += 1 + (n < 2 * different ? n : random()) % different;
       Cell cell;
       for (std::uint64_t i = 0; i < 8; ++i) cell.numbers.push_back(at + i);
@@ -243,7 +244,7 @@ TEST(Shifts, CellsOfOneToSixtyFourNodes) {
   const Schema schema = schema_of(nodes);
   Group any, rows;
   for (int n = 0; n < 2000; ++n) any.cells.push_back(random_cell(schema, false, random));
-  // A row of each block, their cells in turn.
+  // A row of each block; cells of the blocks alternate.
   for (std::uint64_t n = 0; n < 50; ++n)
     for (std::uint32_t block = 0; block < nodes.size(); ++block) {
       Cell cell;
@@ -254,12 +255,12 @@ TEST(Shifts, CellsOfOneToSixtyFourNodes) {
     }
   mark(rows);
   const auto sizes = expect_back(schema, {any, rows, rows});
-  // The first and last cells of the rows, and the way from one row to the next.
+  // Bytes for the first and last cells of the rows, and for the step from one row to the next.
   EXPECT_LE(sizes[1], 64u * 64 * 4);
 }
 
 TEST(Shifts, BlocksRememberTheirOwnLastCell) {
-  // Two grids whose cells come by turns.
+  // Two grids whose cells alternate.
   Schema schema = schema_of({8, 8});
   const Group one = grid(10, 10, 10), two = grid(10, 10, 10, 1 << 20);
   Group both;
@@ -284,7 +285,7 @@ TEST(Shifts, UnusedVertices) {
 
 TEST(Shifts, NumbersUpToTheLast) {
   const std::uint64_t last = ~std::uint64_t{0};
-  const Group high = grid(9, 9, 9, last - 999);  // its last vertex is the last number
+  const Group high = grid(9, 9, 9, last - 999);  // its last vertex has the largest number
   ASSERT_EQ(high.cells.back().numbers[6], last);
   expect_back(hexahedra(), {high, grid(9, 9, 9), high});
   Group ends;
@@ -366,7 +367,7 @@ Parts take_apart(const Bytes& bytes, std::size_t cells) {
   return {Bytes(all->begin(), middle), Bytes(middle, all->end())};
 }
 
-/// Reads all there is. What comes out may be used without asking.
+/// Decodes everything; the result must be safe to use without checks.
 void read_all(const Schema& schema, bool may_import, const Bytes& bytes, std::size_t cells) {
   ShiftDecoder decoder(schema, may_import);
   if (!begin(decoder, bytes, cells)) return;
@@ -409,7 +410,7 @@ TEST(ShiftsDamaged, EveryCut) {
     const Bytes whole = encode(encoder, it.group);
     const std::size_t cells = it.group.cells.size();
     for (std::size_t size = 0; size < whole.size(); ++size) {
-      // An exact-size copy, so that a read past the end is seen.
+      // An exact-size copy, so that a read past the end is detected.
       const Bytes cut(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(size));
       ShiftDecoder decoder(it.schema, may_import);
       EXPECT_FALSE(begin(decoder, cut, cells)) << size;
@@ -418,7 +419,7 @@ TEST(ShiftsDamaged, EveryCut) {
     more.push_back(std::byte{0});
     ShiftDecoder decoder(it.schema, may_import);
     EXPECT_FALSE(begin(decoder, more, cells));
-    // Behind zstd: words that end too early.
+    // Correct zstd data with words that end too early.
     const Parts parts = take_apart(whole, cells);
     for (std::size_t size = 0; size < parts.words.size(); ++size) {
       Parts less = parts;
@@ -456,7 +457,7 @@ TEST(ShiftsDamaged, EveryByteChanged) {
   }
 }
 
-/// One new shift in words, of a block of two nodes.
+/// Returns words with one new shift, of a block with two nodes.
 Bytes words(std::uint64_t block, std::uint64_t births, std::optional<std::uint64_t> imports,
             std::uint64_t last_use) {
   ByteWriter out;
@@ -470,7 +471,7 @@ Bytes words(std::uint64_t block, std::uint64_t births, std::optional<std::uint64
 }
 Bytes symbols(std::initializer_list<int> list) {
   Bytes bytes;
-  for (int it : list) bytes.push_back(static_cast<std::byte>(it));
+  for (int value : list) bytes.push_back(static_cast<std::byte>(value));
   return bytes;
 }
 
@@ -483,23 +484,30 @@ TEST(ShiftsDamaged, LiesAreRefused) {
   EXPECT_TRUE(is_good({words(0, 3, {}, 2), symbols({255})}, 1));
   EXPECT_TRUE(is_good({words(0, 3, 1, 2), symbols({255})}, 1, true));
   EXPECT_TRUE(is_good({words(0, 3, {}, 2), symbols({255, 0, 0})}, 3));
-  EXPECT_FALSE(is_good({words(2, 3, {}, 2), symbols({255})}, 1)) << "no such block";
-  EXPECT_FALSE(is_good({words(~std::uint64_t{0}, 3, {}, 2), symbols({255})}, 1)) << "nor this";
-  EXPECT_FALSE(is_good({words(std::uint64_t{1} << 32, 3, {}, 2), symbols({255})}, 1)) << "nor this";
-  EXPECT_FALSE(is_good({words(0, 4, {}, 2), symbols({255})}, 1)) << "a node that is not there";
-  EXPECT_FALSE(is_good({words(0, 3, {}, std::uint64_t{1} << 63), symbols({255})}, 1)) << "again";
-  EXPECT_FALSE(is_good({words(0, 1, 2, 2), symbols({255})}, 1, true)) << "imported, not born";
-  EXPECT_FALSE(is_good({words(0, 3, 4, 2), symbols({255})}, 1, true)) << "imported, not there";
-  EXPECT_FALSE(is_good({words(0, 3, {}, 2), symbols({0})}, 1)) << "no shift in that place";
-  EXPECT_FALSE(is_good({words(0, 3, {}, 2), symbols({255, 1})}, 2)) << "nor in that";
-  EXPECT_FALSE(is_good({words(0, 3, {}, 2), symbols({255, 254})}, 2)) << "nor in the last";
-  EXPECT_FALSE(is_good({words(0, 3, {}, 2), symbols({255, 255})}, 2)) << "one is given";
-  EXPECT_FALSE(is_good({{}, symbols({255})}, 1)) << "none is given";
+  EXPECT_FALSE(is_good({words(2, 3, {}, 2), symbols({255})}, 1)) << "no block 2";
+  EXPECT_FALSE(is_good({words(~std::uint64_t{0}, 3, {}, 2), symbols({255})}, 1))
+      << "no block 2^64 - 1";
+  EXPECT_FALSE(is_good({words(std::uint64_t{1} << 32, 3, {}, 2), symbols({255})}, 1))
+      << "no block 2^32";
+  EXPECT_FALSE(is_good({words(0, 4, {}, 2), symbols({255})}, 1)) << "a first use of a missing node";
+  EXPECT_FALSE(is_good({words(0, 3, {}, std::uint64_t{1} << 63), symbols({255})}, 1))
+      << "a last use of a missing node";
+  EXPECT_FALSE(is_good({words(0, 1, 2, 2), symbols({255})}, 1, true))
+      << "an import that is not a first use";
+  EXPECT_FALSE(is_good({words(0, 3, 4, 2), symbols({255})}, 1, true))
+      << "an import of a missing node";
+  EXPECT_FALSE(is_good({words(0, 3, {}, 2), symbols({0})}, 1)) << "no shift at position 0 yet";
+  EXPECT_FALSE(is_good({words(0, 3, {}, 2), symbols({255, 1})}, 2)) << "no shift at position 1";
+  EXPECT_FALSE(is_good({words(0, 3, {}, 2), symbols({255, 254})}, 2))
+      << "no shift at the last position";
+  EXPECT_FALSE(is_good({words(0, 3, {}, 2), symbols({255, 255})}, 2))
+      << "two new shifts, one is given";
+  EXPECT_FALSE(is_good({{}, symbols({255})}, 1)) << "one new shift, none is given";
   EXPECT_FALSE(is_good({words(0, 3, {}, 2), symbols({255, 0})}, 1)) << "too many symbols";
   EXPECT_FALSE(is_good({words(0, 3, {}, 2), symbols({255})}, 2)) << "too few";
   Parts long_one{words(0, 3, {}, 2), symbols({255})};
   long_one.words.push_back(std::byte{0});
-  EXPECT_FALSE(is_good(long_one, 1)) << "more than is used";
+  EXPECT_FALSE(is_good(long_one, 1)) << "unused words";
 }
 
 TEST(ShiftsDamaged, SymbolsMustAllBeUsed) {

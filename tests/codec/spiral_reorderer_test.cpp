@@ -18,7 +18,7 @@ SpiralReorderer::Corners corners_of(const TestCell& cell) {
   return corners;
 }
 
-/// The order in which cells leave a buffer of `delay` cells.
+/// Returns the order in which cells leave a buffer of `delay` cells.
 std::vector<std::uint32_t> order_of(const TestMesh& mesh, std::size_t delay) {
   SpiralReorderer reorderer;
   std::vector<std::uint32_t> order;
@@ -70,7 +70,8 @@ TEST(SpiralReorderer, EveryCellLeavesOnce) {
     }
 }
 
-// A cell enters no earlier than it is given, so none can leave more than `delay` places early.
+// A cell enters the buffer only when it is added, so that no cell can leave more than `delay`
+// positions early.
 TEST(SpiralReorderer, NoCellIsEarlierThanTheBufferAllows) {
   std::mt19937_64 random(2);
   TestMesh mesh = grid(8, 8, 8);
@@ -88,7 +89,7 @@ TEST(SpiralReorderer, FollowsNeighbours) {
   EXPECT_GT(neighbours_in_sequence(mesh, order_of(mesh, 100)),
             neighbours_in_sequence(mesh, straight_order));
   shuffle_cells(mesh, random);
-  // With everything in the buffer nearly each cell touches the one before.
+  // With all cells in the buffer, nearly every cell touches the one before.
   EXPECT_GT(neighbours_in_sequence(mesh, order_of(mesh, 1000)), 900u);
 }
 

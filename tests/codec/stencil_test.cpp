@@ -1,4 +1,4 @@
-// Stencils against the paper's Table 1 and against what they must predict exactly.
+// Stencils, checked against the paper's Table 1 and on functions that they must predict exactly.
 #include "codecs/shared/stencil.h"
 
 #include <gtest/gtest.h>
@@ -40,7 +40,7 @@ TEST(Stencil, NothingIsKnown) {
   for (std::uint32_t i = 0; i < 8; ++i) EXPECT_EQ(stencil_of(cell, i, 0).kind, Stencil::last);
 }
 
-// v1 = v0, v2 = v1, v3 = v0 + v2 - v1, v4 = v0, v7 = v4 + v3 - v0, v5 = v1 + v4 - v0, v6 by all
+// v1 = v0, v2 = v1, v3 = v0 + v2 - v1, v4 = v0, v7 = v4 + v3 - v0, v5 = v1 + v4 - v0, v6 from all
 // seven.
 TEST(Stencil, Table1OfThePaper) {
   const auto cell = hexahedron();
@@ -65,8 +65,8 @@ TEST(Stencil, UsesKnownCornersOnly) {
     }
 }
 
-// A parallelogram predicts what is linear over a parallelepiped, Lorenzo's rule also what has mixed
-// terms of two axes.
+// A parallelogram predicts linear functions over a parallelepiped exactly; Lorenzo's rule also
+// predicts mixed terms of two axes.
 TEST(Stencil, ExactOnSmoothFunctions) {
   const auto cell = hexahedron();
   const auto linear = [](const std::array<double, 3>& p) {
@@ -120,7 +120,7 @@ TEST(Stencil, OtherCellsCopyTheNodeBefore) {
 
 TEST(Stencil, NewVerticesAreKnownOnlyOnceTheyAreCoded) {
   CellTopology cell = hexahedron();
-  cell.slots[6] = cell.slots[4];  // stands twice
+  cell.slots[6] = cell.slots[4];  // occurs twice
   cell.new_positions = {4, 7, 5};
   std::vector<std::uint32_t> order;
   const auto visit = [&](std::uint32_t position, const Stencil& s, std::uint64_t known) {

@@ -1,4 +1,5 @@
-// Vertex numbers alone: what they cost on files numbered in the usual ways, and that all come back.
+// Vertex numbers without other data: their size for files numbered in the usual ways, and round
+// trips.
 #include "codecs/surface/cells/vertex_numbers.h"
 
 #include <gtest/gtest.h>
@@ -10,7 +11,7 @@
 namespace shm {
 namespace {
 
-/// A cell of eight new vertices that stores its corners in this order.
+/// Returns a cell of eight new vertices that stores its corners in this order.
 CellTopology fresh_cell(const std::array<std::uint8_t, 8>& stored, std::uint32_t first_slot) {
   CellTopology cell;
   cell.hexahedral = true;
@@ -22,7 +23,8 @@ CellTopology fresh_cell(const std::array<std::uint8_t, 8>& stored, std::uint32_t
   return cell;
 }
 
-/// Bytes for these numbers, eight to a cell, after checking that they come back.
+/// Returns the bytes needed for these numbers, eight per cell, and checks that they decode
+/// correctly.
 std::size_t cost(const std::vector<std::uint64_t>& numbers,
                  const std::array<std::uint8_t, 8>& stored) {
   RangeEncoder out;

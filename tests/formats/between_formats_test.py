@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Meshes between formats, seen by programs that are not ours: VTK, Gmsh, and netCDF's ncdump.
+"""Conversions between formats, checked with other programs: VTK, Gmsh, and netCDF's ncdump.
 
-Usage: between_formats_test.py PATH_OF_SHM     (exit code 77, skipped, where one is missing)
+Usage: between_formats_test.py PATH_OF_SHM     (exit code 77, skipped, if one of them is missing)
 """
 import concurrent.futures
 import itertools
@@ -33,7 +33,7 @@ def apart(function, *words):
         return pool.submit(function, *words).result()
 
 
-# Nodes of the Exodus manual: corners, then for each further node the corners that it is between.
+# Nodes of the Exodus manual: corners, then for each further node the corners between which it is.
 EDGES_HEX = ["12", "23", "34", "41", "15", "26", "37", "48", "56", "67", "78", "85"]
 EDGES_WEDGE = ["12", "23", "31", "14", "25", "36", "45", "56", "64"]
 EDGES_PYRAMID = ["12", "23", "34", "41", "15", "25", "35", "45"]
@@ -50,7 +50,7 @@ MANUAL = {
     "TRI6": (3, ["12", "23", "31"]),
     "TRI7": (3, ["12", "23", "31", "123"]),
 }
-# Exodus name: VTK cell, Gmsh type; None where there is none.
+# Exodus name: VTK cell, Gmsh type; None if the program has no such element.
 SHAPES = {
     "HEX20": ("vtkQuadraticHexahedron", 17), "HEX27": ("vtkTriQuadraticHexahedron", 12),
     "TETRA10": ("vtkQuadraticTetra", 11), "WEDGE15": ("vtkQuadraticWedge", 18),
@@ -62,7 +62,7 @@ SHAPES = {
 
 
 def reference(shape, kind):
-    """Where a program says that the nodes of its element are, in coordinates of its own."""
+    """Returns the nodes of an element in the program's own reference coordinates."""
     cell, gmsh_type = SHAPES[shape]
     if kind == "vtk":
         element = getattr(vtk, cell)()
@@ -70,7 +70,8 @@ def reference(shape, kind):
         local = [flat[3 * i:3 * i + 3] for i in range(element.GetNumberOfPoints())]
         if not shape.startswith("PYRAMID"):
             return local
-        # VTK's own coordinates of a pyramid are those of a cube: straight edges are not.
+        # VTK's reference coordinates of a pyramid are those of a cube, in which straight edges are
+        # not straight.
         pyramid, places = vtk.vtkPyramid(), []
         for i, corner in enumerate(((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (.5, .5, 1))):
             pyramid.GetPoints().SetPoint(i, corner)
@@ -87,14 +88,14 @@ def reference(shape, kind):
 
 
 def placed(point):
-    """Some affine map, so that each node has a place of its own."""
+    """Applies an affine map, so that all nodes have distinct coordinates."""
     x, y, z = point
     return [2 * x + .25 * y + .125 * z, 3 * y + .5 * z + .0625 * x, 5 * z + .75 * x + 1]
 
 
 def write_cell(shape, path):
-    """One element, by VTK or, where it has none such, by Gmsh. Its nodes in that program's order,
-    numbered backwards so that no order is that of the file."""
+    """Writes one element with VTK or, if VTK does not have it, with Gmsh. Its nodes are in the order of that
+    program and numbered backwards, so that the order differs from the order in the file."""
     cell, gmsh_type = SHAPES[shape]
     points = [placed(p) for p in reference(shape, "vtk" if cell else "gmsh")]
     if cell:
@@ -163,7 +164,7 @@ def seen_by_gmsh(path):
 
 
 def seen_by_ncdump(path):
-    """Type and nodes of the only element."""
+    """Returns type and nodes of the only element."""
     text = subprocess.run(["ncdump", "-p", "9,17", "-v", "coordx,coordy,coordz,connect1", path],
                           capture_output=True, text=True, check=True).stdout
     values = {name: [float(v) for v in re.search(rf"\n {name} =([^;]*);", text)[1].split(",")]
@@ -174,7 +175,7 @@ def seen_by_ncdump(path):
 
 
 def groups_seen_by_gmsh(path):
-    """Physical groups: name -> (dimension, elements as sorted lists of places)."""
+    """Returns the physical groups: name -> (dimension, elements as sorted lists of coordinates)."""
     gmsh.initialize(["gmsh"], False)
     gmsh.option.setNumber("General.Terminal", 0)
     gmsh.open(path)
@@ -199,13 +200,13 @@ def groups_seen_by_gmsh(path):
 
 
 def normal(points):
-    """Of a face: which way it looks, by its first three corners."""
+    """Returns a normal of a face, computed from its first three corners."""
     a, b = ([q - p for p, q in zip(points[0], other)] for other in points[1:3])
     return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 
 
 def grouped_boxes(path):
-    """Two boxes of tetrahedra; one surface in two groups, one group of two volumes."""
+    """Creates two boxes of tetrahedra, with one surface in two groups and one group of two volumes."""
     gmsh.initialize(["gmsh"], False)
     gmsh.option.setNumber("General.Terminal", 0)
     gmsh.model.occ.addBox(0, 0, 0, 1, 1, 1)
@@ -245,13 +246,13 @@ class BetweenFormatsTest(FolderTest):
                 self.assertAlmostEqual(a, b, delta=1e-9)
 
     def check_vtk(self, shape, cells):
-        """VTK itself says where the nodes of its cell belong."""
+        """Checks that the nodes are where VTK's own cell has them."""
         (kind, points), = cells
         self.assertEqual(kind, SHAPES[shape][0])
         self.assert_same_places(points, [placed(p) for p in reference(shape, "vtk")])
 
     def check_gmsh(self, shape, path):
-        """As Gmsh's own element, carried over by the affine map of its corners."""
+        """Checks that the nodes are where Gmsh's own element has them, mapped by the affine map of its corners."""
         (kind, points), = apart(seen_by_gmsh, path)
         self.assertEqual(kind, SHAPES[shape][1])
         local = apart(reference, shape, "gmsh")
@@ -274,7 +275,7 @@ class BetweenFormatsTest(FolderTest):
         self.assertEqual(len(points), corners + len(others))
         for point, between in zip(points[corners:], others):
             self.assert_same_places([point], [middle([points[int(c) - 1] for c in between])])
-        # VTK's reader makes an Exodus element one of its own.
+        # VTK's reader converts an Exodus element to a VTK cell.
         cells = apart(exodus_seen_by_vtk, path)
         if SHAPES[shape][0] is not None and cells and cells[0][0] == SHAPES[shape][0]:
             self.check_vtk(shape, cells)
@@ -364,7 +365,8 @@ class BetweenFormatsTest(FolderTest):
                 first = "first.vtk" if cell else "first.msh"
                 apart(write_cell, shape, self.path(first))
                 targets = ["e"] + ["vtk"] * (cell is not None) + ["msh"] * (gmsh_type is not None)
-                # From what VTK or Gmsh wrote, and from there between all, both ways.
+                # From the file that VTK or Gmsh wrote, and from there between all formats, in both
+                # directions.
                 routes = [(first, "one." + t) for t in targets]
                 routes += [("one." + s, f"from_{s}.{t}") for s in targets for t in targets]
                 for source, target in routes:

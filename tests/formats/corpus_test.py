@@ -1,15 +1,15 @@
 #!/usr/bin/python3
-"""Every file of the corpus through the tool, as a user would.
+"""Runs every file of the corpus through the tool, as a user would.
 
 corpus_test.py SHM            SHM: path of the tool; the corpus is the folder in SHM_CORPUS
 
-For each file: compress in `keep`, `stream` and `free`; `verify --against` the source says equal, and
-so does `diff`, with --match where the order changed; small ones converted to the other formats,
-`diff --match` finds no more than what the other format cannot hold; the streams of --json add up to the output;
-decompress to the file's own format, and a reader that we did not write (VTK, gmsh, netCDF's tools)
-finds source and result equal. Prints a table of what each file exercises. A file of a format that
-is not known is a failure. SHM_SHARE limits the run to a sample (corpus_sample.py).
-Exit code 0 when all hold, 1 when one fails, 77 (skipped) where there is no corpus.
+For each file: compress with orders `keep`, `stream` and `free`; `verify --against` the source reports that
+they are equal, and so does `diff`, with --match if the order changed; small files are converted to the other
+formats, and `diff --match` reports only losses that the other format makes unavoidable; the streams of --json
+add up to the size of the output; the file is decompressed to its own format, and an independent reader (VTK,
+gmsh, netCDF's tools) finds source and result equal. Prints a table of the features that each file exercises.
+A file of an unknown format is a failure. SHM_SHARE limits the run to a sample (corpus_sample.py).
+Exit code 0 if all checks succeed, 1 if one fails, 77 (skipped) if there is no corpus.
 """
 import concurrent.futures
 import json
@@ -29,7 +29,7 @@ ORACLES = {  # by source_format of `shm info`: (extension to decompress to, orac
     "ucd": (".inp", "ucd_oracle.py"),
     "vtu": (".vtu", "vtu_oracle.py"),
 }
-# Conversions to all other formats are slow, and larger files show nothing else.
+# Conversions to all other formats are slow, and larger files do not test anything else.
 LARGEST_CONVERTED = 1 << 20
 FOLDERS = ("exodus", "vtk", "gmsh", "other")
 
@@ -40,7 +40,7 @@ def run(command):
 
 
 def exercised(info):
-    """What a mesh holds, from `shm info --json`: the columns of a line of the table."""
+    """Returns the columns of a table row that describe a mesh, from `shm info --json`."""
     shapes = {}
     for block in info["blocks"]:
         kind = block["shape"] + (str(block["nodes_per_cell"] or "") if block["cells"] else " 0")
@@ -50,7 +50,7 @@ def exercised(info):
         kind = (array["role"].split(":")[-1] if array["role"]
                 else f"{array['location']} {array['type']}x{array['components']}")
         arrays[kind] = arrays.get(kind, 0) + 1
-    counts = [f"{n} {what}" for what, n in (("vertices", info["vertices"]),
+    counts = [f"{n} {noun}" for noun, n in (("vertices", info["vertices"]),
                                             ("blocks", len(info["blocks"])),
                                             ("steps", len(info["step_times"])), ("sets", len(info["sets"])),
                                             ("extras", len(info["extras"]))) if n]
@@ -60,15 +60,15 @@ def exercised(info):
 
 
 def cannot_hold(difference):
-    """What is lost by design, and reported when converting: time steps, and the shape of cells that the
-    other format has no word for. What B has besides are sets, as arrays or as cells."""
+    """Returns true for unavoidable differences that the conversion reports: time steps, and shapes of cells that
+    the other format does not have. Additional items in B are sets, stored as arrays or as cells."""
     kind, what = difference["kind"], difference["what"]
     if kind == "cells":
         return all(" of other cells " in place["value_b"] for place in difference["places"])
     if kind == "count" and what == "cells":
         return int(difference["b"]) > int(difference["a"])
     if kind == "values" and what == "array 'cell/BlockId'":
-        return True  # numbers that blocks of several dimensions share are given anew
+        return True  # numbers that blocks of several dimensions share are replaced
     return kind in ("steps", "only_in_b") or (kind, what) == ("unmatched", "cells of B")
 
 
@@ -79,7 +79,7 @@ def check_conversions(shm, path, source_format, scratch):
     for other, (extension, _) in ORACLES.items():
         converted = os.path.join(scratch, "converted" + extension)
         if other == source_format or run([shm, "convert", "-f", path, converted])[0] != 0:
-            continue  # cells that the other format refuses
+            continue  # cells that the other format does not accept
         code, text, out = run([shm, "diff", path, converted, "--match", "--json"])
         if code not in (0, 1):
             wrong.append(f"diff with {other}: exit {code}: {text}")
@@ -89,7 +89,7 @@ def check_conversions(shm, path, source_format, scratch):
 
 
 def check(shm, path, scratch):
-    """One file: what it exercises, and what is wrong with it, a list of sentences."""
+    """Checks one file. Returns the features that it exercises, and a list of errors."""
     code, text, out = run([shm, "info", path, "--json"])
     if code != 0:
         return [], [f"info: exit {code}: {text}"]

@@ -1,5 +1,6 @@
-// Every degenerate and non-manifold family comes back: through Writer and Reader with every codec,
-// in both orders, with delay buffers and short segments, and through the converters in every order.
+// Round trips of every degenerate and non-manifold family: through Writer and Reader with every
+// codec, in both orders, with delay buffers and short segments, and through the converters in every
+// order.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -33,7 +34,8 @@ std::string name_of(const ::testing::TestParamInfo<std::size_t>& parameter) {
 
 void expect_round_trips(const TestMesh& mesh, ConnectivityCodec codec, SomeCases& some) {
   for (const std::uint64_t segment_cells : {0, 5}) {
-    // Many segments take time: with a short delay buffer, and in keep without one.
+    // Short segments are slow: they are tested only with a short delay buffer, and in order keep
+    // without one.
     if (segment_cells > 0 && mesh.schema.delay != (mesh.schema.order == Order::keep ? 0 : 7))
       continue;
     if (some.skips_next()) continue;
@@ -108,7 +110,7 @@ TEST_P(EveryFamily, ThroughTheConverters) {
 INSTANTIATE_TEST_SUITE_P(Degenerate, EveryFamily,
                          ::testing::Range<std::size_t>(0, degenerate_families().size()), name_of);
 
-/// Bits a hexahedron of everything that says which corners which cell has.
+/// Returns the bits per hexahedron of all streams that describe the corners of cells.
 double connectivity_bits(TestMesh mesh, Order order) {
   mesh.schema.order = order;
   mesh.schema.corner_order = order == Order::keep;
@@ -141,11 +143,11 @@ TEST(Collapsed, FourThousandHexahedraTakeFewBits) {
     std::printf("4096 collapsed hexahedra, %s: %.2f bits a hexahedron in stream, %.2f in keep\n",
                 each.name, stream, keep);
     EXPECT_LE(stream, 12) << each.name;
-    EXPECT_LE(keep, 20) << each.name;  // random numbers alone take 12 or so
+    EXPECT_LE(keep, 20) << each.name;  // random numbers alone need about 12
   }
 }
 
-// All vertices are unused then: a group has cells and none of the vertices that a point array has.
+// All vertices are unused then: a group has cells but none of the vertices of a point array.
 TEST(CellsWithoutNodes, BesideAPointArray) {
   TestMesh mesh;
   mesh.schema.blocks = {{1, "nothing", CellShape::polygon, 0}};

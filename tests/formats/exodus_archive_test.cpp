@@ -1,5 +1,5 @@
-// Exodus files through the archive and back: compressed, decompressed, and compared with the source
-// by programs that are not ours. In Order::keep netCDF finds no difference; in the other orders
+// Exodus files through a .shm file and back: compressed, decompressed, and compared with the source
+// by independent programs. In Order::keep netCDF finds no difference; in the other orders
 // libexodusii reads the same mesh.
 #include <gtest/gtest.h>
 #include <netcdf.h>
@@ -26,7 +26,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Source -> archive -> file of the same format, as the tool does it.
+// Converts a source to .shm and back to its format, as the tool does.
 void archive_and_restore(const std::string& from, const std::string& to,
                          const CompressOptions& options = {}) {
   Spool spool(fs::path(to).parent_path().string());
@@ -75,7 +75,8 @@ TEST(ExodusArchive, WhatTheManualDoesNotNameComesBackEqual) {
   }
 }
 
-// Calls `define` on a new netCDF-4 file that is otherwise Exodus; says why it is not converted.
+// Calls `define` on a new netCDF-4 file that is otherwise a valid Exodus file; returns the error of
+// converting it.
 Error refusal(const std::string& path, const std::function<void(int)>& define) {
   exodus_files::Maker(path, {EX_NETCDF4 | EX_NOCLASSIC, 8, 32});
   int id = -1;
@@ -109,7 +110,8 @@ TEST(ExodusArchive, GroupsAndTypesOfUsersAreRefusedByName) {
   EXPECT_NE(types.detail.find("'colours', 'lists'"), std::string::npos) << types.detail;
 }
 
-// A set and its variable larger than one extra may be, in parts; members follow.
+// A set and its variable are larger than one extra may be and are stored in several extras; members
+// are renumbered.
 TEST(ExodusArchive, LargeVariablesAreCarriedInParts) {
   TemporaryFolder folder;
   const std::string path = folder / "large.e", copy = folder / "copy.e";
@@ -148,7 +150,7 @@ TEST(ExodusArchive, LargeVariablesAreCarriedInParts) {
   EXPECT_TRUE(file_content(path) == file_content(copy));
 }
 
-// Files with next to nothing in them, and values that were never written.
+// Files that are nearly empty, and values that were never written.
 TEST(ExodusArchive, SparseAndSmallFilesComeBackEqual) {
   TemporaryFolder folder;
   const std::string path = folder / "small.e", copy = folder / "copy.e";
@@ -192,7 +194,7 @@ TEST(ExodusArchive, SparseAndSmallFilesComeBackEqual) {
   }
 }
 
-// A file of few bytes may say that much; not that more.
+// A file of few bytes may declare the smaller amount of unwritten values, but not the larger.
 TEST(ExodusArchive, UnwrittenValuesHaveABound) {
   TemporaryFolder folder;
   for (const std::size_t steps : {100, 1000}) {
@@ -212,7 +214,7 @@ TEST(ExodusArchive, UnwrittenValuesHaveABound) {
   }
 }
 
-// Sentences of one file that the other does not say.
+// Compares the sentences about two files; a failure lists those that only one file gives.
 testing::AssertionResult same_mesh(const std::string& a, const std::string& b) {
   const exodus_files::Teller exodus_a(a), exodus_b(b);
   std::vector<std::string> only;

@@ -1,5 +1,5 @@
-// The text of an Exodus file's structure: comes back equal, is the same for files of other numbers,
-// and that of older files is read as it was.
+// The text that describes the structure of an Exodus file: it comes back unchanged, is the same for
+// files with other numbers, and text of older versions is still read correctly.
 #include <gtest/gtest.h>
 #include <netcdf.h>
 
@@ -166,7 +166,7 @@ TEST(ExodusSkeleton, DamagedTextIsRefused) {
   }
 }
 
-// A long number many times would be far more text than a damaged file has.
+// Inserting a long number many times would create far more text than a damaged file has.
 TEST(ExodusSkeleton, LongNumbersStandForThemselvesOnly) {
   const std::string digits(50000, '7'), marks(50000, '#');
   EXPECT_THROW(from_text("K\tclassic\nD\tn\t1\nV\tx" + digits + "\tint\t" + marks + "\n", kPlace),
@@ -183,7 +183,8 @@ TEST(ExodusSkeleton, OldTextDoesNotGrowWithoutBound) {
   EXPECT_THROW(from_text(text + "\n", kPlace), Failure);
 }
 
-// Each dimension costs what it is long, not what its variable's name is.
+// Reading a dimension takes time in proportion to its own length, not to the length of its
+// variable's name.
 TEST(ExodusSkeleton, LongNamesOfManyDimensionsAreRead) {
   const std::string name(1000000, 'x'), dimensions(1000000, '\t');
   const Skeleton skeleton =

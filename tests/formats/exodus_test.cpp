@@ -1,5 +1,5 @@
-// Exodus files in and out: everything that a file holds comes back, meshes of other formats become
-// good Exodus files, damaged files are refused.
+// Reading and writing Exodus files: all contents come back, meshes of other formats become valid
+// Exodus files, damaged files are refused.
 #include "exodus/exodus.h"
 
 #include <exodusII.h>
@@ -63,7 +63,7 @@ std::size_t array_named(const MeshInfo& info, const std::string& name) {
   return 0;
 }
 
-// All cells as lists "block: corners".
+// Returns all cells as lists "block: corners".
 using Cells = std::vector<std::pair<std::uint32_t, std::vector<std::uint64_t>>>;
 Cells all_cells(MeshSource& mesh, std::size_t piece = 1000) {
   Cells cells;
@@ -82,8 +82,8 @@ constexpr std::array<double, 12> kX{0, 1, 1, 0, 0, 1, 1, 0, 2, 2, 2, 2};
 constexpr std::array<double, 12> kY{0, 0, 1, 1, 0, 0, 1, 1, 0, 1, 0, 1};
 constexpr std::array<double, 12> kZ{0, 0, 0, 0, 1, 1, 1, 1, 0, 0, 1, 1};
 
-// Two hexahedra, a null block, polygons and polyhedra, all sorts of sets, maps and variables.
-// `mode` as for ex_create.
+// Creates two hexahedra, a null block, polygons and polyhedra, and all kinds of sets, maps and
+// variables. `mode` as for ex_create.
 void make_rich_file(const std::string& path, int mode) {
   SCOPED_TRACE(path);
   ex_opts(0);
@@ -110,7 +110,7 @@ void make_rich_file(const std::string& path, int mode) {
   init.num_elem_maps = 1;
   EX(ex_put_init_ext(id, &init));
   EX(ex_put_coord(id, kX.data(), kY.data(), kZ.data()));
-  // In netCDF-4 files, text that was never written reads as anything.
+  // In netCDF-4 files, text that was never written is undefined.
   char axis[] = "x", none[] = "";
   char* axes[3] = {axis, axis, none};
   EX(ex_put_coord_names(id, axes));
@@ -209,7 +209,7 @@ void make_rich_file(const std::string& path, int mode) {
   EX(ex_put_info(id, 1, lines));
   EX(ex_close(id));
 
-  // What newer libraries write: an assembly, and attributes with unusual values.
+  // Items that newer libraries write: an assembly, and attributes with unusual values.
   int nc = -1, dimension = -1, variable = -1;
   NC(nc_open(path.c_str(), NC_WRITE, &nc));
   NC(nc_redef(nc));
@@ -367,7 +367,7 @@ TEST(Exodus, Cdf5ComesBackEqual) {
   EXPECT_TRUE(equal_files(folder / "five.e", folder / "copy.e"));
 }
 
-// Nodes in the middle of edges and faces must be near the middle of VTK's edges and faces.
+// Mid nodes of edges and faces must be close to the middle of VTK's edges and faces.
 TEST(Exodus, SecondOrderNodesAreInVtkOrder) {
   constexpr std::array<std::array<int, 2>, 12> kEdges{{{0, 1},
                                                        {1, 2},
@@ -423,7 +423,8 @@ TEST(Exodus, SecondOrderNodesAreInVtkOrder) {
   EXPECT_GT(faces, 0U);
 }
 
-// A mesh of another format: cells of two blocks alternate, polygons vary, arrays of many types.
+// Returns a mesh of another format: cells of two blocks alternate, polygons vary in size, arrays
+// have many types.
 MemoryMesh foreign_mesh() {
   MemoryMesh mesh;
   mesh.mesh.schema.source_format = "vtk";
@@ -463,7 +464,7 @@ TEST(Exodus, WritesMeshesOfOtherFormats) {
   Spool spool(folder / ".");
   const auto copy = open_exodus(folder / "foreign.e", spool);
   const MeshInfo& info = copy->info();
-  // Hexahedra, quads and polygons, then others by number of nodes.
+  // Hexahedra, quads and polygons, then the other cells by number of nodes.
   EXPECT_EQ(info.block_cells, (std::vector<std::uint64_t>{2, 2, 2, 2, 1}));
   std::vector<std::int64_t> ids;
   for (const BlockInfo& block : info.schema.blocks) ids.push_back(block.id);
@@ -494,7 +495,8 @@ TEST(Exodus, WritesSameBytesAgain) {
             std::string(std::istreambuf_iterator(b), {}));
 }
 
-// Polyhedra by numbers of faces, from 1. Faces by numbers of nodes.
+// Creates polyhedra from lists of face numbers, counted from 1, and faces from lists of node
+// numbers.
 using Lists = std::vector<std::vector<std::int64_t>>;
 void make_polyhedra(const std::string& path, const Lists& faces, const Lists& cells) {
   ex_opts(0);
@@ -531,7 +533,7 @@ void make_polyhedra(const std::string& path, const Lists& faces, const Lists& ce
   EX(ex_close(id));
 }
 
-// Two hexahedra that share face 4, and what may be odd about faces.
+// Two hexahedra that share face 4, and several irregular ways to describe their faces.
 TEST(Exodus, FacesOfPolyhedraComeBack) {
   const Lists faces = {{1, 4, 3, 2},  {5, 6, 7, 8},    {1, 2, 6, 5},  {2, 3, 7, 6},
                        {3, 4, 8, 7},  {4, 1, 5, 8},    {2, 3, 10, 9}, {6, 7, 12, 11},
@@ -548,7 +550,7 @@ TEST(Exodus, FacesOfPolyhedraComeBack) {
   struct Case {
     Lists faces, cells;
     CellShape shape;
-    bool numbers, shared;  // the extras that there are
+    bool numbers, shared;  // the expected extras
   };
   const std::vector<Case> cases = {
       {faces, cells, CellShape::faces, false, false},
@@ -604,7 +606,7 @@ TEST(Exodus, SideSetsFollowCellsThatLeftTheirBlock) {
   NC(nc_put_var_int(id, sides, side));
   NC(nc_close(id));
 
-  // The same mesh, but the second and third cells (of different blocks) have changed places.
+  // The same mesh with the second and third cells, which are in different blocks, exchanged.
   Spool spool(folder / ".");
   const auto source = open_exodus(folder / "first.e", spool);
   MemoryMesh moved = copy_of(*source);
@@ -629,7 +631,7 @@ void set_bytes(const std::string& path, std::string_view bytes) {
       .write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
 }
 
-// Reads everything that a mesh has.
+// Reads all contents of a mesh.
 void read_all(const std::string& path) {
   Spool spool("");
   const auto mesh = open_exodus(path, spool);
@@ -657,7 +659,7 @@ TEST(Exodus, RefusesTruncatedClassicFiles) {
   set_bytes(folder / "cut.e", bytes.substr(0, bytes.size() - 100));
   try {
     read_all(folder / "cut.e");
-    ADD_FAILURE() << "not noticed";
+    ADD_FAILURE() << "the missing byte was not detected";
   } catch (const Failure& failure) {
     EXPECT_EQ(failure.error().code, ErrorCode::truncated);
     EXPECT_EQ(failure.error().file, folder / "cut.e");
@@ -722,7 +724,7 @@ TEST(Exodus, RefusesDamagedStructure) {
     if (whole[i].key.rfind("/name") == whole[i].key.size() - 5) continue;
     mesh.mesh.extras[i].data.clear();
     EXPECT_THROW(write_exodus(mesh, folder / "copy.e"), Failure) << whole[i].key;
-    // Without, an id follows from the set's number, and factors are 1.
+    // Without these extras, the id follows from the number of the set, and all factors are 1.
     if (whole[i].key.starts_with("mesh/") &&
         (whole[i].key.ends_with("/id") || whole[i].key.ends_with("/factors")))
       continue;

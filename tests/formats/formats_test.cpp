@@ -1,4 +1,4 @@
-// Formats by name, and files that appear whole or not at all.
+// Formats by name, and output files that appear completely or not at all.
 #include "formats/formats.h"
 
 #include <gtest/gtest.h>

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Files that Gmsh itself wrote make the round trip: in order keep Gmsh finds no difference, in
-stream and free the same mesh with the same data under other numbers.
+"""Round trips of files that Gmsh itself wrote: in order keep Gmsh finds no difference; in stream and free it
+finds the same mesh with the same data under other numbers.
 
-Usage: gmsh_files_test.py PATH_OF_SHM     (exit code 77, skipped, without Python's Gmsh)
+Usage: gmsh_files_test.py PATH_OF_SHM     (exit code 77, skipped, without Gmsh for Python)
 """
 import concurrent.futures
 import os
@@ -31,7 +31,7 @@ AFFINE = [1, 0, 0, 1, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]  # one unit along x
 
 
 def apart(function, *words):
-    """A process for each: Gmsh may crash, and remembers things when it is initialized again."""
+    """Runs a function in a process of its own: Gmsh may crash, and keeps state when it is initialized again."""
     with concurrent.futures.ProcessPoolExecutor(1) as pool:
         return pool.submit(function, *words).result()
 
@@ -113,7 +113,7 @@ def prisms(order, incomplete):
 
 
 def sparse_tags():
-    """Tags far apart, and entities that no geometry has."""
+    """Creates tags that are far apart, and entities without geometry."""
     gmsh.model.addDiscreteEntity(3, 4)
     gmsh.model.addDiscreteEntity(2, 9, [])
     tags = [10, 3, 70000, 5, 4000, 2, 9, 8]
@@ -125,7 +125,7 @@ def sparse_tags():
 
 
 def every_type():
-    """An element of each type that Gmsh has: it stops where it knows a number without a shape."""
+    """Creates an element of each Gmsh type. Gmsh stops with an error at type numbers that have no shape."""
     without_shape = {*range(67, 71), *range(84, 90), *range(100, 106), *range(125, 137)}
     node, element = 1, 1
     for kind in range(1, 141):
@@ -145,7 +145,7 @@ def every_type():
 
 
 def add_views(path):
-    """Nodal, elemental and corner data with steps, on all and on some, for the mesh in memory."""
+    """Writes nodal, elemental and corner data with steps, on all items and on some, for the mesh in memory."""
     name = gmsh.model.getCurrent()
     nodes = [int(n) for n in gmsh.model.mesh.getNodes()[0]]
     kinds, tags, corners = gmsh.model.mesh.getElements()
@@ -202,8 +202,8 @@ def make(path, model, version, binary, views):
 
 
 class Binary40:
-    """An MSH 4.0 file in ASCII as the binary one that Gmsh 4.0 wrote and today's Gmsh cannot read.
-    Integers have 32 bits, the long ones 64."""
+    """Converts an MSH 4.0 file in ASCII to the binary form that Gmsh 4.0 wrote and today's Gmsh cannot read.
+    Integers have 32 bits, long integers 64."""
 
     def __init__(self, text, order):
         self.order, self.out, self.names = order, b"", []
@@ -222,7 +222,7 @@ class Binary40:
             self.out += f"${name}\n".encode() + data + f"$End{name}\n".encode()
 
     def put(self, kinds):
-        """Words of the text as kinds: i int, q long, d double. The values."""
+        """Converts words of the text by kinds: i int, q long, d double. Returns the values."""
         values = [(float if k == "d" else int)(next(self.words)) for k in kinds]
         self.data += struct.pack(self.order + kinds, *values)
         return values
@@ -268,7 +268,7 @@ class Binary40:
 
 
 def seen_by_meshio(path):
-    """Cells with their entities and groups, and periodic links, by the places of nodes."""
+    """Returns cells with their entities and groups, and periodic links, with nodes identified by coordinates."""
     mesh = meshio.read(path, "gmsh")
     place = [tuple(p) for p in mesh.points.tolist()]
     rows = {name: [str(v) for block in data for v in block]
@@ -305,7 +305,7 @@ class GmshFilesTest(FolderTest):
         for model in MODELS:
             for version, binary in FILES:
                 if version == 1 and model in ("every type", "parametric"):
-                    continue  # Gmsh writes what it cannot read
+                    continue  # Gmsh writes files that it cannot read
                 with self.subTest(model=model, version=version, binary=binary):
                     source = self.path("source.msh")
                     apart(make, source, model, version, binary, False)
@@ -329,7 +329,8 @@ class GmshFilesTest(FolderTest):
                         file.write(encoded.out)
                     with open(self.there_and_back(binary, "keep"), "rb") as file:
                         self.assertEqual(file.read(), encoded.out)
-                    # meshio knows no parameters and no partitions, and wants groups everywhere.
+                    # meshio does not support parameters and partitions, and requires groups
+                    # everywhere.
                     if (order != NATIVE or meshio is None or
                             model not in ("periodic alone", "prisms")):
                         continue

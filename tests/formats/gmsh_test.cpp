@@ -1,6 +1,6 @@
-// Gmsh MSH: everything that Gmsh can see in a file comes back, and no file brings us down.
-// With SHM_CORPUS set, every file of its folder gmsh/ makes the round trip, and where Python has
-// Gmsh, Gmsh itself compares source and result.
+// Gmsh MSH: all data that Gmsh can see in a file comes back, and no file crashes the reader. With
+// SHM_CORPUS set, every file of its folder gmsh/ makes the round trip; if Gmsh for Python is
+// installed, Gmsh itself compares source and result.
 #include "gmsh/gmsh.h"
 
 #include <gtest/gtest.h>
@@ -24,7 +24,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// All of a mesh in memory, to compare, to change, and to give to a writer.
+// A complete mesh in memory that tests can compare, change and pass to a writer.
 struct MemoryMesh final : MeshSource {
   MemoryMesh() = default;
   explicit MemoryMesh(MeshSource& source) : info_(source.info()) {
@@ -136,7 +136,7 @@ class GmshTest : public ::testing::Test {
 
   std::string path(const std::string& name) const { return (folder_ / name).string(); }
   std::string save(const std::string& content, const std::string& name = "in.msh") const {
-    fs::remove(path(name));  // some file systems flush a file that is cut and written again
+    fs::remove(path(name));  // some file systems flush a file that is truncated and rewritten
     std::ofstream(path(name), std::ios::binary) << content;
     return path(name);
   }
@@ -169,7 +169,7 @@ class GmshTest : public ::testing::Test {
     ADD_FAILURE() << "opened";
     return ErrorCode::misuse;
   }
-  // The same mesh in binary, in either byte order.
+  // Returns the same mesh in binary, in either byte order.
   std::string in_binary(const std::string& content, bool big) const {
     MemoryMesh mesh = open_text(content);
     std::string format;
@@ -190,7 +190,7 @@ const std::string kVersion1 =
     "$ENDNOD\n$ELM\n3\n1 5 7 1 8 1 2 3 4 5 6 7 8\n2 3 8 2 4 1 2 3 4\n9 7 7 1 5 2 3 7 6 "
     "20\n$ENDELM\n";
 
-// Blocks that alternate, partitions, sparse tags, a view of two steps and one that is sparse.
+// Blocks that alternate, partitions, sparse tags, a view with two steps and a view on some nodes.
 const std::string kVersion2 =
     "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Comments\nanything $ at all\n$EndComments\n"
     "$PhysicalNames\n2\n2 5 \"skin of it\"\n3 7 \"body\"\n$EndPhysicalNames\n"
@@ -304,7 +304,7 @@ TEST_F(GmshTest, BinaryIsTheSameInEitherByteOrder) {
     for (const bool big : {false, true}) {
       const std::string binary = in_binary(file, big);
       MemoryMesh mesh = open_text(binary);
-      // $Entities went over as the text that it was, so it gives no names now.
+      // The binary file contains $Entities as ASCII text, so that it gives no names.
       for (std::size_t b = 0; b < mesh.info_.schema.blocks.size(); ++b)
         if (file != kVersion2) mesh.info_.schema.blocks[b].name = text.info_.schema.blocks[b].name;
       EXPECT_EQ(mesh.info_.vertices, text.info_.vertices);
@@ -355,8 +355,8 @@ TEST_F(GmshTest, ManyCombinationsOfTags) {
   expect_round_trip(nodes);
 }
 
-// What we do not understand may name nodes and elements by their tags: each keeps its own, in
-// whatever order they come.
+// Sections that the reader does not interpret may refer to nodes and elements by tags: every node
+// and element keeps its tag, in any order.
 TEST_F(GmshTest, TagsStayWhereOthersMayNameThem) {
   const std::string mesh =
       "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n3\n1 0 0 0\n2 1 0 0\n3 0 1 0\n$EndNodes\n"
@@ -382,7 +382,7 @@ TEST_F(GmshTest, TagsStayWhereOthersMayNameThem) {
     EXPECT_EQ(read.values<std::int64_t>("gmsh:element_tag"), (std::vector<std::int64_t>{1, 2}));
     expect_round_trip(mesh + naming);
   }
-  // A polygon in two parts: tags 5 of the parts is the number of their parent.
+  // A polygon in two parts: tag 5 of each part is the number of its parent.
   const std::string parts =
       "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n3\n1 0 0 0\n2 1 0 0\n3 0 1 0\n$EndNodes\n"
       "$Elements\n2\n1 34 2 0 1 3 1 2 3\n2 68 5 0 1 0 1 1 1 2 3\n$EndElements\n";
@@ -407,8 +407,8 @@ TEST_F(GmshTest, ReadsWindowsLines) {
   expect_round_trip(file);
 }
 
-// The nodes of a second-order element are where VTK's order has them: corners, then middles of
-// the edges in VTK's order.
+// The nodes of a second-order element are in VTK's order: corners, then midpoints of the edges in
+// VTK's order.
 TEST_F(GmshTest, SecondOrderNodesStandInVtkOrder) {
   const std::vector<std::pair<int, int>> hexahedron = {{0, 1}, {1, 2}, {2, 3}, {3, 0},
                                                        {4, 5}, {5, 6}, {6, 7}, {7, 4},
@@ -443,7 +443,7 @@ TEST_F(GmshTest, SecondOrderNodesStandInVtkOrder) {
   for (const int type : {18, 13}) check(type, 6, of_gmsh_wedge, wedge);
   for (const int type : {19, 14}) check(type, 5, of_gmsh_pyramid, pyramid);
   check(11, 4, of_gmsh_tetrahedron, tetrahedron);
-  for (int type = 1; type <= 140; ++type) {  // each permutation is one
+  for (int type = 1; type <= 140; ++type) {  // each is a valid permutation
     const auto permutation = gmsh_type(type).permutation;
     std::vector<bool> seen(permutation.size());
     for (const std::uint8_t p : permutation) seen.at(p) = true;
@@ -451,7 +451,7 @@ TEST_F(GmshTest, SecondOrderNodesStandInVtkOrder) {
   }
 }
 
-// A renumbered mesh (vertices and cells reversed, references with them) is the same mesh.
+// A mesh with vertices, cells and references in reverse order is the same mesh.
 TEST_F(GmshTest, FollowsARenumbering) {
   for (const std::string& file : {kVersion2, kVersion40, kVersion41}) {
     const MemoryMesh source = open_text(file);
@@ -483,7 +483,7 @@ TEST_F(GmshTest, FollowsARenumbering) {
       }
     }
     const MemoryMesh result = written(turned);
-    const auto shape_of = [](const MemoryMesh& mesh) {  // what does not depend on numbers
+    const auto shape_of = [](const MemoryMesh& mesh) {  // properties that do not depend on numbers
       std::map<std::pair<std::int64_t, CellShape>, std::vector<std::vector<std::vector<double>>>>
           all;
       for (std::size_t c = 0; c < mesh.cells.size(); ++c) {
@@ -518,7 +518,8 @@ TEST_F(GmshTest, FollowsARenumbering) {
   }
 }
 
-// A mesh as another format gives it: kinds alternate, names, steps, arrays of any form.
+// Returns a mesh as another format gives it: cell shapes alternate; it has names, steps, and arrays
+// of any form.
 MemoryMesh foreign_mesh() {
   MemoryMesh mesh;
   mesh.info_.schema.source_format = "vtk";
@@ -651,7 +652,7 @@ TEST_F(GmshTest, NamesWhatIsWrong) {
   EXPECT_THROW(open(path("missing.msh")), Failure);
 }
 
-// Opens, reads and writes whatever it is; nothing but a Failure may come of it.
+// Opens, reads and writes any file; the only allowed exception is Failure.
 bool survives(const std::string& file, const std::string& out) {
   try {
     Spool spool(fs::path(file).parent_path().string());
@@ -664,7 +665,7 @@ bool survives(const std::string& file, const std::string& out) {
   }
 }
 
-// Counts that the file cannot hold are refused before anything is allocated for them.
+// Counts that are too large for the file are refused before memory is allocated for them.
 TEST_F(GmshTest, LyingCounts) {
   const std::string v2 = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n";
   const std::string v4 = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n";
@@ -687,12 +688,12 @@ TEST_F(GmshTest, LyingCounts) {
           v4 + nodes4 + "$Elements\n" + huge + " 1 1 1\n1 1 1 1\n1 1 2\n$EndElements\n"}) {
       EXPECT_THROW(open_text(file), Failure) << file;
     }
-    // A header of another form is no error: the section is kept as it is.
+    // A header of another form is not an error: the section is kept as it is.
     for (const std::string& file :
          {v2 + nodes + "$NodeData\n" + huge + "\n$EndNodeData\n",
           v2 + nodes + "$NodeData\n1\n\"a\"\n1\n0\n3\n0\n1\n" + huge + "\n1 5\n$EndNodeData\n"})
       survives(save(file), path("out.msh"));
-    // What a section in memory says of itself is only believed as far as it goes.
+    // Counts in a section that is kept in memory are limited by the size of the section.
     expect_round_trip(v4 + nodes4 + "$Periodic\n" + huge + "\n1 1 1\n0\n1\n1 2\n$EndPeriodic\n");
     expect_round_trip(v4 + nodes4 + "$Entities\n" + huge + " 0 0 0\n$EndEntities\n");
     expect_round_trip(v4 + "$PhysicalNames\n" + huge + "\n1 1 \"a\"\n$EndPhysicalNames\n");
@@ -707,7 +708,7 @@ TEST_F(GmshTest, TruncationIsNoticed) {
       std::size_t opened = 0;
       for (std::size_t length = 0; length < file.size(); length += every(3))
         opened += survives(save(file.substr(0, length)), path("out.msh")) ? 1 : 0;
-      EXPECT_LT(opened, 40u);  // between sections only
+      EXPECT_LT(opened, 40u);  // only cuts between sections
     }
   }
 }
@@ -728,7 +729,7 @@ TEST_F(GmshTest, DamageIsSurvived) {
   }
 }
 
-// Extras that do not fit the mesh, as a damaged container might hold them.
+// Extras that do not fit the mesh, as a damaged .shm file might contain.
 TEST_F(GmshTest, DamagedExtrasAreRefused) {
   for (const std::string& file : {kVersion1, kVersion2, kVersion41}) {
     const MemoryMesh whole = open_text(file);

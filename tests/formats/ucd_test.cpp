@@ -1,4 +1,4 @@
-// AVS UCD files: what they mean, that they come back, and that damage is reported.
+// AVS UCD files: their meaning, round trips, and that damage is reported.
 #include "ucd/ucd.h"
 
 #include <gtest/gtest.h>
@@ -141,8 +141,8 @@ TEST_F(UcdTest, SaysWhatItCannotWrite) {
 }
 
 TEST_F(UcdTest, NamesWhatIsWrong) {
-  const std::string good = "2 1 0 0 0\n1 0 0 0\n2 1 1 1\n1 0 line 1 2\n";
-  EXPECT_EQ(written(*open(good)), good);
+  const std::string valid = "2 1 0 0 0\n1 0 0 0\n2 1 1 1\n1 0 line 1 2\n";
+  EXPECT_EQ(written(*open(valid)), valid);
   expect_refused("\x07 binary", "binary", ErrorCode::unsupported);
   expect_refused("2 1 0 0 0\n1 0 0 0\n1 1 1 1\n1 0 line 1 1\n", "two nodes");
   expect_refused("2 1 0 0 0\n1 0 0 0\n2 1 1 1\n1 0 line 1 3\n", "no node 3");
@@ -173,7 +173,7 @@ TEST_F(UcdTest, VtkAgrees) {
         std::string(SHM_PYTHON) + " " SHM_SOURCE_DIR "/tests/support/ucd_oracle.py " + a + " " + b;
     return std::system(command.c_str());
   };
-  std::string plain = kAll;  // VTK wants numbers that are alone
+  std::string plain = kAll;  // VTK requires unique numbers
   plain.replace(plain.find("17 2 hex"), 2, "18");
   plain.replace(plain.rfind("17 8"), 2, "18");
   plain.replace(plain.find("velocity vector\n"), 15, "velocity vector, m/s");

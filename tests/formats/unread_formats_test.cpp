@@ -1,4 +1,4 @@
-// Files of formats that are not read are called what they are, and not taken for others.
+// Files of unsupported formats are recognized by name and not mistaken for others.
 #include "formats/unread_formats.h"
 
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
-// Legacy VTK and VTU into each other where the extras of the mesh lie, as those of a hostile .shm
-// file may: a Failure, or a file that can be read. What VTK sees of honest ones is the business of
-// vtk_files_test.py.
+// Conversion between legacy VTK and VTU if extras of the mesh are inconsistent, as in a hostile
+// .shm file: the result must be a Failure or a readable file. vtk_files_test.py checks valid extras
+// with VTK.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -14,7 +14,7 @@
 namespace shm::converters {
 namespace {
 
-// Two polyhedra with one of everything that stands beside points and cells.
+// Two polyhedra with one of each kind of item in addition to points and cells.
 const char* const kLegacy = R"(# vtk DataFile Version 4.2
 a title
 ASCII
@@ -69,14 +69,14 @@ few 1 3 int
 
 class VtkFamilyTest : public VtkTest {
  protected:
-  // The mesh in a file of the other format, which must be readable then.
+  // Writes the mesh to a file of the other format, which must be readable.
   void write_other(MeshSource& mesh) {
     const bool legacy = mesh.info().schema.source_format == "vtk";
     const std::string out = path(legacy ? "out.vtu" : "out.vtk");
     write_mesh(mesh, out, *format_named(legacy ? "vtu" : "vtk"), spool_);
     take(*open_mesh(out, spool_));
   }
-  // True: a file that can be read. False: a Failure.
+  // Returns true if the written file can be read, false for a Failure.
   bool writes_with(MeshSource& mesh, const std::string& key, const std::string& text) {
     BentExtra bent(mesh, key, text);
     try {
@@ -89,11 +89,11 @@ class VtkFamilyTest : public VtkTest {
       return false;
     }
   }
-  // Each extra of text with each byte changed, cut at each place, and with a line twice.
+  // Changes each byte of each text extra, cuts the text at each position, and repeats each line.
   void bend_all(MeshSource& mesh) {
-    std::size_t good = 0, bad = 0;
+    std::size_t readable = 0, refused = 0;
     const auto try_it = [&](const std::string& key, const std::string& text) {
-      ++(writes_with(mesh, key, text) ? good : bad);
+      ++(writes_with(mesh, key, text) ? readable : refused);
     };
     for (const Extra& extra : mesh.info().extras) {
       if (extra.type != ScalarType::uint8) continue;
@@ -111,8 +111,8 @@ class VtkFamilyTest : public VtkTest {
           try_it(extra.key, text.substr(0, end + 1) + text.substr(at));
       }
     }
-    EXPECT_GT(good, 100u);
-    EXPECT_GT(bad, 100u);
+    EXPECT_GT(readable, 100u);
+    EXPECT_GT(refused, 100u);
   }
 };
 
@@ -123,7 +123,7 @@ TEST_F(VtkFamilyTest, BentExtrasOfXmlFiles) {
   bend_all(*open_vtu(path("out.vtu"), spool_));
 }
 
-// A list of so many names would take forever.
+// A list of that many names would take forever.
 TEST_F(VtkFamilyTest, ImpossibleNumbersOfComponents) {
   const auto mesh = open_text(kLegacy);
   std::string skeleton = text_of(find_extra(mesh->info(), "vtk/skeleton"));

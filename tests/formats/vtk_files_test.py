@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Legacy VTK and VTU, the one into the other and back, through the tool, seen by VTK's own readers.
+"""Conversions between legacy VTK and VTU by the tool, in both directions, checked with VTK's own readers.
 
-Usage: vtk_files_test.py PATH_OF_SHM      (exit code 77, skipped, where VTK for Python is missing)
-Files of the corpus, too, where SHM_CORPUS names its folder.
+Usage: vtk_files_test.py PATH_OF_SHM      (exit code 77, skipped, if VTK for Python is missing)
+Also tests files of the corpus if SHM_CORPUS names its folder.
 """
 import glob
 import os
@@ -26,16 +26,16 @@ from folder_test import SANITIZED, FolderTest, forced
 
 SHM = "shm"
 LARGEST_OF_CORPUS = 3 << 20
-EVERY = 5 if SANITIZED else 1  # of very many like files
+EVERY = 5 if SANITIZED else 1  # of very many similar files
 VARIANTS = "field data 'variants' (variants)"
 TABLE = "lookup table 'lookup_table'"
 AXES = ["metadata of " + axis + "_COORDINATES" for axis in "XYZ"]
-# What VTU lacks of these files of the corpus.
+# Items of these files of the corpus that VTU cannot store.
 OF_CORPUS = {
     "vtk-data__can.vtk": ["title 'converted from pyvista/vtk-data:Data/can.vtu'"],
     "sofa__vox8_binary.vtk": [TABLE],
 }
-# Of these, what is called otherwise there, and what legacy files lack.
+# Items that have another name in VTU, and that legacy files lack.
 OTHERWISE = {"vtk-data__can.vtk": ["Title"]}
 
 HEAD = "# vtk DataFile Version 4.2\n{title}\nASCII\nDATASET UNSTRUCTURED_GRID\n"
@@ -75,7 +75,7 @@ def grid_xml(points, cells, kind, point_data="", cell_data="", field="", of_poin
 
 
 def shuffled_grid(size):
-    """Points and hexahedra of a cube of `size` cells a side, in no order."""
+    """Returns points and hexahedra of a cube of `size` cells per side, in random order."""
     m = size + 1
     number = list(range(m ** 3))
     random.Random(3).shuffle(number)
@@ -99,7 +99,7 @@ class VtkFamilyTest(FolderTest):
         return done
 
     def losses(self, *words, code=0):
-        """What is reported to be missing from the output."""
+        """Returns the items that are reported as missing from the output."""
         return [re.sub(r"^shm: not in [^:]*: ", "", line)
                 for line in self.shm(*words, "-q", code=code).stderr.splitlines()]
 
@@ -165,7 +165,7 @@ class VtkFamilyTest(FolderTest):
                                     OTHERWISE.get(name, []))
 
     def test_through_archives(self):
-        """What a .shm file makes of it, in each order, is the same in both formats."""
+        """A .shm file gives the same result in both formats, for each order."""
         vtk_oracle.write(vtk_oracle.sample(), "51", "BINARY", self.path("all.vtk"))
         os.mkdir(self.path("samples"))
         vtu_oracle.write_samples(self.path("samples"))
@@ -247,8 +247,8 @@ class VtkFamilyTest(FolderTest):
 
     def test_pieces_keep_title_time_and_order_of_nodes(self):
         points = [(x, y, z) for z in range(3) for y in range(3) for x in range(3)]
-        # A Lagrange hexahedron of second order: corners, edges, faces, body; in edges that stand,
-        # 18 and 19 of old files are 19 and 18 of new ones.
+        # A Lagrange hexahedron of second order: corners, edges, faces, body. For the vertical
+        # edges, nodes 18 and 19 of old files are 19 and 18 of new files.
         hexahedron = [0, 2, 8, 6, 18, 20, 26, 24, 1, 5, 7, 3, 19, 23, 25, 21, 9, 11, 17, 15,
                       12, 14, 10, 16, 4, 22, 13]
         field = array_xml("TimeValue", "2.5", "Float64", 1, 'NumberOfTuples="1"')
@@ -331,7 +331,8 @@ class VtkFamilyTest(FolderTest):
                             middle = tuple(sum(places[ids.GetId(i)][k] for i in range(8))
                                            for k in range(3))
                             self.assertEqual(names.GetValue(c), name_of(middle))
-                        # In any order they are the same strings, whatever their places in a list.
+                        # In any order the strings are the same, although their positions in a list
+                        # differ.
                         self.shm("diff", path, back, "--match")
         self.assertIn("names", self.shm("diff", source, back, code=1).stdout)
 
@@ -350,7 +351,7 @@ class VtkFamilyTest(FolderTest):
             self.assertIn("strings", self.shm("info", write("bad.vtu", strings), code=3).stderr)
 
     def test_pieces(self):
-        """Strings of all pieces are one array; what only some pieces have is reported."""
+        """Strings of all pieces form one array; arrays of some pieces only are reported."""
         first = grid_xml([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], [[0, 1, 2, 3]], 10,
                          "<PointData>" + text_xml("s", "abcd") + "</PointData>")
         second = grid_xml([(5, 0, 0), (6, 0, 0), (5, 1, 0)], [[0, 1, 2]], 5,
@@ -371,7 +372,7 @@ class VtkFamilyTest(FolderTest):
                 self.assertEqual([found[p] for p in ((1, 0, 0), (0, 0, 1), (5, 0, 0), (6, 0, 0),
                                                      (5, 1, 0))], ["b", "d", "x", "a", "y"])
 
-    # --- what is carried, and what is named
+    # --- converted and reported items
 
     def test_attributes_bits_and_names(self):
         data = """POINT_DATA 4
@@ -420,7 +421,7 @@ VECTORS v double
             "0 0 1\n", "0 0 1\n" + metadata, 1) + data
         path = self.write("all.vtk", text)
         place = "place of array 'odd' (3 values for 4 points; field data there)"
-        # VTK takes field data of points for an array of points even so.
+        # VTK nevertheless reads field data of points as a point array.
         self.there_and_back(path, [place], unlike=["odd"])
         grid, found = vtu_oracle.seen(self.path("there.vtu"))
         self.assertEqual(found["FieldData", "Title"], "a title of 5 words")
@@ -447,7 +448,7 @@ VECTORS v double
         self.assertIsInstance(grid.GetPoints().GetData(), vtk.vtkIntArray)
 
     def test_polyhedra(self):
-        """Two of them share a face, which each names in its own direction."""
+        """Two polyhedra share a face, which each lists in its own direction."""
         points = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 1)]
         faces = [[(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)], [(1, 3, 2), (1, 2, 4), (2, 3, 4),
                                                                  (3, 1, 4)]]
@@ -539,7 +540,7 @@ VECTORS v double
                          sorted(of_xml))
 
     def test_blocks_of_one_number_are_told(self):
-        """A group of volumes and a group of faces may have the same number in Gmsh."""
+        """In Gmsh, a group of volumes and a group of faces may have the same number."""
         text = """$MeshFormat
 2.2 0 8
 $EndMeshFormat

@@ -1,5 +1,5 @@
-// VTK legacy files of structured and polygonal data: what they mean, that they come back as what
-// they were, what VTK itself says to it, and what hostile files do.
+// VTK legacy files of structured and polygonal data: their meaning, round trips that keep the kind
+// of data set, comparison by VTK itself, and hostile files.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -127,7 +127,7 @@ TEST_F(VtkTest, OldRectilinearGridsMeanWhatTheyShould) {
   EXPECT_EQ(as<std::int32_t>(find_extra(all.info, "vtk/data/0")->data),
             (std::vector<std::int32_t>{-1, 1}));
   EXPECT_EQ(as<float>(find_extra(all.info, "vtk/data/1")->data), (std::vector<float>{0.1F, 1, 4}));
-  // All axes narrow: so are the points.
+  // All axes are float32, and therefore the points are too.
   EXPECT_EQ(take(*open_text(binary_rectilinear())).info.schema.coordinate_type,
             ScalarType::float32);
 }
@@ -190,7 +190,7 @@ TEST_F(VtkTest, RenumberedMeshesBecomeUnstructured) {
     EXPECT_EQ(all.info.block_cells, before.block_cells);
     EXPECT_EQ(all.info.schema.arrays.size(), before.schema.arrays.size());
     EXPECT_EQ(find_extra(all.info, "vtk/data/0") != nullptr,
-              text == old_rectilinear());  // what is left are field data and lookup tables
+              text == old_rectilinear());  // only field data and lookup tables are left
   }
 }
 

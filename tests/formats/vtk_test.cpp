@@ -1,4 +1,4 @@
-// VTK legacy files: what comes back, what VTK itself says to it, and what hostile files do.
+// VTK legacy files: round trips, comparison by VTK itself, and hostile files.
 #include "vtk/legacy/vtk.h"
 
 #include <gtest/gtest.h>
@@ -31,7 +31,8 @@ constexpr const char* kTwoTets =
     "POINTS 5 float\n0 0 0 1 0 0 0 1 0 0 0 1 1 1 1\n"
     "CELLS 2 10\n4 0 1 2 3\n4 1 2 3 4\nCELL_TYPES 2\n10\n10\n";
 
-// Text with all that the format allows: CRLF, blank lines, odd case, every kind of attribute.
+// Returns text that uses everything the format allows: CRLF, blank lines, unusual case, every kind
+// of attribute.
 std::string everything_in_text() {
   std::string text =
       "# vtk DataFile Version 4.2\ntitle  with two blanks\nascii\n\ndataset Unstructured_Grid\n"
@@ -112,7 +113,7 @@ TEST_F(VtkTest, EverythingInTextComesBack) {
   const Snapshot before = take(*mesh);
   write_vtk(*mesh, path("out.vtk"), spool_);
   expect_same(before, take(*open_vtk(path("out.vtk"), spool_)));
-  // Written by us, read and written by us: not a byte moves.
+  // Reading and writing an output file again does not change a byte.
   write_vtk(*open_vtk(path("out.vtk"), spool_), path("again.vtk"), spool_);
   EXPECT_EQ(file_content(path("out.vtk")), file_content(path("again.vtk")));
 }
@@ -134,7 +135,7 @@ TEST_F(VtkTest, AnArrayWithSeveralRolesIsOne) {
   EXPECT_EQ(arrays("VECTORS v" + ones + "NORMALS v" + ones), 1U);
   EXPECT_EQ(arrays("VECTORS v" + ones + "NORMALS v" + others), 2U);
   EXPECT_EQ(arrays("VECTORS v" + ones + "NORMALS w" + ones), 2U);
-  EXPECT_EQ(arrays("VECTORS v" + ones + "VECTORS v" + ones), 2U);  // in one role
+  EXPECT_EQ(arrays("VECTORS v" + ones + "VECTORS v" + ones), 2U);  // with one role
 }
 
 TEST_F(VtkTest, EverythingInTextMeansWhatItShould) {
@@ -162,7 +163,7 @@ TEST_F(VtkTest, EverythingInTextMeansWhatItShould) {
   EXPECT_NE(skeleton.find("|COMPONENT_NAMES\n|x%20x\n|\n|z\n|INFORMATION 4\n"), std::string::npos);
 }
 
-// Strings and bits are no numbers, but they belong to points and cells all the same.
+// Strings and bits are not numeric data, but they belong to points and cells all the same.
 TEST_F(VtkTest, StringsAndBitsFollowARenumbering) {
   const std::string text =
       std::string(kHead) +
@@ -240,8 +241,7 @@ TEST_F(VtkTest, CellKindsBecomeBlocks) {
             std::string::npos);
 }
 
-// Some writers say the linear type of cells of second order: their number of nodes says what they
-// are.
+// Some writers give second-order cells the linear type: the number of nodes determines their type.
 TEST_F(VtkTest, LinearTypesOfSecondOrderAreWhatTheyAre) {
   for (const auto& [type, nodes, shape] :
        {std::tuple(12, 20u, CellShape::hexahedron), std::tuple(13, 15u, CellShape::wedge),
@@ -258,7 +258,8 @@ TEST_F(VtkTest, LinearTypesOfSecondOrderAreWhatTheyAre) {
   }
 }
 
-// A face that begins with the same point twice, one without points: faces travel beside the mesh.
+// A face that repeats its first point, and a face without points: such faces are stored outside the
+// cells.
 TEST_F(VtkTest, PolyhedraOfOddFacesComeBack) {
   for (const std::string face : {"3 0 1 0", "0"}) {
     const int numbers = face == "0" ? 1 : 4;
@@ -288,7 +289,7 @@ TEST_F(VtkTest, EmptyMeshesAndMeshesWithoutCellsComeBack) {
   }
 }
 
-// Strings come from files too.
+// The lists of strings come from files too.
 TEST_F(VtkTest, BentListsOfStringsAreRefused) {
   const auto with_list = [&](const std::string& encoding, const std::string& list) {
     const std::string values = encoding == "ASCII" ? "a\nb\n"
@@ -323,7 +324,7 @@ TEST_F(VtkTest, BentListsOfStringsAreRefused) {
     EXPECT_EQ(code_of([&] { with_list("BINARY", list); }), ErrorCode::corrupt) << list;
 }
 
-// A mesh as other formats give it: blocks with numbers, steps, arrays of some blocks, roles.
+// A mesh as other formats give it: blocks with numbers, steps, arrays on some blocks, roles.
 class ForeignMesh : public MeshSource {
  public:
   ForeignMesh() {
@@ -393,7 +394,7 @@ TEST_F(VtkTest, MeshesOfOtherFormatsGetPlainFiles) {
   EXPECT_EQ(as<double>(find_extra(all.info, "vtk/data/0")->data), (std::vector<double>{1.5}));
 }
 
-// Extras come from files too: what does not fit must be refused, never followed.
+// Extras come from files too: extras that do not fit must be refused before they are used.
 class BentMesh : public ForeignMesh {
  public:
   explicit BentMesh(std::vector<std::pair<std::string, std::string>> extras) : bent_(info_of()) {
@@ -437,7 +438,7 @@ TEST_F(VtkTest, BentExtrasAreRefused) {
   BentMesh moved({{"vtk/skeleton", head + "CELL_DATA\nFIELD f 2\nARRAY a0 a int 1 2\n"
                                           "ARRAY a99 a int 1 2\nSCALARS a2 m int 1 2 t\n"}});
   write_vtk(moved, path("out.vtk"),
-            spool_);  // arrays that are not where they were are still written
+            spool_);  // arrays that have moved are still written
   EXPECT_EQ(open_vtk(path("out.vtk"), spool_)->info().schema.arrays.size(), 3U);
 }
 
@@ -518,7 +519,7 @@ TEST_F(VtkTest, EveryTruncationIsSurvived) {
     for (std::size_t length = 0; length < whole.size(); ++length) {
       const std::string file = write_file("cut.vtk", whole.substr(0, length));
       Spool spool(directory_.string());
-      // Before CELL_TYPES is complete there is no mesh; behind, a text may end well.
+      // Before CELL_TYPES is complete there is no mesh; after it, a text may be valid when cut.
       if (length < types && whole.find("CELLS") < length) {
         EXPECT_THROW(open_vtk(file, spool), Failure) << length;
       } else {

@@ -1,4 +1,4 @@
-// VTU files: what comes back, what VTK itself reads in it, and what hostile files do.
+// VTU files: round trips, comparison by VTK itself, and hostile files.
 #include "vtk/xml/vtu.h"
 
 #include <gtest/gtest.h>
@@ -47,7 +47,7 @@ std::vector<T> array_of(MeshSource& mesh, std::size_t array, std::uint64_t step 
   return values;
 }
 
-// All that can be read, as bytes.
+// Returns all data of a mesh as bytes.
 std::vector<std::byte> all_of(MeshSource& mesh) {
   const MeshInfo& info = mesh.info();
   std::vector<std::byte> all(info.vertices * 3 * scalar_bytes(info.schema.coordinate_type));
@@ -72,7 +72,7 @@ std::vector<std::byte> all_of(MeshSource& mesh) {
   return all;
 }
 
-// Two tetrahedra and their points, inline; what stands for %FIELD%, ... is put in.
+// Two tetrahedra and their points, inline; tests replace %FIELD% and other placeholders.
 constexpr const char* kPlain = R"(<?xml version="1.0"?>
 <VTKFile type="UnstructuredGrid" version="0.1" byte_order="LittleEndian">
   <!-- made by hand -->
@@ -104,14 +104,14 @@ class VtuTest : public FolderTest {
   std::unique_ptr<MeshSource> open_text(const std::string& bytes) {
     return open_vtu(write_file("in.vtu", bytes), spool_);
   }
-  // Through a .shm file and back.
+  // Converts a file to .shm and back.
   void round_trip(const std::string& from, const std::string& to) {
     const auto mesh = open_mesh(from, spool_);
     write_mesh(*mesh, path("packed.shm"), *format_named("shm"), spool_);
     const auto packed = open_mesh(path("packed.shm"), spool_);
     write_mesh(*packed, to, *format_named("vtu"), spool_);
   }
-  // The file that the mesh of `text` becomes, which must be the same mesh.
+  // Returns the file after a round trip of `text`, and checks that it is the same mesh.
   std::string round_trip_text(const std::string& text) {
     round_trip(write_file("in.vtu", text), path("back.vtu"));
     const auto before = open_vtu(path("in.vtu"), spool_),
@@ -125,13 +125,13 @@ class VtuTest : public FolderTest {
     try {
       const auto mesh = open_text(text);
       all_of(*mesh);
-      ADD_FAILURE() << "read without complaint; expected: " << words;
+      ADD_FAILURE() << "read without an error; expected: " << words;
     } catch (const Failure& failure) {
       EXPECT_EQ(failure.error().code, code) << failure.what();
       EXPECT_NE(std::string(failure.what()).find(words), std::string::npos) << failure.what();
     }
   }
-  // True: a whole mesh. False: a Failure. Anything else is a defect.
+  // Returns true for a complete mesh, false for a Failure. Any other result is a bug.
   bool readable(const std::string& bytes) {
     try {
       Spool spool(fs::temp_directory_path().string());
@@ -244,7 +244,7 @@ TEST_F(VtuTest, PiecesComeBackAsTheyWere) {
       piece(6, 2, data(point_array("p", "5 6 7 8 9 10")), "5 5"));
   const auto mesh = open_text(text);
   EXPECT_EQ(mesh->info().vertices, 10u);
-  ASSERT_EQ(mesh->info().schema.arrays.size(), 1u);  // the other is of one piece alone
+  ASSERT_EQ(mesh->info().schema.arrays.size(), 1u);  // the other array exists in one piece only
   EXPECT_EQ(array_of<std::int32_t>(*mesh, 0),
             (std::vector<std::int32_t>{1, 2, 3, 4, 5, 6, 7, 8, 9, 10}));
   CellBatch batch;
@@ -256,7 +256,7 @@ TEST_F(VtuTest, PiecesComeBackAsTheyWere) {
        {"NumberOfPoints=\"4\"", "NumberOfPoints=\"0\"", "NumberOfPoints=\"6\"", "Name=\"only\""})
     EXPECT_NE(back.find(part), std::string::npos) << part;
   if (!has_oracle()) GTEST_SKIP() << "the rest needs python3-vtk9";
-  // VTK leaves values undefined where a piece lacks an array.
+  // VTK leaves values undefined if a piece lacks an array.
   round_trip_text(replaced(text, point_array("only", "7 8 9 10"), ""));
   EXPECT_EQ(oracle("'" + path("in.vtu") + "' '" + path("back.vtu") + "'"), 0);
 }
@@ -291,7 +291,7 @@ TEST_F(VtuTest, PolyhedraAsStreamsOfFaces) {
                                         point_array("faceoffsets", "17 34", "Int64"));
   const auto mesh = open_text(text);
   EXPECT_EQ(mesh->info().schema.blocks.at(0).shape, CellShape::faces);
-  // The first one's points stand in an order of their own.
+  // The points of the first polyhedron are in another order.
   ASSERT_NE(find_extra(mesh->info(), "vtu/polyhedron/points"), nullptr);
   EXPECT_EQ(find_extra(mesh->info(), "vtu/polyhedron/points")->shape.at(0), 4u);
   const std::string back = round_trip_text(text);
@@ -336,7 +336,7 @@ TEST_F(VtuTest, PolyhedraAsListsOfFaces) {
   EXPECT_NE(back.find("0 1 2 3 4 5"), std::string::npos) << back;
   EXPECT_NE(back.find("3 6 9 12 15 18"), std::string::npos) << back;
   EXPECT_EQ(find_extra(open_text(own)->info(), "vtu/data/0"), nullptr);
-  // One face shared: the tables are kept as they are.
+  // One face is shared: the tables are kept as they are.
   const std::string shared = tables(
       "0 1 2 3 3 4 5 6", "4 8", "0 1 2 0 1 3 0 2 3 1 2 3 1 2 4 1 3 4 2 3 4", "3 6 9 12 15 18 21");
   back = round_trip_text(shared);
@@ -471,7 +471,7 @@ TEST_F(VtuTest, LyingHeadersOfCompressedArrays) {
                  "format=\"ascii\">0 .5", "format=\"binary\">0 .5"),
         "0 .5 1e3 -1 nan", values);
   };
-  // Five floats, whose blocks are each one zlib stream.
+  // Five floats; each block is one zlib stream.
   const std::vector<std::byte> zeros(20);
   const auto packed = vtu::compress(vtu::Compressor::zlib, zeros.data(), zeros.size());
   const std::string block(reinterpret_cast<const char*>(packed.data()), packed.size());
@@ -492,7 +492,7 @@ TEST_F(VtuTest, LyingHeadersOfCompressedArrays) {
 }
 
 TEST_F(VtuTest, BombsStayWithinTheirBlocks) {
-  // 64 MiB of zeros in 64 KiB, for an array of five floats: the first block is the last one read.
+  // 64 MiB of zeros in 64 KiB, for an array of five floats: only the first block is read.
   const std::vector<std::byte> zeros(vtu::kMostBlockBytes);
   const auto packed = vtu::compress(vtu::Compressor::zlib, zeros.data(), zeros.size());
   const std::string block(reinterpret_cast<const char*>(packed.data()), packed.size());
@@ -532,7 +532,7 @@ TEST_F(VtuTest, BrokenSkeletonsAreFailures) {
   const auto mesh = open_text(kPlain);
   MemoryMesh copy = grid_mesh(1, 1, 1);
   copy.mesh.schema.source_format = "vtu";
-  const std::string good = text_of(find_extra(mesh->info(), "vtu/skeleton"));
+  const std::string valid = text_of(find_extra(mesh->info(), "vtu/skeleton"));
   const auto write_with = [&](const std::string& skeleton) {
     Extra extra{"vtu/skeleton", ScalarType::uint8, Reference::nothing, {skeleton.size()}, {}};
     const auto bytes = std::as_bytes(std::span(skeleton));
@@ -540,15 +540,15 @@ TEST_F(VtuTest, BrokenSkeletonsAreFailures) {
     copy.mesh.extras = {extra};
     write_vtu(copy, path("out.vtu"), spool_);
   };
-  // It belongs to another mesh: pieces and arrays that do not fit are left out.
-  write_with(good);
+  // The text belongs to another mesh: pieces and arrays that do not fit are left out.
+  write_with(valid);
   EXPECT_EQ(open_vtu(path("out.vtu"), spool_)->info().vertices, 8u);
   EXPECT_THROW(write_with(""), Failure);
   EXPECT_THROW(write_with("<VTKFile/>"), Failure);
-  EXPECT_THROW(write_with(good.substr(0, good.size() / 2)), Failure);
-  EXPECT_THROW(write_with(replaced(good, "byte_order", "compressor=\"x\" byte_order")), Failure);
-  for (std::size_t at = 0; at < good.size(); ++at) {
-    std::string flipped = good;
+  EXPECT_THROW(write_with(valid.substr(0, valid.size() / 2)), Failure);
+  EXPECT_THROW(write_with(replaced(valid, "byte_order", "compressor=\"x\" byte_order")), Failure);
+  for (std::size_t at = 0; at < valid.size(); ++at) {
+    std::string flipped = valid;
     flipped[at] = static_cast<char>(flipped[at] ^ 1);
     try {
       write_with(flipped);

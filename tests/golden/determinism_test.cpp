@@ -1,10 +1,10 @@
-// The same input gives the same mesh groups: on every machine, with every compiler, in every
-// version that does not change the coders on purpose. It runs under g++ -O0, -O1 and -O3 (presets
-// same-gcc-O0, tsan, release) and clang -O1 and -O3 (dev, same-clang-O3), with one thread and two.
-// On a mismatch the new table is printed, to be put in place of the old one where the change is
-// meant (the commit says which stream gained or lost). What passes through zstd (schema, extras,
-// steps) may change with zstd's version and is left out; of groups of shifts and patterns what goes
-// in counts.
+// The same input gives the same mesh groups on every machine, with every compiler, and in every
+// version that does not change the coders on purpose. The test runs under g++ -O0, -O1 and -O3
+// (presets same-gcc-O0, tsan, release) and clang -O1 and -O3 (dev, same-clang-O3), with one thread
+// and two. On a mismatch it prints the new table, which replaces the old one if the change is
+// intended (the commit says which stream became smaller or larger). Data that passes through zstd
+// (schema, extras, steps) may change with zstd's version and is left out; for groups of shifts and
+// patterns, the input of zstd is compared.
 #include <xxhash.h>
 #include <zstd.h>
 
@@ -23,7 +23,7 @@
 namespace shm {
 namespace {
 
-/// A stream whose end is a zstd frame: what stands before it, and what it unpacks to.
+/// Returns a stream that ends with a zstd frame, with the frame replaced by its unpacked content.
 std::vector<std::byte> unpacked(const std::vector<std::byte>& stream) {
   constexpr std::array<std::byte, 4> kMagic = {std::byte{0x28}, std::byte{0xb5}, std::byte{0x2f},
                                                std::byte{0xfd}};
@@ -39,7 +39,7 @@ std::vector<std::byte> unpacked(const std::vector<std::byte>& stream) {
   return all;
 }
 
-/// A stream of planes with each of them as if it had not been packed.
+/// Returns a stream of planes with each packed plane replaced by its unpacked content.
 std::vector<std::byte> with_planes_unpacked(const std::vector<std::byte>& stream) {
   constexpr std::array kMagic = {std::byte{0x28}, std::byte{0xb5}, std::byte{0x2f},
                                  std::byte{0xfd}};
@@ -99,7 +99,7 @@ std::uint64_t hash_of(const std::vector<std::byte>& file) {
   return XXH64(groups.data(), groups.size(), 0);
 }
 
-/// Layers of hexahedra, wedges, pyramids and tetrahedra, triangles on top.
+/// Returns layers of hexahedra, wedges, pyramids and tetrahedra, with triangles on top.
 TestMesh large_cut_grid() {
   TestMesh mesh = bent_grid(9, 9, 12, ScalarType::float64);
   auto& blocks = mesh.schema.blocks;
@@ -129,7 +129,8 @@ TestMesh large_cut_grid() {
   return mesh;
 }
 
-/// Larger than the feature files: where adaptive models, groups and reused slots come into play.
+/// Returns files that are larger than the feature files, so that adaptive models, several groups
+/// and reused slots matter.
 std::vector<FeatureFile> larger_files() {
   using enum Order;
   std::vector<FeatureFile> files;

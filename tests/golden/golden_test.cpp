@@ -1,6 +1,6 @@
-// Golden files: what earlier versions wrote is read for ever, to the very same content. A twin in
-// text stands beside each. Faulty files are refused for ever; a list says why. New ones:
-// make_golden.cpp.
+// Golden files: files of earlier versions must be readable for ever, with exactly the same content.
+// A text file next to each gives the content. Faulty files must be refused for ever; a list gives
+// the reasons. make_golden.cpp adds new files.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -36,13 +36,13 @@ TEST(Golden, NoTwinStandsAlone) {
     }
 }
 
-// Each feature has a file of the version that is written.
+// Each feature has a file of the version that the library writes.
 TEST(Golden, EveryFeatureHasAFile) {
   for (const FeatureFile& feature : feature_files())
     EXPECT_TRUE(fs::exists(golden_folder() / "0.10" / (feature.name + ".shm"))) << feature.name;
 }
 
-// Each file is refused, as the list says, and the list tells of each.
+// Each file is refused with the code in the list, and the list contains every file.
 TEST(Golden, EveryFaultyFileIsRefused) {
   std::map<std::string, std::string> list;  // name: code
   std::istringstream lines(content(faulty_folder() / "list.txt"));

@@ -1,8 +1,8 @@
-// Makes golden files: make_golden DIR FAULTY_DIR writes NAME.shm and its readable twin NAME.txt for
-// each feature of the format into DIR, and into FAULTY_DIR the faulty files, 001.shm and so on,
-// with list.txt, which says what is wrong with each. Run by hand when a format version is new or a
-// faulty file is; a file that is there already is never overwritten, because what old versions
-// wrote must be read, or refused, for ever.
+// Creates golden files: make_golden DIR FAULTY_DIR writes NAME.shm and its readable twin NAME.txt
+// for each feature of the format into DIR, and the faulty files 001.shm and so on into FAULTY_DIR,
+// with list.txt, which describes the fault of each. Run it by hand after adding a format version or
+// a faulty file. Existing files are never overwritten, because files of old versions must be read,
+// or refused, for ever.
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -19,7 +19,7 @@
 
 namespace {
 
-/// False when it cannot be written; true also when it was there.
+/// Returns false if the file cannot be written; true also if it already existed.
 bool write_new(const std::filesystem::path& path, const char* bytes, std::size_t size) {
   if (std::filesystem::exists(path)) {
     std::printf("kept  %s\n", path.string().c_str());
@@ -35,7 +35,7 @@ bool write_new(const std::filesystem::path& path, const std::vector<std::byte>& 
   return write_new(path, reinterpret_cast<const char*>(bytes.data()), bytes.size());
 }
 
-/// Lines of the list that are there stay; the files of more go behind them.
+/// Appends new faulty files to the list; existing lines must not change.
 bool write_faulty(const std::filesystem::path& folder) {
   std::string list;
   {
@@ -51,7 +51,7 @@ bool write_faulty(const std::filesystem::path& folder) {
     if (!write_new(folder / (std::string(name) + ".shm"), file.bytes)) return false;
   }
   if (!all.starts_with(list)) {
-    std::fputs("the list of faulty files is not the beginning of what it would become\n", stderr);
+    std::fputs("list.txt is not the beginning of the new list of faulty files\n", stderr);
     return false;
   }
   std::ofstream out(folder / "list.txt", std::ios::binary);

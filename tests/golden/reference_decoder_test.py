@@ -1,13 +1,14 @@
 #!/usr/bin/env python3
-"""The decoder in spec/, which was written from the text of the format alone, says what the library says.
+"""Checks that the decoder in spec/, written only from the text of the format, agrees with the library.
 
 reference_decoder_test.py SHM SHM_TEXT SHM_MAKE_MESH [--all [TIMES]] [--only NAME]
 
-SHM: path of the tool; SHM_TEXT: of the program that prints what a file holds by the library (shm_text.cpp);
-SHM_MAKE_MESH: of the generator of meshes. Golden files become their twins, byte for byte. Small files of the corpus (the folder in SHM_CORPUS), compressed in
-several orders, levels and codecs, become the same text by both decoders. Bytes that were changed are an error.
---all, by hand: every file of the corpus, of any size, in TIMES of these (1), each in another one, which takes an hour
-or so each time; --only: those with NAME in their path.
+SHM: path of the tool; SHM_TEXT: path of the program that prints the content of a file as decoded by the library
+(shm_text.cpp); SHM_MAKE_MESH: path of the mesh generator. The decoder must print the twins of the golden files, byte
+for byte. Small files of the corpus (the folder in SHM_CORPUS), compressed with several orders, levels and codecs,
+must give the same text with both decoders. Damaged bytes must be an error.
+--all, by hand: every file of the corpus, of any size, with TIMES different settings each (default 1), which takes
+about an hour for each setting; --only: files with NAME in their path.
 """
 import argparse
 import contextlib
@@ -45,8 +46,8 @@ SETTINGS = [options.split() for options in (
     "--order keep --codec patterns", "--order stream --level fast --segment-cells 41 --key-steps 3",
     "--order stream --codec patterns --segment-cells 29",
     "--order keep --rel 1e-3", "--order stream --bits 12 --level best")]
-SECONDS = 25  # of the small ones together
-LARGEST = 60000  # bytes of a small one
+SECONDS = 25  # for all small files together
+LARGEST = 60000  # bytes of a small file
 ARGUMENTS = None
 
 
@@ -65,7 +66,7 @@ def content(path):
 
 
 def without_trailing(path):
-    """The bytes that a reader of meshes looks at: what stands behind them, parity, its twin counts only."""
+    """Returns the bytes of a file without those after the mesh, e.g. parity, of which the twin gives only the number."""
     trailing = int(content(path[:-4] + ".txt").rsplit(b"trailing bytes ", 1)[1])
     data = content(path)
     return data[: len(data) - trailing]
@@ -123,7 +124,7 @@ class Changed(unittest.TestCase):
         self.assertEqual(b"".join(text_of(content(path) + b"abc")), twin)
 
     def test_bitstreams_that_say_anything_are_errors_or_meshes(self):
-        """With checksums that fit, hostile streams: whatever they say, nothing but ShmError comes of it."""
+        """Hostile streams with matching checksums: whatever they contain, decoding raises nothing but ShmError."""
         class Fits(int):
             __hash__ = int.__hash__
 
@@ -154,7 +155,7 @@ class Changed(unittest.TestCase):
 
 
 def stream_places(data):
-    """Where the bitstreams of groups, and step values behind their heads, stand."""
+    """Returns where the bitstreams of groups, and step values after their heads, begin and end."""
     places, at, sequence = [], 16, 0
     while True:
         chunk = reference_decoder.file.read_chunk(data, at, sequence)
@@ -172,7 +173,7 @@ def stream_places(data):
 
 class BothAgree(unittest.TestCase):
     def check(self, source, options, scratch):
-        """Whether the tool takes these options."""
+        """Compresses the source, and compares the decoders. Returns false if the tool refuses these options."""
         packed = os.path.join(scratch, "packed.shm")
         done = subprocess.run([ARGUMENTS.shm, "compress", "-f", source, "-o", packed, *options],
                               capture_output=True, text=True, timeout=1200)
@@ -184,7 +185,7 @@ class BothAgree(unittest.TestCase):
         with self.subTest(source, options=" ".join(options)):
             at, twin = 0, expected.stdout
             for piece in text_of(content(packed)):
-                self.assertTrue(twin.startswith(piece, at), f"another text from byte {at} on")
+                self.assertTrue(twin.startswith(piece, at), f"the text differs from byte {at} on")
                 at += len(piece)
             self.assertEqual(at, len(twin))
         return True
@@ -192,7 +193,7 @@ class BothAgree(unittest.TestCase):
 
 class Generated(BothAgree):
     def test_mesh_of_two_tiles(self):
-        """More cells than a tile has, and decisions enough for rare things of a mixer's tables."""
+        """More cells than fit into a tile, and enough decisions to exercise rare states of a mixer's tables."""
         with tempfile.TemporaryDirectory() as scratch:
             mesh = os.path.join(scratch, "mesh.vtk")
             subprocess.run([ARGUMENTS.shm_make_mesh, "ogrid", "5000", mesh, "--fields", "basic"], check=True,
@@ -200,7 +201,7 @@ class Generated(BothAgree):
             self.assertTrue(self.check(mesh, ["--level", "best", "--codec", "mixed"], scratch))
 
     def test_many_cells_around_an_edge(self):
-        """More than are distinguished: a wheel of twelve cells about an edge, spoke by spoke of many layers."""
+        """More cells than the codec distinguishes: a wheel of twelve cells around an edge, coded spoke by spoke."""
         spokes, layers = 12, 30
         size, turn = 2 * spokes + 1, math.pi / spokes
         ring = [(math.cos(turn * i), math.sin(turn * i)) for i in range(2 * spokes)]
@@ -212,7 +213,7 @@ class Generated(BothAgree):
         self.check_hexahedra(points, cells, ("rows", "mixed", "replay", "paper"))
 
     def test_grids_full_of_holes(self):
-        """What is kept of a hexahedron is forgotten in a certain order, which shows where nothing is regular."""
+        """Records of hexahedra are discarded in a certain order, which becomes visible in irregular meshes."""
         n, m = 8, 9
         points = [(x, y, z) for z in range(m) for y in range(m) for x in range(m)]
         for seed in range(6):
@@ -228,7 +229,7 @@ class Generated(BothAgree):
         self.check_cells(points, cells, 7, ("rows", "mixed", "replay", "paper"))
 
     def test_hexahedra_with_joined_corners(self):
-        """A vertex may stand twice in a face, and a hexahedron be a wedge, a pyramid or less."""
+        """A face may contain a vertex twice, and a hexahedron may be a wedge, a pyramid or a simpler cell."""
         n, m = 5, 6
         points = [(x, y, z) for z in range(m) for y in range(m) for x in range(m)]
         for seed in range(4):
@@ -242,7 +243,7 @@ class Generated(BothAgree):
             self.check_hexahedra(points, cells, ("rows", "mixed", "replay", "paper", "patterns"))
 
     def test_a_range_too_small_for_a_step(self):
-        """Whose step is 0: division by it is IEEE 754's."""
+        """The step is 0; division by it follows IEEE 754."""
         points = [(x, y, z) for z in range(3) for y in range(2) for x in range(2)]
         cells = [[4 * up + v for up in (z, z + 1) for v in (0, 1, 3, 2)] for z in range(2)]
         field = ("POINT_DATA 12\nSCALARS a double 1\nLOOKUP_TABLE default\n"
@@ -297,7 +298,7 @@ class Corpus(BothAgree):
                             break
                     tried += times
             else:
-                # Each file with another part of the settings, as long as there is time.
+                # Each file with another part of the settings, until the time is up.
                 small = [path for path in sample_of(files) if os.path.getsize(path) <= LARGEST]
                 for turn in range(len(SETTINGS)):
                     for number, source in enumerate(small):

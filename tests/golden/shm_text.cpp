@@ -1,6 +1,6 @@
-// Prints what a .shm file holds, as item_text.h says it, decoded by the library: what the Python
-// decoder in spec/ is compared with. Exit code 3 where the file cannot be read; the cause is on
-// standard error.
+// Prints the content of a .shm file, decoded by the library, in the format of item_text.h. The
+// Python decoder in spec/ is compared with this output. Exit code 3 if the file cannot be read; the
+// cause is on standard error.
 #include <cstddef>
 #include <cstdio>
 #include <fstream>

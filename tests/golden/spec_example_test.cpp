@@ -1,5 +1,5 @@
-// The worked example of spec/examples.md, byte for byte: the file is made again through the Writer
-// and compared with the hex in the text, so that neither can change without the other.
+// The worked example of spec/examples.md, byte for byte: the Writer creates the file again, and the
+// test compares it with the hex dump in the text, so that neither can change without the other.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -15,7 +15,7 @@
 namespace shm {
 namespace {
 
-/// The example in words: one hexahedron, the unit cube, with a static cell array, a stepped cell
+/// Writes the example: one hexahedron, the unit cube, with a static cell array, a stepped cell
 /// array, one step time and one extra.
 Result<std::vector<std::byte>> example_file() {
   Schema schema;
@@ -39,7 +39,7 @@ Result<std::vector<std::byte>> example_file() {
   const std::array<std::uint64_t, 8> corners{0, 1, 2, 3, 4, 5, 6, 7};
   constexpr float kXyz[8][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0},
                                 {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
-  // Errors stick: finish() repeats the first one.
+  // finish() returns the first error.
   for (const std::uint64_t vertex : corners)
     (void)writer->add_vertex(vertex, std::as_bytes(std::span(kXyz[vertex])));
   const std::array<std::int32_t, 1> seven{7};
@@ -58,7 +58,7 @@ Result<std::vector<std::byte>> example_file() {
   return std::move(sink.bytes);
 }
 
-/// "89 53 48 4d ..." as bytes; false when it is not that.
+/// Parses "89 53 48 4d ..." as bytes; returns false if the text has another form.
 bool parse_hex(const std::string& text, std::vector<std::byte>& out) {
   for (std::size_t at = 0; at < text.size(); at += 3) {
     const std::string pair = text.substr(at, 2);
@@ -70,7 +70,7 @@ bool parse_hex(const std::string& text, std::vector<std::byte>& out) {
   return true;
 }
 
-/// The bytes that the tables of the text state: rows "| offset | `hex` | field | meaning |".
+/// Returns the bytes in the tables of the text: rows "| offset | `hex` | field | meaning |".
 std::vector<std::byte> stated_bytes() {
   std::ifstream text(SHM_SOURCE_DIR "/spec/examples.md");
   EXPECT_TRUE(text) << "spec/examples.md cannot be read";

@@ -1,5 +1,5 @@
-// Files that ask for much: small ones with right checksums whose counts are large, one for each
-// field that counts something.
+// Files that ask for much memory: small files with correct checksums and a large count in one
+// field; one file for each field that counts something.
 #pragma once
 
 #include <algorithm>
@@ -15,8 +15,8 @@
 
 namespace shm {
 
-/// Lengths and the list of chunks in the index are made anew, so that what was changed is found
-/// through it, too. Must hold: the index is the last chunk, and of version 1.
+/// Recomputes lengths and the list of chunks in the index, so that the index agrees with the
+/// changed chunks. Must hold: the index is the last chunk, and of version 1.
 inline std::vector<std::byte> put_together_with_index(FileParts parts) {
   Chunk& last = parts.chunks.back();
   ByteReader in(last.payload);
@@ -50,7 +50,7 @@ inline std::vector<std::byte> put_together_with_index(FileParts parts) {
   return put_together(std::move(parts));
 }
 
-/// A mesh of so many hexahedra along each side, and more chunks before its index.
+/// Returns a small cube of hexahedra with more chunks before its index.
 inline std::vector<std::byte> asking_mesh(
     const std::vector<std::pair<container::ChunkKind, std::vector<std::byte>>>& chunks,
     std::uint8_t version_of_extras = 1) {
@@ -70,7 +70,7 @@ inline std::vector<std::byte> asking_mesh(
   return put_together_with_index(std::move(parts));
 }
 
-/// The same with another schema.
+/// Returns such a mesh with another schema.
 inline std::vector<std::byte> asking_schema(std::span<const std::byte> packed) {
   MemorySink sink;
   EXPECT_TRUE(write_mesh(grid(2, 2, 2), sink));
@@ -81,7 +81,7 @@ inline std::vector<std::byte> asking_schema(std::span<const std::byte> packed) {
   parts.chunks[0].payload = std::move(payload.bytes);
   return put_together_with_index(std::move(parts));
 }
-/// Of a schema up to where its blocks begin.
+/// Returns the beginning of a schema, up to its blocks.
 inline ByteWriter schema_head() {
   ByteWriter head;
   Schema schema;
@@ -90,15 +90,15 @@ inline ByteWriter schema_head() {
   return head;
 }
 
-/// Two sheets of hexahedra, whose vertices in between are all alive at once, with an array of which
-/// no stream is there: its values are zeros.
+/// Returns two sheets of hexahedra whose common vertices are all live at the same time, with an
+/// array that has no stream, so that its values are zeros.
 inline std::vector<std::byte> asking_columns(std::uint32_t side, Location location,
                                              std::uint32_t components) {
   TestMesh mesh = grid(side, side, 2);
   MemorySink sink;
   WriteOptions options;
   options.connectivity = ConnectivityCodec::rows;
-  options.group_cells = 400;  // each a tile, with the array too
+  options.group_cells = 400;  // each group is a tile, also with the array
   EXPECT_TRUE(write_mesh(mesh, sink, options));
   FileParts parts = take_apart(sink.bytes);
   mesh.schema.arrays.push_back(array_of("zeros", location, ScalarType::uint8, components));
@@ -117,22 +117,22 @@ inline std::vector<std::byte> asking_columns(std::uint32_t side, Location locati
   return put_together_with_index(std::move(parts));
 }
 
-/// A sheet of hexahedra in two layers, with all vertices in between active at once, and steps of
-/// values that follow from each other over the mesh.
+/// Returns a sheet of hexahedra in two layers whose common vertices are all active at the same
+/// time, with steps of values that can be predicted over the mesh.
 inline Bytes asking_sheet(std::uint32_t side, ConnectivityCodec codec,
                           std::uint32_t components = 0) {
-  Stepped it{grid(side, side, 2), {}, {}};
-  it.options.connectivity = codec;
+  Stepped stepped{grid(side, side, 2), {}, {}};
+  stepped.options.connectivity = codec;
   if (components > 0) {
     const auto array =
-        add_stepped(it.mesh, array_of("u", Location::point, ScalarType::uint8, components));
+        add_stepped(stepped.mesh, array_of("u", Location::point, ScalarType::uint8, components));
     Bytes values;
-    for (std::uint64_t v = 0; v < it.mesh.vertices; ++v)
+    for (std::uint64_t v = 0; v < stepped.mesh.vertices; ++v)
       for (std::uint64_t c = 1; c <= components; ++c)
         values.push_back(static_cast<std::byte>((v % (side + 1) + v / (side + 1)) * c));
-    for (const std::uint64_t step : {0, 1, 2}) it.values[{array, step}] = values;
+    for (const std::uint64_t step : {0, 1, 2}) stepped.values[{array, step}] = values;
   }
-  return written(it);
+  return written(stepped);
 }
 
 struct AskingFile {
@@ -140,7 +140,8 @@ struct AskingFile {
   std::vector<std::byte> bytes;
 };
 
-/// What an extra of bytes without a name begins with, among many: key, type, reference, distance.
+/// Writes the beginning of one of many extras, of bytes and without a name: key, type, reference,
+/// distance.
 inline void put_unnamed(ByteWriter& blob) {
   blob.put_text("");
   blob.put_u8(static_cast<std::uint8_t>(ScalarType::uint8));
@@ -171,7 +172,7 @@ inline std::vector<AskingFile> asking_files() {
     files.push_back({"small extras of version " + std::to_string(version),
                      asking_mesh({2000, {ChunkKind::extra, small}}, version)});
   }
-  {  // a byte of difference each, which are eight in memory
+  {  // each value is a difference of one byte, and eight bytes in memory
     constexpr std::uint64_t kValues = std::uint64_t{60} << 20;
     ByteWriter head;
     head.put_varint(1);
@@ -184,7 +185,7 @@ inline std::vector<AskingFile> asking_files() {
     files.push_back({"differences of extras",
                      asking_mesh({4, {ChunkKind::extra, packed_zeros(head.bytes, kValues)}})});
   }
-  {  // of no name, no values, and no shape: five bytes
+  {  // without name, values and shape: five bytes
     ByteWriter blob, payload;
     blob.put_varint(kMostExtras);
     for (std::size_t i = 0; i < kMostExtras; ++i) {
@@ -195,7 +196,7 @@ inline std::vector<AskingFile> asking_files() {
     put_packed(payload, blob.bytes);
     files.push_back({"empty extras", asking_mesh({500, {ChunkKind::extra, payload.bytes}})});
   }
-  {  // as many sides as there may be
+  {  // the maximum number of sides
     ByteWriter blob, payload;
     constexpr std::size_t kExtras = 20000;
     blob.put_varint(kExtras);
@@ -222,7 +223,7 @@ inline std::vector<AskingFile> asking_files() {
     files.push_back({std::to_string(blocks) + " blocks",
                      asking_schema(packed_zeros(head.bytes, 4 * blocks + 1))});
   }
-  for (const bool ranges : {false, true}) {  // of many components, or on many blocks
+  for (const bool ranges : {false, true}) {  // many components, or many blocks
     ByteWriter head = schema_head();
     head.put_varint(0);
     head.put_varint(1);
@@ -250,8 +251,8 @@ inline std::vector<AskingFile> asking_files() {
   return files;
 }
 
-/// Those that take long to make: sheets of more active vertices than are allowed, or nearly so, and
-/// of as many components at their time steps.
+/// Returns files that take long to create: sheets with more active vertices than the limit, or
+/// nearly that number, and steps with many components.
 inline std::vector<AskingFile> asking_sheets() {
   using enum ConnectivityCodec;
   return {{"sheet in paper", asking_sheet(480, paper)},

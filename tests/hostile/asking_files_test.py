@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Small files that ask for much: eight commands of the tool take no more than 300 MB for one of them at their defaults.
+"""Small files that ask for much memory: eight commands of the tool need at most 300 MB for each of them by default.
 
 Usage: asking_files_test.py PATH_OF_SHM PATH_OF_MAKE_ASKING
 """
@@ -23,7 +23,7 @@ class AskingFilesTest(FolderTest):
                                "ORIGIN 0 0 0\nSPACING 1 1 1\n")
 
     def peak(self, *words):
-        """The memory that a run takes at most, and its exit code."""
+        """Returns the peak memory of a run, and its exit code."""
         process = subprocess.Popen([SHM, *words], cwd=self.directory.name, stdout=subprocess.DEVNULL,
                                    stderr=subprocess.DEVNULL)
         _, status, usage = os.wait4(process.pid, 0)
@@ -40,7 +40,7 @@ class AskingFilesTest(FolderTest):
                         ["extract", name, "piece.shm", "--cells", "0:1", "-f"],
                         ["repair", name, "-o", "whole.shm", "-f"], ["join", name, "-o", "joined.shm", "-f"],
                         ["append", name, "more.vtk", "-o", "longer.shm", "-f"], ["diff", name, "more.vtk"]]
-            if name.startswith(("components", "stepped", "sheet", "larger")):  # slow, and the others do the same
+            if name.startswith(("components", "stepped", "sheet", "larger")):  # slow, and the other commands do the same
                 commands = commands[:4]
             for words in commands:
                 memory, code = self.peak(*words)

@@ -1,6 +1,6 @@
-// Every field of a file can lie behind right checksums: the walks of file_fields.h, which the
-// mutators of the fuzz targets use, leave no byte of any section out, and whatever stands in the
-// place of a field, no reader blames a checksum for it.
+// Every field of a file can be wrong although all checksums are correct. The walks of
+// file_fields.h, which the mutators of the fuzz targets use, cover every byte of every section; and
+// whatever value replaces a field, no reader reports a wrong checksum.
 #include "support/file_fields.h"
 
 #include <gtest/gtest.h>
@@ -42,7 +42,7 @@ std::size_t bytes_of_all(const std::vector<Bytes>& streams) {
   for (const Bytes& stream : streams) sum += stream.size();
   return sum;
 }
-/// What is coded, behind the fields of a payload that is no extra.
+/// Returns the number of coded bytes after the fields of a payload, unless it is an extra.
 std::size_t coded_bytes(const Chunk& chunk) {
   constexpr std::size_t kChecksum = 4;
   if (chunk.is(ChunkKind::group))
@@ -78,7 +78,7 @@ TEST(FileFields, LeaveNoByteOut) {
   }
 }
 
-// What stands there, put back, is the same file but for what is packed.
+// Replacing a field by its own value gives the same file, except for packed data.
 TEST(FileFields, PutBackAreTheSame) {
   for (const FeatureFile& file : files()) {
     const std::string text = text_of(decode_in_pieces(file.bytes));
@@ -99,7 +99,7 @@ TEST(FileFields, PutBackAreTheSame) {
   }
 }
 
-/// Reads all that there is, front to back and by the index; what is said of it.
+/// Reads everything, front to back and by the index; returns all messages.
 std::vector<std::string> read_all(const Bytes& bytes) {
   ReadLimits limits;
   limits.max_active_vertices = limits.max_chunk_bytes = limits.max_group_bytes = 1 << 22;
@@ -122,7 +122,7 @@ std::vector<std::string> read_all(const Bytes& bytes) {
   return said;
 }
 
-/// Files that together have all fields, of both versions of chunks.
+/// Returns files that together have all fields, with both versions of chunks.
 std::vector<FeatureFile> some_files() {
   std::vector<FeatureFile> some;
   for (const char* name :
@@ -145,7 +145,7 @@ TEST(FileFields, LieBehindRightChecksums) {
           const auto [kind, version] =
               is_chunk ? std::pair(whole.chunks[c].header.kind, whole.chunks[c].header.version)
                        : std::pair<std::uint8_t, std::uint8_t>();
-          // Each field in another way; in more of them where none like it has been met.
+          // Each field is changed in another way, the first field of each kind in many ways.
           const bool is_new = met.insert({kind, version, field.name}).second;
           for (std::uint64_t n = is_new ? 64 / every(8) : 1; n > 0; --n) {
             const Bytes other = changed(section, field, way++);

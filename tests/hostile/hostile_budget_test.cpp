@@ -1,4 +1,5 @@
-// Small files that ask for much get little memory, however they are read; honest ones get all.
+// Small files that ask for much memory get little, however they are read; valid files get all they
+// need.
 #include <string>
 
 #include "hostile/asking_files.h"
@@ -18,7 +19,7 @@ namespace {
 constexpr std::size_t kMostFile = 200000;
 constexpr std::size_t kMostMemory = std::size_t{300} << 20;
 
-/// All that a Reader gives, as far as it comes.
+/// Reads everything that a Reader delivers before an error.
 void read_all(std::span<const std::byte> bytes) {
   MemorySource source(bytes);
   auto reader = Reader::open(source);
@@ -49,7 +50,8 @@ TEST(Budget, SmallFilesTakeLittleMemory) {
     SCOPED_TRACE(file.name);
     ASSERT_LT(file.bytes.size(), kMostFile);
     EXPECT_LE(memory_of([&] { read_all(file.bytes); }), kMostMemory);
-    if (file.name.starts_with("components")) continue;  // the others decode nothing else
+    if (file.name.starts_with("components"))
+      continue;  // decoded in the same way by the other readers
     EXPECT_LE(memory_of([&] {
                 MemorySource source(file.bytes);
                 (void)read_mesh(source);
@@ -65,7 +67,7 @@ TEST(Budget, SmallFilesTakeLittleMemory) {
   }
 }
 
-/// What reading a file of this name among those that ask ends with.
+/// Returns the error of reading the file of this name among the asking files.
 std::string complaint(const std::string& name, const ReadLimits& limits = {}) {
   for (const AskingFile& file : asking())
     if (file.name == name) {
@@ -86,7 +88,8 @@ TEST(Budget, WhatIsRefusedIsNamed) {
   says("empty extras", "takes more than the limit of ");
 }
 
-// Who allows more gets more; who allows nothing still gets what follows from the bytes of the file.
+// A caller can raise the limit. With a limit of 0, a reader still gets the memory that follows from
+// the size of the file.
 TEST(Budget, IsTheCallers) {
   const auto of = [](std::size_t count, std::uint64_t most) {
     ByteWriter head;
@@ -112,8 +115,8 @@ TEST(Budget, IsTheCallers) {
   EXPECT_FALSE(of(1, kMega / 2));
 }
 
-// Numbers that count up, as sets of all cells of a large mesh do, and are large where they are
-// read.
+// Ascending numbers, as in sets of all cells of a large mesh; they are small in the file and large
+// in memory.
 TEST(Budget, HasRoomForWhatAWriterWrites) {
   constexpr std::uint64_t kValues = 3000000, kExtras = 5;
   Extra extra;
@@ -125,7 +128,7 @@ TEST(Budget, HasRoomForWhatAWriterWrites) {
   WriteOptions options;
   ASSERT_TRUE(write_mesh(grid(2, 2, 2), sink, options, [&](Writer& writer) -> Result<void> {
     for (std::uint64_t i = 0; i < kExtras; ++i)
-      if (auto good = writer.add_extra(extra); !good) return good;
+      if (auto status = writer.add_extra(extra); !status) return status;
     return {};
   }));
   EXPECT_LT(sink.bytes.size(), kExtras * extra.data.size() / 128);
@@ -140,7 +143,8 @@ TEST(Budget, HasRoomForWhatAWriterWrites) {
   EXPECT_EQ(summary->extras.size(), kExtras);
 }
 
-// As packed as zstd can: what of it is more than its bytes may be is packed otherwise.
+// Zeros, packed as tightly as zstd allows; a blob that would exceed its bound is packed in another
+// way.
 TEST(Budget, BlobsOfZerosStayWithinTheirBound) {
   for (const Packing packing : {Packing::plain, Packing::with_dictionary, Packing::bounded})
     for (const std::size_t size : {std::size_t{100}, std::size_t{1} << 20, std::size_t{40} << 20}) {
@@ -155,7 +159,7 @@ TEST(Budget, BlobsOfZerosStayWithinTheirBound) {
     }
 }
 
-/// What decoding gives, as text, with so little memory for columns that all of them are sparing.
+/// Returns the decoded text with a low limit for columns, so that all of them save memory.
 std::string sparingly(std::span<const std::byte> bytes, std::uint64_t most) {
   ReadLimits limits;
   limits.max_column_bytes = most;
@@ -167,13 +171,15 @@ TEST(Budget, SparingColumnsGiveTheSame) {
     SCOPED_TRACE(file.name);
     if (file.name == "archive") continue;
     const std::string usual = text_of(decode_in_pieces(file.bytes));
-    // Of nothing at first, so that each column tries; what there is for the bytes is enough.
+    // A limit of 0 makes each column try to save memory; the memory that follows from the size of
+    // the file is sufficient.
     EXPECT_TRUE(sparingly(file.bytes, 0) == usual);
     EXPECT_TRUE(sparingly(file.bytes, 4000) == usual);
   }
 }
 
-/// Two sheets with arrays of few different values, which are alike but for some, at first or later.
+/// Two sheets with arrays of few different values. Components are equal except for some values,
+/// which differ from the beginning or later.
 TEST(Budget, ColumnsThatAreAlikeTakeNothingBySlot) {
   constexpr std::uint32_t kSide = 70, kComponents = 8;
   for (const Location location : {Location::point, Location::cell})
@@ -197,13 +203,14 @@ TEST(Budget, ColumnsThatAreAlikeTakeNothingBySlot) {
       ASSERT_TRUE(write_mesh(mesh, sink, options));
       const std::string usual = text_of(decode_in_pieces(sink.bytes));
       ASSERT_NE(usual.find("array"), std::string::npos);
-      // Room for coordinates and some columns, a third of all; for all where they are not alike.
+      // Memory for the coordinates and some columns, a third of the total; enough for all columns
+      // if they differ.
       const std::string sparing = sparingly(sink.bytes, every == 7 ? 1 << 24 : 1200000);
       EXPECT_TRUE(sparing == usual) << sparing.substr(0, 300);
     }
 }
 
-// What is not alike, and is more than its bytes allow, is refused.
+// Columns that differ and exceed the memory for the file are refused.
 TEST(Budget, ColumnsTakeNoMoreThanIsAllowed) {
   const auto bytes = asking_columns(66, Location::point, 256);
   ReadLimits limits;
@@ -228,8 +235,8 @@ TEST(Budget, ColumnsTakeNoMoreThanIsAllowed) {
   EXPECT_EQ(refused.error().code, ErrorCode::over_limit) << refused.error().message();
 }
 
-// Few bytes may be many active vertices, whatever codes the cells; who knows how large the file is
-// counts all of it.
+// A small file may have many active vertices with every codec; a reader that knows the file size
+// bases its limit on the whole file.
 TEST(Limits, OfActiveVertices) {
   for (const ConnectivityCodec codec : codecs_for(grid(1, 1, 1).schema)) {
     SCOPED_TRACE(std::string(codec_name(codec)));
@@ -246,12 +253,12 @@ TEST(Limits, OfActiveVertices) {
   }
 }
 
-// Nor do columns of time steps keep more of them than they may, front to back and by the index.
+// Columns of time steps observe their memory limit too, front to back and by the index.
 TEST(Limits, OfWhatColumnsOfStepsKeep) {
   const Bytes bytes = asking_sheet(60, ConnectivityCodec::rows, 16);
   for (const bool fits : {false, true}) {
     ReadLimits limits;
-    if (!fits) limits.max_column_bytes = std::uint64_t{300} << 10;  // the coordinates take that
+    if (!fits) limits.max_column_bytes = std::uint64_t{300} << 10;  // enough for the coordinates
     const auto all = decode_in_pieces(bytes, 0, limits);
     MemoryRandomSource source(bytes);
     auto opened = StepReader::open(source, limits);
@@ -296,7 +303,7 @@ TEST(Limits, OfWhatComesOut) {
     ReadLimits limits;
     cells(limits);
     MemoryRandomSource source(sink.bytes);
-    EXPECT_TRUE(read_summary(source, limits));  // of which nothing comes out
+    EXPECT_TRUE(read_summary(source, limits));  // which decodes nothing
   }
 }
 

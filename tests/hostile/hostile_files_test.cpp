@@ -1,6 +1,6 @@
-// Mesh files that were made to cost much: what they take must follow their size, or be refused.
-// Where there is no limit to be given, the same work is done on a small and a four times larger
-// input: in proportion it takes four times as long, and not sixteen.
+// Mesh files designed to be expensive: they must use time and memory in proportion to their size,
+// or be refused. If no limit applies, the same work is done on a small and a four times larger
+// input: proportional work takes four times as long, not sixteen times.
 #include <gtest/gtest.h>
 #include <netcdf.h>
 #include <sys/resource.h>
@@ -37,7 +37,7 @@
 namespace shm::converters {
 namespace {
 
-// --- measures
+// --- measurements
 
 double processor_seconds() {
   timespec now{};
@@ -45,7 +45,8 @@ double processor_seconds() {
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-// How many times longer the work takes on four times as much. Short times say nothing: then 1.
+// Returns the ratio of the times for a four times larger input and a small one; 1 if the times are
+// too short to measure.
 double growth(std::size_t small, const std::function<std::function<void()>(std::size_t)>& prepare) {
   const auto seconds = [&](std::size_t size) {
     double least = 1e9;
@@ -102,7 +103,7 @@ class HostileFiles : public testing::Test {
 
 std::string number(std::size_t n) { return std::to_string(n); }
 
-// One hexahedron; `points` and `cells` between its tags.
+// Returns a file with one hexahedron; `points` and `cells` are inserted between their tags.
 std::string vtu_file(std::size_t vertices, const std::string& point_data, const std::string& points,
                      const std::string& cells, const std::string& appended = {},
                      std::size_t count = 1) {
@@ -136,7 +137,7 @@ MemoryMesh one_hexahedron() {
   return mesh;
 }
 
-// As the Exodus reader tells sets.
+// Returns sets as the Exodus reader creates them.
 MeshInfo with_exodus_sets(std::size_t count) {
   MemoryMesh mesh = one_hexahedron();
   mesh.mesh.schema.source_format = "exodus";
@@ -160,7 +161,7 @@ MeshInfo with_arrays(std::size_t count, bool one_name, bool per_step = false) {
   return mesh.mesh;
 }
 
-// `count` cells, each in a block of its own.
+// Returns `count` cells, each in a block of its own.
 MemoryMesh with_blocks(std::size_t count) {
   MemoryMesh mesh;
   for (int i = 0; i < 8; ++i) mesh.add_point(i & 1, i >> 1 & 1, i >> 2);
@@ -170,7 +171,7 @@ MemoryMesh with_blocks(std::size_t count) {
   return mesh;
 }
 
-// One entity that has many physical groups, and is that of many blocks.
+// Returns a file with one entity that has many physical groups and many blocks.
 std::string gmsh_of_many(std::size_t groups, std::size_t blocks) {
   std::string text =
       "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Entities\n0 0 0 1\n1 0 0 0 1 1 1 " + number(groups);
@@ -182,7 +183,8 @@ std::string gmsh_of_many(std::size_t groups, std::size_t blocks) {
   return text + "$EndElements\n";
 }
 
-// A classic netCDF file of 8 nodes and one block of elements. First all is defined, then put.
+// Writes a classic netCDF file of 8 nodes and one block of elements. All definitions come before
+// the data.
 class ExodusFile {
  public:
   explicit ExodusFile(const std::string& path, std::size_t elements = 1) {
@@ -243,8 +245,8 @@ TEST(Growth, ManySets) {
             kMostGrowth);
 }
 
-// A skeleton states how many factors, ids and status there are; none follow from sets that are not
-// there, so nothing of that size is made.
+// A skeleton declares large numbers of factors, ids and status values. The writer derives them only
+// from existing sets, so that it allocates nothing of that size.
 TEST_F(HostileFiles, WhatFollowsFromSetsIsNoMoreThanTheirMembers) {
   for (const char* variable : {"dist_fact_ss1\tdouble", "ss_status\tint", "ss_prop1\tint"}) {
     MemoryMesh mesh;
@@ -262,7 +264,8 @@ TEST_F(HostileFiles, WhatFollowsFromSetsIsNoMoreThanTheirMembers) {
   }
 }
 
-// What follows is made for each variable: many of one name would be much work for few bytes.
+// Derived data is computed for each variable: many variables of one name would be much work for few
+// bytes.
 TEST_F(HostileFiles, VariablesOfOneNameAreRefused) {
   MemoryMesh mesh;
   mesh.mesh.schema.source_format = "exodus";
@@ -310,7 +313,7 @@ TEST_F(HostileFiles, AttributesOfExodusFilesAreLimited) {
   expect_over_limit([&] { open_exodus(path("in.e"), spool_); }, "attributes");
 }
 
-// Each polyhedron has the same face of very many nodes.
+// All polyhedra share a face with very many nodes.
 TEST_F(HostileFiles, FacesOfExodusPolyhedraMayNotBeSharedByVeryMany) {
   constexpr int kCells = 2000, kNodesOfFace = 60000;
   ExodusFile file(path("in.e"), kCells);
@@ -375,7 +378,7 @@ TEST_F(HostileFiles, ArraysThatShareTheirBytesAreLimited) {
   EXPECT_LT(spool_.paged_bytes(), std::uint64_t{300} << 20);
 }
 
-// Cells of a face that has very many points, each again.
+// Cells that all have the same face with very many points.
 TEST_F(HostileFiles, FacesOfVtuPolyhedraMayNotBeSharedByVeryMany) {
   constexpr std::size_t kCells = 4000, kPointsOfFace = 30000;
   const auto list = [](const char* name, const char* type, std::size_t count, auto&& value) {
@@ -431,7 +434,7 @@ TEST_F(HostileFiles, BlocksOnTheWayToExodusAreLimited) {
   expect_over_limit([&] { write_exodus(mesh, path("out.e")); }, "blocks and sets");
 }
 
-// --- between formats
+// --- conversion between formats
 
 TEST(Growth, ManyArraysOfOneName) {
   EXPECT_LT(growth(2000,
@@ -464,7 +467,7 @@ TEST_F(HostileFiles, SetsBeyondWhatArraysMayTakeAreLeftOutAndTold) {
   const SetArrays arrays(mesh, sets, spool_);
   const std::size_t kept = arrays.info().schema.arrays.size();
   EXPECT_EQ(kept + arrays.left_out().size(), sets.size());
-  EXPECT_EQ(kept, 24u * 64);  // 24 bytes of coordinates a vertex
+  EXPECT_EQ(kept, 24u * 64);  // 24 bytes of coordinates per vertex
   EXPECT_NE(arrays.left_out().front().find("too large"), std::string::npos);
 }
 
@@ -496,7 +499,7 @@ TEST_F(HostileFiles, ArraysOnFewOfManyBlocksMayNotGrowOutOfProportion) {
   EXPECT_NO_THROW(Translation(mesh, "Gmsh", capabilities, {}, spool_));
 }
 
-// --- comparing and telling
+// --- comparison and reports
 
 TEST(Growth, BlocksOfTwoMeshes) {
   EXPECT_LT(growth(4000,
@@ -510,8 +513,9 @@ TEST(Growth, BlocksOfTwoMeshes) {
             kMostGrowth);
 }
 
-// A column of cells, of which only the lowest layer of vertices is at places of its own: all others
-// are at one place, another one in each mesh. One cell tells the next.
+// Returns a column of cells in which only the lowest layer of vertices has distinct points. All
+// other vertices are at one point, which differs between the meshes, so that each matched cell
+// leads only to the next.
 MemoryMesh column_at(double place, std::size_t cells) {
   MemoryMesh mesh;
   const std::uint32_t block = mesh.add_block(CellShape::hexahedron, 8);

@@ -1,4 +1,4 @@
-// Damaged and lying files take no memory out of proportion, nor do meshes of many components.
+// Damaged and inconsistent files do not use excessive memory, nor do meshes with many components.
 #include <array>
 #include <string>
 
@@ -27,7 +27,7 @@ TEST(Hostile, BytesBehindTheEndAreNotKept) {
 
 TEST(Hostile, StatedSizesAllocateNothing) {
   constexpr std::size_t kSmall = 1 << 20;
-  // Four gigabytes of payload, of which nothing is there.
+  // Four gigabytes of payload, all of which is missing.
   FileParts parts = take_apart(file("keep"));
   ByteWriter start;
   container::put(start, parts.start);
@@ -40,12 +40,12 @@ TEST(Hostile, StatedSizesAllocateNothing) {
   EXPECT_EQ(code_of(start.bytes), ErrorCode::over_limit);
   ReadLimits limits;
   limits.max_chunk_bytes = std::uint64_t{1} << 40;
-  // Sizes of 32 bits cannot say it, whatever the caller allows.
+  // A size of 32 bits cannot express this, whatever limit the caller sets.
   EXPECT_EQ(code_of(start.bytes, limits),
             sizeof(std::size_t) < 8 ? ErrorCode::over_limit : ErrorCode::truncated);
   EXPECT_LE(largest_allocation, kSmall);
 
-  // A schema that states to unpack to a gigabyte, raw and packed.
+  // A schema that claims to unpack to a gigabyte, raw and packed.
   for (const std::uint8_t method : {std::uint8_t{0}, std::uint8_t{1}}) {
     ByteWriter payload;
     payload.put_u16(container::kMajor);
@@ -59,7 +59,7 @@ TEST(Hostile, StatedSizesAllocateNothing) {
     EXPECT_LE(largest_allocation, kSmall);
   }
 
-  // A group that states 2^20 cells and a gigabyte.
+  // A group that claims 2^20 cells and a gigabyte.
   parts = take_apart(file("keep"));
   auto group = take_group_apart(parts.chunks[1].payload);
   ASSERT_TRUE(group);
@@ -73,7 +73,7 @@ TEST(Hostile, StatedSizesAllocateNothing) {
 }
 
 TEST(Hostile, LimitsOfTheSchemaComeBeforeItsMemory) {
-  // A million blocks and a million arrays of no name pack to almost nothing.
+  // A million blocks and a million arrays without names pack to almost nothing.
   for (const bool arrays : {false, true}) {
     Schema schema;
     if (arrays)
@@ -89,7 +89,7 @@ TEST(Hostile, LimitsOfTheSchemaComeBeforeItsMemory) {
   }
 }
 
-/// Point arrays of so many components on a mesh.
+/// Adds point arrays with this number of components to a mesh.
 TestMesh with_components(TestMesh mesh, std::uint32_t arrays, std::uint32_t components,
                          ScalarType type) {
   for (std::uint32_t a = 0; a < arrays; ++a)
@@ -99,12 +99,12 @@ TestMesh with_components(TestMesh mesh, std::uint32_t arrays, std::uint32_t comp
 }
 struct Components {
   std::uint32_t arrays, components;
-  bool any_tables;  // whether columns of some of the arrays have tables
+  bool any_tables;  // true if columns of some arrays have tables
 };
 constexpr std::array<Components, 4> kManyComponents = {
     {{1, 4096, false}, {4096, 1, true}, {256, 16, true}, {64, 64, false}}};
 
-// A component takes a few kilobytes, and tables are for few of them.
+// A component needs a few kilobytes, and only few components have tables.
 TEST(Hostile, ManyComponentsTakeLittleMemory) {
   constexpr std::size_t kPerComponent = 12 << 10, kTables = 32 << 20;
   for (const Components& many : kManyComponents)
@@ -126,7 +126,7 @@ TEST(Hostile, ManyComponentsTakeLittleMemory) {
       Bytes& payload = parts.find(ChunkKind::group)->payload;
       const auto group = take_group_apart(payload);
       ASSERT_TRUE(group);
-      // Streams that are not there read as zeros: a file of a few bytes for each array.
+      // Missing streams read as zeros: a file with a few bytes for each array.
       auto empty = *group;
       const auto first_array = static_cast<std::ptrdiff_t>(
           std::find_if(
@@ -139,7 +139,7 @@ TEST(Hostile, ManyComponentsTakeLittleMemory) {
       payload = put_group_together(empty);
       EXPECT_LE(memory_of([&] { (void)decode_in_pieces(put_together(parts)); }), most);
 
-      // Mixed columns where there may be none.
+      // Mixed columns in arrays for which they are not allowed.
       auto mixed = *group;
       mixed.header.streams.back().codec = container::Codec::mixed_columns;
       payload = put_group_together(mixed);
@@ -148,7 +148,7 @@ TEST(Hostile, ManyComponentsTakeLittleMemory) {
     }
 }
 
-// Shifts remember values of a few components only; the others are under zstd alone.
+// Shifts keep previous values of a few components only; the other components only use zstd.
 TEST(Hostile, ManyComponentsOfShiftsTakeLittleMemory) {
   constexpr std::size_t kPerComponent = 4 << 10, kRings = 34 << 20;
   for (const Components& many : kManyComponents) {
@@ -165,7 +165,7 @@ TEST(Hostile, ManyComponentsOfShiftsTakeLittleMemory) {
     const std::size_t most = kRings + 4096 * kPerComponent;
     EXPECT_LE(memory_of([&] { EXPECT_TRUE(decode_in_pieces(sink.bytes)); }), most);
 
-    // Differences where there may be none.
+    // Differences in arrays for which they are not allowed.
     FileParts parts = take_apart(sink.bytes);
     Bytes& payload = parts.find(ChunkKind::group)->payload;
     auto group = take_group_apart(payload);
@@ -178,7 +178,7 @@ TEST(Hostile, ManyComponentsOfShiftsTakeLittleMemory) {
   }
 }
 
-// As many segments as there are cells hold what one holds.
+// A file with one segment per cell needs no more memory than a single segment.
 TEST(Hostile, ManySegmentsOfShiftsTakeLittleMemory) {
   MemorySink sink;
   WriteOptions options;
@@ -189,7 +189,7 @@ TEST(Hostile, ManySegmentsOfShiftsTakeLittleMemory) {
 }
 
 TEST(Hostile, StatedSizesOfShiftsAllocateNothing) {
-  // A gigabyte of shifts or values, of which nothing is there.
+  // A gigabyte of shifts or values, all of which is missing.
   for (const std::size_t stream : {0u, 1u, 2u, 3u}) {
     const Bytes bytes = shifts_with([&](GroupParts& group) {
       group.header.decoded_bytes = std::uint64_t{1} << 30;
@@ -202,7 +202,7 @@ TEST(Hostile, StatedSizesOfShiftsAllocateNothing) {
         const int components = stream == 1 ? 3 : stream == 2 ? 2 : 1;
         out.put_u8(0);
         for (int c = 0; c < components; ++c) {
-          out.put_u8(stream == 2 ? 5 : 0);  // integers, or any float
+          out.put_u8(stream == 2 ? 5 : 0);  // integers, or any floating-point numbers
           out.put_signed(0);
           out.put_u8(stream == 2 ? 2 : 4);
         }
@@ -227,8 +227,8 @@ TEST(Hostile, QuantizedComponentsShareTheirSchema) {
   EXPECT_LE(memory_of([&] { EXPECT_TRUE(decode_in_pieces(bytes)); }), std::size_t{64} << 20);
 }
 
-// Of each component a Writer holds several copies while it tries, and tables of few: 1.3 MB of
-// values in 4096 components do not take gigabytes.
+// While it tries codecs, a Writer keeps several copies of each component, and tables of few
+// components: 1.3 MB of values in 4096 components do not need gigabytes.
 TEST(Hostile, ManyComponentsAreWrittenInBoundedMemory) {
   for (std::size_t i = 0; i < kManyComponents.size(); i += every(2)) {
     const Components& many = kManyComponents[i];
@@ -243,7 +243,8 @@ TEST(Hostile, ManyComponentsAreWrittenInBoundedMemory) {
   }
 }
 
-// What columns keep by number is bounded by places, and these by cells.
+// The memory of columns over shifts is bounded by the number of positions, which is bounded by the
+// number of cells.
 TEST(Hostile, ColumnsOverShiftsTakeLittleMemory) {
   const Bytes bytes = written(with_components(bent_grid(2, 2, 2), 1, 28, ScalarType::float32),
                               65536, ConnectivityCodec::shifts);

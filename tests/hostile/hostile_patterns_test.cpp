@@ -1,4 +1,4 @@
-// Groups whose cells are patterns, with lies behind good checksums.
+// Groups whose cells are patterns, with inconsistent data and correct checksums.
 #include <functional>
 #include <string>
 #include <vector>
@@ -15,12 +15,12 @@ namespace {
 
 using Numbers = std::vector<std::uint32_t>;
 
-/// What the connectivity of a group of patterns says, of one block, with planes unpacked.
+/// Contents of the connectivity stream of a group of patterns with one block, with planes unpacked.
 struct PatternWords {
   std::uint8_t history_bits = 0;
-  std::vector<std::uint64_t> runs;  // how many, then block and cells of each
+  std::vector<std::uint64_t> runs;  // number of runs, then block and cells of each
   std::uint64_t patterns = 0;
-  Bytes ops;  // source and place
+  Bytes ops;  // source and position
   Numbers places, last_use;
   Numbers distances, slots;
   Bytes numbers;
@@ -64,7 +64,7 @@ Bytes bytes_of(const PatternWords& it) {
   return std::move(out.bytes);
 }
 
-/// The second segment's first group.
+/// Returns the file with the first group of the second segment changed.
 Bytes with_words(const char* name, const std::function<void(PatternWords&)>& lie) {
   return shifts_with(
       [&](GroupParts& group) {
@@ -75,7 +75,7 @@ Bytes with_words(const char* name, const std::function<void(PatternWords&)>& lie
       name);
 }
 
-/// Source and place of a node in a pattern.
+/// Source and position of a node in a pattern.
 std::byte& op(PatternWords& words, std::size_t pattern, std::size_t node, std::size_t which) {
   return words.ops[(2 * node + which) * static_cast<std::size_t>(words.patterns) + pattern];
 }
@@ -84,8 +84,8 @@ void set_op(PatternWords& words, std::size_t node, std::uint32_t source, std::ui
   op(words, words.places[0], node, 1) = static_cast<std::byte>(place);
 }
 
-// Each vertex is introduced once, alive where it is used, and imported where an earlier segment has
-// it.
+// Each vertex must be introduced once, be live when it is used, and be imported if an earlier
+// segment has it.
 void expect_patterns_refuse_lies(const char* name) {
   using namespace pattern_source;
   SCOPED_TRACE(name);
@@ -95,18 +95,18 @@ void expect_patterns_refuse_lies(const char* name) {
       [](PatternWords& w) { w.history_bits = 21; },
       [](PatternWords& w) { w.runs[0] = 0, w.runs.resize(1); },
       [](PatternWords& w) { w.runs[1] = 1; },   // no such block
-      [](PatternWords& w) { w.runs[2] -= 1; },  // a cell that no run has
-      [](PatternWords& w) { w.runs[2] += 1; },  // one more than there are
+      [](PatternWords& w) { w.runs[2] -= 1; },  // a cell without a run
+      [](PatternWords& w) { w.runs[2] += 1; },  // more cells than the group has
       [](PatternWords& w) { w.runs[2] = ~std::uint64_t{0}; },
-      [](PatternWords& w) { w.patterns += 1000; },  // more than cells
+      [](PatternWords& w) { w.patterns += 1000; },  // more patterns than cells
       [](PatternWords& w) { w.places[0] = static_cast<std::uint32_t>(w.patterns); },
       [](PatternWords& w) { w.places.pop_back(); },
-      [](PatternWords& w) { w.last_use[0] |= 0x100; },    // a node that is not there
-      [](PatternWords& w) { w.last_use[0] = 0xff; },      // used later
-      [](PatternWords& w) { set_op(w, 0, kBefore, 0); },  // there is no cell before
+      [](PatternWords& w) { w.last_use[0] |= 0x100; },    // a node that does not exist
+      [](PatternWords& w) { w.last_use[0] = 0xff; },      // a vertex that is used later
+      [](PatternWords& w) { set_op(w, 0, kBefore, 0); },  // no previous cell
       [](PatternWords& w) { set_op(w, 7, kBefore, 7); },
-      [](PatternWords& w) { set_op(w, 0, kOn, 0); },          // it referred to nothing
-      [](PatternWords& w) { set_op(w, 0, kUsers, 0); },       // a node that is not before
+      [](PatternWords& w) { set_op(w, 0, kOn, 0); },     // the previous cell referred to nothing
+      [](PatternWords& w) { set_op(w, 0, kUsers, 0); },  // a node that does not precede
       [](PatternWords& w) { set_op(w, 7, kUsers + 12, 0); },  // no cell used it before
       [](PatternWords& w) { set_op(w, 0, kFar, 0); },         // no distance
       [](PatternWords& w) { set_op(w, 0, kFar, 0), w.distances.push_back(0); },
@@ -114,13 +114,13 @@ void expect_patterns_refuse_lies(const char* name) {
       [](PatternWords& w) { set_op(w, 0, kSlot, 0); },  // no slot
       [](PatternWords& w) { set_op(w, 0, kSlot, 0), w.slots.push_back(0); },
       [](PatternWords& w) { set_op(w, 0, kSlot, 0), w.slots.push_back(~0u); },
-      [](PatternWords& w) { set_op(w, 0, kHere, 0); },  // itself
-      [](PatternWords& w) { set_op(w, 3, kHere, 5); },  // a later one
+      [](PatternWords& w) { set_op(w, 0, kHere, 0); },  // the node itself
+      [](PatternWords& w) { set_op(w, 3, kHere, 5); },  // a later node
       [](PatternWords& w) { set_op(w, 0, kNew, 4); },
       [](PatternWords& w) { set_op(w, 0, kCount, 0); },
       [](PatternWords& w) { set_op(w, 1, kNew, 0xff); },
       [](PatternWords& w) { set_op(w, 1, kBefore, 8); },  // no such node
-      [](PatternWords& w) { w.distances.push_back(1); },  // left over
+      [](PatternWords& w) { w.distances.push_back(1); },  // unused
       [](PatternWords& w) { w.slots.push_back(0); },
       [](PatternWords& w) { w.numbers.push_back(std::byte{0}); },
   };
@@ -130,7 +130,7 @@ void expect_patterns_refuse_lies(const char* name) {
 TEST(Hostile, LyingPatterns) { expect_patterns_refuse_lies("patterns"); }
 TEST(Hostile, LyingPatternsOfOrderStream) { expect_patterns_refuse_lies("patterns_stream"); }
 
-/// Values of a stream in terms, changed.
+/// Returns the file with the values of a stream in terms changed.
 Bytes with_values(const std::function<void(Bytes&)>& lie) {
   return shifts_with([&](GroupParts& group) { lie(group.streams[1]); }, "patterns");
 }
@@ -143,10 +143,10 @@ TEST(Hostile, LyingTerms) {
       [](Bytes& b) { b[1] = std::byte{7}; },         // no such domain
       [](Bytes& b) { b[1] = std::byte{5}; },         // integers
       [](Bytes& b) { b[1] = std::byte{5 << 3}; },    // no such predictor
-      [](Bytes& b) { b[1] = std::byte{3 << 3}; },    // of a reference
+      [](Bytes& b) { b[1] = std::byte{3 << 3}; },    // needs a reference
       [](Bytes& b) { b[1] |= std::byte{0x80}; },
       [](Bytes& b) { b[1] |= std::byte{0x40}; },  // a table
-      [](Bytes& b) { b[3] = std::byte{9}; },      // bytes of a residual
+      [](Bytes& b) { b[3] = std::byte{9}; },      // too many bytes of a residual
       [](Bytes& b) { b.pop_back(); },
       [](Bytes& b) { b.push_back(std::byte{0}); },
   };
@@ -154,7 +154,8 @@ TEST(Hostile, LyingTerms) {
     EXPECT_EQ(code_of(with_values(lies[i])), ErrorCode::corrupt) << "lie " << i;
 }
 
-// A megabyte of patterns or numbers, of which nothing is there; a file that says much in few bytes.
+// A megabyte of patterns or numbers, all of which is missing; a file that stands for much data in
+// few bytes.
 TEST(Hostile, PatternsTakeMemoryAsTheyAreStated) {
   for (const auto& lie : std::vector<std::function<void(PatternWords&)>>{
            [](PatternWords& w) { w.distances.assign(1 << 22, 1); },

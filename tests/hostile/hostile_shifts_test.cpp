@@ -1,4 +1,4 @@
-// Groups whose cells are shifts, with lies behind good checksums.
+// Groups whose cells are shifts, with inconsistent data and correct checksums.
 #include <limits>
 #include <string>
 #include <unordered_set>
@@ -13,13 +13,13 @@
 namespace shm {
 namespace {
 
-/// What a group of shifts says, before zstd.
+/// Connectivity of a group of shifts before it is packed with zstd.
 struct ShiftWords {
   Bytes words, symbols;
 };
 ShiftWords words_of(const GroupParts& group) {
   ByteReader in(group.streams[0]);
-  (void)in.get_u8();  // what is remembered
+  (void)in.get_u8();  // size of the ring
   const std::uint64_t words = in.get_varint();
   const auto all = zstd_decompress(in.get_bytes(in.left()), words + group.header.cells);
   EXPECT_TRUE(all.has_value());
@@ -37,7 +37,8 @@ Bytes bytes_of(const ShiftWords& parts, std::uint8_t ring_bits = 0) {
   return std::move(out.bytes);
 }
 
-// Every vertex is born once, alive where it is used, and imported where an earlier segment has it.
+// Every vertex must be introduced once, be live when it is used, and be imported if an earlier
+// segment has it.
 void expect_shifts_refuse_lies(const char* name) {
   SCOPED_TRACE(name);
   EXPECT_EQ(text_of(decode_in_pieces(shifts_with([](GroupParts&) {}, name))),
@@ -62,22 +63,24 @@ void expect_shifts_refuse_lies(const char* name) {
   EXPECT_TRUE(decode_in_pieces(with_first([](Shift&) {})));
   constexpr std::size_t kBirths = 9, kImports = 10, kLastUse = 11;
   const std::vector<std::function<void(Shift&)>> lies = {
-      [](Shift& s) { s[0] = 1; },                               // no such block
-      [](Shift& s) { s[1] += 2; },                              // another vertex
-      [](Shift& s) { s[1] = s[2]; },                            // born twice
-      [](Shift& s) { s[1] = 1 << 20; },                         // imported from nowhere
-      [](Shift& s) { s[1] = ~std::uint64_t{1}; },               // the same
-      [](Shift& s) { s[kBirths] &= s[kBirths] - 1; },           // used, not born
-      [](Shift& s) { s[kBirths] = s[kImports] = 0; },           // none is
-      [](Shift& s) { s[kImports] &= s[kImports] - 1; },         // an earlier segment's, born here
-      [](Shift& s) { s[kImports] = 0; },                        // all of them
-      [](Shift& s) { s[kImports] = 0xff; },                     // an own one, imported
-      [](Shift& s) { s[kLastUse] = 0xff; },                     // used later
-      [](Shift& s) { s[kBirths] |= 0x100; },                    // a node that is not there
-      [](Shift& s) { s[kLastUse] |= std::uint64_t{1} << 63; },  // again
+      [](Shift& s) { s[0] = 1; },                      // no such block
+      [](Shift& s) { s[1] += 2; },                     // another vertex
+      [](Shift& s) { s[1] = s[2]; },                   // introduced twice
+      [](Shift& s) { s[1] = 1 << 20; },                // imported but not in an earlier segment
+      [](Shift& s) { s[1] = ~std::uint64_t{1}; },      // the same
+      [](Shift& s) { s[kBirths] &= s[kBirths] - 1; },  // used but not introduced
+      [](Shift& s) { s[kBirths] = s[kImports] = 0; },  // no vertex is introduced
+      [](Shift& s) {
+        s[kImports] &= s[kImports] - 1;
+      },                                      // introduced here although an earlier segment has it
+      [](Shift& s) { s[kImports] = 0; },      // all of them
+      [](Shift& s) { s[kImports] = 0xff; },   // imported although this segment introduced it
+      [](Shift& s) { s[kLastUse] = 0xff; },   // used later
+      [](Shift& s) { s[kBirths] |= 0x100; },  // a node that does not exist
+      [](Shift& s) { s[kLastUse] |= std::uint64_t{1} << 63; },  // the same
   };
   for (std::size_t i = 0; i < lies.size(); ++i)
-    EXPECT_EQ(code_of(with_first(lies[i])), ErrorCode::corrupt) << "lie " << i;
+    EXPECT_EQ(code_of(with_first(lies[i])), ErrorCode::corrupt) << "change " << i;
 
   const auto with_symbols = [&](const std::function<void(Bytes&)>& lie) {
     return shifts_with(
@@ -89,7 +92,7 @@ void expect_shifts_refuse_lies(const char* name) {
         name);
   };
   EXPECT_EQ(code_of(with_symbols([](Bytes& s) { s[0] = std::byte{0}; })), ErrorCode::corrupt);
-  // One more new shift than is declared.
+  // One more new shift than declared.
   EXPECT_EQ(code_of(with_symbols([](Bytes& s) {
               const auto old =
                   std::find_if(s.begin(), s.end(), [](std::byte b) { return b != std::byte{255}; });
@@ -104,12 +107,13 @@ void expect_shifts_refuse_lies(const char* name) {
 TEST(Hostile, LyingShifts) { expect_shifts_refuse_lies("shifts"); }
 TEST(Hostile, LyingShiftsOfOrderStream) { expect_shifts_refuse_lies("shifts_stream"); }
 
-// Where vertices are numbered by birth, each is born with the next number, and no other.
+// If vertices are numbered in the order in which they are introduced, each gets the next number and
+// no other.
 TEST(Hostile, ShiftsThatLeaveNumbersOut) {
   TestMesh mesh = with_order(grid(1, 1, 1), Order::stream, false, 0);
-  const Bytes good = written(mesh, 65536, ConnectivityCodec::shifts, Level::fast);
+  const Bytes valid = written(mesh, 65536, ConnectivityCodec::shifts, Level::fast);
   const auto with_numbers = [&](const std::vector<std::uint64_t>& numbers, std::uint64_t imports) {
-    FileParts parts = take_apart(good);
+    FileParts parts = take_apart(valid);
     Chunk* chunk = parts.find(ChunkKind::group, 0);
     auto group = take_group_apart(chunk->payload);
     ByteWriter words;
@@ -123,7 +127,7 @@ TEST(Hostile, ShiftsThatLeaveNumbersOut) {
     return put_together(parts);
   };
   const std::uint64_t import = std::uint64_t{1} << 63;
-  EXPECT_EQ(with_numbers({0, 1, 2, 3, 4, 5, 6, 7}, 0), good);
+  EXPECT_EQ(with_numbers({0, 1, 2, 3, 4, 5, 6, 7}, 0), valid);
   using Numbers = std::vector<std::uint64_t>;
   for (const Numbers& numbers :
        {Numbers{1, 2, 3, 4, 5, 6, 7, 8}, Numbers{0, 1, 2, 3, 4, 5, 6, 8},
@@ -131,11 +135,11 @@ TEST(Hostile, ShiftsThatLeaveNumbersOut) {
         Numbers{import, 1, 2, 3, 4, 5, 6, 7}, Numbers{0, 1, 2, 3, 4, 5, 6, import},
         Numbers{0, 1, 2, 3, 4, 5, 6, ~std::uint64_t{0}}})
     EXPECT_EQ(code_of(with_numbers(numbers, 0)), ErrorCode::corrupt);
-  // The first segment has nothing to import.
+  // The first segment cannot import vertices.
   EXPECT_EQ(code_of(with_numbers({0, 1, 2, 3, 4, 5, 6, import}, 0x80)), ErrorCode::corrupt);
 }
 
-// The stream numbers of imported vertices.
+// Stream numbers of imported vertices.
 TEST(Hostile, LyingNumbersOfImportsOfShifts) {
   const auto code_with = [](const std::function<void(GroupParts&)>& change) {
     return code_of(shifts_with(change, "shifts_stream"));
@@ -143,13 +147,13 @@ TEST(Hostile, LyingNumbersOfImportsOfShifts) {
   const auto is_there = [](GroupParts& group) {
     ASSERT_EQ(group.header.streams[1].kind, container::StreamKind::vertex_numbers);
   };
-  EXPECT_EQ(code_with([&](GroupParts& group) {  // the same one again and again
+  EXPECT_EQ(code_with([&](GroupParts& group) {  // the same number again and again
               is_there(group);
               group.streams.erase(group.streams.begin() + 1);
               group.header.streams.erase(group.header.streams.begin() + 1);
             }),
             ErrorCode::corrupt);
-  for (std::size_t byte = 0; byte < 256; ++byte) {  // others, own ones, none
+  for (std::size_t byte = 0; byte < 256; ++byte) {  // other numbers, own numbers, invalid numbers
     const auto code = code_with([&](GroupParts& group) {
       is_there(group);
       group.streams[1] = Bytes(20, static_cast<std::byte>(byte));
@@ -181,7 +185,7 @@ TEST(Hostile, LyingNumbersOfImportsOfShifts) {
   }
 }
 
-/// The nth group of the file "shifts_columns", its ring of another size.
+/// Returns the nth group of the file "shifts_columns" with another ring size.
 Bytes with_ring(std::size_t nth, int ring_bits) {
   FileParts parts = take_apart(file("shifts_columns"));
   Chunk* chunk = parts.find(ChunkKind::group, nth);
@@ -197,7 +201,7 @@ TEST(Hostile, RingsOfShiftsAreNoLargerThanTheirGroups) {
   const int ring = std::to_integer<int>(
       take_group_apart(take_apart(file("shifts_columns")).find(ChunkKind::group)->payload)
           ->streams[0][0]);
-  ASSERT_EQ(ring, 5);  // of twelve cells: 48 places at most
+  ASSERT_EQ(ring, 5);  // for twelve cells: at most 48 positions
   EXPECT_EQ(text_of(decode_in_pieces(with_ring(0, ring))),
             text_of(decode_in_pieces(file("shifts_columns"))));
   for (const std::size_t nth : {0u, 1u}) {
@@ -206,9 +210,9 @@ TEST(Hostile, RingsOfShiftsAreNoLargerThanTheirGroups) {
       EXPECT_EQ(code_of(with_ring(nth, bits)), ErrorCode::corrupt) << bits;
       EXPECT_LE(largest_allocation, std::size_t{1} << 20) << bits;
     }
-    // Values are in columns that have no neighbourhoods.
+    // Values are in columns that need neighbourhoods.
     EXPECT_EQ(code_of(with_ring(nth, 0)), ErrorCode::unsupported);
-    // A smaller one is as good as any; what comes out is something else, or makes no sense.
+    // A smaller ring is valid; the result differs or is inconsistent.
     for (int bits = 1; bits < ring; ++bits) (void)decode_in_pieces(with_ring(nth, bits));
   }
 }
@@ -243,7 +247,7 @@ TEST(Hostile, StreamsOfShiftsMissingRepeatedOrSwapped) {
         is = is == codec ? static_cast<container::Codec>(98) : codec;
       });
   }
-  // Shifts behind another codec of the same segment, and the other way round.
+  // Shifts after another codec in the same segment, and the other way round.
   for (const auto codec : {container::Codec::predictive, container::Codec::paper}) {
     FileParts parts = take_apart(file("shifts"));
     for (const std::size_t nth : {0u, 1u}) {
@@ -258,13 +262,13 @@ TEST(Hostile, StreamsOfShiftsMissingRepeatedOrSwapped) {
   }
 }
 
-// Shifts in files whose schema does not take them.
+// Shifts in files whose schema does not allow them.
 TEST(Hostile, ShiftsOfAnotherSchema) {
   const auto code_with = [](const std::function<void(Schema&)>& change) {
     TestMesh mesh = bent_grid(3, 2, 2);
-    const Bytes good = written(mesh, 65536, ConnectivityCodec::shifts);
+    const Bytes valid = written(mesh, 65536, ConnectivityCodec::shifts);
     change(mesh.schema);
-    FileParts parts = take_apart(good);
+    FileParts parts = take_apart(valid);
     parts.chunks[0].payload = schema_payload(mesh.schema);
     return code_of(put_together(parts));
   };
@@ -283,16 +287,16 @@ TEST(Hostile, ShiftsOfAnotherSchema) {
             ErrorCode::corrupt);
 }
 
-// Nor where they are decoded again for steps that come behind them, beside which nothing else is
-// read: with the error of a reader.
+// Such shifts are not decoded for appended steps either, for which a program reads only the groups:
+// they give the same error as in a reader.
 TEST(Hostile, ShiftsOfAnotherSchemaAreNotDecodedAgain) {
   const auto appends_with = [](const std::function<void(Schema&)>& change) {
     TestMesh mesh = bent_grid(3, 2, 2);
     mesh.schema.arrays.push_back(array_of("a", Location::cell, ScalarType::int8, 1));
     mesh.schema.arrays[0].per_step = true;
-    const Bytes good = written(mesh, 65536, ConnectivityCodec::shifts);
+    const Bytes valid = written(mesh, 65536, ConnectivityCodec::shifts);
     change(mesh.schema);
-    FileParts parts = take_apart(good);
+    FileParts parts = take_apart(valid);
     parts.chunks[0].payload = schema_payload(mesh.schema);
     const Bytes changed = put_together(parts);
     MemoryRandomSource source(changed);
@@ -313,13 +317,13 @@ TEST(Hostile, ShiftsOfAnotherSchemaAreNotDecodedAgain) {
   EXPECT_FALSE(appends_with([](Schema& s) { s.arrays[0].components = 33; }));
 }
 
-// A cell there cannot be, whatever is stored of it.
+// Without any block, there cannot be a cell, whatever the group stores.
 TEST(Hostile, ShiftsWithoutAnyBlock) {
   Schema schema;
   schema.coordinate_type = ScalarType::float32;
   for (const std::uint8_t symbol : {std::uint8_t{255}, std::uint8_t{0}}) {
     ByteWriter connectivity;
-    connectivity.put_u8(0);      // remembers nothing
+    connectivity.put_u8(0);      // no ring
     connectivity.put_varint(0);  // no words
     connectivity.put_bytes(zstd_compress(Bytes(1, std::byte{symbol}), 1));
     GroupParts group;

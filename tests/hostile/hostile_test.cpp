@@ -1,5 +1,5 @@
-// Damaged and lying files: every one is an error with a fitting code or decodes to the very same
-// content; never other content, never a crash, never memory out of proportion.
+// Damaged and inconsistent files: each gives an error with a fitting code or decodes to exactly the
+// original content; never other content, a crash, or excessive memory.
 #include <functional>
 #include <limits>
 #include <string>
@@ -29,7 +29,8 @@ TEST(Hostile, WholeFilesAreReadInPiecesOfAnySize) {
   }
 }
 
-/// Files that are cut and flipped at every place; the others, for time's sake, here and there.
+/// Returns true for files that are cut and flipped at every position; the others are tested only at
+/// some, to save time.
 bool is_thorough(const FeatureFile& feature) {
   return feature.name == "one_hexahedron" || feature.name == "stream_turned" ||
          feature.name == "arrays_on_some_blocks" || feature.name == "steps_and_extras" ||
@@ -37,7 +38,8 @@ bool is_thorough(const FeatureFile& feature) {
          feature.name == "patterns_special_values" || feature.name == "patterns_steps";
 }
 
-/// Bytes from one place where a file is hurt to the next. What unpacks to much takes long.
+/// Returns the distance in bytes between damaged positions. It is larger for a file that unpacks to
+/// much data.
 std::size_t stride_of(const FeatureFile& feature, std::size_t usual) {
   const std::size_t stride = is_thorough(feature) ? 1 : feature.name == "large_extras" ? 97 : usual;
   return stride * every(7);
@@ -46,7 +48,7 @@ std::size_t stride_of(const FeatureFile& feature, std::size_t usual) {
 TEST(Hostile, EveryCutIsTruncated) {
   for (const FeatureFile& feature : files())
     for (std::size_t size = 0; size < feature.bytes.size(); size += stride_of(feature, 5)) {
-      // An exact-size copy, so that a read past the end is seen.
+      // An exact-size copy, so that a read past the end is detected.
       const Bytes cut(feature.bytes.begin(),
                       feature.bytes.begin() + static_cast<std::ptrdiff_t>(size));
       const auto decoded = decode_in_pieces(cut);
@@ -109,7 +111,7 @@ TEST(Hostile, NoShmFileAtAll) {
   Bytes bytes = file("keep");
   bytes[0] = std::byte{0x88};
   EXPECT_EQ(code_of(bytes), ErrorCode::corrupt);
-  // What a transfer as text does: CR LF becomes LF.
+  // Effect of a transfer as text: CR LF becomes LF.
   bytes = file("keep");
   bytes.erase(bytes.begin() + 4);
   EXPECT_EQ(code_of(bytes), ErrorCode::corrupt);
@@ -124,7 +126,7 @@ TEST(Hostile, NewerVersionsAndFeaturesAreNamed) {
     change(parts.start);
     EXPECT_EQ(code_of(put_together(parts)), ErrorCode::unsupported);
   }
-  // The start of the file has no checksum; the schema chunk says it again.
+  // The start of the file has no checksum; the schema chunk repeats it.
   FileParts parts = take_apart(file("keep"));
   parts.chunks[0].payload[4] = std::byte{1};
   EXPECT_EQ(code_of(put_together(parts)), ErrorCode::corrupt);
@@ -152,7 +154,7 @@ TEST(Hostile, UnknownChunksAreSkippedOrRefused) {
     parts.chunks[at].header.flags = 0;
     EXPECT_EQ(code_of(put_together(parts)), ErrorCode::unsupported);
   }
-  // A later version of a known kind is unknown too.
+  // A later version of a known kind is unknown, too.
   FileParts parts = take_apart(file("groups"));
   parts.chunks[1].header.version = 2;
   EXPECT_EQ(code_of(put_together(parts)), ErrorCode::unsupported);
@@ -189,8 +191,8 @@ TEST(Hostile, ChunksMissingRepeatedOrSwapped) {
         parts.chunks.erase(parts.chunks.begin() + place);
         const ErrorCode missing = code_of(put_together(parts, numbering));
         EXPECT_TRUE(missing == ErrorCode::corrupt || missing == ErrorCode::truncated) << at;
-        // The schema may be stored twice, but every chunk counts in the index; behind the index
-        // comes what is ignored.
+        // The schema may be stored twice, but the index counts every chunk; data after the index is
+        // ignored.
         parts = whole;
         parts.chunks.insert(parts.chunks.begin() + place, whole.chunks[at]);
         EXPECT_EQ(code_of(put_together(parts, numbering)), ErrorCode::corrupt) << at;
@@ -255,7 +257,7 @@ TEST(Hostile, LimitsAreKept) {
   expect_over("segments", [](ReadLimits& limits) { limits.max_segments = 2; });
 }
 
-// --- lies behind good checksums
+// --- inconsistent data with correct checksums
 
 TEST(Hostile, LyingSchema) {
   const auto refused = [](const std::function<void(Schema&)>& lie,
@@ -265,7 +267,7 @@ TEST(Hostile, LyingSchema) {
     lie(schema);
     EXPECT_EQ(code_of(file_of({{ChunkKind::schema, schema_payload(schema)}})), code);
   };
-  refused([](Schema&) {}, ErrorCode::truncated);  // no lie: nothing follows
+  refused([](Schema&) {}, ErrorCode::truncated);  // unchanged, but nothing follows
   refused([](Schema& s) { s.order = static_cast<Order>(3); });
   refused([](Schema& s) { s.corner_order = false; });
   refused([](Schema& s) { s.coordinate_type = ScalarType::int32; });
@@ -303,7 +305,8 @@ TEST(Hostile, LyingSchema) {
         s.arrays.assign(3, array_of("a", Location::point, ScalarType::int8, 65535));
       },
       ErrorCode::over_limit);
-  // Every cut, and something behind: a byte that says nothing of references, or more than one.
+  // Every truncation, and additional data: an invalid byte for the step references, or more than
+  // one byte.
   Schema schema = mixed_cells().schema;
   schema.arrays.push_back(array_of("a", Location::cell, ScalarType::float32, 1, {0}));
   ByteWriter blob;
@@ -340,7 +343,7 @@ TEST(Hostile, LyingGroupHeader) {
                            "shifts", "shifts_stream"}) {
     SCOPED_TRACE(name);
     const bool shifts = std::string(name).starts_with("shifts");
-    // The first of the second segment.
+    // the first group of the second segment
     const bool segments = shifts || std::string(name).starts_with("segments");
     nth = segments ? second_segment(take_apart(file(name))) : 0;
     refused(name, [](Header& h) { h.imported_vertices += 1; });
@@ -373,7 +376,7 @@ TEST(Hostile, LyingGroupHeader) {
     refused(name, [](Header& h) { h.streams.back().checksum ^= 1; });
     refused(name, [](Header& h) { h.streams.pop_back(); });
     refused(name, [](Header& h) { h.streams.push_back(h.streams.back()); });
-    // Where no connectivity says that cells are shifts, their values are in no known codec.
+    // If connectivity does not use shifts, the codec of these values is unknown.
     refused(
         name,
         [](Header& h) {
@@ -395,14 +398,14 @@ TEST(Hostile, LyingGroupHeader) {
         ErrorCode::unsupported);
   }
   nth = 0;
-  refused("keep", [](Header& h) {  // no segment before has anything to import
+  refused("keep", [](Header& h) {  // there is no earlier segment to import from
     h.streams.back().kind = container::StreamKind::imports;
   });
   refused("unmarked", [](Header& h) { h.unused_vertices += 1; });
   refused("unmarked", [](Header& h) { h.unused_vertices -= 1; });
 }
 
-// What steps need of the mesh is derived again from its groups, without the checks of a Reader.
+// The mesh data that steps need is derived from the groups again, without the checks of a Reader.
 TEST(Hostile, ReplayThatCountsOtherVerticesThanStated) {
   for (const char* name :
        {"keep", "groups", "mixed_cells", "segments", "shifts", "shifts_stream"}) {
@@ -410,7 +413,7 @@ TEST(Hostile, ReplayThatCountsOtherVerticesThanStated) {
     const auto decoded = decode_in_pieces(file(name));
     ASSERT_TRUE(decoded);
     const bool shifts = std::string(name).starts_with("shifts");
-    // Neighbourhoods over shifts are there only where the group remembers.
+    // Neighbourhoods over shifts exist only if the group has a ring.
     const ElementNeeds wants{!shifts, !shifts, true, true};
     const auto replayed = [&](const std::function<void(container::GroupHeader&)>& lie) {
       StepTopology replay(decoded->schema, std::uint64_t{1} << 30, wants);
@@ -436,7 +439,7 @@ TEST(Hostile, ImportsOfVerticesThatAreNotThere) {
   for (const char* name : {"segments", "segments_stream"})
     for (const auto kind :
          {container::StreamKind::imports, container::StreamKind::vertex_numbers}) {
-      // A stream that is left out reads as zeros: all are imported, or the same one again and
+      // A missing stream reads as zeros: all vertices are imported, or the same vertex again and
       // again.
       FileParts parts = take_apart(file(name));
       Chunk* chunk = parts.find(ChunkKind::group, 2);
@@ -454,7 +457,7 @@ TEST(Hostile, ImportsOfVerticesThatAreNotThere) {
 }
 
 TEST(Hostile, EndlessUnusedVertices) {
-  // No stream is needed for vertices that are all zero: what is stated must fit what is promised.
+  // Vertices with zero coordinates need no stream: the stated number must still fit the limits.
   FileParts parts = take_apart(file("no_cells"));
   container::GroupHeader header;
   header.vertices = header.unused_vertices = std::uint64_t{1} << 40;
@@ -478,7 +481,7 @@ TEST(Hostile, EndlessUnusedVertices) {
     ASSERT_EQ(*progress, Decoder::Progress::item_ready);
     decoder.take();
   }
-  FAIL() << "20 blocks came out of a group of no bytes";
+  FAIL() << "a group without bytes gave 20 blocks";
 }
 
 TEST(Hostile, LyingIndex) {
@@ -511,7 +514,7 @@ TEST(Hostile, LyingIndex) {
                               },
                           });
   for (std::size_t i = 0; i < lies.size(); ++i)
-    EXPECT_EQ(code_of(with_old_index(whole, lies[i])), ErrorCode::corrupt) << "old lie " << i;
+    EXPECT_EQ(code_of(with_old_index(whole, lies[i])), ErrorCode::corrupt) << "old change " << i;
 }
 
 TEST(Hostile, LyingTrailer) {
@@ -576,16 +579,16 @@ TEST(Hostile, LyingExtra) {
   refused(blob_of(2, 0, {5}, 4));
   refused(blob_of(8, 0, {1}, 7));
   constexpr std::uint64_t kHuge = std::uint64_t{1} << 32;
-  refused(blob_of(2, 0, {kHuge, kHuge}, 0));  // the product wraps to nothing
+  refused(blob_of(2, 0, {kHuge, kHuge}, 0));  // the product wraps around to 0
   refused(blob_of(8, 0, {std::uint64_t{1} << 61}, 0));
   refused(blob_of(2, 0, {~std::uint64_t{0}, 3}, 4));
   Bytes long_shape = blob_of(2, 0, {}, 0);
-  long_shape.back() = std::byte{0x7f};  // 127 sides, none there
+  long_shape.back() = std::byte{0x7f};  // 127 sides, all missing
   refused(long_shape);
 }
 
-// Damage inside the bitstreams, behind right checksums: nothing can be promised of the content, but
-// every value that comes out must be one that a caller may use without asking.
+// Damage inside the bitstreams, with correct checksums: the content is arbitrary, but a caller must
+// be able to use every decoded value without checks.
 TEST(Hostile, DamagedBitstreams) {
   PlainRandom random(7);
   ReadLimits limits;
@@ -612,7 +615,8 @@ TEST(Hostile, DamagedBitstreams) {
       Decoder decoder(limits);
       ASSERT_TRUE(decoder.feed(put_together(parts)));
       decoder.end_of_input();
-      std::unordered_set<std::uint64_t> alive;  // order stream promises that corners are
+      std::unordered_set<std::uint64_t>
+          alive;  // order stream guarantees that corners are in this set
       for (auto progress = decoder.advance();
            progress && *progress == Decoder::Progress::item_ready; progress = decoder.advance()) {
         const Item item = decoder.take();

@@ -1,6 +1,6 @@
-// Files that were made to cost much: the processor time that reading them takes, for each byte that
-// goes in or comes out, is not far from that of an ordinary file in the same run. Ratios only: the
-// machine may be busy, and slow.
+// Files designed to be expensive: the processor time for reading them, per byte of input and
+// output, is not much larger than for an ordinary file in the same run. The test compares only
+// ratios, because the machine may be busy or slow.
 #include <time.h>
 
 #include <algorithm>
@@ -14,8 +14,8 @@
 #include "support/stepped_mesh.h"
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__clang__)
-/// AddressSanitizer keeps what is freed for long, and takes fresh pages instead, which the system
-/// fills with zeros: a third of the time, by chance now in one file and now in the other.
+/// AddressSanitizer keeps freed memory for long and uses new pages instead, which the system fills
+/// with zeros. That takes a third of the time, randomly in one file or the other.
 extern "C" [[gnu::visibility("default")]] const char* __asan_default_options() {
   return "quarantine_size_mb=1";
 }
@@ -24,9 +24,9 @@ extern "C" [[gnu::visibility("default")]] const char* __asan_default_options() {
 namespace shm {
 namespace {
 
-/// As many times as much, for each byte: small things cost more than large ones, and what a column
-/// is made of costs some microseconds, twice as many where a sanitizer watches every allocation
-/// (tiny segments: 10 to 14 times with sanitizers, 5 without).
+/// Largest allowed ratio of the times per byte. Small items cost more than large ones, and creating
+/// a column takes some microseconds, twice as much if a sanitizer watches every allocation (tiny
+/// segments: ratios of 10 to 14 with sanitizers, 5 without).
 constexpr double kMost = kSanitized ? 24 : 12;
 
 double processor_seconds() {
@@ -46,7 +46,8 @@ std::uint64_t bytes_of(const Item& item) {
   return 0;
 }
 
-/// Everything, item by item; topology is never kept, as in meshes of many millions. What comes out.
+/// Reads everything, item by item. Topology is never kept, as in meshes of many millions of cells.
+/// Returns the number of bytes delivered.
 std::uint64_t read_all(const Bytes& file) {
   MemorySource source(file);
   ReadOptions options;
@@ -63,7 +64,7 @@ std::uint64_t read_all(const Bytes& file) {
   return out;
 }
 
-/// Every array at every step, by the index.
+/// Reads every array at every step, by the index.
 std::uint64_t read_steps(const Bytes& file) {
   MemoryRandomSource source(file);
   auto reader = StepReader::open(source);
@@ -79,7 +80,7 @@ std::uint64_t read_steps(const Bytes& file) {
   return out;
 }
 
-/// Seconds for each byte in and out, of the quickest of some runs.
+/// Returns the time per byte of input and output, of the fastest of several runs.
 template <class Read>
 double seconds_a_byte(const Bytes& file, const Read& read) {
   double least = std::numeric_limits<double>::max(), all = 0;
@@ -93,46 +94,48 @@ double seconds_a_byte(const Bytes& file, const Read& read) {
   return least;
 }
 
-Bytes file_of(Stepped it, ConnectivityCodec codec, std::uint32_t group_cells = 65536,
+Bytes file_of(Stepped stepped, ConnectivityCodec codec, std::uint32_t group_cells = 65536,
               std::uint64_t segment_cells = 0) {
-  it.options.level = Level::fast;
-  it.options.connectivity = codec;
-  it.options.group_cells = group_cells;
-  it.options.segment_cells = segment_cells;
-  it.options.key_steps = 1;
-  return written(it);
+  stepped.options.level = Level::fast;
+  stepped.options.connectivity = codec;
+  stepped.options.group_cells = group_cells;
+  stepped.options.segment_cells = segment_cells;
+  stepped.options.key_steps = 1;
+  return written(stepped);
 }
 
 constexpr std::uint64_t kSide = kSanitized ? 16 : 40;
 constexpr std::uint64_t kManySteps = kSanitized ? 60 : 1500;
 constexpr std::uint64_t kThousands = kSanitized ? 1000 : 20000;
 
-/// A field on all points and one on all cells.
+/// Returns a mesh with a field on all points and one on all cells.
 Stepped ordinary() {
-  Stepped it{bent_grid(kSide, kSide, kSide), {}, {}};
+  Stepped stepped{bent_grid(kSide, kSide, kSide), {}, {}};
   for (const Location location : {Location::point, Location::cell}) {
-    const std::uint32_t a = add_stepped(it.mesh, array_of("f", location, ScalarType::float32));
+    const std::uint32_t a = add_stepped(stepped.mesh, array_of("f", location, ScalarType::float32));
     for (std::uint64_t step = 0; step < 3; ++step)
-      it.values[{a, step}] = moving_values(it.mesh.schema.arrays[a], elements_of(it.mesh, a), step);
+      stepped.values[{a, step}] =
+          moving_values(stepped.mesh.schema.arrays[a], elements_of(stepped.mesh, a), step);
   }
-  return it;
+  return stepped;
 }
 
-/// Arrays of a few components on the last cell of a mesh, at very many steps.
+/// Returns arrays of a few components on the last cell of a mesh, at very many steps.
 Stepped on_one_cell(TestMesh mesh, std::uint64_t steps, std::uint32_t components = 16) {
   mesh.schema.blocks.push_back({2, "spring", CellShape::hexahedron, 8});
   mesh.cells.back().block = 1;
-  Stepped it{std::move(mesh), {}, {}};
+  Stepped stepped{std::move(mesh), {}, {}};
   for (int n = 0; n < 2; ++n) {
-    const std::uint32_t a =
-        add_stepped(it.mesh, array_of("f", Location::cell, ScalarType::float32, components, {1}));
+    const std::uint32_t a = add_stepped(
+        stepped.mesh, array_of("f", Location::cell, ScalarType::float32, components, {1}));
     for (std::uint64_t step = 0; step < steps; ++step)
-      it.values[{a, step}] = moving_values(it.mesh.schema.arrays[a], 1, step);
+      stepped.values[{a, step}] = moving_values(stepped.mesh.schema.arrays[a], 1, step);
   }
-  return it;
+  return stepped;
 }
 
-/// A file with so many more chunks and lines of the index, of which no reader knows anything.
+/// Returns a file with this number of additional chunks and index entries of a kind that no reader
+/// knows.
 Bytes with_unknown_chunks(const Bytes& file, std::uint64_t count) {
   FileParts parts = take_apart(file);
   Chunk unknown;
@@ -142,14 +145,14 @@ Bytes with_unknown_chunks(const Bytes& file, std::uint64_t count) {
   const auto index = parts.chunks.end() - 1;
   parts.chunks.insert(index, static_cast<std::size_t>(count), unknown);
   const Bytes longer = put_together(parts);
-  return with_index(longer, [&](container::Index& it) {
+  return with_index(longer, [&](container::Index& changed) {
     container::IndexEntry entry;
     entry.kind = unknown.header.kind;
     entry.bytes = unknown.bytes();
-    const container::IndexEntry& last = it.entries.back();
+    const container::IndexEntry& last = changed.entries.back();
     entry.offset = last.offset + last.bytes;
     for (std::uint64_t n = 0; n < count; ++n, entry.offset += entry.bytes)
-      it.entries.push_back(entry);
+      changed.entries.push_back(entry);
   });
 }
 
@@ -162,7 +165,7 @@ Bytes with_extras(std::uint64_t count) {
       extra.type = ScalarType::uint8;
       extra.shape = {1};
       extra.data = Bytes(1);
-      if (auto good = writer.add_extra(extra); !good) return good;
+      if (auto status = writer.add_extra(extra); !status) return status;
     }
     return {};
   });
@@ -210,13 +213,15 @@ TEST(HostileWork, AFewElementsOverManyStepsInManyTinySegments) {
 }
 
 TEST(HostileWork, AllElementsOfManyTinySegments) {
-  Stepped it{bent_grid(kSide / 2, kSide / 2, kSide / 2), {}, {}};
+  Stepped stepped{bent_grid(kSide / 2, kSide / 2, kSide / 2), {}, {}};
   for (const Location location : {Location::point, Location::cell}) {
-    const std::uint32_t a = add_stepped(it.mesh, array_of("f", location, ScalarType::float32));
+    const std::uint32_t a = add_stepped(stepped.mesh, array_of("f", location, ScalarType::float32));
     for (std::uint64_t step = 0; step < 3; ++step)
-      it.values[{a, step}] = moving_values(it.mesh.schema.arrays[a], elements_of(it.mesh, a), step);
+      stepped.values[{a, step}] =
+          moving_values(stepped.mesh.schema.arrays[a], elements_of(stepped.mesh, a), step);
   }
-  expect_in_proportion("tiny segments", file_of(std::move(it), ConnectivityCodec::rows, 65536, 2));
+  expect_in_proportion("tiny segments",
+                       file_of(std::move(stepped), ConnectivityCodec::rows, 65536, 2));
 }
 
 TEST(HostileWork, ManyEmptyChunksAndLinesOfTheIndex) {

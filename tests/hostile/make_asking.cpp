@@ -1,5 +1,5 @@
-// make_asking DIR [large]: writes files that ask for much, NAME.shm each, for tests of whole
-// programs.
+// make_asking DIR [large]: writes the files that ask for much memory, each as NAME.shm, for tests
+// of whole programs.
 #include <filesystem>
 #include <fstream>
 

@@ -1,8 +1,8 @@
-// Memory that runs out, for a program that this is loaded into (LD_PRELOAD): after so many calls of
-// operator new, SHM_ALLOCATIONS, the next one fails, and with SHM_FOR_GOOD=1 all that follow do.
-// They count from main() on: what libraries do when they are loaded nobody can answer for.
-// With SHM_MALLOC=1 those of malloc, calloc and realloc count as well, which C libraries call.
-// SHM_COUNT names a file to which a program that ends writes how many there were.
+// Simulates a lack of memory in a program into which this library is loaded (LD_PRELOAD): after
+// SHM_ALLOCATIONS calls of operator new the next call fails and, with SHM_FOR_GOOD=1, all later
+// calls. Calls count from main() on: the program cannot handle failures while its libraries are
+// loaded. With SHM_MALLOC=1, calls of malloc, calloc and realloc, which C libraries use, count too.
+// SHM_COUNT names a file to which a program writes the number of calls when it ends.
 #include <dlfcn.h>
 
 #include <atomic>
@@ -21,7 +21,7 @@ long number_in(const char* name, long otherwise) {
 std::atomic<bool> is_running{false};
 std::atomic<long> allocations{0};
 
-// Of main(), before it runs; what the loader wants it does not have to wait for.
+// Settings. run() reads them just before main(), so that all earlier allocations succeed.
 long allowed = -1;
 bool for_good = false, with_malloc = false;
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""shm where memory runs out: whichever allocation fails, and whether it is one or all that follow, it ends with exit
-code 5 and a sentence, or does what it does with memory enough.
+"""shm without sufficient memory: whichever allocation fails, alone or with all later ones, the tool ends with exit
+code 5 and a message, or gives the same result as with enough memory.
 
 Usage: scarce_memory_test.py PATH_OF_SHM PATH_OF_SCARCE_MEMORY
 """
@@ -15,8 +15,9 @@ sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."
 from folder_test import tell
 
 SHM = SCARCE = None
-FALLS = 24  # of each command and kind
-# Memory that C libraries ask for too. Of netCDF and HDF5, which crash without, nobody can promise anything.
+FALLS = 24  # failing allocations for each command and kind
+# Commands in which allocations of C libraries fail too. Commands that use netCDF and HDF5 are left
+# out, because these crash without memory.
 WITHOUT_NETCDF = {"compress", "decompress", "info", "verify", "against", "convert", "diff", "extract", "join", "split",
                   "damaged", "repair", "layout", "preview", "many"}
 
@@ -62,13 +63,13 @@ class ScarceMemory(unittest.TestCase):
         return subprocess.run([SHM, *words], cwd=self.folder.name, env=environment, capture_output=True, timeout=120)
 
     def count(self, *words, **scarce):
-        """How often it allocates, its exit code, its output."""
+        """Returns the number of allocations, the exit code, and the output."""
         done = self.run_tool(*words, SHM_COUNT=self.path("count"), **scarce)
         with open(self.path("count"), encoding="ascii") as file:
             return int(file.read()), done.returncode, done.stdout, self.outputs()
 
     def outputs(self):
-        """What is written, and taken away."""
+        """Returns the written files, and removes them."""
         found = {}
         for path in glob.glob(self.path("out*")):
             with open(path, "rb") as file:
@@ -86,7 +87,7 @@ class ScarceMemory(unittest.TestCase):
             total, code, text, written = self.count(*words, **scarce)
             self.assertIn(code, (0, 3), name)
             self.assertGreater(total, start)
-            # A few where the commands are made, most of them where one runs.
+            # A few failures while the commands are created, most of them while one runs.
             places = {start * k // 6 for k in range(6)}
             places |= {start + (total - start) * k // FALLS for k in range(FALLS)} | {total - 1}
             for allowed in sorted(places):

@@ -1,5 +1,5 @@
-// What a test program allocates. Replaces operator new and delete: for one source file of a
-// program.
+// Measures the allocations of a test program. Replaces operator new and delete: include it in one
+// source file of a program.
 #pragma once
 
 #include <malloc.h>
@@ -18,12 +18,12 @@ inline std::size_t malloc_usable_size(void* memory) {
 
 namespace {
 
-// The largest single allocation since it was last set to zero.
+// The largest single allocation since this was last set to 0.
 std::size_t largest_allocation = 0;
-// Bytes that are allocated, and the most that were since it was last set.
+// Allocated bytes, and their maximum since it was last set.
 std::atomic<std::size_t> allocated = 0, most_allocated = 0;
 
-/// The most memory that `work` holds at once, in bytes.
+/// Returns the most memory that `work` allocates at once, in bytes.
 inline std::size_t memory_of(const std::function<void()>& work) {
   const std::size_t before = allocated;
   most_allocated = before;
@@ -33,7 +33,7 @@ inline std::size_t memory_of(const std::function<void()>& work) {
 
 }  // namespace
 
-// Not inlined, or the compiler sees malloc and delete, and warns.
+// Not inlined: otherwise the compiler sees malloc and delete, and warns.
 [[gnu::noinline]] void* operator new(std::size_t bytes) {
   largest_allocation = std::max(largest_allocation, bytes);
   void* memory = std::malloc(bytes > 0 ? bytes : 1);
@@ -42,7 +42,8 @@ inline std::size_t memory_of(const std::function<void()>& work) {
   if (now > most_allocated) most_allocated = now;
   return memory;
 }
-// What std::stable_sort takes: given back to the delete below, as sanitizers want to see.
+// The operator that std::stable_sort uses, because sanitizers require that it matches the delete
+// below.
 [[gnu::noinline]] void* operator new(std::size_t bytes, const std::nothrow_t&) noexcept {
   try {
     return operator new(bytes);

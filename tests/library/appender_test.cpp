@@ -1,5 +1,5 @@
-// Appender: a file whose steps came in several runs is, byte for byte, the file of one run; what
-// stood in it stays; files that lie are refused, and nothing is written of them.
+// Appender: a file whose steps were added in several runs is byte for byte the file of one run;
+// existing content is kept; inconsistent files are refused without writing any output.
 #include "shm/appender.h"
 
 #include <gtest/gtest.h>
@@ -31,49 +31,51 @@ Extra extra_of(std::string key, std::size_t bytes) {
   return extra;
 }
 
-/// Steps `from` to `end`, each with all its arrays, through a Writer or an Appender.
+/// Adds the steps from `from` up to but excluding `end`, each with all its arrays, to a Writer or
+/// an Appender.
 template <class To>
-Result<void> put_steps(To& to, const Stepped& it, std::uint64_t from, std::uint64_t end) {
+Result<void> put_steps(To& to, const Stepped& stepped, std::uint64_t from, std::uint64_t end) {
   for (std::uint64_t step = from; step < end; ++step)
-    for (const auto& [key, values] : it.values)
+    for (const auto& [key, values] : stepped.values)
       if (key.second == step)
-        if (auto good = to.add_step_values(key.first, step, values); !good) return good;
+        if (auto status = to.add_step_values(key.first, step, values); !status) return status;
   return {};
 }
 
 enum class Times { last, first, none };
 
-/// A file with the steps before `end`.
-Bytes file_with(const Stepped& it, std::uint64_t end, std::size_t extra_bytes = 100,
+/// Returns a file with the steps before `end`.
+Bytes file_with(const Stepped& stepped, std::uint64_t end, std::size_t extra_bytes = 100,
                 Times place = Times::last) {
   MemorySink sink;
-  const auto report = write_mesh(it.mesh, sink, it.options, [&](Writer& writer) -> Result<void> {
-    const auto times = times_to(end);
-    if (place == Times::first)
-      if (auto good = writer.set_step_times(times); !good) return good;
-    if (auto good = writer.add_extra(extra_of("a/b", extra_bytes)); !good) return good;
-    if (auto good = put_steps(writer, it, 0, end); !good) return good;
-    if (place != Times::last) return {};
-    return writer.set_step_times(times);
-  });
+  const auto report =
+      write_mesh(stepped.mesh, sink, stepped.options, [&](Writer& writer) -> Result<void> {
+        const auto times = times_to(end);
+        if (place == Times::first)
+          if (auto status = writer.set_step_times(times); !status) return status;
+        if (auto status = writer.add_extra(extra_of("a/b", extra_bytes)); !status) return status;
+        if (auto status = put_steps(writer, stepped, 0, end); !status) return status;
+        if (place != Times::last) return {};
+        return writer.set_step_times(times);
+      });
   EXPECT_TRUE(report) << (report ? "" : report.error().message());
   return std::move(sink.bytes);
 }
 
-/// `file` and the steps from `from` to `end`.
-Bytes appended(const Bytes& file, const Stepped& it, std::uint64_t from, std::uint64_t end,
+/// Returns `file` with the steps from `from` up to but excluding `end` appended.
+Bytes appended(const Bytes& file, const Stepped& stepped, std::uint64_t from, std::uint64_t end,
                Times place = Times::last) {
   MemoryRandomSource source(file);
   MemorySink sink;
   AppendOptions options;
-  options.level = it.options.level;
-  options.key_steps = it.options.key_steps;
+  options.level = stepped.options.level;
+  options.key_steps = stepped.options.key_steps;
   auto appender = Appender::open(source, sink, options);
   EXPECT_TRUE(appender) << (appender ? "" : appender.error().message());
   if (!appender) return {};
   if (place == Times::first) (void)appender->set_step_times(times_to(end));
-  const auto good = put_steps(*appender, it, from, end);
-  EXPECT_TRUE(good) << (good ? "" : good.error().message());
+  const auto status = put_steps(*appender, stepped, from, end);
+  EXPECT_TRUE(status) << (status ? "" : status.error().message());
   if (place == Times::last) (void)appender->set_step_times(times_to(end));
   const auto report = appender->finish();
   EXPECT_TRUE(report) << (report ? "" : report.error().message());
@@ -98,16 +100,16 @@ Values values_of(const ReadBack& back) {
   return values;
 }
 
-/// Eleven steps of arrays of points and cells, that move on; at step 3 some have none.
+/// Returns eleven steps of changing point and cell arrays; some arrays have no values at step 3.
 Stepped series(TestMesh mesh, Order order) {
-  Stepped it = with_steps(std::move(mesh), order);
-  it.values.clear();
-  for (std::uint32_t a = 0; a < it.mesh.schema.arrays.size(); ++a)
+  Stepped stepped = with_steps(std::move(mesh), order);
+  stepped.values.clear();
+  for (std::uint32_t a = 0; a < stepped.mesh.schema.arrays.size(); ++a)
     for (std::uint64_t step = 0; step < 11; ++step)
-      if (it.mesh.schema.arrays[a].per_step && (step != 3 || a % 2 == 0))
-        it.values[{a, step}] =
-            moving_values(it.mesh.schema.arrays[a], elements_of(it.mesh, a), step);
-  return it;
+      if (stepped.mesh.schema.arrays[a].per_step && (step != 3 || a % 2 == 0))
+        stepped.values[{a, step}] =
+            moving_values(stepped.mesh.schema.arrays[a], elements_of(stepped.mesh, a), step);
+  return stepped;
 }
 
 TEST(Appender, IsOneRunOfTheWriter) {
@@ -118,49 +120,50 @@ TEST(Appender, IsOneRunOfTheWriter) {
       for (const bool mixed : {false, true})
         for (const std::uint32_t key_steps : {1u, 3u, 8u}) {
           if (some.skips_next()) continue;
-          Stepped it = series(mixed ? mixed_cells() : two_blocks(), order);
-          it.mesh.schema.delay = delay;
-          it.options.segment_cells = segment_cells;
-          it.options.group_cells = 50;
-          it.options.key_steps = key_steps;
-          it.options.level = mixed ? Level::best : Level::standard;
+          Stepped stepped = series(mixed ? mixed_cells() : two_blocks(), order);
+          stepped.mesh.schema.delay = delay;
+          stepped.options.segment_cells = segment_cells;
+          stepped.options.group_cells = 50;
+          stepped.options.key_steps = key_steps;
+          stepped.options.level = mixed ? Level::best : Level::standard;
           SCOPED_TRACE(std::string(order_name(order)) + ", delay " + std::to_string(delay) +
                        ", segments " + std::to_string(segment_cells) + ", key steps " +
                        std::to_string(key_steps) + (mixed ? ", mixed" : ""));
-          const Bytes whole = file_with(it, 11);
+          const Bytes whole = file_with(stepped, 11);
           for (const std::uint64_t split : {0u, 2u, 3u, 8u})
-            EXPECT_TRUE(appended(file_with(it, split), it, split, 11) == whole) << split;
+            EXPECT_TRUE(appended(file_with(stepped, split), stepped, split, 11) == whole) << split;
         }
 }
 
 TEST(Appender, OneStepAfterTheOther) {
-  Stepped it = waves(20);
-  Bytes file = file_with(it, 0);
-  for (std::uint64_t step = 0; step < 20; ++step) file = appended(file, it, step, step + 1);
-  EXPECT_TRUE(file == file_with(it, 20));
-  EXPECT_GT(20 * (file_with(it, 1).size() - file_with(it, 0).size()),
-            3 * (file.size() - file_with(it, 0).size()))
-      << "they refer to each other";
+  Stepped stepped = waves(20);
+  Bytes file = file_with(stepped, 0);
+  for (std::uint64_t step = 0; step < 20; ++step) file = appended(file, stepped, step, step + 1);
+  EXPECT_TRUE(file == file_with(stepped, 20));
+  EXPECT_GT(20 * (file_with(stepped, 1).size() - file_with(stepped, 0).size()),
+            3 * (file.size() - file_with(stepped, 0).size()))
+      << "steps do not refer to each other";
 }
 
 TEST(Appender, TheSchemaIsSaidAgainAtTheEndOnly) {
-  const Stepped it = waves(6);
+  const Stepped stepped = waves(6);
   constexpr std::size_t kMuch = std::size_t{1} << 20;
-  const Bytes file = file_with(it, 4, kMuch);
+  const Bytes file = file_with(stepped, 4, kMuch);
   EXPECT_NE(take_apart(file).find(ChunkKind::schema, 1), nullptr);
-  const Bytes more = appended(file, it, 4, 6);
-  EXPECT_TRUE(more == file_with(it, 6, kMuch));
+  const Bytes more = appended(file, stepped, 4, 6);
+  EXPECT_TRUE(more == file_with(stepped, 6, kMuch));
   EXPECT_EQ(take_apart(more).find(ChunkKind::schema, 2), nullptr);
 }
 
-// Of a chunk of values that others may join, heads of both versions are read.
+// A chunk of step values may have room for further parts. The appender reads its part heads in
+// versions 0 and 1.
 TEST(Appender, GoesOnBehindAChunkOfVersion0) {
-  Stepped it;
-  it.mesh = with_order(grid(5, 4, 3, ScalarType::float64, warped), Order::keep, true, 0);
-  const auto a = add_stepped(it.mesh, array_of("a", Location::cell, ScalarType::float64));
+  Stepped stepped;
+  stepped.mesh = with_order(grid(5, 4, 3, ScalarType::float64, warped), Order::keep, true, 0);
+  const auto a = add_stepped(stepped.mesh, array_of("a", Location::cell, ScalarType::float64));
   for (std::uint64_t step = 0; step < 2; ++step)
-    it.values[{a, step}] = moving_values(it.mesh.schema.arrays[a], 60, step);
-  FileParts parts = take_apart(file_with(it, 1));
+    stepped.values[{a, step}] = moving_values(stepped.mesh.schema.arrays[a], 60, step);
+  FileParts parts = take_apart(file_with(stepped, 1));
   Chunk& chunk = *parts.find(ChunkKind::step_values);
   auto steps = take_steps_apart(chunk);
   ASSERT_TRUE(steps && steps->heads.size() == 1);
@@ -172,10 +175,12 @@ TEST(Appender, GoesOnBehindAChunkOfVersion0) {
   const Bytes file = with_index(put_together(std::move(parts)), [&](container::Index& index) {
     entry_of(index, ChunkKind::step_values, 0).bytes -= fewer;
   });
-  EXPECT_TRUE(values_of(read(appended(file, it, 1, 2))) == values_of(read(file_with(it, 2))));
+  EXPECT_TRUE(values_of(read(appended(file, stepped, 1, 2))) ==
+              values_of(read(file_with(stepped, 2))));
 }
 
-// What comes behind is as that version has it, so that its readers read it.
+// The appender writes new chunks in the version of the file, so that readers of that version can
+// read them.
 TEST(Appender, FilesOfAnOlderVersionStayOfIt) {
   for (const char* name : {"0.1/steps_and_extras.shm", "0.9/steps_and_extras.shm"}) {
     const std::string text = content(golden_folder() / name);
@@ -207,12 +212,12 @@ TEST(Appender, FilesOfAnOlderVersionStayOfIt) {
 }
 
 TEST(Appender, ReadersTakeItWhereverTheTimesStood) {
-  const Stepped it = series(two_blocks(), Order::keep);
+  const Stepped stepped = series(two_blocks(), Order::keep);
   for (const Times before : {Times::last, Times::first, Times::none})
     for (const Times after : {Times::last, Times::first}) {
-      const Bytes file = appended(file_with(it, 5, 100, before), it, 5, 11, after);
+      const Bytes file = appended(file_with(stepped, 5, 100, before), stepped, 5, 11, after);
       const ReadBack back = read(file);
-      EXPECT_TRUE(values_of(back) == it.values);
+      EXPECT_TRUE(values_of(back) == stepped.values);
       EXPECT_EQ(back.times, times_to(11));
       ASSERT_EQ(back.extras.size(), 1u);
       EXPECT_EQ(back.extras[0], extra_of("a/b", 100));
@@ -220,7 +225,7 @@ TEST(Appender, ReadersTakeItWhereverTheTimesStood) {
       auto reader = StepReader::open(source);
       ASSERT_TRUE(reader) << reader.error().message();
       EXPECT_EQ(reader->step_times(), times_to(11));
-      for (const auto& [key, values] : it.values) {
+      for (const auto& [key, values] : stepped.values) {
         StepRequest request;
         request.array = key.first;
         request.step = key.second;
@@ -238,10 +243,10 @@ TEST(Appender, ReadersTakeItWhereverTheTimesStood) {
 }
 
 TEST(Appender, TimesAndExtrasStayWhereNothingElseIsSaid) {
-  const Stepped it = series(two_blocks(), Order::keep);
-  const Bytes file = file_with(it, 5);
-  EXPECT_TRUE(appended(file, it, 5, 5, Times::none) == file);
-  const ReadBack back = read(appended(file, it, 5, 7, Times::none));
+  const Stepped stepped = series(two_blocks(), Order::keep);
+  const Bytes file = file_with(stepped, 5);
+  EXPECT_TRUE(appended(file, stepped, 5, 5, Times::none) == file);
+  const ReadBack back = read(appended(file, stepped, 5, 7, Times::none));
   EXPECT_EQ(back.times, times_to(5));
 
   MemoryRandomSource source(file);
@@ -258,8 +263,8 @@ TEST(Appender, TimesAndExtrasStayWhereNothingElseIsSaid) {
 }
 
 TEST(Appender, OtherExtras) {
-  const Stepped it = series(two_blocks(), Order::keep);
-  const Bytes file = file_with(it, 5);
+  const Stepped stepped = series(two_blocks(), Order::keep);
+  const Bytes file = file_with(stepped, 5);
   MemoryRandomSource source(file);
   MemorySink sink;
   auto appender = Appender::open(source, sink);
@@ -278,8 +283,8 @@ TEST(Appender, OtherExtras) {
 TEST(Appender, GivesTheMeshWithoutSteps) {
   for (const std::size_t extra_bytes : {std::size_t{100}, std::size_t{1} << 20})
     for (const Times place : {Times::last, Times::first, Times::none}) {
-      const Stepped it = series(two_blocks(), Order::stream);
-      const Bytes file = file_with(it, 5, extra_bytes, place);
+      const Stepped stepped = series(two_blocks(), Order::stream);
+      const Bytes file = file_with(stepped, 5, extra_bytes, place);
       MemoryRandomSource source(file);
       NullSink sink;
       auto appender = Appender::open(source, sink);
@@ -305,26 +310,27 @@ TEST(Appender, GivesTheMeshWithoutSteps) {
     }
 }
 
-// What leaves the box of 10 bits keeps the bound too; what is not finite comes back exactly.
+// Values outside the box of 10 bits keep the bound too; values that are not finite come back
+// exactly.
 TEST(Appender, QuantizedArraysKeepTheirBound) {
-  Stepped it;
-  it.mesh = with_order(grid(5, 4, 3, ScalarType::float64, warped), Order::keep, true, 0);
+  Stepped stepped;
+  stepped.mesh = with_order(grid(5, 4, 3, ScalarType::float64, warped), Order::keep, true, 0);
   ArrayInfo boxed = array_of("boxed", Location::cell, ScalarType::float64);
   boxed.quantization = {10, {-2}, {2}, 0, 0};
   ArrayInfo bounded = array_of("bounded", Location::cell, ScalarType::float64);
   bounded.quantization = Quantization::absolute(.01, 1);
-  const auto a = add_stepped(it.mesh, boxed), b = add_stepped(it.mesh, bounded);
+  const auto a = add_stepped(stepped.mesh, boxed), b = add_stepped(stepped.mesh, bounded);
   for (const std::uint32_t array : {a, b})
     for (std::uint64_t step = 0; step < 6; ++step)  // up to 6 in magnitude
-      it.values[{array, step}] = moving_values(it.mesh.schema.arrays[array], 60, step);
-  const Bytes file = appended(file_with(it, 2), it, 2, 6);
-  EXPECT_TRUE(file == file_with(it, 6));
+      stepped.values[{array, step}] = moving_values(stepped.mesh.schema.arrays[array], 60, step);
+  const Bytes file = appended(file_with(stepped, 2), stepped, 2, 6);
+  EXPECT_TRUE(file == file_with(stepped, 6));
   std::size_t beyond = 0;
   for (const auto& [key, values] : values_of(read(file))) {
-    const ArrayInfo& info = it.mesh.schema.arrays[key.first];
+    const ArrayInfo& info = stepped.mesh.schema.arrays[key.first];
     for (std::size_t i = 0; i < values.size(); i += 8) {
       double was = 0, is = 0;
-      std::memcpy(&was, &it.values.at(key)[i], 8);
+      std::memcpy(&was, &stepped.values.at(key)[i], 8);
       std::memcpy(&is, &values[i], 8);
       const bool outside = key.first == a && std::isfinite(was) && std::fabs(was) > 2.01;
       beyond += outside;
@@ -338,75 +344,75 @@ TEST(Appender, QuantizedArraysKeepTheirBound) {
 }
 
 TEST(Appender, RefusesWhatDoesNotFit) {
-  const Stepped it = series(two_blocks(), Order::keep);
-  const Bytes file = file_with(it, 5);
-  const auto u = static_cast<std::uint32_t>(it.mesh.schema.arrays.size() - 5);
-  const Bytes& values = it.values.at({u, 4});
+  const Stepped stepped = series(two_blocks(), Order::keep);
+  const Bytes file = file_with(stepped, 5);
+  const auto u = static_cast<std::uint32_t>(stepped.mesh.schema.arrays.size() - 5);
+  const Bytes& values = stepped.values.at({u, 4});
   const auto refused = [&](std::uint32_t array, std::uint64_t step,
                            std::span<const std::byte> some) {
     MemoryRandomSource source(file);
     MemorySink sink;
     auto appender = Appender::open(source, sink);
     EXPECT_TRUE(appender);
-    const auto good = appender->add_step_values(array, step, some);
+    const auto status = appender->add_step_values(array, step, some);
     const auto report = appender->finish();
     EXPECT_FALSE(report) << array << ", " << step;
     if (report) return;
     EXPECT_EQ(report.error().code, ErrorCode::misuse);
-    if (!good) {
-      EXPECT_EQ(report.error().message(), good.error().message()) << "the first error sticks";
+    if (!status) {
+      EXPECT_EQ(report.error().message(), status.error().message()) << "the first error sticks";
     }
   };
-  refused(u, 4, values);                                      // there already
-  refused(u, 5, std::span(values).first(values.size() / 2));  // not all of them
+  refused(u, 4, values);                                      // already present
+  refused(u, 5, std::span(values).first(values.size() / 2));  // incomplete
   refused(u, 5, std::span(values).first(7));
   refused(99, 5, values);
-  EXPECT_FALSE(appended(file, it, 5, 6).empty());
+  EXPECT_FALSE(appended(file, stepped, 5, 6).empty());
 }
 
-/// Opens, adds a step and finishes; whether that succeeded. A file that was made must be readable
-/// up to what was damaged before.
-bool survives(const Bytes& file, const Stepped& it) {
+/// Opens the file, adds a step and finishes; returns true if that succeeds. The resulting file must
+/// be readable up to the existing damage.
+bool survives(const Bytes& file, const Stepped& stepped) {
   MemoryRandomSource source(file);
   MemorySink sink;
   auto appender = Appender::open(source, sink);
   if (!appender) return false;
   (void)appender->without_steps();
-  const auto good = put_steps(*appender, it, 5, 6);
-  return good && appender->finish();
+  const auto status = put_steps(*appender, stepped, 5, 6);
+  return status && appender->finish();
 }
 
 TEST(Appender, RefusesFilesThatAreDamagedOrLie) {
-  Stepped it = series(grid(3, 3, 2, ScalarType::float64, warped), Order::keep);
-  const Bytes file = file_with(it, 5);
-  ASSERT_TRUE(survives(file, it));
+  Stepped stepped = series(grid(3, 3, 2, ScalarType::float64, warped), Order::keep);
+  const Bytes file = file_with(stepped, 5);
+  ASSERT_TRUE(survives(file, stepped));
   for (std::size_t cut = 0; cut < file.size(); cut += kSanitized ? 97 : 7) {
     EXPECT_FALSE(
-        survives(Bytes(file.begin(), file.begin() + static_cast<std::ptrdiff_t>(cut)), it));
+        survives(Bytes(file.begin(), file.begin() + static_cast<std::ptrdiff_t>(cut)), stepped));
   }
   std::size_t refused = 0;
   for (std::size_t at = 0; at < file.size(); at += every(5) * 11) {
     Bytes damaged = file;
     damaged[at] ^= std::byte{0x10};
-    refused += !survives(damaged, it);
+    refused += !survives(damaged, stepped);
   }
   EXPECT_GT(refused, 10u);
-  // The index, with checksums that are right.
+  // Damage to the index, with correct checksums.
   const FileParts parts = take_apart(file);
   const std::size_t size = parts.chunks.back().payload.size();
   for (std::size_t at = 0; at < size; ++at)
     for (const int change : {0x01, 0x80, 0xff}) {
-      FileParts lying = parts;
-      lying.chunks.back().payload[at] ^= static_cast<std::byte>(change);
-      (void)survives(put_together(std::move(lying)), it);
+      FileParts inconsistent = parts;
+      inconsistent.chunks.back().payload[at] ^= static_cast<std::byte>(change);
+      (void)survives(put_together(std::move(inconsistent)), stepped);
     }
-  // A chunk too few, too many, or with another number.
+  // A missing chunk, an extra chunk, or a chunk with another number.
   FileParts without = parts;
   without.chunks.erase(without.chunks.begin() + 2);
-  EXPECT_FALSE(survives(put_together(std::move(without)), it));
+  EXPECT_FALSE(survives(put_together(std::move(without)), stepped));
   FileParts renumbered = parts;
   renumbered.chunks[2].header.sequence += 1;
-  EXPECT_FALSE(survives(put_together(std::move(renumbered), Numbering::as_they_are), it));
+  EXPECT_FALSE(survives(put_together(std::move(renumbered), Numbering::as_they_are), stepped));
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Archives: what goes in comes out under its name, and nothing else is taken for one.
+// Archives: members come back under their names, and no other file is mistaken for an archive.
 #include "shm/archive.h"
 
 #include <gtest/gtest.h>
@@ -35,7 +35,7 @@ ErrorCode code_of(const Result<ByteSink*>& result) {
   return result ? ErrorCode::io : result.error().code;
 }
 
-// An archive with a list of its own making.
+// Returns an archive with a list that the test supplies.
 Bytes with_list(const std::vector<container::Member>& members, std::size_t meshes) {
   MemorySink sink;
   container::MemberList list{{}, members};
@@ -104,8 +104,8 @@ TEST(Archive, SectionEndsWhereItSays) {
 }
 
 TEST(Archive, NamesAreOfFiles) {
-  for (const char* good : {"a", "rotor.e.4.0", "run.e-s002", "with space.vtk", "..."})
-    EXPECT_TRUE(is_member_name(good)) << good;
+  for (const char* name : {"a", "rotor.e.4.0", "run.e-s002", "with space.vtk", "..."})
+    EXPECT_TRUE(is_member_name(name)) << name;
   for (const char* bad : {"", ".", "..", "a/b", "/", "../a", "a\\b", "a\nb", "\x7f"})
     EXPECT_FALSE(is_member_name(bad)) << bad;
   EXPECT_TRUE(is_member_name(std::string(255, 'x')));

@@ -1,5 +1,5 @@
-// The boundary surface: of each shape, of meshes of all kinds against a count of all sides, with
-// values; in memory that follows the active surface.
+// The boundary surface of each shape and of meshes of all kinds, checked against a count of all
+// sides; its values; and its memory, which depends on the size of the active surface.
 #include "shm/boundary_surface.h"
 
 #include <gtest/gtest.h>
@@ -45,7 +45,7 @@ Result<BoundarySurface> boundary_of_stream(std::span<const std::byte> bytes,
   return read_boundary(source, options);
 }
 
-/// Found in three ways, which must be one.
+/// Finds the boundary in three ways, which must agree.
 BoundarySurface boundary_of(std::span<const std::byte> bytes, const BoundaryOptions& options = {}) {
   const auto surface = boundary_anywhere(bytes, options);
   const auto streamed = boundary_of_stream(bytes, options);
@@ -66,7 +66,7 @@ Cycle face_of(const BoundarySurface& surface, std::size_t face) {
   return cycle;
 }
 
-/// The same for all cycles of these vertices, in either direction.
+/// Returns a canonical form that is equal for all rotations of a cycle, in both directions.
 Cycle least(Cycle cycle) {
   Cycle best = cycle;
   for (int way = 0; way < 2; ++way) {
@@ -79,9 +79,9 @@ Cycle least(Cycle cycle) {
   return best;
 }
 
-// --- what it should be: a count of all sides
+// --- expected result: a count of all sides
 
-/// Sides of a cell, by VTK's tables.
+/// Returns the sides of a cell, by VTK's tables.
 std::vector<Cycle> sides_of_cell(const BlockInfo& block, const Cycle& v) {
   static const std::map<CellShape, std::pair<std::size_t, std::vector<Cycle>>> tables = {
       {CellShape::tetrahedron, {4, {{0, 1, 3}, {1, 2, 3}, {2, 0, 3}, {0, 2, 1}}}},
@@ -117,7 +117,7 @@ std::vector<Cycle> sides_of_cell(const BlockInfo& block, const Cycle& v) {
   return once;
 }
 
-/// Corners of a cell that is a face itself; none where it is not.
+/// Returns the number of corners of a cell that is itself a face; 0 for other cells.
 std::size_t corners_itself(const BlockInfo& block, std::size_t nodes) {
   std::size_t corners = 0;
   if (block.shape == CellShape::vertex) corners = 1;
@@ -128,7 +128,7 @@ std::size_t corners_itself(const BlockInfo& block, std::size_t nodes) {
   return corners <= nodes ? corners : 0;
 }
 
-/// Faces with their cells, as the source numbers both.
+/// Faces with their cells, both numbered as in the source.
 using Faces = std::multiset<std::pair<std::uint64_t, Cycle>>;
 
 Faces counted_faces(const TestMesh& mesh) {
@@ -146,8 +146,8 @@ Faces counted_faces(const TestMesh& mesh) {
   return faces;
 }
 
-/// `order`: what the vertices and cells of the file are in the source, by coding order; nothing
-/// where they have the same numbers.
+/// `order`: for each vertex and cell of the file, in coding order, its number in the source; null
+/// if the numbers are equal.
 Faces found_faces(const BoundarySurface& surface, const RecordedOrder* order = nullptr) {
   Faces faces;
   for (std::size_t f = 0; f < surface.face_count(); ++f) {
@@ -162,7 +162,7 @@ Faces found_faces(const BoundarySurface& surface, const RecordedOrder* order = n
   return faces;
 }
 
-/// What holds of every surface.
+/// Checks properties that every surface has.
 void expect_sound(const BoundarySurface& surface) {
   ASSERT_EQ(surface.face_begin.size(), surface.face_count() + 1);
   EXPECT_EQ(surface.face_begin.front(), 0u);
@@ -171,13 +171,13 @@ void expect_sound(const BoundarySurface& surface) {
   EXPECT_EQ(surface.sides.size(), surface.face_count());
   EXPECT_EQ(surface.xyz.size(), surface.vertex_count() * 3 * scalar_bytes(surface.coordinate_type));
   std::set<std::uint32_t> used(surface.corners.begin(), surface.corners.end());
-  EXPECT_EQ(used.size(), surface.vertex_count()) << "a vertex that no face uses";
+  EXPECT_EQ(used.size(), surface.vertex_count()) << "no face uses some vertex";
   EXPECT_TRUE(used.empty() || *used.rbegin() + 1 == surface.vertex_count());
   std::set<std::uint64_t> numbers(surface.vertex_numbers.begin(), surface.vertex_numbers.end());
-  EXPECT_EQ(numbers.size(), surface.vertex_count()) << "a vertex twice";
+  EXPECT_EQ(numbers.size(), surface.vertex_count()) << "a vertex occurs twice";
 }
 
-/// Written in `mesh`'s order, read back, and compared with the count.
+/// Writes `mesh`, reads it back, and compares its boundary with the count.
 BoundarySurface expect_counted(const TestMesh& mesh, WriteOptions options = {}) {
   RecordedOrder order;
   options.coding_order = &order;
@@ -220,7 +220,8 @@ std::vector<std::array<double, 3>> corners_of_cube(std::initializer_list<std::si
   return points;
 }
 
-/// 6 times the volume within the faces, positive where all are counter-clockwise from outside.
+/// Returns 6 times the enclosed volume, positive if all faces are counter-clockwise seen from
+/// outside.
 double volume_within(const BoundarySurface& surface) {
   const auto points = surface.points_as<double>();
   const auto at = [&](std::uint64_t corner, std::size_t c) {
@@ -247,15 +248,15 @@ std::vector<std::uint32_t> counted_to(std::uint32_t last) {
 TEST(BoundarySurface, OfOneCellOfEachSolidShape) {
   struct Solid {
     TestMesh mesh;
-    std::vector<std::size_t> sizes;  // corners of each side
-    double volume;                   // 6 times
+    std::vector<std::size_t> sizes;  // number of corners of each side
+    double volume;                   // 6 times the volume
   };
   const std::vector<Solid> solids = {
       {one_cell(CellShape::hexahedron, 8, kCube), {4, 4, 4, 4, 4, 4}, 6},
       {one_cell(CellShape::tetrahedron, 4, corners_of_cube({0, 1, 3, 4})), {3, 3, 3, 3}, 1},
       {one_cell(CellShape::pyramid, 5, corners_of_cube({0, 1, 2, 3, 4})), {3, 3, 3, 3, 4}, 2},
       {one_cell(CellShape::wedge, 6, corners_of_cube({0, 1, 3, 4, 5, 7})), {4, 4, 4, 3, 3}, 3},
-      // As VTK's manual has it: the first triangle is seen from outside.
+      // The node order of VTK's manual: the first triangle is counter-clockwise seen from outside.
       {one_cell(CellShape::wedge, 6, corners_of_cube({0, 3, 1, 4, 7, 5})), {4, 4, 4, 3, 3}, 3}};
   for (const Solid& solid : solids)
     for (const ScalarType type : {ScalarType::float32, ScalarType::float64}) {
@@ -277,7 +278,7 @@ TEST(BoundarySurface, OfOneCellOfEachSolidShape) {
     }
 }
 
-// As Exodus counts the sides of a hexahedron.
+// Sides of a hexahedron are numbered as in Exodus.
 TEST(BoundarySurface, SidesAreThoseOfSets) {
   const BoundarySurface surface = boundary_of(file_of(one_cell(CellShape::hexahedron, 8, kCube)));
   const std::vector<Cycle> sides = {{0, 1, 5, 4}, {1, 2, 6, 5}, {2, 3, 7, 6},
@@ -326,16 +327,16 @@ TEST(BoundarySurface, OfPolyhedraHasTheirFacesInTheirOrder) {
   TestMesh mesh = one_cell(CellShape::faces, 0, kCube);
   std::vector<Cycle> faces;
   for (const auto& at : kSixFaces) faces.emplace_back(at.begin(), at.end());
-  faces[0] = {0, 3, 2};  // in two
+  faces[0] = {0, 3, 2};  // one face split into two triangles
   faces.push_back({0, 2, 1});
-  faces.push_back({7, 7, 6});  // none
+  faces.push_back({7, 7, 6});  // not a face
   mesh.cells[0].corners =
       closed_faces({faces[0], faces[1], faces[2], faces[3], faces[4], faces[5], faces[6]});
   BoundarySurface surface = expect_counted(mesh);
   EXPECT_EQ(surface.sides, counted_to(7));
   EXPECT_DOUBLE_EQ(volume_within(surface), 6);
   for (std::size_t f = 0; f < 7; ++f) EXPECT_EQ(least(face_of(surface, f)), least(faces[f]));
-  // What is no list of faces has none.
+  // A node list that does not describe faces has no boundary.
   mesh.cells[0].corners = {0, 1, 2, 3};
   surface = expect_counted(mesh);
   EXPECT_EQ(surface.face_count(), 0u);
@@ -364,14 +365,14 @@ TEST(BoundarySurface, OfGrids) {
   EXPECT_EQ(surface.face_count(), 54u);
   EXPECT_EQ(surface.vertex_count(), 56u);
   EXPECT_NEAR(volume_within(surface), 6, 1e-6);
-  // In coding order, which is that of the numbers here.
+  // Faces come in coding order, which is the order of cell numbers here.
   EXPECT_TRUE(std::is_sorted(surface.cell_numbers.begin(), surface.cell_numbers.end()));
   for (std::size_t f = 1; f < surface.face_count(); ++f)
     EXPECT_TRUE(surface.cell_numbers[f] != surface.cell_numbers[f - 1] ||
                 surface.sides[f - 1] < surface.sides[f]);
 }
 
-// Vertices and faces that coding puts in another order are given in that.
+// If coding reorders vertices and cells, the surface lists them in coding order.
 TEST(BoundarySurface, VerticesComeInCodingOrder) {
   TestMesh mesh = shuffled(bent_grid(5, 4, 4));
   std::mt19937_64 random(5);
@@ -442,30 +443,31 @@ TEST(BoundarySurface, WhatThreeCellsHaveIsInside) {
   mesh.cells.push_back({0, {4, 5, 7, 6, 8, 9, 11, 10}});
   mesh.cells.push_back({0, {4, 5, 7, 6, 12, 13, 15, 14}});
   EXPECT_EQ(expect_counted(mesh).face_count(), 15u);
-  mesh.cells.push_back(mesh.cells[0]);  // the same cell twice: neither has a side alone
+  mesh.cells.push_back(mesh.cells[0]);  // the same cell twice: all of its sides are shared
   EXPECT_EQ(expect_counted(mesh).face_count(), 10u);
 }
 
 TEST(BoundarySurface, OfDegenerateCells) {
   TestMesh mesh = grid(1, 1, 2, ScalarType::float64);
-  // Without volume, on top of a cell: its side is what is seen, as if nothing lay there.
+  // A cell without volume on top of another cell: the boundary has the side of the other cell, as
+  // if the flat cell did not exist.
   mesh.cells[1].corners = {4, 5, 7, 6, 4, 5, 7, 6};
   BoundarySurface surface = expect_counted(mesh);
   EXPECT_EQ(surface.face_count(), 6u);
   EXPECT_EQ(std::count(surface.cell_numbers.begin(), surface.cell_numbers.end(), 0u), 6);
-  // A hexahedron that is a wedge fits to a wedge.
+  // A hexahedron collapsed to a wedge shares a side with a wedge.
   mesh = grid(1, 1, 2, ScalarType::float64);
   mesh.schema.blocks.push_back({2, "", CellShape::wedge, 6});
   mesh.cells = {{0, {0, 1, 3, 3, 4, 5, 7, 7}}, {1, {4, 5, 7, 8, 9, 11}}};
   surface = expect_counted(mesh);
   EXPECT_EQ(surface.face_count(), 8u);
   EXPECT_DOUBLE_EQ(volume_within(surface), 3);
-  // A quad on a side is a face beside it.
+  // A quad on a side is a face in addition to that side.
   mesh = grid(1, 1, 1, ScalarType::float64);
   mesh.schema.blocks.push_back({2, "", CellShape::quad, 4});
   mesh.cells.push_back({1, {4, 5, 7, 6}});
   EXPECT_EQ(expect_counted(mesh).face_count(), 7u);
-  // Faces that touch themselves are told apart by how they go around.
+  // Faces that touch themselves are distinguished by the order of their vertices.
   mesh.schema.blocks[1] = {2, "", CellShape::faces, 0};
   mesh.cells = {{1, closed_faces({{0, 1, 2, 3}, {3, 4, 5}})},
                 {1, {0, 1, 2, 3, 1, 4, 5, 0}},
@@ -476,7 +478,8 @@ TEST(BoundarySurface, OfDegenerateCells) {
   expect_counted(mesh);
 }
 
-/// Tetrahedra around vertex 0, in a long strip; every second one has a face as a polyhedron.
+/// Returns tetrahedra around vertex 0, in a long strip; with polyhedra, every second cell is a
+/// polyhedron with one more face.
 TestMesh hub(std::uint64_t cells, bool with_polyhedra) {
   TestMesh mesh;
   mesh.schema.blocks = {{1, "", CellShape::tetrahedron, 4}, {2, "", CellShape::faces, 0}};
@@ -486,7 +489,7 @@ TestMesh hub(std::uint64_t cells, bool with_polyhedra) {
   mesh.set_points(points);
   for (std::uint64_t i = 0; i < cells; ++i) {
     const std::uint64_t a = i + 1, b = i + 2, c = i + 3;
-    if (with_polyhedra && i % 2 == 1)  // its sides are of four corners and more
+    if (with_polyhedra && i % 2 == 1)  // has sides with four and more corners
       mesh.cells.push_back(
           {1, closed_faces({{0, a, b}, {0, b, c}, {0, c, a}, {a, b, c}, {0, a, b, c, c + 1}})});
     else
@@ -495,8 +498,8 @@ TestMesh hub(std::uint64_t cells, bool with_polyhedra) {
   return mesh;
 }
 
-// A vertex that all cells have keeps all sides at it until the end; finding one takes as long all
-// the same.
+// If all cells share a vertex, all open sides at that vertex are kept until the end. Finding a side
+// must not become slower.
 TEST(BoundarySurface, OfManyCellsAroundAVertex) {
   expect_counted(hub(300, false));
   expect_counted(hub(300, true));
@@ -506,7 +509,7 @@ TEST(BoundarySurface, OfManyCellsAroundAVertex) {
 
 // --- memory
 
-/// `counts` gets the most sides and vertices that were kept behind a block.
+/// Returns the largest number of open sides and of vertices kept after a block.
 std::pair<std::size_t, std::size_t> most_kept(const TestMesh& mesh) {
   WriteOptions options;
   options.group_cells = 64;
@@ -531,7 +534,7 @@ std::pair<std::size_t, std::size_t> most_kept(const TestMesh& mesh) {
 
 TEST(BoundarySurface, KeepsWhatTheActiveSurfaceNeeds) {
   const auto [sides, vertices] = most_kept(grid(2, 2, 1500));
-  EXPECT_LE(sides, 60u);  // some 12 of each layer of four cells
+  EXPECT_LE(sides, 60u);  // about 12 for each layer of four cells
   EXPECT_LE(vertices, 30u);
   const auto [mixed, mixed_vertices] = most_kept(every_shape());
   EXPECT_GT(mixed, 0u);
@@ -553,7 +556,7 @@ TEST(BoundarySurface, TakesNoMoreThanItMay) {
 
 // --- values
 
-/// The element of an array that each vertex or face of the surface should have.
+/// Returns the expected array values at the vertices or faces of the surface.
 std::vector<std::byte> expected_values(const TestMesh& mesh, const BoundarySurface& surface,
                                        std::uint32_t array, const std::vector<std::byte>& all,
                                        const RecordedOrder& order) {
@@ -629,7 +632,7 @@ TEST(BoundarySurface, CarriesStaticArrays) {
 TEST(BoundarySurface, CarriesSteppedArrays) {
   for (const Order kind : {Order::keep, Order::stream}) {
     Stepped stepped = with_steps(every_shape(), kind);
-    // Only those blocks' cells, in the middle of others.
+    // Only the cells of these blocks, which lie between others.
     stepped.mesh.schema.arrays[3].blocks = {1, 3};
     for (const std::uint64_t step : {0u, 1u, 2u, 4u, 5u, 9u})
       stepped.values[{3, step}] =
@@ -641,7 +644,7 @@ TEST(BoundarySurface, CarriesSteppedArrays) {
     const auto bytes = written(stepped);
     BoundaryOptions options;
     options.arrays = {{0, 5}, {3, 9}, {2, 1}, {1, 0}, {4, 4}, {3, 0}, {0, 4}};
-    // Values are written in coding order: what the source's are is told by `order`.
+    // Values are written in coding order; `order` gives the source's number of each element.
     const BoundarySurface surface = boundary_of(bytes, options);
     ASSERT_EQ(surface.arrays.size(), options.arrays.size());
     for (std::size_t i = 0; i < options.arrays.size(); ++i) {
@@ -681,7 +684,7 @@ TEST(BoundarySurface, RefusesArraysThatAreNotThere) {
       EXPECT_EQ(surface.error().code, ErrorCode::misuse) << surface.error().message();
     }
   }
-  // None of the array's cells is there, and so none of its values is missing.
+  // The mesh has no cells of this array's block, so no values of the array are missing.
   TestMesh mesh = bent_grid(2, 2, 2);
   mesh.schema.blocks.push_back({2, "empty", CellShape::hexahedron, 8});
   BoundaryOptions options;
@@ -690,7 +693,7 @@ TEST(BoundarySurface, RefusesArraysThatAreNotThere) {
   EXPECT_EQ(surface.arrays[0].size(), surface.face_count() * sizeof(double));
 }
 
-// --- blocks of a caller
+// --- blocks supplied by the caller
 
 std::vector<MeshBlock> blocks_of(std::span<const std::byte> bytes, Schema& schema) {
   MemorySource source(bytes);
@@ -733,7 +736,8 @@ TEST(BoundaryFinder, TakesPiecesOfAMesh) {
   Faces expected;
   for (const auto& [cell, cycle] : counted_faces(piece)) expected.emplace(cell + 17, cycle);
   EXPECT_EQ(found_faces(*surface), expected);
-  // Of one block, in order: coding order is that of the numbers of cells, and vertices have theirs.
+  // The boundary of a single block, in order: cells are coded in the order of their numbers, and
+  // vertices keep their numbers.
   for (std::size_t f = 0; f < surface->face_count(); ++f)
     EXPECT_EQ(std::memcmp(&surface->arrays[1][f * 4],
                           &stepped.values.at({u + 2, 4})[surface->cell_numbers[f] * 4], 4),
@@ -794,7 +798,7 @@ TEST(BoundaryFinder, RefusesBlocksThatMakeNoSense) {
   auto finder = BoundaryFinder::create(schema, options);
   ASSERT_TRUE(finder);
   ASSERT_TRUE(finder->add(blocks[0]));
-  EXPECT_FALSE(finder->add(blocks[0]));  // not the next one
+  EXPECT_FALSE(finder->add(blocks[0]));  // not the next block
   auto other = BoundaryFinder::create(schema, options);
   ASSERT_TRUE(other->add(blocks[0]));
   ASSERT_TRUE(other->finish());
@@ -805,7 +809,7 @@ TEST(BoundaryFinder, RefusesBlocksThatMakeNoSense) {
   EXPECT_FALSE(other->add(piece));
 }
 
-// Files with a byte changed: an error, or a surface that is sound.
+// Files with a damaged byte give an error or a valid surface.
 TEST(BoundarySurface, OfDamagedFiles) {
   const auto bytes = written(with_steps(every_shape(), Order::keep));
   BoundaryOptions options;

@@ -1,5 +1,5 @@
-// The format's structs: put and get are mirrors, and the fixed ones have the very bytes of the
-// spec.
+// Structs of the format: get() inverts put(), and structs of fixed size have exactly the bytes
+// given in the specification.
 #include <gtest/gtest.h>
 
 #include <functional>
@@ -94,11 +94,11 @@ TEST(Container, WhatDoesNotFitHasALongHeader) {
   };
   EXPECT_FALSE(is_long([](ChunkHeader&) {}));
   EXPECT_TRUE(is_long([](ChunkHeader&) {}, 9));
-  EXPECT_TRUE(is_long([](ChunkHeader& it) { ++it.kind; }));
-  EXPECT_TRUE(is_long([](ChunkHeader& it) { ++it.version; }));
-  EXPECT_TRUE(is_long([](ChunkHeader& it) { ++it.flags; }));
-  EXPECT_TRUE(is_long([](ChunkHeader& it) { ++it.segment; }));
-  EXPECT_TRUE(is_long([](ChunkHeader& it) { ++it.payload_bytes; }));
+  EXPECT_TRUE(is_long([](ChunkHeader& header) { ++header.kind; }));
+  EXPECT_TRUE(is_long([](ChunkHeader& header) { ++header.version; }));
+  EXPECT_TRUE(is_long([](ChunkHeader& header) { ++header.flags; }));
+  EXPECT_TRUE(is_long([](ChunkHeader& header) { ++header.segment; }));
+  EXPECT_TRUE(is_long([](ChunkHeader& header) { ++header.payload_bytes; }));
 }
 
 GroupHeader any_group() {
@@ -228,10 +228,10 @@ TEST(Container, HeadsOfStepValuesThatCannotBe) {
     lie(parts[1]);
     return refused(parts);
   };
-  EXPECT_TRUE(lies([](StepPart& it) { it.header.count = 0; }));
-  EXPECT_TRUE(lies([](StepPart& it) { it.header.step = std::uint64_t{1} << 32; }));
-  EXPECT_TRUE(lies([](StepPart& it) { it.header.reference_step = it.header.step + 1; }));
-  EXPECT_TRUE(lies([](StepPart& it) { it.bytes = ~std::uint64_t{0} - 2; }));
+  EXPECT_TRUE(lies([](StepPart& part) { part.header.count = 0; }));
+  EXPECT_TRUE(lies([](StepPart& part) { part.header.step = std::uint64_t{1} << 32; }));
+  EXPECT_TRUE(lies([](StepPart& part) { part.header.reference_step = part.header.step + 1; }));
+  EXPECT_TRUE(lies([](StepPart& part) { part.bytes = ~std::uint64_t{0} - 2; }));
 }
 
 Index any_index() {
@@ -293,8 +293,8 @@ TEST(Container, IndexOfVersion0) {
   EXPECT_FALSE(get(longer, back, 0, 3));
 }
 
-// Of version 1 all comes back that does not follow from the rest: offsets, and what is the first of
-// a group or of step values.
+// In version 1 every field is restored that does not follow from others. Fields that follow are
+// offsets and the first element of a group or of step values.
 TEST(Container, PackedIndex) {
   Index index = any_index();
   IndexEntry more = index.entries[1];

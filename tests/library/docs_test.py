@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
-"""Documents point to what exists.
+"""Checks that references in documents are valid.
 
-    docs_test.py
+  docs_test.py
 
 Every relative link of every document leads to a file, and its #anchor to a heading there. Every path
 in backticks that begins with a folder of this repository exists. README.md has at most 140 lines.
 docs/architecture.md has a line for every folder of sources, each room/unit that it names exists, and
-its picture of the layers has each room above those that it may include by the table in rules_test.cpp.
+its picture of the layers shows each room above those that it may include by the table in rules_test.cpp.
 Every section of the specification that a comment of the library cites exists. Every claim that
-scripts/claims measures stands in its document, with that very figure. Doxygen makes pages of the public
+scripts/claims measures occurs in its document with the same figure. Doxygen processes the public
 headers without a warning.
 """
 import itertools
@@ -22,7 +22,7 @@ ROOT = Path(__file__).resolve().parents[2]
 README_LINES = 140
 FOLDERS = (".ci", "bench", "bindings", "cmake", "converters", "docs", "fuzz", "libshmformat", "packaging",
            "scripts", "spec", "tests")
-SOURCES = ("libshmformat/src", "converters")  # of which architecture.md is the map
+SOURCES = ("libshmformat/src", "converters")  # described by architecture.md
 MAP = ROOT / "docs" / "architecture.md"
 
 LINK = re.compile(r"!?\[(?:[^\[\]]|\[[^\]]*\])*\]\(\s*<?([^)\s>]+)>?[^)]*\)")
@@ -40,7 +40,7 @@ def documents():
 
 
 def prose(text):
-    """The lines outside of fenced code, with their numbers."""
+    """Returns the lines outside of fenced code, with their numbers."""
     fence = None
     for number, line in enumerate(text.splitlines(), 1):
         mark = re.match(r"\s*(```|~~~)", line)
@@ -51,7 +51,7 @@ def prose(text):
 
 
 def anchors(path):
-    """The anchors of a document's headings, made as GitHub makes them."""
+    """Returns the anchors of a document's headings, as GitHub builds them."""
     found = set()
     for _, line in prose(path.read_text(encoding="utf-8")):
         heading = HEADING.match(line)
@@ -65,9 +65,9 @@ def anchors(path):
 
 
 def wrong_link(document, target):
-    """Why a link leads nowhere; nothing where it does not."""
+    """Returns why a link is wrong; None if it is correct."""
     if re.match(r"[a-z][a-z+.-]*:", target, re.IGNORECASE):
-        return None  # elsewhere
+        return None  # an external link
     name, _, anchor = unquote(target).partition("#")
     path = (document.parent / name).resolve() if name else document
     if not path.is_relative_to(ROOT) or not path.exists():
@@ -78,7 +78,7 @@ def wrong_link(document, target):
 
 
 def alternatives(path):
-    """a/{b,c} as a/b and a/c."""
+    """Expands a/{b,c} to a/b and a/c."""
     braces = re.search(r"\{([^{}]*)\}", path)
     if not braces:
         return [path]
@@ -87,7 +87,7 @@ def alternatives(path):
 
 
 def missing_paths(code):
-    """The paths of a piece of code that begin with one of our folders, and are not there."""
+    """Returns the paths in a piece of code that begin with a folder of this repository and do not exist."""
     for word in code.split():
         if "/" not in word or word.split("/")[0] not in FOLDERS:
             continue
@@ -97,7 +97,7 @@ def missing_paths(code):
 
 
 def rooms():
-    """Folders of sources by their name in the map, such as "vtk/xml"."""
+    """Returns the folders of sources by their name in the map, such as "vtk/xml"."""
     return {path.parent.relative_to(ROOT / top).as_posix(): path.parent
             for top in SOURCES for path in (ROOT / top).rglob("*.*")
             if path.suffix in (".cpp", ".h") and path.parent != ROOT / top}
@@ -119,7 +119,7 @@ def faults_of_map(lines):
 
 
 def layers(text):
-    """The line of each room in the pictures of the layers."""
+    """Returns the line of each room in the pictures of the layers."""
     picture = text.partition("\n## Layers\n")[2].partition("\n## ")[0]
     return {room: number for number, line in enumerate(picture.splitlines())
             if line.startswith("    ") for room in line.split()}
@@ -137,7 +137,7 @@ def faults_of_layers(text):
 
 
 def faults_of_citations(text):
-    """Sections that comments of the library cite, and that `text` has not as heading or bold."""
+    """Returns sections that comments of the library cite and that `text` has neither as heading nor in bold."""
     sections = set(re.findall(r"^#+ (?:\d+ )?(.*)$", text, re.MULTILINE))
     sections |= set(re.findall(r"\*\*(.*?)\.?\*\*", text))
     for path in sorted((ROOT / "libshmformat").rglob("*.*")):
@@ -169,7 +169,7 @@ def faults(document):
 
 
 def lost_claims():
-    """Words of claims that their documents do not have, wherever these break lines."""
+    """Returns the claims that do not occur in their documents, ignoring line breaks."""
     claims = subprocess.run([sys.executable, ROOT / "scripts" / "claims", "--list"], check=True,
                             capture_output=True, text=True).stdout.splitlines()
     if not claims:
@@ -179,11 +179,11 @@ def lost_claims():
         figure = re.search(r"\{[^{}]*\d[^{}]*\}|\{third\}", words)
         plain = words.replace("{", "").replace("}", "")
         if not figure or plain not in " ".join((ROOT / name).read_text(encoding="utf-8").split()):
-            yield name, f"does not say what scripts/claims measures: {words}"
+            yield name, f"lacks a claim that scripts/claims measures: {words}"
 
 
 def faults_of_headers():
-    """What Doxygen complains of, and whether its pages have what our comments say."""
+    """Returns Doxygen's warnings, and checks that its pages contain the comments."""
     (ROOT / "build").mkdir(exist_ok=True)
     done = subprocess.run(["doxygen", "docs/Doxyfile"], cwd=ROOT, capture_output=True, text=True)
     for line in done.stderr.splitlines() or ([done.stdout] if done.returncode else []):

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""The shared library exports what its public headers declare, and nothing else.
+"""Checks that the shared library exports exactly the declarations of its public headers.
 
-    exports_test.py LIBSHMFORMAT.SO     (exit code 77, skipped, where there is no nm)
+  exports_test.py LIBSHMFORMAT.SO     (exit code 77, skipped, if nm is missing)
 
-Each name that nm lists stands in namespace shm, and each part of it in a header of include/shm: nothing
-of an Impl, of namespaces within, or of the standard library's templates.
+Each name that nm lists is in namespace shm, and each part of it occurs in a header of include/shm. Members
+of an Impl, of inner namespaces, and of the standard library's templates are not exported.
 """
 import re
 import shutil
@@ -28,14 +28,14 @@ def words_of_headers():
 
 
 def fault(symbol, words):
-    """Why a symbol should not be there; nothing where it should."""
+    """Returns why a symbol should not be exported; None if it should."""
     name = KINDS.sub("", symbol).split("(")[0]
     parts = re.sub(r"\[abi:\w+\]", "", name).split("::")
     if parts[0] != "shm" or len(parts) < 2:
         return "is not of namespace shm"
     unknown = [part for part in parts if part.removeprefix("~") not in words
                and not part.startswith("operator")]
-    return f"{unknown[0]} stands in no public header" if unknown else None
+    return f"{unknown[0]} is in no public header" if unknown else None
 
 
 def main(library):
@@ -48,7 +48,7 @@ def main(library):
                  "non-virtual thunk to shm::SectionSource::read("):
         if not any(symbol.startswith(name) for symbol in symbols):
             faults.append(f"{name} is missing")
-    print("\n".join(faults) or f"{len(symbols)} names, all of the public face")
+    print("\n".join(faults) or f"{len(symbols)} names, all part of the public interface")
     return 1 if faults else 0
 
 

@@ -1,5 +1,5 @@
-// Extras as bytes: what is packed together comes back, whatever it is made of; the dictionary is
-// the one of the text.
+// Extras as bytes: extras that are packed together come back unchanged, whatever their contents;
+// the dictionary is the one of the specification.
 #include "format/schema.h"
 
 #include <gtest/gtest.h>
@@ -29,7 +29,7 @@ Extra extra_of(std::string key, ScalarType type, std::vector<std::uint64_t> shap
   return extra;
 }
 
-/// The ends of the range, and what changes little and much.
+/// Returns the limits of the type, and numbers that change by little and by much.
 template <class T>
 std::vector<T> integers(std::size_t count) {
   std::mt19937_64 random(sizeof(T));
@@ -83,7 +83,7 @@ TEST(Extras, ComeBackTogetherAndAlone) {
   EXPECT_TRUE(none && none->empty());
 }
 
-// Ascending numbers and rows of them take about a bit each, whatever their type.
+// Ascending numbers and rows of ascending numbers need about one bit each, whatever their type.
 TEST(Extras, IntegersAreDifferences) {
   std::vector<std::int64_t> map(50000);
   std::iota(map.begin(), map.end(), 1);

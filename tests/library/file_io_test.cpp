@@ -1,4 +1,4 @@
-// Files appear whole or not at all.
+// A file appears complete or not at all.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -35,7 +35,7 @@ TEST_F(FileIo, AppearsWithCommit) {
   EXPECT_EQ(files(), 1u);
 }
 
-// Nobody needs to think of commit() who lets the library finish the file.
+// A caller who lets the library finish the file need not call commit().
 TEST_F(FileIo, WhoFinishesAFileCommitsIt) {
   const TestMesh mesh = grid(2, 2, 2);
   auto sink = FileSink::create(path("mesh.shm"));
@@ -43,7 +43,7 @@ TEST_F(FileIo, WhoFinishesAFileCommitsIt) {
   ASSERT_TRUE(write_mesh(mesh, **sink));
   const std::string written = file_content(path("mesh.shm"));
   EXPECT_FALSE(written.empty());
-  EXPECT_TRUE((*sink)->commit()) << "once more does nothing";
+  EXPECT_TRUE((*sink)->commit()) << "a second commit does nothing";
   EXPECT_EQ((*sink)->write(bytes("more")).error().code, ErrorCode::misuse);
   sink->reset();
   EXPECT_EQ(file_content(path("mesh.shm")), written);
@@ -66,7 +66,7 @@ TEST_F(FileIo, WhoFinishesAFileCommitsIt) {
   auto member = archive->add_member("mesh");
   ASSERT_TRUE(member);
   ASSERT_TRUE(write_mesh(mesh, **member));
-  EXPECT_FALSE(fs::exists(path("archive.shm"))) << "a member is not yet all of it";
+  EXPECT_FALSE(fs::exists(path("archive.shm"))) << "the archive exists before it is finished";
   ASSERT_TRUE(archive->finish());
   EXPECT_TRUE(file_content(path("archive.shm")).find(written) != std::string::npos);
 
@@ -75,7 +75,7 @@ TEST_F(FileIo, WhoFinishesAFileCommitsIt) {
   EXPECT_EQ(write_mesh(mesh, **sink).error().code, ErrorCode::output);
 }
 
-// Also what comes to be there while the file is written.
+// A file that appears while the new file is written is not replaced either.
 TEST_F(FileIo, NothingIsReplacedWhereThatIsRefused) {
   using enum FileSink::Existing;
   for (const auto how : {FileSink::Temporary::unnamed, FileSink::Temporary::named}) {
@@ -107,7 +107,7 @@ TEST_F(FileIo, NothingIsLeftWithoutCommit) {
   EXPECT_EQ(files(), 0u);
 }
 
-// What the system does that has no files without names.
+// Behaviour on systems without unnamed temporary files.
 TEST_F(FileIo, NamedTemporaries) {
   for (const bool commit : {false, true}) {
     std::ofstream(path("a")) << "before";
@@ -128,7 +128,8 @@ TEST_F(FileIo, NamedTemporaries) {
   }
 }
 
-// Of a process that is gone; of another machine's when an hour old; nothing else.
+// Temporary files are removed if their process has ended, or if they are of another machine and an
+// hour old. All other files stay.
 TEST_F(FileIo, LeftoversAreRemoved) {
   const auto leave = [&](const std::string& name, int hours) {
     std::ofstream(path(name)) << "left";
@@ -138,7 +139,8 @@ TEST_F(FileIo, LeftoversAreRemoved) {
   ASSERT_TRUE(first);
   const std::string own = fs::path((*first)->temporary()).filename().string();
   const std::string machine = own.substr(own.rfind('-'));
-  const std::string gone = ".a.tmp" + std::to_string((1 << 22) + 1);  // above any process
+  const std::string gone =
+      ".a.tmp" + std::to_string((1 << 22) + 1);  // larger than any process number
   leave(gone + machine, 0);
   leave(gone + machine + "-7", 0);
   leave(gone + "-other", 2);
@@ -165,8 +167,8 @@ TEST_F(FileIo, LeftoversAreRemoved) {
   EXPECT_EQ(left, others);
 }
 
-// Somebody's own file of the name that temporary files have stays; what a process has left that was
-// killed between giving its file a name beside and renaming it goes.
+// A file of the user's with the name of a temporary file stays. A temporary file is removed if its
+// process was killed between linking it under its temporary name and renaming it.
 TEST_F(FileIo, NamesBesideThatAreTakenStay) {
   std::ofstream(path("a")) << "before";
   std::ofstream(path(".a.tmp")) << "mine";
@@ -207,7 +209,7 @@ TEST_F(FileIo, CopiesFromFilesAndMemory) {
     ASSERT_TRUE(sink->copy(**file, 5, text.size() - 10));
     ASSERT_TRUE(sink->copy(memory, 3, 4));
     ASSERT_TRUE(sink->copy(memory, 3, 0));
-    EXPECT_FALSE(sink->copy(**file, text.size() - 3, 4)) << "the file is not so long";
+    EXPECT_FALSE(sink->copy(**file, text.size() - 3, 4)) << "the range ends after the file";
   }
   ASSERT_TRUE((*into_file)->commit());
   const std::string wanted = "begin " + text.substr(5, text.size() - 10) + text.substr(3, 4);
@@ -244,7 +246,7 @@ TEST_F(FileIo, CannotBeCreated) {
 TEST_F(FileIo, CannotBeGivenItsName) {
   auto sink = FileSink::create(path("a"));
   ASSERT_TRUE(sink);
-  fs::create_directories(path("a/b"));  // stands in the way only now
+  fs::create_directories(path("a/b"));  // blocks the name only from now on
   EXPECT_EQ((*sink)->commit().error().code, ErrorCode::output);
   sink->reset();
   EXPECT_EQ(files(), 1u);

@@ -1,5 +1,5 @@
-// Whoever reads all of a file holds each entry of its index against what stands there: every field
-// that lies, in every entry, under checksums that fit, in both versions.
+// A reader of a whole file checks each entry of its index against the file: every wrong field, in
+// every entry, with correct checksums, in both versions of the index.
 #include <gtest/gtest.h>
 
 #include <bit>
@@ -50,14 +50,15 @@ T other(T value) {
 struct Lie {
   std::string field;
   std::function<void(IndexEntry&)> tell;
-  bool old_only = false;  // version 1 has sums in its place
+  bool old_only = false;  // version 1 has totals instead
 };
 
-/// All that can be told of such an entry and is another thing than what is there.
+/// Returns every change of a single field of an entry to a value that contradicts the file.
 std::vector<Lie> lies_about(const IndexEntry& entry) {
   std::vector<Lie> lies;
   const auto add = [&](const char* field, auto IndexEntry::*member, bool old_only = false) {
-    lies.push_back({field, [=](IndexEntry& it) { it.*member = other(it.*member); }, old_only});
+    lies.push_back(
+        {field, [=](IndexEntry& changed) { changed.*member = other(changed.*member); }, old_only});
   };
   add("kind", &IndexEntry::kind);
   add("offset", &IndexEntry::offset, true);
@@ -70,17 +71,18 @@ std::vector<Lie> lies_about(const IndexEntry& entry) {
     add("vertices", &IndexEntry::vertices);
     add("header_bytes", &IndexEntry::header_bytes);
     for (std::size_t c = 0; c < 6; ++c) {
-      lies.push_back({"box", [c](IndexEntry& it) { it.box[c] = other(it.box[c]); }});
-      lies.push_back({"box: NaN", [c](IndexEntry& it) {
-                        it.box[c] = std::numeric_limits<double>::quiet_NaN();
+      lies.push_back({"box", [c](IndexEntry& changed) { changed.box[c] = other(changed.box[c]); }});
+      lies.push_back({"box: NaN", [c](IndexEntry& changed) {
+                        changed.box[c] = std::numeric_limits<double>::quiet_NaN();
                       }});
     }
   }
   for (std::size_t p = 0; p < entry.parts.size(); ++p) {
     const auto add_part = [&](const char* field, auto StepEntry::*member, bool old_only = false) {
-      lies.push_back({"part " + std::to_string(p) + ": " + field,
-                      [=](IndexEntry& it) { it.parts[p].*member = other(it.parts[p].*member); },
-                      old_only});
+      lies.push_back(
+          {"part " + std::to_string(p) + ": " + field,
+           [=](IndexEntry& changed) { changed.parts[p].*member = other(changed.parts[p].*member); },
+           old_only});
     };
     add_part("array", &StepEntry::array);
     add_part("step", &StepEntry::step);
@@ -99,7 +101,7 @@ Index index_of(std::span<const std::byte> bytes) {
   return index;
 }
 
-/// Files with steps in which several parts stand together, and each alone.
+/// Returns consistent files with steps, with several parts per chunk and with one part per chunk.
 std::vector<std::pair<std::string, Bytes>> true_files() {
   std::vector<std::pair<std::string, Bytes>> files;
   for (const Bytes& bytes : {small_file(ScalarType::float64), written(waves(3))}) {
@@ -120,10 +122,11 @@ TEST(IndexEntries, EachFieldOfEachIsHeldAgainstWhatIsThere) {
       together += index.entries[i].parts.size() > 1 ? 1 : 0;
       for (const Lie& lie : lies_about(index.entries[i])) {
         if ((lie.old_only && index.version > 0) || ++lies % every(5) != 0) continue;
-        const Bytes lying = with_index(bytes, [&](Index& it) { lie.tell(it.entries[i]); });
+        const Bytes inconsistent =
+            with_index(bytes, [&](Index& changed) { lie.tell(changed.entries[i]); });
         for (const unsigned threads : {1u, 3u}) {
           if (threads > 1 && lies % 8 != 0) continue;
-          const auto read = read_all(lying, threads);
+          const auto read = read_all(inconsistent, threads);
           const std::string what = name + ", entry " + std::to_string(i) + ": " + lie.field;
           ASSERT_FALSE(read) << what;
           EXPECT_EQ(read.error().code, ErrorCode::corrupt) << what;
@@ -141,10 +144,10 @@ TEST(IndexEntries, EachFieldOfEachIsHeldAgainstWhatIsThere) {
 }
 
 TEST(IndexEntries, TheEntryAndItsFieldAreNamed) {
-  const Bytes lying = with_index(small_file(ScalarType::float64), [](Index& index) {
+  const Bytes inconsistent = with_index(small_file(ScalarType::float64), [](Index& index) {
     entry_of(index, ChunkKind::group, 1).box[4] += 1;
   });
-  const auto read = read_all(lying);
+  const auto read = read_all(inconsistent);
   ASSERT_FALSE(read);
   EXPECT_NE(read.error().detail.find("of the group at byte "), std::string::npos);
   EXPECT_NE(read.error().detail.find("another box"), std::string::npos) << read.error().message();
@@ -165,9 +168,9 @@ TEST(IndexEntries, ChunksThatAReaderMaySkipAreListedToo) {
   EXPECT_FALSE(read_all(with_index(bytes, [](Index& index) { ++index.entries.back().kind; })));
 }
 
-// --- boxes, of coordinates
+// --- bounding boxes of coordinates
 
-/// The box of a group and that of the index moved together, which agree then.
+/// Changes the box of a group and its copy in the index, so that both agree.
 Bytes with_other_box(std::span<const std::byte> bytes, std::size_t group,
                      const std::function<void(std::array<double, 6>&)>& change) {
   FileParts parts = take_apart(bytes);
@@ -181,7 +184,7 @@ Bytes with_other_box(std::span<const std::byte> bytes, std::size_t group,
   return with_index(put_together(std::move(parts)), [&](Index& index) {
     IndexEntry& entry = entry_of(index, ChunkKind::group, group);
     entry.box = box;
-    entry.bytes += longer;  // boxes are as long as their numbers
+    entry.bytes += longer;  // boxes have variable length
     entry.header_bytes += longer;
   });
 }
@@ -192,10 +195,10 @@ TEST(IndexBoxes, AreHeldAgainstTheCoordinates) {
   for (const std::size_t group : {0u, 1u, 2u, 3u})
     for (std::size_t c = 0; c < 6; ++c)
       for (const double by : {-.5, -1e-12, 1e-12, .5}) {
-        const Bytes lying = with_other_box(bytes, group, [&](auto& box) { box[c] += by; });
+        const Bytes inconsistent = with_other_box(bytes, group, [&](auto& box) { box[c] += by; });
         for (const unsigned threads : {1u, 3u}) {
           if (threads > 1 && c != 4) continue;
-          const auto read = read_all(lying, threads);
+          const auto read = read_all(inconsistent, threads);
           ASSERT_FALSE(read) << group << ' ' << c << ' ' << by;
           EXPECT_EQ(read.error().code, ErrorCode::corrupt);
           EXPECT_EQ(read.error().section, "group " + std::to_string(group));
@@ -216,7 +219,7 @@ TEST(IndexBoxes, OfRoundedCoordinatesMayDifferByTheBound) {
       EXPECT_FALSE(read_all(with_other_box(bytes, 2, [&](auto& box) { box[c] += by; })));
 }
 
-// --- what is made of it
+// --- repair of the index
 
 TEST(IndexEntries, AnIndexThatLiesIsMadeAnew) {
   const Bytes bytes = small_file(ScalarType::float64);
@@ -225,15 +228,16 @@ TEST(IndexEntries, AnIndexThatLiesIsMadeAnew) {
   for (std::size_t i = 0; i < index.entries.size(); i += 4)
     for (const Lie& lie : lies_about(index.entries[i])) {
       if (lie.old_only || ++lies % every(5) != 0) continue;
-      const Bytes lying = with_index(bytes, [&](Index& it) { lie.tell(it.entries[i]); });
-      MemoryRandomSource source(lying);
+      const Bytes inconsistent =
+          with_index(bytes, [&](Index& changed) { lie.tell(changed.entries[i]); });
+      MemoryRandomSource source(inconsistent);
       const auto damage = find_damage(source);
       ASSERT_TRUE(damage) << lie.field << damage.error().message();
       ASSERT_FALSE(damage->damages.empty()) << i << lie.field;
       EXPECT_EQ(damage->damages[0].section, "index") << i << lie.field;
       MemorySink healed;
-      const auto good = write_in_order(source, healed);
-      ASSERT_TRUE(good) << i << lie.field << good.error().message();
+      const auto status = write_in_order(source, healed);
+      ASSERT_TRUE(status) << i << lie.field << status.error().message();
       EXPECT_EQ(healed.bytes, bytes) << i << lie.field;
     }
   EXPECT_GT(lies, 50u);

@@ -40,7 +40,8 @@ target_link_libraries(user PRIVATE shmformat::c)
   run("${project}/build/user" "${WORK}/bar.shm")
 endif()
 
-# With pkg-config, from a tree that was moved; and without C++20 the first line says what is missing.
+# With pkg-config, from a tree that was moved. Without C++20, the first line of the error names the
+# missing option.
 file(RENAME "${WORK}/root" "${WORK}/moved")
 file(GLOB_RECURSE description "${WORK}/moved/*/shmformat.pc")
 get_filename_component(folder "${description}" DIRECTORY)

@@ -1,6 +1,7 @@
-// 5 million hexahedra, made on the fly, go through the Writer and back through the Reader, and to
-// their boundary surface, each in a process of its own within 64 MB of resident memory. A million
-// of them with two fields as a Mesh take 1.3 times their memory while they are read.
+// Writes 5 million hexahedra, generated on the fly, through the Writer, reads them back through the
+// Reader, and extracts their boundary surface, each in a separate process with at most 64 MB of
+// resident memory. Reading a million of them with two fields as a Mesh needs 1.3 times the memory
+// of that Mesh.
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -16,9 +17,10 @@
 namespace shm {
 namespace {
 
-constexpr bool kMeasuresMemory = !kSanitized;  // a sanitizer's shadow is memory too
+constexpr bool kMeasuresMemory = !kSanitized;  // a sanitizer's shadow memory counts too
 
-/// Largest resident size of a child that does `work`, in bytes; 0 when the work failed.
+/// Returns the largest resident size of a child process that runs `work`, in bytes; 0 if the work
+/// failed.
 std::uint64_t peak_memory_of(const std::function<bool()>& work) {
   const pid_t child = ::fork();
   if (child == 0) ::_exit(work() ? 0 : 1);
@@ -29,8 +31,8 @@ std::uint64_t peak_memory_of(const std::function<bool()>& work) {
   return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
 }
 
-/// A warped block of n^3 hexahedra, each vertex pushed just before the first cell that uses it;
-/// `value`: a number of float64 with each vertex and cell.
+/// A warped block of n^3 hexahedra. Each vertex is added immediately before the first cell that
+/// uses it. `value`: adds a float64 number to each vertex and cell.
 class Stream {
  public:
   Stream(Writer& writer, std::uint64_t n, bool value) : writer_(&writer), n_(n), value_(value) {}
@@ -158,11 +160,12 @@ TEST(Memory, AMeshTakesThreeTenthsMoreToReadIt) {
   });
   ::unlink(path.c_str());
   ASSERT_GT(read, 0u);
-  // Corners, where they begin, blocks, a value; coordinates of float32, a value.
+  // Corners, corner offsets, blocks and a value for each cell; float32 coordinates and a value for
+  // each vertex.
   const std::uint64_t mesh = n * n * n * (64 + 8 + 4 + 8) + (n + 1) * (n + 1) * (n + 1) * (12 + 8);
   std::printf("a mesh of %.1f MB takes %.1f MB to read\n", megabytes(mesh), megabytes(read));
   if (kMeasuresMemory) {
-    EXPECT_LE(read, mesh * 13 / 10 + (4u << 20));  // and the program
+    EXPECT_LE(read, mesh * 13 / 10 + (4u << 20));  // plus memory of the program itself
   }
 }
 

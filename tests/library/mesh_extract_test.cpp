@@ -1,5 +1,6 @@
-// MeshExtractor: a piece is what a Reader gives of the whole mesh, cut down; only the bytes that it
-// needs are read; an index that lies can hide cells, and nothing else.
+// MeshExtractor: a piece equals the requested part of the whole mesh as read by a Reader; only the
+// bytes that it needs are read; an inconsistent index can hide cells but cannot change anything
+// else.
 #include "shm/mesh_extract.h"
 
 #include <map>
@@ -17,7 +18,7 @@ namespace {
 using container::ChunkKind;
 using container::IndexEntry;
 
-/// A mesh by numbers, so that order does not matter.
+/// A mesh indexed by numbers, so that order does not matter.
 struct ByNumber {
   struct Cell {
     std::uint32_t block = 0;
@@ -32,7 +33,7 @@ struct ByNumber {
   };
   std::map<std::uint64_t, Vertex> vertices;
   std::map<std::uint64_t, Cell> cells;
-  /// By array and step.
+  /// Values by array and step.
   std::map<std::pair<std::uint32_t, std::uint64_t>, std::map<std::uint64_t, Bytes>> steps;
   bool operator==(const ByNumber&) const = default;
 };
@@ -122,7 +123,7 @@ std::set<std::uint64_t> unused(const ByNumber& whole) {
   return numbers;
 }
 
-/// What stands in a segment: its cells, and vertices that no cell of the mesh uses.
+/// Contents of a segment: its cells, and vertices that no cell of the mesh uses.
 struct SegmentOfWhole {
   std::set<std::uint64_t> cells, unused;
 };
@@ -144,7 +145,7 @@ std::vector<SegmentOfWhole> segments_of(const Bytes& bytes, const std::set<std::
   return segments;
 }
 
-/// The piece, out of the whole mesh.
+/// Cuts the piece out of the whole mesh.
 ByNumber cut(const ByNumber& whole, const std::vector<SegmentOfWhole>& segments,
              const Schema& schema, const ExtractRequest& request) {
   ByNumber piece;
@@ -201,14 +202,14 @@ ByNumber cut(const ByNumber& whole, const std::vector<SegmentOfWhole>& segments,
   return piece;
 }
 
-/// Of all stepped arrays all steps, too.
+/// Extracts the piece, including all steps of all stepped arrays.
 Result<ByNumber> extracted(MeshExtractor& file, const ExtractRequest& request, unsigned threads = 1,
                            std::uint64_t ahead = ReadOptions().max_ahead_bytes) {
   ByNumber piece;
   ReadOptions options;
   options.threads = threads;
   options.max_ahead_bytes = ahead;
-  if (auto good = file.begin(request, options); !good) return good.error();
+  if (auto status = file.begin(request, options); !status) return status.error();
   while (true) {
     const auto part = file.next();
     if (!part) return part.error();
@@ -216,7 +217,7 @@ Result<ByNumber> extracted(MeshExtractor& file, const ExtractRequest& request, u
     EXPECT_EQ((*part)->first_vertex, piece.vertices.size());
     EXPECT_EQ((*part)->first_cell, piece.cells.size());
     add(piece, **part, file.schema());
-    // Vertices come no later than the cells that use them.
+    // A vertex comes no later than the cells that use it.
     for (const std::uint64_t corner : (*part)->corners)
       EXPECT_TRUE(piece.vertices.contains(corner));
   }
@@ -228,7 +229,7 @@ Result<ByNumber> extracted(MeshExtractor& file, const ExtractRequest& request, u
     const auto steps = file.steps(a);
     if (!steps) return steps.error();
     for (const std::uint64_t step : *steps) {
-      if (auto good = file.begin_values(a, step); !good) return good.error();
+      if (auto status = file.begin_values(a, step); !status) return status.error();
       while (true) {
         const auto values = file.next_values();
         if (!values) return values.error();
@@ -251,7 +252,8 @@ ExtractRequest cells(std::uint64_t first, std::uint64_t end) {
   return request;
 }
 
-/// Of all kinds, for a mesh with so many cells, with these vertices, and a box around all.
+/// Returns requests of all kinds for a mesh with these cells and vertices, and one box around
+/// everything.
 std::vector<ExtractRequest> requests(const ByNumber& whole, const Schema& schema) {
   std::vector<ExtractRequest> all(1);
   const std::uint64_t n = whole.cells.size();
@@ -380,10 +382,10 @@ TEST(MeshExtract, StepsOfThePiece) {
         if (some.skips_next()) continue;
         SCOPED_TRACE(family.name + ", order " + std::to_string(int(order)) + ", segments of " +
                      std::to_string(segment_cells));
-        Stepped it = with_steps(family.mesh, order);
-        it.options.segment_cells = segment_cells;
-        it.options.group_cells = 11;
-        expect_pieces(written(it));
+        Stepped stepped = with_steps(family.mesh, order);
+        stepped.options.segment_cells = segment_cells;
+        stepped.options.group_cells = 11;
+        expect_pieces(written(stepped));
       }
 }
 
@@ -402,10 +404,10 @@ TEST(MeshExtract, ExtrasAndTimesAreThoseOfTheFile) {
 }
 
 TEST(MeshExtract, SourcesAreToldWhatWillBeRead) {
-  Stepped it = with_steps(two_blocks(), Order::keep);
-  it.options.segment_cells = 30;
-  it.options.group_cells = 11;
-  const Bytes bytes = written(it);
+  Stepped stepped = with_steps(two_blocks(), Order::keep);
+  stepped.options.segment_cells = 30;
+  stepped.options.group_cells = 11;
+  const Bytes bytes = written(stepped);
   ExtractRequest all, corners = cells(5, 40);
   corners.coordinates = false;
   corners.arrays.emplace();
@@ -443,15 +445,16 @@ TEST(MeshExtract, ThreadsStopWhereItIsDamaged) {
     for (; part && *part != nullptr; part = file->next()) whole += (*part)->cell_count();
     ASSERT_FALSE(part);
     EXPECT_EQ(part.error().code, ErrorCode::corrupt);
-    EXPECT_GT(whole, 20u);  // what comes before it comes
+    EXPECT_GT(whole, 20u);  // everything before the damage is delivered
     EXPECT_LT(whole, 216u);
     EXPECT_EQ(file->next().error().detail, part.error().detail);
     ExtractRequest before = cells(0, 20);
-    EXPECT_TRUE(extracted(*file, before, threads));  // the next piece may be whole
+    EXPECT_TRUE(extracted(*file, before, threads));  // the next piece may be undamaged
   }
 }
 
-// A group that one thread would not have read fails for nobody.
+// Damage in a group that a single thread would not read causes no error with several threads
+// either.
 TEST(MeshExtract, ThreadsFailWhereOneDoes) {
   const TestMesh mesh = two_blocks();
   WriteOptions options;
@@ -459,7 +462,7 @@ TEST(MeshExtract, ThreadsFailWhereOneDoes) {
   options.group_cells = 6;
   const Bytes whole = cut_file(mesh, options);
   const auto all = requests(whole_of(whole), mesh.schema);
-  std::size_t failed = 0, good = 0;
+  std::size_t failed = 0, succeeded = 0;
   for (std::size_t at = 40; at < whole.size(); at += 151) {
     Bytes bytes = whole;
     bytes[at] ^= std::byte{0x10};
@@ -476,11 +479,11 @@ TEST(MeshExtract, ThreadsFailWhereOneDoes) {
         else
           EXPECT_EQ(one.error().detail, several.error().detail);
       }
-      ++(one ? good : failed);
+      ++(one ? succeeded : failed);
     }
   }
   EXPECT_GT(failed, 20u);
-  EXPECT_GT(good, 20u);
+  EXPECT_GT(succeeded, 20u);
 }
 
 TEST(MeshExtract, WhatIsWrongWithStepsIsToldEachTime) {
@@ -512,28 +515,34 @@ TEST(MeshExtract, NoMesh) {
   }
 }
 
-// --- bytes
+// --- bytes read
 
 constexpr std::uint64_t kBarWidth = kSanitized ? 10 : 16;
 constexpr std::uint64_t kBarGroup = kBarWidth * kBarWidth * 8;  // cells
 
-/// A bar of layers, so that segments are layers too, with two static arrays and a stepped one.
+/// Returns a bar of layers, so that each segment is a layer too, with two static arrays and a
+/// stepped array.
 Stepped bar(Order order) {
-  Stepped it;
-  it.mesh = with_order(grid(kBarWidth, kBarWidth, 128, ScalarType::float64, warped), order,
-                       order == Order::keep, 0);
-  add_array(it.mesh, array_of("u", Location::point, ScalarType::float32, 3), it.mesh.vertices);
-  add_array(it.mesh, array_of("p", Location::cell, ScalarType::float64), it.mesh.cells.size());
-  const std::uint32_t a = add_stepped(it.mesh, array_of("w", Location::cell, ScalarType::float32));
+  Stepped stepped;
+  stepped.mesh = with_order(grid(kBarWidth, kBarWidth, 128, ScalarType::float64, warped), order,
+                            order == Order::keep, 0);
+  add_array(stepped.mesh, array_of("u", Location::point, ScalarType::float32, 3),
+            stepped.mesh.vertices);
+  add_array(stepped.mesh, array_of("p", Location::cell, ScalarType::float64),
+            stepped.mesh.cells.size());
+  const std::uint32_t a =
+      add_stepped(stepped.mesh, array_of("w", Location::cell, ScalarType::float32));
   for (std::uint64_t step = 0; step < 4; ++step)
-    it.values[{a, step}] = moving_values(it.mesh.schema.arrays[a], it.mesh.cells.size(), step);
-  it.options.segment_cells = 2 * kBarGroup;
-  it.options.group_cells = kBarGroup;
-  it.options.key_steps = 1;
-  return it;
+    stepped.values[{a, step}] =
+        moving_values(stepped.mesh.schema.arrays[a], stepped.mesh.cells.size(), step);
+  stepped.options.segment_cells = 2 * kBarGroup;
+  stepped.options.group_cells = kBarGroup;
+  stepped.options.key_steps = 1;
+  return stepped;
 }
 
-/// Bytes that a request takes, without steps and what open() reads.
+/// Returns the number of bytes that a request reads, without steps and without the bytes that
+/// open() reads.
 std::uint64_t bytes_of(CountedSource& source, MeshExtractor& file, const ExtractRequest& request) {
   source.bytes = 0;
   const auto begun = file.begin(request);
@@ -548,9 +557,9 @@ std::uint64_t bytes_of(CountedSource& source, MeshExtractor& file, const Extract
 TEST(MeshExtract, ReadsWhatItNeeds) {
   for (const Order order : {Order::keep, Order::stream})
     for (const auto codec : {ConnectivityCodec::automatic, ConnectivityCodec::mixed}) {
-      Stepped it = bar(order);
-      it.options.connectivity = codec;
-      const Bytes bytes = written(it);
+      Stepped stepped = bar(order);
+      stepped.options.connectivity = codec;
+      const Bytes bytes = written(stepped);
       CountedSource source(bytes);
       auto file = MeshExtractor::open(source);
       ASSERT_TRUE(file);
@@ -558,16 +567,16 @@ TEST(MeshExtract, ReadsWhatItNeeds) {
       const auto& segments = file->segments();
       ASSERT_EQ(segments.size(), 8u);
 
-      // The cells of one segment: that segment.
+      // The cells of one segment: only that segment is read.
       const auto third = cells(segments[2].first_cell, segments[2].first_cell + segments[2].cells);
       EXPECT_LE(bytes_of(source, *file, third), segments[2].bytes);
       EXPECT_LT(static_cast<double>(head + source.bytes),
                 1.2 * static_cast<double>(segments[2].bytes) + static_cast<double>(head));
       EXPECT_LT(head, bytes.size() / 10);
-      // One cell: the group that it is in, and those before it in its segment.
+      // One cell: its group and the groups before it in its segment are read.
       EXPECT_LT(bytes_of(source, *file, cells(segments[2].first_cell, segments[2].first_cell + 1)),
                 segments[2].bytes * 6 / 10);
-      // A box about the middle of the same segment's layers.
+      // A box in the middle of the layers of the same segment.
       ExtractRequest in;
       const double low = segments[2].box[2], high = segments[2].box[5];
       in.cells.box = {-100, -100, low + .4 * (high - low), 100, 100, low + .6 * (high - low)};
@@ -578,7 +587,7 @@ TEST(MeshExtract, ReadsWhatItNeeds) {
       EXPECT_LT(meeting, bytes.size() / 2);
       EXPECT_LE(bytes_of(source, *file, in), meeting);
       EXPECT_GT(file->cell_numbers().size(), 0u);
-      // Arrays that nobody wants.
+      // Arrays that were not requested are not read.
       ExtractRequest bare = third;
       bare.arrays.emplace();
       const std::uint64_t without = bytes_of(source, *file, bare);
@@ -586,13 +595,13 @@ TEST(MeshExtract, ReadsWhatItNeeds) {
       const std::uint64_t with = bytes_of(source, *file, bare);
       EXPECT_LT(without, with);
       EXPECT_LT(with, segments[2].bytes);
-      // A vertex.
+      // A single vertex.
       ExtractRequest vertex;
       vertex.vertices = {{segments[2].first_vertex + 5}};
       EXPECT_LT(bytes_of(source, *file, vertex),
                 order == Order::stream ? segments[2].bytes : bytes.size() / 2);
 
-      // A step: its chunks of this segment, once. What opens the StepReader comes before.
+      // A step: its chunks of this segment are read once. The StepReader is opened before.
       ASSERT_TRUE(file->steps(2));
       bytes_of(source, *file, third);
       std::uint64_t chunks = 0;
@@ -609,18 +618,19 @@ TEST(MeshExtract, ReadsWhatItNeeds) {
         if (*values == nullptr) break;
       }
       EXPECT_GE(source.bytes, chunks);
-      EXPECT_LE(source.bytes, chunks + segments[2].bytes / 2);  // connectivity, perhaps
+      EXPECT_LE(source.bytes, chunks + segments[2].bytes / 2);  // may read connectivity, too
     }
 }
 
 TEST(MeshExtract, BlocksAreFoundWhereTheyStand) {
   for (const Order order : {Order::keep, Order::stream}) {
-    Stepped it = bar(order);
-    for (int b = 2; b <= 4; ++b) it.mesh.schema.blocks.push_back({b, "", CellShape::hexahedron, 8});
-    const std::size_t quarter = it.mesh.cells.size() / 4;
-    for (std::size_t c = 0; c < it.mesh.cells.size(); ++c)
-      it.mesh.cells[c].block = static_cast<std::uint32_t>(c / quarter);
-    const Bytes bytes = written(it);
+    Stepped stepped = bar(order);
+    for (int b = 2; b <= 4; ++b)
+      stepped.mesh.schema.blocks.push_back({b, "", CellShape::hexahedron, 8});
+    const std::size_t quarter = stepped.mesh.cells.size() / 4;
+    for (std::size_t c = 0; c < stepped.mesh.cells.size(); ++c)
+      stepped.mesh.cells[c].block = static_cast<std::uint32_t>(c / quarter);
+    const Bytes bytes = written(stepped);
     CountedSource source(bytes);
     auto file = MeshExtractor::open(source);
     ASSERT_TRUE(file);
@@ -631,14 +641,14 @@ TEST(MeshExtract, BlocksAreFoundWhereTheyStand) {
     EXPECT_LE(bytes_of(source, *file, request), segments[4].bytes + segments[5].bytes);
     EXPECT_EQ(file->cell_numbers().size(), quarter);
   }
-  // Two blocks that alternate from group to group stand where nobody would look first. Segments
-  // without the block are known by their connectivity.
-  Stepped it = bar(Order::keep);
-  it.options.segment_cells = kBarGroup;
-  it.mesh.schema.blocks.push_back({2, "", CellShape::hexahedron, 8});
-  for (std::size_t c = 0; c < it.mesh.cells.size(); ++c)
-    it.mesh.cells[c].block = static_cast<std::uint32_t>(c / kBarGroup % 2);
-  const Bytes bytes = written(it);
+  // Two blocks alternate from group to group, so that the cells of one block are spread over the
+  // whole file. Connectivity shows which segments do not contain the block.
+  Stepped stepped = bar(Order::keep);
+  stepped.options.segment_cells = kBarGroup;
+  stepped.mesh.schema.blocks.push_back({2, "", CellShape::hexahedron, 8});
+  for (std::size_t c = 0; c < stepped.mesh.cells.size(); ++c)
+    stepped.mesh.cells[c].block = static_cast<std::uint32_t>(c / kBarGroup % 2);
+  const Bytes bytes = written(stepped);
   CountedSource source(bytes);
   auto file = MeshExtractor::open(source);
   ASSERT_TRUE(file);
@@ -647,12 +657,12 @@ TEST(MeshExtract, BlocksAreFoundWhereTheyStand) {
   std::uint64_t all = 0;
   for (const SegmentInfo& segment : file->segments()) all += segment.bytes;
   EXPECT_LT(bytes_of(source, *file, request), all * 9 / 10);
-  EXPECT_EQ(file->cell_numbers().size(), it.mesh.cells.size() / 2);
+  EXPECT_EQ(file->cell_numbers().size(), stepped.mesh.cells.size() / 2);
 }
 
-// --- what is wrong
+// --- errors
 
-/// What requests() has, but for some; the first complaint.
+/// Runs most of requests() and returns the first error.
 std::optional<Error> complaint(std::span<const std::byte> bytes, const ByNumber& whole,
                                std::vector<ByNumber>* pieces = nullptr,
                                const ReadLimits& limits = {}) {
@@ -671,10 +681,10 @@ std::optional<Error> complaint(std::span<const std::byte> bytes, const ByNumber&
 }
 
 Stepped small(Order order) {
-  Stepped it = with_steps(grid(3, 3, 4, ScalarType::float64, warped), order);
-  it.options.segment_cells = 12;
-  it.options.group_cells = 6;
-  return it;
+  Stepped stepped = with_steps(grid(3, 3, 4, ScalarType::float64, warped), order);
+  stepped.options.segment_cells = 12;
+  stepped.options.group_cells = 6;
+  return stepped;
 }
 
 TEST(MeshExtract, TheIndexMayHideCellsAndNothingElse) {
@@ -683,11 +693,11 @@ TEST(MeshExtract, TheIndexMayHideCellsAndNothingElse) {
     const ByNumber whole = whole_of(bytes);
     ASSERT_FALSE(complaint(bytes, whole));
     for (std::size_t n = 0; n < 6; ++n) {
-      // An index of version 0 holds what follows from the rest, too.
+      // An index of version 0 also stores fields that follow from others.
       const auto refused = [&](const char* what, const std::function<void(IndexEntry&)>& lie) {
-        const Bytes lying = with_old_index(
+        const Bytes inconsistent = with_old_index(
             bytes, [&](container::Index& index) { lie(entry_of(index, ChunkKind::group, n)); });
-        EXPECT_TRUE(complaint(lying, whole)) << what << " of group " << n;
+        EXPECT_TRUE(complaint(inconsistent, whole)) << what << " of group " << n;
       };
       refused("segment", [](IndexEntry& e) { e.segment += 1; });
       refused("cells", [](IndexEntry& e) { e.cells += 1; });
@@ -701,7 +711,7 @@ TEST(MeshExtract, TheIndexMayHideCellsAndNothingElse) {
       refused("no box", [](IndexEntry& e) { e.box.fill(std::nan("")); });
       refused("far box", [](IndexEntry& e) { e.box = {50, 50, 50, 51, 51, 51}; });
     }
-    // Who asks for a box alone does not learn of it: boxes far away hide what is there.
+    // A request for a box cannot detect this error: wrong boxes far away hide the groups.
     const Bytes hidden = with_index(bytes, [](container::Index& index) {
       for (IndexEntry& entry : index.entries) entry.box = {50, 50, 50, 51, 51, 51};
     });
@@ -742,7 +752,7 @@ TEST(MeshExtract, ABlockThatTheIndexCountsWronglyIsNotWhole) {
   EXPECT_FALSE(extracted(*file, request));
 }
 
-/// Bits that matter for a piece are found, or the piece is right.
+/// A flipped bit either causes an error, or the piece is still correct.
 TEST(MeshExtract, EveryFlippedBitIsFoundOrDoesNotMatter) {
   const Bytes bytes = written(small(Order::keep));
   const ByNumber whole = whole_of(bytes);
@@ -765,7 +775,7 @@ TEST(MeshExtract, LiesOfAllKindsEndSomehow) {
     const ByNumber whole = whole_of(bytes);
     std::mt19937_64 random(11);
     for (std::size_t i = 0; i < 150 / every(10); ++i) {
-      // A byte of a chunk, with right checksums.
+      // Changes a byte of a chunk, with correct checksums.
       FileParts parts = take_apart(bytes);
       Chunk& chunk = parts.chunks[random() % parts.chunks.size()];
       if (chunk.payload.empty()) continue;

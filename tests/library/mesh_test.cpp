@@ -1,4 +1,4 @@
-// The whole-mesh door: what goes in comes out, in both orders.
+// Reading and writing whole meshes: the content comes back unchanged, in both orders.
 #include "shm/mesh.h"
 
 #include <filesystem>
@@ -73,7 +73,7 @@ TEST(WholeMesh, StreamRenumbersAllAlike) {
     return std::vector(m.xyz.begin() + static_cast<std::ptrdiff_t>(24 * v),
                        m.xyz.begin() + static_cast<std::ptrdiff_t>(24 * v + 24));
   };
-  // The set still names the same points, and their data came along.
+  // The set still refers to the same points, and their data moved with them.
   for (std::size_t i = 0; i < 3; ++i) {
     std::int64_t before = 0, after = 0;
     std::memcpy(&before, &mesh.extras[0].data[8 * i], 8);
@@ -88,7 +88,7 @@ TEST(WholeMesh, StreamRenumbersAllAlike) {
                 0);
     }
   }
-  // Writing it again changes nothing any more but the numbers: it is its own stream order.
+  // Writing the mesh again changes only numbers, because it is already in stream order.
   Mesh again = *back;
   again.schema.delay = 0;
   const auto third = there_and_back(again);
@@ -117,7 +117,7 @@ TEST(WholeMesh, OptionsAreThoseOfWriterAndReader) {
   EXPECT_EQ(*one, *two);
 }
 
-// Arrays of somebody else, with numbers of 32 bits, and blocks that say how many corners there are.
+// Arrays that the caller owns, with 32-bit numbers, and blocks that give the number of corners.
 TEST(WholeMesh, ArraysOfSomebodyElseAreTheSameMesh) {
   const Mesh mesh = sample(Order::keep, 0);
   const std::vector<std::uint32_t> corners(mesh.corners.begin(), mesh.corners.end());
@@ -127,7 +127,7 @@ TEST(WholeMesh, ArraysOfSomebodyElseAreTheSameMesh) {
   arrays.cell_blocks = mesh.cell_blocks;
   arrays.corners = NumberSpan(corners);
   arrays.arrays.assign(mesh.arrays.begin(), mesh.arrays.end());
-  Mesh still = mesh;  // without what comes behind the mesh
+  Mesh still = mesh;  // without the data that follows the mesh
   still.steps.assign(mesh.steps.size(), {});
   still.step_times.clear();
   still.extras.clear();
@@ -141,7 +141,7 @@ TEST(WholeMesh, ArraysOfSomebodyElseAreTheSameMesh) {
   EXPECT_EQ(sink.bytes, expected.bytes);
 }
 
-// Many in one call, or one in each: the same file.
+// Adding many elements in one call or one in each call gives the same file.
 TEST(WholeMesh, BatchesAreAsSingleCalls) {
   Schema schema;
   schema.order = Order::stream;

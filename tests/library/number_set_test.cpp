@@ -1,4 +1,4 @@
-// NumberSet: all numbers come out again, and one that is there twice is told, wherever it lies.
+// NumberSet: returns all numbers that were added, and reports any number that was added twice.
 #include "random/number_set.h"
 
 #include <gtest/gtest.h>
@@ -28,7 +28,7 @@ TEST(NumberSet, HasAllNumbersAndTellsWhichIsThereTwice) {
     numbers.add(again);
     EXPECT_EQ(numbers.twice(), again);
   }
-  // A number may come before there is room for its bit, and again behind that.
+  // A number may be added before the bit array reaches it, and again afterwards.
   NumberSet grown;
   constexpr std::uint64_t kFar = 64 * (1 << 14) + 640;
   grown.add(kFar);

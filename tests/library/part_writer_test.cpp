@@ -1,4 +1,4 @@
-// PartWriter and PartJoiner: parts that are coded apart make the file of one Writer.
+// PartWriter and PartJoiner: parts that are encoded separately form exactly the file of one Writer.
 #include "shm/part_writer.h"
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::uint64_t kUnused = ~std::uint64_t{0};
 
-/// Which cells use each vertex first and last.
+/// First and last cell that uses each vertex.
 struct Uses {
   explicit Uses(const TestMesh& mesh) : first(mesh.vertices, kUnused), last(mesh.vertices) {
     for (std::uint64_t c = 0; c < mesh.cells.size(); ++c)
@@ -27,8 +27,8 @@ struct Uses {
   std::vector<std::uint64_t> first, last;
 };
 
-/// Without the vertices that no cell uses, which write_mesh puts between cells. Must hold: no
-/// static point arrays.
+/// Removes the vertices that no cell uses, which write_mesh places between cells. Must hold: the
+/// mesh has no static point arrays.
 TestMesh used_only(TestMesh mesh) {
   const Uses uses(mesh);
   std::vector<std::uint64_t> fresh(mesh.vertices);
@@ -47,9 +47,9 @@ TestMesh used_only(TestMesh mesh) {
   return mesh;
 }
 
-/// One part, as a process of its own would have it.
+/// One part, as a separate process would handle it.
 struct Part {
-  std::uint64_t first = 0, end = 0;  ///< cells
+  std::uint64_t first = 0, end = 0;  ///< range of cells
   RecordedOrder order;
   std::vector<std::uint64_t> imported;
   std::optional<PartWriter> writer;
@@ -96,7 +96,7 @@ void feed(const TestMesh& mesh, const Uses& uses, Part& part) {
   ASSERT_TRUE(part.writer->end_mesh());
 }
 
-/// The file, put together from chunks that each part places for itself.
+/// Assembles the file from chunks for which each part computes its own offset.
 class Joined {
  public:
   Joined(const Schema& schema, const WriteOptions& options)
@@ -134,14 +134,15 @@ class Joined {
   Bytes file_;
 };
 
-/// `cells`: of a segment; each part has `segments` of them. `values` in coding order.
+/// `cells` is the size of a segment; each part has `segments` segments. `values` are in coding
+/// order.
 Bytes written_in_parts(const TestMesh& mesh, WriteOptions options, std::uint64_t segments,
                        const Values& values = {}, const std::vector<double>& times = {}) {
   const Uses uses(mesh);
   const std::uint64_t share = options.segment_cells * segments;
   std::vector<Part> parts((mesh.cells.size() + share - 1) / share);
   std::uint64_t own = 0;
-  std::map<std::uint64_t, std::uint64_t> fresh;  // numbers of the file
+  std::map<std::uint64_t, std::uint64_t> fresh;  // numbers in the file
   for (std::size_t p = 0; p < parts.size(); ++p) {
     Part& part = parts[p];
     part.first = p * share;
@@ -172,7 +173,7 @@ Bytes written_in_parts(const TestMesh& mesh, WriteOptions options, std::uint64_t
   steps.first_elements.resize(mesh.schema.arrays.size());
   for (std::uint32_t a = 0; a < mesh.schema.arrays.size(); ++a)
     steps.elements.push_back(elements_of(mesh, a));
-  std::vector<std::vector<std::uint64_t>> begins;  // by part and array; then the ends
+  std::vector<std::vector<std::uint64_t>> begins;  // by part and array, followed by the ends
   for (std::size_t p = 0; p < parts.size(); ++p) {
     EXPECT_TRUE(parts[p].writer->begin_steps(steps));
     begins.push_back(steps.first_elements);
@@ -231,20 +232,21 @@ TEST(PartWriter, PartsMakeTheFileOfOneWriter) {
         }
 }
 
-/// Two blocks with steps, in parts, are the same file as alone.
+/// Checks that two blocks with steps, written in parts, give the same file as written by one
+/// Writer.
 void expect_steps_in_parts(Order order, WriteOptions options) {
-  Stepped it = with_steps(used_only(two_blocks()), order);
+  Stepped stepped = with_steps(used_only(two_blocks()), order);
   options.segment_cells = 7;
   options.group_cells = 5;
   MemorySink alone;
   const auto steps = [&](Writer& writer) -> Result<void> {
-    for (const auto& [of, values] : it.values)
-      if (auto good = writer.add_step_values(of.first, of.second, values); !good) return good;
+    for (const auto& [of, values] : stepped.values)
+      if (auto status = writer.add_step_values(of.first, of.second, values); !status) return status;
     return {};
   };
-  ASSERT_TRUE(write_mesh(it.mesh, alone, options, steps));
+  ASSERT_TRUE(write_mesh(stepped.mesh, alone, options, steps));
   for (const std::uint64_t segments : {1u, 3u})
-    EXPECT_TRUE(written_in_parts(it.mesh, options, segments, it.values) == alone.bytes);
+    EXPECT_TRUE(written_in_parts(stepped.mesh, options, segments, stepped.values) == alone.bytes);
 }
 
 TEST(PartWriter, StepsToo) {
@@ -290,7 +292,8 @@ TEST(PartWriter, RefusesWhatCannotFit) {
     return !writer && writer.error().code == ErrorCode::misuse;
   };
   WriteOptions options;
-  EXPECT_TRUE(refused(options, {}));  // cuts follow a budget: nobody knows where
+  EXPECT_TRUE(refused(
+      options, {}));  // segments depend on a budget, so that nobody knows where the parts begin
   options.segment_cells = 4;
   EXPECT_TRUE(refused(options, {1, 5, 0}));
   EXPECT_TRUE(refused(options, {2, 4, 0}));
@@ -301,7 +304,7 @@ TEST(PartWriter, RefusesWhatCannotFit) {
 
   options.segment_starts.clear();
   auto writer = PartWriter::create(mesh.schema, options, {}).value();
-  EXPECT_FALSE(writer.mesh_chunks());  // too early; and errors stick
+  EXPECT_FALSE(writer.mesh_chunks());  // too early; later calls return the same error
   EXPECT_FALSE(writer.end_mesh());
   auto first = PartWriter::create(mesh.schema, options, {}).value();
   EXPECT_FALSE(first.add_imported_vertex(0, std::span(mesh.xyz).first(12)));
@@ -320,8 +323,8 @@ TEST(PartJoiner, RefusesWhatIsNoPart) {
   MemorySink sink;
   const auto refuses = [&](const Bytes& index, std::uint64_t bytes) {
     auto joiner = PartJoiner::create(sink, mesh.schema, options).value();
-    const auto good = joiner.add(index, bytes);
-    return !good && good.error().code == ErrorCode::corrupt && !joiner.finish();
+    const auto status = joiner.add(index, bytes);
+    return !status && status.error().code == ErrorCode::corrupt && !joiner.finish();
   };
   EXPECT_FALSE(refuses(chunks.index, chunks.bytes.size()));
   EXPECT_TRUE(refuses(chunks.index, chunks.bytes.size() + 1));
@@ -330,14 +333,14 @@ TEST(PartJoiner, RefusesWhatIsNoPart) {
     EXPECT_TRUE(refuses(
         Bytes(chunks.index.begin(), chunks.index.begin() + static_cast<std::ptrdiff_t>(cut)),
         chunks.bytes.size()));
-  // A part of a mesh with one array more, of as many blocks.
+  // A part of a mesh with one more array and the same number of blocks.
   Schema other = mesh.schema;
   other.arrays.push_back(ArrayInfo{});
   other.arrays.back().name = "one more";
   auto joiner = PartJoiner::create(sink, other, options).value();
-  const auto good = joiner.add(chunks.index, chunks.bytes.size());
-  ASSERT_FALSE(good);
-  EXPECT_NE(good.error().message().find("another schema"), std::string::npos);
+  const auto status = joiner.add(chunks.index, chunks.bytes.size());
+  ASSERT_FALSE(status);
+  EXPECT_NE(status.error().message().find("another schema"), std::string::npos);
   chunks.bytes.pop_back();
   EXPECT_FALSE(place(chunks, 1));
 }

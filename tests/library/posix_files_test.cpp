@@ -1,4 +1,4 @@
-// Files, pipes and sockets as POSIX alone has them: links, permissions, devices, signals.
+// Files, pipes and sockets with features that only POSIX has: links, permissions, devices, signals.
 #include <gtest/gtest.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
@@ -25,10 +25,10 @@
 
 namespace {
 
-// What linkat fails with, in place of doing its work; 0: it does it.
+// The error with which linkat fails; 0 if it works normally.
 int linkat_fails_with = 0;
 int refused_links = 0;
-// The same of close() of a file, and of fsync() of a folder.
+// Errors of close() of a file and of fsync() of a folder; 0 if they work normally.
 int close_fails_with = 0, folder_fails_with = 0;
 
 bool is_of(int descriptor, mode_t type) {
@@ -52,7 +52,7 @@ extern "C" int fsync(int descriptor) {
   return -1;
 }
 
-// In place of libc's, as file systems and containers that lack it.
+// Replaces linkat of libc, to simulate file systems and containers without it.
 extern "C" int linkat(int from_folder, const char* from, int to_folder, const char* to,
                       int flags) noexcept {
   if (linkat_fails_with == 0)
@@ -111,7 +111,7 @@ TEST_F(FileIo, PermissionsStay) {
   }
 }
 
-// A file without a name that cannot be linked is copied to one that has one.
+// A file without a name that cannot be linked is copied to a named file.
 TEST_F(FileIo, FilesThatCannotBeLinkedAreCopied) {
   for (const int reason : {EPERM, EXDEV, EOPNOTSUPP, ENOENT}) {
     const std::string name = path(("copied" + std::to_string(reason)).c_str());
@@ -127,12 +127,12 @@ TEST_F(FileIo, FilesThatCannotBeLinkedAreCopied) {
       EXPECT_EQ(file_content(name), text);
       fs::permissions(name, fs::perms::owner_read | fs::perms::owner_write);
     }
-    // The old file's, which the new one has got.
+    // The new file has the permissions of the old file.
     EXPECT_EQ(fs::status(name).permissions(), fs::perms::owner_read | fs::perms::owner_write);
   }
   EXPECT_EQ(files(), 4u);
   EXPECT_EQ(refused_links, 8);
-  // Where there is no room for another name either, the first error is reported.
+  // If no other name can be created either, the first error is reported.
   auto sink = FileSink::create(path("none"));
   ASSERT_TRUE(sink);
   fs::remove_all(directory_);
@@ -187,14 +187,14 @@ TEST_F(FileIo, DevicesAreWritten) {
   ASSERT_TRUE(device);
   EXPECT_TRUE((*device)->write(std::vector<std::byte>(100)));
   EXPECT_TRUE((*device)->commit());
-  EXPECT_TRUE(fs::is_character_file("/dev/null"));  // not renamed over
+  EXPECT_TRUE(fs::is_character_file("/dev/null"));  // not replaced by a file
   EXPECT_TRUE(
       FileSink::create("/dev/null", FileSink::Temporary::unnamed, FileSink::Existing::refuse));
 }
 
 // --- pipes and sockets
 
-/// Signals come all the time, and end no call of the system by a restart.
+/// Sends signals continuously; interrupted system calls are not restarted automatically.
 class Alarms {
  public:
   Alarms() {
@@ -218,7 +218,7 @@ class Alarms {
   struct sigaction before_ {};
 };
 
-/// One end of a socket, as somebody's own source: takes what there is, and little of it.
+/// One end of a socket as a caller's own source; returns the available bytes, a few at a time.
 class SocketSource final : public ByteSource {
  public:
   explicit SocketSource(int descriptor) : descriptor_(descriptor) {}
@@ -236,7 +236,7 @@ class SocketSource final : public ByteSource {
   std::mt19937_64 random_{46};
 };
 
-/// Of 30000 cells with steps.
+/// Returns a mesh of 30000 cells with steps.
 std::vector<std::byte> packed_mesh() {
   const TestMesh mesh = grid(30, 25, 40, ScalarType::float64, warped);
   MemorySink sink;
@@ -244,7 +244,7 @@ std::vector<std::byte> packed_mesh() {
   return std::move(sink.bytes);
 }
 
-/// All cells and vertices that a Reader gives.
+/// Returns the number of cells and vertices that a Reader delivers.
 std::pair<std::uint64_t, std::uint64_t> counts(ByteSource& source, unsigned threads) {
   ReadOptions options;
   options.threads = threads;
@@ -288,7 +288,7 @@ TEST(Sockets, ShortReadsInOddSizes) {
   }
 }
 
-// The library's own ends, while signals interrupt them.
+// The library's own sinks and sources, interrupted by signals.
 TEST_F(FileIo, MeshesGoThroughPipes) {
   const std::vector<std::byte> mesh = packed_mesh();
   ASSERT_EQ(::mkfifo(path("pipe").c_str(), 0600), 0);

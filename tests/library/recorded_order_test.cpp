@@ -1,4 +1,5 @@
-// The order in which a Writer codes: whose values it wants, and which numbers a Reader sees.
+// RecordedOrder: the order in which a Writer codes a mesh. It gives the order in which the Writer
+// expects values, and the numbers that a Reader returns.
 #include "shm/recorded_order.h"
 
 #include "support/feature_files.h"
@@ -57,7 +58,7 @@ TEST(RecordedOrder, ReferencesAreBroughtToWhatReadersSee) {
   for (const std::int64_t v : {2, 3, -1, 4}) append(vertices.data, v);
   ASSERT_TRUE(order.renumber(vertices));
   std::vector<std::byte> expected;
-  for (const std::int64_t v : {0, 2, -1, 4}) append(expected, v);  // numbers of nothing stay
+  for (const std::int64_t v : {0, 2, -1, 4}) append(expected, v);  // numbers outside the mesh stay
   EXPECT_EQ(vertices.data, expected);
   Extra cells{"k", ScalarType::int32, Reference::cell, {2}, {}};
   for (const std::int32_t c : {3, 0}) append(cells.data, c);

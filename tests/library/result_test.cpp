@@ -1,4 +1,4 @@
-// A Result never throws: who asks an error for its value ends the program.
+// A Result never throws: taking the value of an error ends the program.
 #include "shm/result.h"
 
 #include <gtest/gtest.h>
@@ -36,7 +36,7 @@ TEST(ResultDeathTest, AskingForWhatIsNotThereEndsTheProgram) {
   const Text failed(Error{}), good("yes");
   const auto done = std::make_unique<const Result<>>();
 #if defined(_WIN32)
-  const auto killed = testing::ExitedWithCode(3);  // no signals: what abort() ends with
+  const auto killed = testing::ExitedWithCode(3);  // no signals on Windows: abort() exits with 3
 #else
   const auto killed = testing::KilledBySignal(SIGABRT);
 #endif

@@ -1,4 +1,5 @@
-// Every generated family through Writer and Reader: both orders, delay buffers, quantized and not.
+// Writes and reads every generated family of meshes: both orders, with delay buffers, quantized and
+// exact.
 #include <limits>
 
 #include "support/coded_meshes.h"
@@ -13,7 +14,7 @@ void expect_one_of_some(SomeCases& some, const TestMesh& mesh, const WriteOption
   if (!some.skips_next()) expect_round_trip(mesh, options);
 }
 
-/// Without delay, in segments or one, where it may be in that codec.
+/// Tests the mesh without a delay, in one segment and in several, if `codec` can encode it.
 void expect_without_delay(TestMesh mesh, ConnectivityCodec codec) {
   mesh.schema.delay = 0;
   if (!can_be_in(mesh.schema, codec)) return;
@@ -36,7 +37,7 @@ void expect_without_delay(TestMesh mesh, ConnectivityCodec codec) {
     }
 }
 
-/// Both orders, with and without corner order, and the delay buffers of interest.
+/// Tests both orders, with and without corner order, and several sizes of the delay buffer.
 void expect_all_modes(TestMesh mesh) {
   for (const auto codec : codecs_without_delay()) expect_without_delay(mesh, codec);
   SomeCases some(5);
@@ -114,8 +115,8 @@ TEST(RoundTrip, VoxelsWithHoles) {
 TEST(RoundTrip, Ring) {
   expect_all_modes(ring(12, 4, 6, ScalarType::float64));
   expect_all_modes(ring(3, 2, 2, ScalarType::float32));
-  expect_all_modes(ring(2, 3, 2, ScalarType::float32));  // two cells around: faces met twice
-  expect_all_modes(ring(1, 3, 2, ScalarType::float32));  // cells glued to themselves
+  expect_all_modes(ring(2, 3, 2, ScalarType::float32));  // two cells around: they share two faces
+  expect_all_modes(ring(1, 3, 2, ScalarType::float32));  // each cell is its own neighbour
 }
 
 TEST(RoundTrip, RandomOrders) {
@@ -245,7 +246,7 @@ TEST(RoundTrip, QuadraticAndMixedCells) {
     mesh.cells.push_back(cell);
   }
   expect_all_modes(mesh);
-  // Shifts are for cells of as many nodes each.
+  // The shifts codec needs blocks whose cells all have the same number of nodes.
   std::erase_if(mesh.cells, [](const TestCell& cell) { return cell.block == 4; });
   mesh.schema.blocks[4].nodes_per_cell = 64;
   for (const auto codec : codecs_without_delay()) expect_without_delay(mesh, codec);
@@ -394,16 +395,15 @@ TEST(RoundTrip, StepsTimesAndExtras) {
     to.insert(to.end(), piece.values.begin(), piece.values.end());
   }
   EXPECT_EQ(p2, p);
-  // Points come in coding order: gather through the numbers.
+  // Points come in coding order; their numbers give the source's order.
   for (std::uint64_t step = 0; step < 3; ++step) {
     std::vector<std::byte> expected = u[step];
     EXPECT_EQ(u2[step], expected);
   }
 }
 
-// Vertices whose numbers want the same place in the table of those that are alive: when one goes
-// the other takes its place, and is still found.
-// Cells that are farther back than is remembered at first: more are, from the next group on.
+// A pattern refers to cells further back than the initial window holds. The encoder enlarges the
+// window from the next group on.
 TEST(RoundTrip, PatternsThatReachFarBack) {
   TestMesh mesh;
   mesh.schema.blocks = {{1, "lines", CellShape::line, 2}};
@@ -423,6 +423,8 @@ TEST(RoundTrip, PatternsThatReachFarBack) {
   EXPECT_EQ(bits, (std::vector<int>{16, 16, 17}));
 }
 
+// Vertices whose numbers collide in the table of live vertices: when one is finalized, another
+// takes its place and must still be found.
 TEST(RoundTrip, ShiftsOfNumbersThatCollide) {
   std::vector<std::uint64_t> numbers;
   for (std::uint64_t word = 0; numbers.size() < 4; ++word)
@@ -440,8 +442,8 @@ TEST(RoundTrip, ShiftsOfNumbersThatCollide) {
     const std::array<std::uint64_t, 2> corners = {numbers[a], numbers[b]};
     ASSERT_TRUE(writer->add_cell(0, corners, last_use));
   };
-  for (std::size_t a = 0; a < 3; ++a) add(a, a + 1, 0);  // all are there, in order
-  for (std::size_t a = 0; a < 3; ++a) {                  // one goes after the other
+  for (std::size_t a = 0; a < 3; ++a) add(a, a + 1, 0);  // all vertices live, in order
+  for (std::size_t a = 0; a < 3; ++a) {  // vertices are finalized one after the other
     for (std::size_t b = a + 1; b < 4; ++b) add(b, a, 0);
     for (std::size_t b = a + 1; b < 4; ++b) add(a, b, 0);
     add(a, 3, 1);
@@ -481,7 +483,7 @@ TEST(Events, FollowTheGrammar) {
   EXPECT_EQ(cells, back->totals.cells);
 }
 
-// A few thousand small meshes of every kind of mischief.
+// Several thousand small meshes with degenerate and irregular cells of every kind.
 TEST(RoundTrip, RandomSmallMeshes) {
   const auto codecs = codecs_for(hexahedra_schema()), without_delay = codecs_without_delay();
   for (std::uint64_t seed = 0; seed < 3000; seed += every(13)) {

@@ -1,6 +1,7 @@
-// Rules between rooms, held by reading the #include lines and a few words: which room may include
-//   which, how much a room holds, one file for each operating system meets it, and the library
-//   neither prints nor asks clock, locale or environment.
+// Rules for modules (folders of sources), checked by reading the #include lines and a few words:
+// the modules that each module may include, the number of files in a module, that only one file
+// uses the headers of each operating system, and that the library neither prints nor reads clock,
+// locale or environment.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -19,7 +20,7 @@ namespace fs = std::filesystem;
 
 struct Source {
   std::string path;                         // from the root of the project
-  std::string text, code;                   // code: without comments
+  std::string text, code;                   // code: the text without comments
   std::vector<std::string> quoted, angled;  // included headers
 
   std::string folder() const { return fs::path(path).parent_path().string(); }
@@ -62,7 +63,7 @@ std::size_t times(const std::string& code, const std::string& words) {
   return count;
 }
 
-/// Whether `word` stands in `code` as a word of its own.
+/// Returns true if `word` occurs in `code` as a whole word.
 bool says(const std::string& code, const std::string& word) {
   const auto part_of_word = [](char c) {
     return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_';
@@ -76,8 +77,9 @@ bool says(const std::string& code, const std::string& word) {
   return false;
 }
 
-// The rooms of both trees, from the lowest to the highest, and the rooms that each may include.
-// What is no line here is no room; a room includes none that stands below it in this table.
+// The modules of both trees, from the lowest to the highest, and the modules that each may include.
+// A folder without a line here is not a module. A module includes only modules above it in this
+// table.
 struct Room {
   std::string folder;
   std::set<std::string> may_include;
@@ -164,26 +166,27 @@ const std::vector<Tree>& trees() {
 
 std::string folder_of(const std::string& path) { return fs::path(path).parent_path().string(); }
 
-// A room may include only what stands above it in the table, so that there are no circles.
+// A module may include only modules above it in the table, so that there are no cycles.
 TEST(Rules, RoomsIncludeOnlyWhatStandsAboveThem) {
   for (const Tree& tree : trees()) {
     std::set<std::string> above;
     for (const Room& room : tree.rooms) {
       for (const std::string& other : room.may_include)
         EXPECT_TRUE(above.contains(other)) << room.folder << " may include " << other;
-      EXPECT_TRUE(above.insert(room.folder).second) << room.folder << " stands there twice";
+      EXPECT_TRUE(above.insert(room.folder).second) << room.folder << " is listed twice";
     }
   }
 }
 
-// Includes between rooms follow the table, and every source stands in a room.
+// Includes between modules follow the table, and every source belongs to a module.
 TEST(Rules, EachRoomIncludesOnlyWhatItMay) {
   for (const Tree& tree : trees()) {
     std::map<std::string, const Room*> rooms;
     for (const Room& room : tree.rooms) rooms[room.folder] = &room;
     for (const Source& source : sources_in(tree.root)) {
       const std::string folder = folder_of(source.path.substr(tree.root.size() + 1));
-      ASSERT_TRUE(rooms.contains(folder)) << source.path << " stands in no room of the table";
+      ASSERT_TRUE(rooms.contains(folder))
+          << source.path << " is in a folder without a line in the table";
       for (const std::string& header : source.quoted) {
         if (header.starts_with("shm/")) continue;
         const std::string other = folder_of(header);
@@ -194,7 +197,7 @@ TEST(Rules, EachRoomIncludesOnlyWhatItMay) {
   }
 }
 
-// A room is small enough to be seen at once, and no room is there for one thing.
+// A module is small enough to be seen at a glance, and none is created for a single file.
 TEST(Rules, RoomsHoldThreeToThirtyFiles) {
   for (const char* root : {"libshmformat/src", "libshmformat/include", "converters", "tests"}) {
     std::map<std::string, std::size_t> files;
@@ -212,7 +215,7 @@ TEST(Rules, RoomsHoldThreeToThirtyFiles) {
   }
 }
 
-// No unit (a source with its header) includes one that includes it, over however many others.
+// No unit (a source with its header) includes itself, directly or through others.
 TEST(Rules, NoUnitIncludesItself) {
   for (const Tree& tree : trees()) {
     const auto unit_of = [](const std::string& path) {
@@ -252,7 +255,7 @@ TEST(Rules, TheCodersKnowNoChunks) {
         EXPECT_FALSE(says(source.code, word)) << source.path << " says " << word;
 }
 
-// Who embeds the C interface gets what every program gets that has the library.
+// The C interface uses only headers that every program with the installed library has.
 TEST(Rules, TheCInterfaceStandsOnThePublicHeaders) {
   for (const Source& source : sources_in("bindings/c/src")) {
     for (const std::string& header : source.quoted) {
@@ -300,7 +303,7 @@ TEST(Rules, TheLibraryNeitherPrintsNorAsks) {
             "localeconv", "gettimeofday", "clock_gettime", "system_clock", "steady_clock",
             "abort",      "exit",         "rand",          "srand",        "strtod",
             "atof",       "stod"})
-        EXPECT_FALSE(says(source.code, word)) << source.path << " says " << word;
+        EXPECT_FALSE(says(source.code, word)) << source.path << " uses " << word;
     }
 }
 
@@ -308,18 +311,19 @@ TEST(Rules, TheLibraryThrowsNothingAndKeepsNoGlobals) {
   for (const char* folder : {"libshmformat/src", "libshmformat/include"})
     for (const Source& source : sources_in(folder)) {
       for (const char* word : {"throw", "catch", "thread_local"}) {
-        // std::thread has no other way to say that there are no more threads, and memory may run
-        // out in one that no caller sees.
+        // std::thread can report only by an exception that no more threads are available, and
+        // memory may run out in a thread that has no caller.
         const bool threads = source.name() == "workers.cpp" || source.name() == "ordered_tasks.h";
         if (threads && word == std::string("catch")) continue;
-        // zstd says by a null that memory has run out; callers hear of it as of any other memory.
+        // zstd reports by a null pointer that memory has run out; callers must see it as any other
+        // allocation failure.
         if (source.name() == "packing.cpp" && word == std::string("throw")) {
           EXPECT_EQ(times(source.code, "throw "), times(source.code, "throw std::bad_alloc();"));
           continue;
         }
-        EXPECT_FALSE(says(source.code, word)) << source.path << " says " << word;
+        EXPECT_FALSE(says(source.code, word)) << source.path << " uses " << word;
       }
-      // A variable that is static and not const: "static Type name =", "... name;", "... name{".
+      // A static variable that is not const: "static Type name =", "... name;", "... name{".
       std::istringstream lines(source.code);
       for (std::string line; std::getline(lines, line);) {
         const bool variable = says(line, "static") && !says(line, "constexpr") &&

@@ -1,4 +1,4 @@
-// Schema: names, promises, bytes, and what is refused.
+// Schema: names, declared properties, bytes, and schemas that are refused.
 #include "shm/schema.h"
 
 #include <gtest/gtest.h>
@@ -45,8 +45,8 @@ TEST(Schema, BytesAndBack) {
     EXPECT_EQ(back, fewer);
     for (const unsigned unknown : {2u, 3u, 255u}) {
       out.bytes.back() = static_cast<std::byte>(unknown);
-      ByteReader lying(out.bytes);
-      EXPECT_FALSE(get(lying, back, limits));
+      ByteReader inconsistent(out.bytes);
+      EXPECT_FALSE(get(inconsistent, back, limits));
     }
   }
   for (const Schema& schema : {Schema{}, rich_schema()}) {
@@ -70,7 +70,7 @@ TEST(Schema, WhatIsRefused) {
   const std::vector<std::function<void(Schema&)>> lies = {
       [](Schema& s) { s.order = static_cast<Order>(3); },
       [](Schema& s) { s.step_references = static_cast<StepReference>(3); },
-      [](Schema& s) { s.order = Order::keep; },  // with corners that may turn
+      [](Schema& s) { s.order = Order::keep; },  // with corner_order off
       [](Schema& s) { s.coordinate_type = ScalarType::int32; },
       [](Schema& s) { s.coordinate_type = static_cast<ScalarType>(0); },
       [](Schema& s) { s.coordinate_quantization.bits = 53; },
@@ -100,7 +100,7 @@ TEST(Schema, WhatIsRefused) {
         s.arrays[1].blocks = {2, 2};
       },
       [](Schema& s) { s.arrays[1].quantization.minimum.pop_back(); },
-      [](Schema& s) { s.arrays[1].quantization.max_abs = 1; },  // and bits
+      [](Schema& s) { s.arrays[1].quantization.max_abs = 1; },  // in addition to bits
       [](Schema& s) { s.arrays[1].quantization.bits = 0, s.arrays[1].quantization.spacing = 1; },
       [](Schema& s) { s.arrays.back().quantization.max_abs = 0; },
       [](Schema& s) { s.arrays.back().quantization.max_abs = -1; },
@@ -155,9 +155,9 @@ TEST(Schema, ReadingStopsAtTheLimits) {
     (arrays ? limits.max_arrays : limits.max_blocks) = 2;
     Schema back;
     ByteReader in(out.bytes);
-    const auto good = get(in, back, limits);
-    ASSERT_FALSE(good);
-    EXPECT_EQ(good.error().code, ErrorCode::over_limit);
+    const auto status = get(in, back, limits);
+    ASSERT_FALSE(status);
+    EXPECT_EQ(status.error().code, ErrorCode::over_limit);
     EXPECT_LE(arrays ? back.arrays.size() : back.blocks.size(), 3u);
   }
 }

@@ -1,4 +1,5 @@
-// Segments: meshes cut at many places come back whole, each vertex once, and cuts follow counts.
+// Segments: meshes cut at many places come back completely, each vertex once, and cuts depend only
+// on counts.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -62,7 +63,7 @@ TEST(Segments, RoundTripsCutAnywhere) {
           EXPECT_EQ(fast.max_active_vertices, report.max_active_vertices);
         }
         if (!can_be_in(mesh.schema, ConnectivityCodec::shifts)) continue;
-        // Some segments so, some otherwise: vertices pass from one kind to the other.
+        // The codec changes between segments, so that vertices pass from one codec to the other.
         using enum ConnectivityCodec;
         options.segment_connectivity = {rows,   shifts, patterns, shifts,
                                         shifts, paper,  patterns, replay};
@@ -98,15 +99,16 @@ std::uint64_t segments_of(const TestMesh& mesh, double budget, std::uint64_t* im
 }
 
 TEST(Segments, CutsKeepTheBudget) {
-  // 21 x 21 vertices live at each layer of 400 cells: 2 % of what 50 layers introduce, but a
-  // segment has 131072 cells at least.
+  // Each layer of 400 cells has 21 x 21 live vertices: 2 % of the vertices that 50 layers
+  // introduce. But a segment has at least 131072 cells.
   const TestMesh slim = grid(20, 20, 700);
   std::uint64_t imported = 0;
   EXPECT_EQ(segments_of(slim, .02, &imported), 3u);
   EXPECT_LE(imported, 2 * 470u);
   EXPECT_EQ(segments_of(slim, 0), 1u);
   if (kSanitized) return;
-  // A wide one allows cuts at 20 %, and at 2 % only near its end, where little is left alive.
+  // A wide mesh can be cut with a budget of 20 %; with 2 % only near its end, when few vertices are
+  // live.
   const TestMesh wide = grid(80, 80, 62);
   EXPECT_LE(segments_of(wide, .02, &imported), 2u);
   EXPECT_LE(imported, wide.vertices / 50);
@@ -130,7 +132,8 @@ TEST(Segments, ImportsAreCheapOnACoherentMesh) {
     expect_round_trip(with_order(mesh, order, order == Order::keep, 0), {}, &whole);
     expect_round_trip(with_order(mesh, order, order == Order::keep, 0), cut_every(6750), &cut);
     EXPECT_EQ(cut.segments, 4u);
-    EXPECT_EQ(cut.imported_vertices, 3u * 31 * 31 + 2 * 31);  // one cut at a layer, two within
+    EXPECT_EQ(cut.imported_vertices,
+              3u * 31 * 31 + 2 * 31);  // one cut between layers, two within a layer
     EXPECT_LE(cut.streams.at("imports"), 80u);
   }
   SizeReport shifts;
@@ -138,7 +141,7 @@ TEST(Segments, ImportsAreCheapOnACoherentMesh) {
   options.connectivity = ConnectivityCodec::shifts;
   expect_round_trip(mesh, options, &shifts);
   EXPECT_EQ(shifts.imported_vertices, 3u * 31 * 31 + 2 * 31);
-  EXPECT_LE(shifts.streams.at("connectivity"), 27000u / 8 / 2);  // a bit for two cells
+  EXPECT_LE(shifts.streams.at("connectivity"), 27000u / 8 / 2);  // one bit per two cells
   EXPECT_FALSE(shifts.streams.contains("imports"));
 }
 
@@ -190,7 +193,8 @@ std::string text_read(std::span<const std::byte> bytes, const ReadOptions& optio
   }
 }
 
-/// What a Reader yields, down to the last words, for several numbers of threads and little room.
+/// Checks that a Reader delivers the same text with several numbers of threads and little
+/// read-ahead.
 void expect_same_with_threads(std::span<const std::byte> bytes) {
   const std::string alone = text_read(bytes, {});
   for (const auto& [threads, ahead] :
@@ -229,7 +233,8 @@ TEST(Segments, DamageIsToldAlikeWithThreads) {
       bytes[at] ^= std::byte{4};
       expect_same_with_threads(std::span(bytes).first(at));
     }
-    // Behind right checksums: in the middle of a segment, and of one whose start lies.
+    // Damage with correct checksums: in the middle of a segment, and in a segment whose start is
+    // inconsistent.
     for (std::size_t nth = 0; nth < 5; ++nth) {
       FileParts parts = take_apart(bytes);
       Chunk* chunk = parts.find(container::ChunkKind::group, nth);
@@ -279,7 +284,7 @@ TEST(Segments, EachIsReadAlone) {
     const auto bytes = expect_round_trip(mesh, options);
     const auto whole = read_mesh(bytes);
     ASSERT_TRUE(whole);
-    // vertex number -> its values
+    // values by vertex number
     std::map<std::uint64_t, std::vector<std::byte>> values;
     const auto values_of = [](const MeshBlock& block, std::size_t v) {
       std::vector<std::byte> all(32);
@@ -352,7 +357,8 @@ TEST_P(SegmentsReadAlone, DamageIsNoticed) {
   ASSERT_TRUE(read_all(bytes));
   for (std::size_t size = 0; size < bytes.size(); size += 3)
     EXPECT_FALSE(read_all(std::span(bytes).first(size))) << size;
-  // Lies of the index behind right checksums end in errors or in the same blocks, never in a crash.
+  // An inconsistent index with correct checksums causes an error or gives the same blocks, never a
+  // crash.
   PlainRandom random(11);
   for (int n = 0; n < 300; ++n) {
     FileParts parts = take_apart(bytes);
@@ -390,7 +396,7 @@ TEST(Segments, ExtrasBetweenCellsStandInTheSamePlace) {
   }
 }
 
-/// Fails from some byte on.
+/// A sink that fails after some number of bytes.
 class BrokenSink final : public ByteSink {
  public:
   Result<void> write(std::span<const std::byte> bytes) override {
@@ -436,7 +442,7 @@ class FailingTask final : public OrderedTasks<int, int>::Task {
   Result<void> end(const OrderedTasks<int, int>::Emit&) override { return {}; }
 };
 
-// By threads, and where the system has none.
+// With several threads, and on systems without threads.
 class OrderedTasksBy : public testing::TestWithParam<unsigned> {};
 
 TEST_P(OrderedTasksBy, NoMemoryComesOutInItsTurn) {
@@ -459,7 +465,7 @@ TEST_P(OrderedTasksBy, NoMemoryComesOutInItsTurn) {
 
 INSTANTIATE_TEST_SUITE_P(Threads, OrderedTasksBy, testing::Values(2u, 0u));
 
-// Says in which thread it was worked on.
+// A task that returns the thread in which it ran.
 class WhereTask final : public OrderedTasks<int, std::thread::id>::Task {
  public:
   Result<void> take(int&, const OrderedTasks<int, std::thread::id>::Emit& emit) override {
@@ -471,7 +477,7 @@ class WhereTask final : public OrderedTasks<int, std::thread::id>::Task {
 
 using WhereTasks = OrderedTasks<int, std::thread::id>;
 
-/// The next output, or none.
+/// Returns the next output, or a default value.
 std::thread::id next_of(WhereTasks& tasks, WhereTasks::Wait wait = WhereTasks::Wait::for_output) {
   const auto out = tasks.next(wait);
   return out && *out ? **out : std::thread::id();
@@ -498,7 +504,7 @@ TEST(OrderedTasks, ThreadsBeginWhenThereIsMoreToDo) {
 TEST(OrderedTasks, ThreadsBeginWithASecondTask) {
   WhereTasks tasks(2, {.in = 1 << 20, .out = 1 << 20, .alone = 1 << 20});
   const auto none = std::thread::id(), here = std::this_thread::get_id();
-  for (int i = 0; i < 2; ++i) {  // one after the other is done
+  for (int i = 0; i < 2; ++i) {  // each task ends before the next begins
     tasks.begin(std::make_unique<WhereTask>());
     tasks.push(i, 4);
     tasks.end();
@@ -526,7 +532,7 @@ std::ptrdiff_t threads_now() {
   return std::distance(begin(threads), end(threads));
 }
 
-/// Counts the threads of this process whenever something is written.
+/// Counts the threads of this process at each write.
 class ThreadCountingSink final : public ByteSink {
  public:
   Result<void> write(std::span<const std::byte> bytes) override {
@@ -538,7 +544,7 @@ class ThreadCountingSink final : public ByteSink {
   std::vector<std::byte> written;
 };
 
-/// The most threads while a Reader gives all of a file.
+/// Returns the largest number of threads while a Reader reads a whole file.
 std::ptrdiff_t threads_to_read(std::span<const std::byte> bytes) {
   MemorySource source(bytes);
   auto reader = Reader::open(source, {}, {.threads = 2});
@@ -553,15 +559,15 @@ std::ptrdiff_t threads_to_read(std::span<const std::byte> bytes) {
   return most;
 }
 
-/// After those that have been joined have gone for the system, too.
+/// Waits until the system has removed joined threads, and counts the rest.
 std::ptrdiff_t threads_left() {
   std::this_thread::sleep_for(std::chrono::milliseconds(20));
   return threads_now();
 }
 
 TEST(Segments, ThreadsBeginWhereThereIsWorkForThem) {
-  if (threads_now() == 0 || !kHasThreads) GTEST_SKIP() << "nothing tells how many there are";
-  std::thread([] {}).join();  // with it ThreadSanitizer begins one of its own
+  if (threads_now() == 0 || !kHasThreads) GTEST_SKIP() << "the number of threads is unknown";
+  std::thread([] {}).join();  // makes ThreadSanitizer start its own thread now
   const std::ptrdiff_t before = threads_left();
   WriteOptions options;
   options.threads = 2;

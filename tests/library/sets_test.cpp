@@ -1,4 +1,4 @@
-// Sets as extras: what goes in comes back, out of the file, too; what makes no sense is refused.
+// Sets as extras: sets come back unchanged, also through a file; invalid sets are refused.
 #include "shm/sets.h"
 
 #include <gtest/gtest.h>
@@ -94,7 +94,7 @@ TEST(Sets, SayNoMoreThanTheyMust) {
             (std::vector<std::string>{"mesh/node_set/0/members"}));
 }
 
-// The file, in another numbering, too.
+// Sets survive writing to a file, also if it renumbers the mesh.
 TEST(Sets, FollowTheMeshThroughAFile) {
   Mesh mesh;
   mesh.schema.blocks.resize(1);
@@ -124,7 +124,7 @@ TEST(Sets, FollowTheMeshThroughAFile) {
     const auto sets = sets_of(*back);
     ASSERT_TRUE(sets) << sets.error().message();
     ASSERT_EQ(sets->size(), 2u);
-    EXPECT_EQ((*sets)[1], sides);  // cells are where they were
+    EXPECT_EQ((*sets)[1], sides);  // cells keep their positions
     if (order == Order::keep) {
       EXPECT_EQ((*sets)[0], nodes);
     }
@@ -146,7 +146,7 @@ TEST(Sets, LongListsStandInSeveralExtras) {
   EXPECT_EQ((*extras)[1].shape, std::vector<std::uint64_t>{3});
   const SetBounds bounds{set.members.size(), 0, 0};
   EXPECT_EQ(sets_of_extras(*extras, bounds)->at(0), set);
-  std::swap((*extras)[0], (*extras)[1]);  // in whatever order
+  std::swap((*extras)[0], (*extras)[1]);  // in any order
   EXPECT_EQ(sets_of_extras(*extras, bounds)->at(0), set);
   extras->erase(extras->begin() + 1);
   EXPECT_FALSE(sets_of_extras(*extras, bounds));
@@ -175,7 +175,7 @@ TEST(Sets, AreFoundByTheirKeysAlone) {
   EXPECT_EQ(places[1].extras, std::vector<std::size_t>{11});
   const auto set = read_set(extras, places[0], kBounds);
   ASSERT_TRUE(set);
-  EXPECT_EQ(set->id, 8);  // by its number
+  EXPECT_EQ(set->id, 8);  // default: its number + 1
   EXPECT_EQ(set->members, std::vector<std::uint64_t>{1});
   EXPECT_EQ(set_folder(Kind::sides, 7), "mesh/side_set/7/");
 }
@@ -217,7 +217,7 @@ TEST(Sets, ThatMakeNoSenseAreRefused) {
     ASSERT_EQ(places.size(), 1u);
     EXPECT_FALSE(read_set(extras, places[0], kBounds));
   }
-  // Values that are cut: a list of bytes that a file cannot hold, but a caller can.
+  // Truncated values: a list of bytes that a caller can pass but a file cannot contain.
   Extra cut = vertices(n + "members", {0, 1});
   cut.data.pop_back();
   EXPECT_FALSE(sets_of_extras({&cut, 1}, kBounds));
@@ -240,12 +240,12 @@ TEST(Sets, ThatContradictThemselvesAreNotWritten) {
   }
 }
 
-// Any bytes of any type under keys of sets are a set or an error.
+// Any bytes of any type under keys of sets give a set or an error.
 TEST(Sets, OfRandomExtrasAreSetsOrErrors) {
   std::mt19937_64 random(1);
   const char* fields[] = {"id", "name", "members", "sides", "blocks", "factors", "members/1"};
   const char* folders[] = {"mesh/node_set/", "mesh/side_set/", "mesh/element_set/"};
-  std::size_t good = 0;
+  std::size_t accepted = 0;
   for (int round = 0; round < 3000; ++round) {
     std::vector<Extra> extras(random() % 8);
     for (Extra& extra : extras) {
@@ -262,12 +262,12 @@ TEST(Sets, OfRandomExtrasAreSetsOrErrors) {
     }
     const auto sets = sets_of_extras(extras, kBounds);
     if (!sets) continue;
-    ++good;
+    ++accepted;
     const auto again = extras_of_sets(*sets);
     ASSERT_TRUE(again) << again.error().message();
     ASSERT_TRUE(sets_of_extras(*again, kBounds));
   }
-  EXPECT_GT(good, 100u);
+  EXPECT_GT(accepted, 100u);
 }
 
 }  // namespace

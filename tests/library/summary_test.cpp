@@ -1,4 +1,5 @@
-// read_summary: tells what a Reader tells, reads heads alone, and finds what lies among them.
+// read_summary: returns the same summary as a Reader, reads only headers, and detects damage among
+// them.
 #include "shm/summary.h"
 
 #include <gtest/gtest.h>
@@ -63,7 +64,7 @@ void expect_same(const Summary& a, const Summary& b, const std::string& name) {
   EXPECT_EQ(a.totals.trailing_bytes, b.totals.trailing_bytes);
 }
 
-/// What both tell of a file, with what is read for it.
+/// Compares the summary with that of a Reader.
 void expect_as_the_reader(std::span<const std::byte> bytes, const std::string& name) {
   const auto expected = summary_by_reader(bytes);
   ASSERT_TRUE(expected) << name << ": " << expected.error().message();
@@ -72,7 +73,7 @@ void expect_as_the_reader(std::span<const std::byte> bytes, const std::string& n
   expect_same(*summary, *expected, name);
 }
 
-/// The last step has no time.
+/// Returns a small file whose last step has no time.
 Bytes small_file() {
   return shm::small_file(ScalarType::float32, {}, std::numeric_limits<double>::quiet_NaN());
 }
@@ -111,17 +112,17 @@ TEST(Summary, ArchivesAndOtherFilesAreRefusedAsTheReaderDoes) {
   }
 }
 
-// --- what is read
+// --- bytes read
 
 TEST(Summary, ReadsNoValues) {
-  Stepped it = waves(12);
-  it.mesh.schema.arrays.push_back(array_of("noise", Location::cell, ScalarType::float64, 16));
+  Stepped stepped = waves(12);
+  stepped.mesh.schema.arrays.push_back(array_of("noise", Location::cell, ScalarType::float64, 16));
   std::mt19937_64 random(5);
-  it.mesh.arrays.emplace_back();
-  for (std::size_t i = 0; i < 16 * it.mesh.cells.size(); ++i)
-    append(it.mesh.arrays.back(), std::uint64_t{random()});
-  it.options.group_cells = 300;
-  const Bytes bytes = written(it);
+  stepped.mesh.arrays.emplace_back();
+  for (std::size_t i = 0; i < 16 * stepped.mesh.cells.size(); ++i)
+    append(stepped.mesh.arrays.back(), std::uint64_t{random()});
+  stepped.options.group_cells = 300;
+  const Bytes bytes = written(stepped);
   const FileParts parts = take_apart(bytes);
   std::size_t index_bytes = 0, schema_bytes = 0;
   for (const Chunk& chunk : parts.chunks) {
@@ -130,7 +131,7 @@ TEST(Summary, ReadsNoValues) {
   }
   CountedSource source(bytes);
   ASSERT_TRUE(read_summary(source));
-  // A group's header stands behind that of its chunk, which is read twice.
+  // The header of a group follows the header of its chunk, which is read twice.
   EXPECT_LT(source.bytes, index_bytes + schema_bytes + 200 * parts.chunks.size());
   EXPECT_LT(source.bytes, bytes.size() / 10);
 }
@@ -138,8 +139,8 @@ TEST(Summary, ReadsNoValues) {
 TEST(Summary, EveryFlippedBitThatIsReadIsFound) {
   const Bytes bytes = small_file();
   WatchedSource watched(bytes);
-  const auto good = read_summary(watched);
-  ASSERT_TRUE(good);
+  const auto expected = read_summary(watched);
+  ASSERT_TRUE(expected);
   std::mt19937 random(1);
   std::size_t unread = 0;
   for (std::size_t at = 0; at < bytes.size(); at += every(7)) {
@@ -151,14 +152,14 @@ TEST(Summary, EveryFlippedBitThatIsReadIsFound) {
       EXPECT_NE(summary.error().offset, kNoOffset) << summary.error().message();
       continue;
     }
-    // Some bytes of step values stand so near to the header that they are read with it.
-    expect_same(*summary, *good, "byte " + std::to_string(at));
+    // Some step values are so close to the header that they are read with it.
+    expect_same(*summary, *expected, "byte " + std::to_string(at));
     ++unread;
   }
   EXPECT_GT(unread, bytes.size() / every(7) / 4);
 }
 
-// --- cut, and torn
+// --- truncated files and files with missing chunks
 
 TEST(Summary, EveryCutIsFound) {
   const Bytes bytes = small_file();
@@ -199,14 +200,15 @@ TEST(Summary, ACutFileWithDamageIsNoWalk) {
   EXPECT_EQ(summary.error().offset, second);
 }
 
-// --- lies
+// --- inconsistent files
 
 TEST(Summary, TheIndexIsNotBelieved) {
   const Bytes bytes = small_file();
   ASSERT_TRUE(summary_of(with_index(bytes, [](container::Index&) {})));
   const auto refused = [&](const std::string& what,
                            const std::function<void(container::Index&)>& lie) {
-    const auto summary = summary_of(with_old_index(bytes, lie));  // which holds the most
+    const auto summary =
+        summary_of(with_old_index(bytes, lie));  // version 0 stores the most fields
     ASSERT_FALSE(summary) << what;
     EXPECT_NE(summary.error().offset, kNoOffset) << what;
     EXPECT_FALSE(summary.error().section.empty()) << what;
@@ -278,7 +280,7 @@ TEST(Summary, TheIndexIsNotBelieved) {
   refused("no schema", [](Index& index) { index.entries.erase(index.entries.begin()); });
 }
 
-/// The places of all chunks in the index are made anew.
+/// Recomputes the positions of all chunks in the index.
 Bytes with_places(FileParts parts, const std::function<void(container::Index&)>& change) {
   return with_index(put_together(parts), [&](container::Index& index) {
     change(index);
@@ -292,7 +294,7 @@ Bytes with_places(FileParts parts, const std::function<void(container::Index&)>&
 }
 
 TEST(Summary, HeadersThatLieAreFound) {
-  // An index of version 0 holds how many bytes the streams have.
+  // An index of version 0 stores the number of bytes of the streams.
   const Bytes bytes = with_old_index(small_file(), [](container::Index&) {});
   using container::GroupHeader;
   const auto code_with = [&](const std::function<void(GroupHeader&)>& lie) {
@@ -315,33 +317,34 @@ TEST(Summary, HeadersThatLieAreFound) {
                            ErrorCode code = ErrorCode::corrupt) {
     EXPECT_EQ(code_with(lie), code) << what;
   };
-  refused("cells", [](GroupHeader& it) { it.cells += 1; });
-  refused("vertices", [](GroupHeader& it) { it.vertices += 1; });
-  refused("first cell", [](GroupHeader& it) { it.first_cell += 1; });
-  refused("imported", [](GroupHeader& it) { it.imported_vertices += 1; });
-  refused("active", [](GroupHeader& it) { it.max_active_vertices += 1000; });
-  refused("stream", [](GroupHeader& it) { it.streams[1].bytes += 1; });
-  refused("bytes of one for the other", [](GroupHeader& it) {
-    it.streams[0].bytes += 1;
-    it.streams[1].bytes -= 1;
+  refused("cells", [](GroupHeader& header) { header.cells += 1; });
+  refused("vertices", [](GroupHeader& header) { header.vertices += 1; });
+  refused("first cell", [](GroupHeader& header) { header.first_cell += 1; });
+  refused("imported", [](GroupHeader& header) { header.imported_vertices += 1; });
+  refused("active", [](GroupHeader& header) { header.max_active_vertices += 1000; });
+  refused("stream", [](GroupHeader& header) { header.streams[1].bytes += 1; });
+  refused("bytes of one for the other", [](GroupHeader& header) {
+    header.streams[0].bytes += 1;
+    header.streams[1].bytes -= 1;
   });
-  refused("far", [](GroupHeader& it) { it.streams[0].bytes = ~std::uint64_t{0}; });
-  refused("no connectivity", [](GroupHeader& it) { it.streams[0].kind = {}; });
-  refused("twice", [](GroupHeader& it) { it.streams[1].kind = it.streams[0].kind; });
-  refused("no array", [](GroupHeader& it) {
-    it.streams.back().kind = container::StreamKind::array;
-    it.streams.back().array = 1000;
+  refused("far", [](GroupHeader& header) { header.streams[0].bytes = ~std::uint64_t{0}; });
+  refused("no connectivity", [](GroupHeader& header) { header.streams[0].kind = {}; });
+  refused("twice", [](GroupHeader& header) { header.streams[1].kind = header.streams[0].kind; });
+  refused("no array", [](GroupHeader& header) {
+    header.streams.back().kind = container::StreamKind::array;
+    header.streams.back().array = 1000;
   });
   refused(
-      "codec", [](GroupHeader& it) { it.streams[0].codec = static_cast<container::Codec>(99); },
+      "codec",
+      [](GroupHeader& header) { header.streams[0].codec = static_cast<container::Codec>(99); },
       ErrorCode::unsupported);
-  refused("another codec than before", [](GroupHeader& it) {
-    const bool rows = it.streams[0].codec == container::Codec::rows;
-    it.streams[0].codec = rows ? container::Codec::mixed : container::Codec::rows;
+  refused("another codec than before", [](GroupHeader& header) {
+    const bool rows = header.streams[0].codec == container::Codec::rows;
+    header.streams[0].codec = rows ? container::Codec::mixed : container::Codec::rows;
   });
 }
 
-/// A payload so long that header and payload are as short as the index says.
+/// A payload length for which header plus payload wraps around to the chunk length in the index.
 TEST(Summary, LengthsDoNotWrap) {
   FileParts parts = take_apart(small_file());
   Chunk unknown;
@@ -354,7 +357,8 @@ TEST(Summary, LengthsDoNotWrap) {
     entry.kind = 200;
     index.entries.insert(index.entries.begin() + 1, entry);
   });
-  // A byte less of it, and of what the index says of it.
+  // Sets the payload length to 2^64 - 1, which acts as -1, and reduces the chunk length in the
+  // index by one byte.
   parts = take_apart(bytes);
   const std::size_t at = container::kFileStartBytes + parts.chunks[0].bytes();
   parts.chunks[1].header.payload_bytes = ~std::uint64_t{0};
@@ -391,7 +395,7 @@ TEST(Summary, LongHeadersAreReadWhereShortOnesWouldDo) {
     const auto report = find_damage(source);
     ASSERT_TRUE(report);
     EXPECT_TRUE(report->complete && report->damages.empty());
-    // Without its trailer it comes back.
+    // A file without its trailer is recovered.
     const Bytes cut(bytes.begin(), bytes.end() - container::kTrailerBytes);
     MemoryRandomSource of_cut(cut);
     const auto healed = find_damage(of_cut);
@@ -426,7 +430,7 @@ TEST(Summary, ChunksThatNobodyKnows) {
   }
 }
 
-// The codec of a segment is that of its cells, wherever they begin.
+// The codec of a segment is the codec of its cells, even if its first group has none.
 TEST(Summary, AGroupOfUnusedVerticesComesFirst) {
   const TestMesh mesh = with_order(grid(2, 2, 2), Order::stream, true, 0);
   MemorySink sink;
@@ -455,17 +459,18 @@ TEST(Summary, LiesOfAllKindsEndSomehow) {
   const Bytes bytes = small_file();
   std::mt19937_64 random(11);
   for (std::size_t i = 0; i < 400; i += every(4)) {
-    // A byte of a chunk, with right checksums.
+    // Changes a byte of a chunk, with correct checksums.
     FileParts parts = take_apart(bytes);
     Chunk& chunk = parts.chunks[random() % parts.chunks.size()];
     if (chunk.payload.empty()) continue;
     chunk.payload[random() % chunk.payload.size()] ^= std::byte{1} << random() % 8;
     if (chunk.is(ChunkKind::group))
       if (auto group = take_group_apart(chunk.payload)) chunk.payload = put_group_together(*group);
-    const Bytes lying = put_together(std::move(parts));
-    const auto summary = summary_of(lying);
+    const Bytes inconsistent = put_together(std::move(parts));
+    const auto summary = summary_of(inconsistent);
     if (!summary) continue;
-    if (const auto expected = summary_by_reader(lying)) expect_same(*summary, *expected, "a lie");
+    if (const auto expected = summary_by_reader(inconsistent))
+      expect_same(*summary, *expected, "a lie");
   }
 }
 
@@ -478,13 +483,14 @@ TEST(Summary, LimitsAreKept) {
     return summary ? std::optional<ErrorCode>() : summary.error().code;
   };
   using enum ErrorCode;
-  EXPECT_EQ(code([](ReadLimits& it) { it.max_segments = 1; }), corrupt);
-  EXPECT_EQ(code([](ReadLimits& it) { it.max_steps = 3; }), over_limit);
-  EXPECT_EQ(code([](ReadLimits& it) { it.max_extra_bytes = 3; }), over_limit);
-  EXPECT_EQ(code([](ReadLimits& it) { it.max_chunk_bytes = 30; }), over_limit);
-  EXPECT_EQ(code([](ReadLimits& it) { it.max_arrays = 1; }), over_limit);
-  EXPECT_EQ(code([](ReadLimits& it) { it.max_active_vertices = it.max_group_bytes = 1; }),
-            std::nullopt);
+  EXPECT_EQ(code([](ReadLimits& limits) { limits.max_segments = 1; }), corrupt);
+  EXPECT_EQ(code([](ReadLimits& limits) { limits.max_steps = 3; }), over_limit);
+  EXPECT_EQ(code([](ReadLimits& limits) { limits.max_extra_bytes = 3; }), over_limit);
+  EXPECT_EQ(code([](ReadLimits& limits) { limits.max_chunk_bytes = 30; }), over_limit);
+  EXPECT_EQ(code([](ReadLimits& limits) { limits.max_arrays = 1; }), over_limit);
+  EXPECT_EQ(
+      code([](ReadLimits& limits) { limits.max_active_vertices = limits.max_group_bytes = 1; }),
+      std::nullopt);
 }
 
 TEST(Summary, ErrorsOfTheSourceArePassedOn) {

@@ -1,4 +1,4 @@
-// Files as Windows alone has them: names of UTF-16, line ends, devices, what is read-only.
+// Files with features that only Windows has: UTF-16 names, line ends, devices, read-only files.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <io.h>
@@ -39,7 +39,7 @@ std::string read_whole(ByteSource& source) {
 }
 
 TEST_F(FileIo, NamesAreUtf8) {
-  // Not put together by std::filesystem, which takes no characters of four bytes here.
+  // Not composed by std::filesystem, which does not accept four-byte characters here.
   const std::string name =
       directory_.string() + "/Gew\xC3\xB6lbe \xE7\xB6\xB2\xE6\xA0\xBC \xF0\x9F\xA7\x8A.shm";
   write_whole(name, "vault");
@@ -86,7 +86,7 @@ TEST_F(FileIo, ScratchFilesGoWithTheirSinks) {
   }
 }
 
-/// A file in place of one of the standard streams.
+/// Replaces one of the standard streams by a file.
 class InPlaceOf {
  public:
   InPlaceOf(int stream, const std::string& path, int flags)
@@ -106,7 +106,7 @@ class InPlaceOf {
   int stream_, before_;
 };
 
-// No line end is translated, and Control-Z ends nothing.
+// Line ends are not translated, and Control-Z does not end the stream.
 TEST_F(FileIo, StandardStreamsAreBinary) {
   const std::string text =
       "a\nb\r\nc\x1A"
@@ -123,7 +123,7 @@ TEST_F(FileIo, StandardStreamsAreBinary) {
   EXPECT_EQ(read_whole(**source), text);
 }
 
-// The end of a pipe is no error.
+// The end of a pipe is not an error.
 TEST_F(FileIo, PipesEndWhereTheyAreClosed) {
   int ends[2];
   ASSERT_EQ(::_pipe(ends, 4096, _O_BINARY), 0);

@@ -1,4 +1,4 @@
-// Writer: what callers may not do, and that the first error sticks.
+// Writer: calls that are not allowed, and that later calls return the first error.
 #include "shm/writer.h"
 
 #include <gtest/gtest.h>
@@ -27,7 +27,7 @@ Schema small_schema() {
   return schema;
 }
 
-/// A writer over a sink that counts, with the eight vertices of a cube.
+/// A writer with a counting sink and the eight vertices of a cube.
 class Session {
  public:
   explicit Session(const Schema& schema = small_schema(), const WriteOptions& options = {})
@@ -60,7 +60,7 @@ void expect_misuse(const std::function<Result<void>(Session&)>& work, const char
   ASSERT_FALSE(result) << what;
   EXPECT_EQ(result.error().code, ErrorCode::misuse) << what;
   EXPECT_FALSE(result.error().detail.empty()) << what;
-  // The first error sticks to every later call.
+  // Every later call returns the first error.
   const std::string message = result.error().message();
   EXPECT_EQ(session.add_vertex(100).error().message(), message) << what;
   EXPECT_EQ(session->end_mesh().error().message(), message) << what;
@@ -142,8 +142,8 @@ TEST(Writer, FinalizedVerticesStayUnusableInTheDelayBuffer) {
   EXPECT_EQ(session.add_cube().error().code, ErrorCode::misuse);
 }
 
-// With Order::stream a number is free again once its vertex is finalized, also while the cell that
-// finalizes it still waits.
+// With Order::stream a number can be reused once its vertex is finalized, even while the cell that
+// finalizes it is still in the delay buffer.
 TEST(Writer, NumbersAreFreeAgain) {
   for (std::uint32_t delay : {0u, 10u}) {
     Schema schema = small_schema();
@@ -153,8 +153,8 @@ TEST(Writer, NumbersAreFreeAgain) {
     for (int n = 0; n < 5; ++n) {
       ASSERT_TRUE(session.add_cube(0xff)) << delay;
       for (std::uint64_t v = 0; v < 8; ++v) {
-        const auto good = session.add_vertex(v);
-        ASSERT_TRUE(good) << "delay " << delay << ": " << good.error().message();
+        const auto status = session.add_vertex(v);
+        ASSERT_TRUE(status) << "delay " << delay << ": " << status.error().message();
       }
     }
     const auto report = session->finish();
@@ -217,7 +217,7 @@ TEST(Writer, Steps) {
                 "too few");
   expect_misuse(ended([](Session& s) -> Result<void> {
                   EXPECT_TRUE(s.add_steps(0, 8));
-                  if (auto good = s.add_steps(0, 1); !good) return good;
+                  if (auto status = s.add_steps(0, 1); !status) return status;
                   return s.add_steps(1, 8);
                 }),
                 "too many");
@@ -296,7 +296,7 @@ TEST(Writer, ShiftsAreNotForEverySchema) {
     EXPECT_EQ(sink.bytes > 0, static_cast<bool>(writer));
     return writer ? std::optional<ErrorCode>() : writer.error().code;
   };
-  const std::vector<std::function<void(Schema&)>> good = {
+  const std::vector<std::function<void(Schema&)>> valid = {
       [](Schema&) {},
       [](Schema& s) { s.blocks.clear(); },
       [](Schema& s) { s.order = Order::stream; },
@@ -325,16 +325,16 @@ TEST(Writer, ShiftsAreNotForEverySchema) {
   using enum ConnectivityCodec;
   for (const WriteOptions& options : {WriteOptions{.connectivity = shifts},
                                       WriteOptions{.segment_connectivity = {rows, shifts}}}) {
-    for (std::size_t i = 0; i < good.size(); ++i)
-      EXPECT_EQ(code_with(options, good[i]), std::nullopt) << i;
+    for (std::size_t i = 0; i < valid.size(); ++i)
+      EXPECT_EQ(code_with(options, valid[i]), std::nullopt) << i;
     for (std::size_t i = 0; i < bad.size(); ++i)
       EXPECT_EQ(code_with(options, bad[i]), ErrorCode::misuse) << i;
   }
-  // Who leaves the choice to the Writer gets another codec.
+  // If the caller leaves the choice to the Writer, it selects another codec.
   for (const auto& change : bad) EXPECT_EQ(code_with({.level = Level::fast}, change), std::nullopt);
 }
 
-/// Takes so many bytes, then fails.
+/// A sink that accepts a number of bytes, then fails.
 struct FullSink final : ByteSink {
   explicit FullSink(std::uint64_t room) : left(room) {}
   Result<void> write(std::span<const std::byte> bytes) override {

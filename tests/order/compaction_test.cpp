@@ -1,4 +1,4 @@
-// Vertex compaction: each vertex before its first cell, each last use marked once.
+// Vertex compaction: each vertex comes before its first cell, and each last use is marked once.
 #include "mesh/vertex_compaction.h"
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@
 namespace shm::converters {
 namespace {
 
-// Checks the grammar of a streaming mesh as it comes by.
+// Checks that a stream of vertices and cells is well-formed.
 class Checker final : public CompactedMesh {
  public:
   explicit Checker(const MemoryMesh& mesh) : mesh_(&mesh) {
@@ -32,7 +32,7 @@ class Checker final : public CompactedMesh {
       fresh_.insert(number);
     } else {
       EXPECT_EQ(last_cell, kNeverUsed);
-      EXPECT_EQ(next_cell_, mesh_->cells.size()) << "an unused vertex before the last cell";
+      EXPECT_EQ(next_cell_, mesh_->cells.size()) << "an unused vertex comes before the last cell";
     }
     widest = std::max<std::uint64_t>(widest, live_.size());
   }
@@ -54,7 +54,7 @@ class Checker final : public CompactedMesh {
       }
     }
     EXPECT_EQ(finalized, ends.size());
-    EXPECT_TRUE(fresh_.empty()) << "a vertex came before it was needed";
+    EXPECT_TRUE(fresh_.empty()) << "a vertex comes before it is needed";
     ++next_cell_;
   }
   void finish() const {

@@ -1,5 +1,5 @@
-// The delay buffer that is tried: runs of cells come with their own data, and a buffer is taken
-// only where it pays.
+// Trials of delay buffers: samples contain runs of cells with their data, and a buffer is used only
+// if it makes the file smaller.
 #include "order/delay_trial.h"
 
 #include <gtest/gtest.h>
@@ -28,7 +28,8 @@ TEST(DelayTrial, RunsKeepTheirOrderAndData) {
   CellBatch batch;
   ASSERT_TRUE(sample.next_cells(batch, 1000));
   ASSERT_EQ(batch.size(), wanted.size());
-  // Vertices by place, tags and heat; cells by the values on all of them and on some blocks.
+  // Identifies vertices by coordinates, tags and heat, and cells by their values in an array on all
+  // blocks and in one on some blocks.
   std::uint64_t level = 0, stress = 0;
   std::vector<std::uint64_t> level_before(mesh.cells.size()), stress_before(mesh.cells.size());
   for (std::size_t c = 0; c < mesh.cells.size(); ++c) {
@@ -67,7 +68,7 @@ TEST(DelayTrial, RunsKeepTheirOrderAndData) {
   }
 }
 
-// Far apart, and more than one piece long.
+// Vertices that are far apart and fill more than one piece.
 TEST(DelayTrial, VerticesThatLieApart) {
   MemoryMesh mesh;
   const std::uint32_t block = mesh.add_block(CellShape::hexahedron, 8);
@@ -97,7 +98,8 @@ TEST(DelayTrial, CellsWithVerticesThatAreNone) {
   EXPECT_THROW(SampleMesh(mesh, std::vector<CellRun>{{7, 20}}), Failure);
 }
 
-// What find_delay says when each delay makes a file of so many bytes; and what it has tried.
+// Returns the result of find_delay if each delay gives a file of this size; `tried` receives the
+// delays that it tried.
 std::uint32_t found(MeshSource& mesh, const std::map<std::uint32_t, std::uint64_t>& bytes,
                     std::vector<std::uint32_t>* tried = nullptr,
                     double worthwhile = kWorthwhileAtBest) {

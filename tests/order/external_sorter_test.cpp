@@ -1,4 +1,4 @@
-// The external sorter: as std::stable_sort, whatever the memory.
+// The external sorter gives the same result as std::stable_sort with any amount of memory.
 #include "base/external_sorter.h"
 
 #include <gtest/gtest.h>
@@ -44,8 +44,9 @@ std::vector<Item> sorted(const std::vector<Item>& list, std::size_t memory,
   return out;
 }
 
-// A record takes 20 bytes in memory. 1000 of them: one short of a run, a run, one more; then runs
-// that are merged at once, and in several rounds, of a single record each.
+// A record needs 20 bytes of memory. With 1000 records in memory: one record less than a run, a
+// run, one more; then runs that are merged at once, and in several rounds, down to runs of a single
+// record.
 TEST(ExternalSorter, SortsAsAStableSortWhateverTheMemory) {
   TemporaryFolder folder;
   for (const std::uint64_t keys : {std::uint64_t{0}, std::uint64_t{1}, std::uint64_t{50}})
@@ -57,12 +58,12 @@ TEST(ExternalSorter, SortsAsAStableSortWhateverTheMemory) {
       for (const std::size_t memory : {0u, 20u, 500u, 20u * 1000, 200'000u, 10'000'000u})
         EXPECT_EQ(sorted(list, memory, folder / "."), expected) << count << " in " << memory;
     }
-  EXPECT_TRUE(std::filesystem::is_empty(folder / ".")) << "nothing is left behind";
+  EXPECT_TRUE(std::filesystem::is_empty(folder / ".")) << "a temporary file is left";
 }
 
 TEST(ExternalSorter, MergesInSeveralRounds) {
   TemporaryFolder folder;
-  // 320 kB: five runs at once, and some 19 runs.
+  // 320 kB: five runs are merged at a time; there are about 19 runs.
   const std::vector<Item> list = items(300'000, 1000, 3);
   std::vector<Item> expected = list;
   std::stable_sort(expected.begin(), expected.end(),

@@ -1,4 +1,5 @@
-// The search for an order of cells keeps to its memory, on a mesh that needs several times as much.
+// The search for an order of cells observes its memory limit on a mesh that needs several times as
+// much memory.
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -17,10 +18,10 @@
 namespace shm::converters {
 namespace {
 
-constexpr bool kMeasuresMemory = !kSanitized;  // a sanitizer's shadow is memory too
+constexpr bool kMeasuresMemory = !kSanitized;  // a sanitizer's shadow memory counts too
 constexpr std::uint64_t kSide = kMeasuresMemory ? 90 : 12;
 
-// A block of side^3 hexahedra, numbered without order, made on the fly.
+// A block of side^3 hexahedra in random order, generated on the fly.
 class ScatteredBlock final : public MeshSource {
  public:
   ScatteredBlock() {
@@ -55,11 +56,11 @@ class ScatteredBlock final : public MeshSource {
   void read_array(std::size_t, std::uint64_t, std::uint64_t, std::uint64_t, std::byte*) override {}
 
  private:
-  // Primes that divide neither count, and the inverse of the one for vertices.
+  // Primes that divide neither count, and the inverse of the prime for vertices.
   static constexpr std::uint64_t kStep = 1000003;
   static constexpr std::uint64_t inverse() {
     constexpr std::uint64_t kCount = (kSide + 1) * (kSide + 1) * (kSide + 1);
-    std::uint64_t power = 1;  // kStep^n for ascending n, until it comes back to 1
+    std::uint64_t power = 1;  // kStep^n for ascending n, until it is 1 again
     for (std::uint64_t next = kStep % kCount; next != 1; next = next * (kStep % kCount) % kCount)
       power = next;
     return power;
@@ -73,7 +74,8 @@ class ScatteredBlock final : public MeshSource {
   std::uint64_t next_ = 0;
 };
 
-// Bytes that a child takes beyond what it began with; 0 when the work failed.
+// Returns the bytes that a child process needs in addition to its initial memory; 0 if the work
+// failed.
 std::uint64_t memory_of(const std::function<bool()>& work) {
   int pipe[2];
   if (::pipe(pipe) != 0) return 0;
@@ -81,12 +83,12 @@ std::uint64_t memory_of(const std::function<bool()>& work) {
   if (child == 0) {
     rusage before{}, after{};
     ::getrusage(RUSAGE_SELF, &before);
-    const bool good = work();
+    const bool ok = work();
     ::getrusage(RUSAGE_SELF, &after);
     const std::uint64_t bytes =
         1 + 1024 * static_cast<std::uint64_t>(after.ru_maxrss - before.ru_maxrss);
     const bool sent = ::write(pipe[1], &bytes, sizeof bytes) == sizeof bytes;
-    ::_exit(good && sent ? 0 : 1);
+    ::_exit(ok && sent ? 0 : 1);
   }
   ::close(pipe[1]);
   std::uint64_t bytes = 0;
@@ -97,7 +99,8 @@ std::uint64_t memory_of(const std::function<bool()>& work) {
   return received && WIFEXITED(status) && WEXITSTATUS(status) == 0 ? bytes : 0;
 }
 
-// In rows and layers: every cell but those at the end of a row lies beside the one before it.
+// Returns true if the order follows rows and layers: every cell touches the cell before it, except
+// at the ends of rows.
 bool follows_rows(const CellList& order, const Cells& cells) {
   if (order.size() != cells.size()) return false;
   std::uint64_t beside = 0;

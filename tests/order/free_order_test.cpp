@@ -1,5 +1,5 @@
-// Order::free: every order is a permutation that is found again, sweeps follow rows and layers,
-// data and references follow cells, and a shuffled mesh comes out small.
+// Order::free: every order is a permutation that a reader can reconstruct, sweeps follow rows and
+// layers, data and references follow cells, and a shuffled mesh gives a small file.
 #include "order/free_order.h"
 
 #include <gtest/gtest.h>
@@ -82,7 +82,7 @@ TEST(FreeOrder, GraphJoinsNeighboursAndCutsBetweenBlocks) {
       }
 }
 
-// Vertices with very many faces are joined another way.
+// Neighbours at vertices with very many faces are found by another algorithm.
 TEST(FreeOrder, GraphOfAFanOfCells) {
   MemoryMesh mesh;
   const std::uint32_t block = mesh.add_block(CellShape::hexahedron, 8);
@@ -97,7 +97,7 @@ TEST(FreeOrder, GraphOfAFanOfCells) {
   for (std::uint32_t cell = 0; cell < kCells; ++cell) EXPECT_EQ(graph.degree(cell), 2);
 }
 
-// Rows of a shuffled grid are whole, and lie in layers.
+// Rows of a shuffled grid are complete and ordered in layers.
 TEST(FreeOrder, SweepsFollowRowsAndLayers) {
   MemoryMesh mesh = grid_mesh(7, 4, 11);
   shuffle_mesh(mesh, 8, true);
@@ -146,7 +146,7 @@ TEST(FreeOrder, DataAndReferencesFollow) {
     ReorderedMesh ordered(rich, *cells, list);
     const auto bytes = compress(ordered, Order::stream);
     EXPECT_EQ(differences(ordered, bytes), "");
-    // "mark" counts cells in file order, "level" the covered ones.
+    // "mark" counts cells in file order, "level" only the covered cells.
     std::vector<std::uint8_t> marks(order.size());
     ordered.read_array(3, 0, 0, order.size(), reinterpret_cast<std::byte*>(marks.data()));
     for (std::size_t i = 0; i < order.size(); ++i) EXPECT_EQ(marks[i], order[i] % 251);
@@ -184,7 +184,7 @@ TEST(FreeOrder, IsNeverMuchLarger) {
   }
 }
 
-// In a cube all axes look alike; only the places of cells tell which one the file followed.
+// In a cube all axes look alike; only the coordinates of cells show which axis the file followed.
 TEST(FreeOrder, CubeIsFoundByItsPlaces) {
   MemoryMesh mesh = grid_mesh(8, 8, 8);
   shuffle_mesh(mesh, 12, true);

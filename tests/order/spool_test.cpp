@@ -1,5 +1,5 @@
-// The spool: what was written comes back, from memory or disk, and its memory follows what is
-// wanted again soon.
+// The spool: data comes back unchanged, from memory or from disk, and memory is used for data that
+// will be needed again soon.
 #include "base/spool.h"
 
 #include <gtest/gtest.h>
@@ -106,13 +106,13 @@ TEST(NumberList, HoldsNumbersThatCountUpThenNarrowThenWideOnes) {
     for (std::size_t i = 0; i < expected.size(); ++i) {
       list.push_back(expected[i]);
       if (i % 997 != 0) continue;
-      list.read(i / 2, i - i / 2 + 1, some);  // while it grows, too
+      list.read(i / 2, i - i / 2 + 1, some);  // while the list grows
       ASSERT_TRUE(std::equal(some.begin(), some.end(),
                              expected.begin() + static_cast<std::ptrdiff_t>(i / 2)));
     }
     ASSERT_EQ(list.size(), expected.size());
     list.for_each([&](std::uint64_t at, std::uint64_t number) {
-      ASSERT_EQ(number, expected[at]) << at << " behind " << counted;
+      ASSERT_EQ(number, expected[at]) << at << " of " << counted;
     });
   }
 }
@@ -141,7 +141,7 @@ TEST(CellStore, GivesCellsBackInAnyOrder) {
     for (std::uint64_t& corner : corners) corner = random() >> (i % 97 == 0 ? 20 : 40);
     cells.emplace_back(odd ? 1 : 0, corners);
     store.append(cells.back().first, corners);
-    if (i % 1000 == 0) {  // while it grows, too
+    if (i % 1000 == 0) {  // while the store grows
       CellBatch one;
       one.clear();
       store.read(static_cast<std::uint64_t>(i), one);

@@ -1,5 +1,5 @@
-// Order::free where the mesh does not fit the memory: the mesh in the spool is the same mesh, and
-// what is made of it is the same file, however little memory there is.
+// Order::free if the mesh does not fit into memory: the spooled mesh is the same mesh, and the
+// resulting file is the same with any amount of memory.
 #include "order/spooled_mesh.h"
 
 #include <gtest/gtest.h>
@@ -56,7 +56,8 @@ struct Heard final : CodingOrder {
   }
 };
 
-// The same bytes in memory and in the spool, heard in the same order, and found equal in both.
+// Checks that memory and spool give the same file and the same coding order, and that comparing the
+// file with the mesh finds no difference with either.
 void expect_same_file(MeshSource& mesh) {
   ASSERT_FALSE(must_be_spooled(mesh.info(), Spool::kUsualBudget));
   ASSERT_TRUE(must_be_spooled(mesh.info(), kLittle));
@@ -88,7 +89,7 @@ TEST(SpooledMesh, SpoolAndMemoryGiveTheSameFile) {
   }
 }
 
-// They come last, as the mesh numbers them, which is no order of places.
+// Unused vertices come last, in the order of their numbers, which is not an order of coordinates.
 TEST(SpooledMesh, VerticesThatNoCellUses) {
   MemoryMesh grid = grid_mesh(9, 8, 7), flat = quads();
   for (MemoryMesh* mesh : {&grid, &flat}) {
@@ -99,7 +100,7 @@ TEST(SpooledMesh, VerticesThatNoCellUses) {
   }
 }
 
-// Parts that touch nowhere, of which the mesh counts the last one's cells first.
+// Separate parts; the mesh numbers the cells of the last part first.
 TEST(SpooledMesh, PartsComeAsTheMeshCountsThem) {
   MemoryMesh mesh = grid_mesh(9, 3, 3);
   MemoryMesh apart = grid_mesh(4, 4, 4);
@@ -117,7 +118,7 @@ TEST(SpooledMesh, PartsComeAsTheMeshCountsThem) {
   expect_same_file(mesh);
 }
 
-// Coordinates that tell nothing about places, or too much.
+// Coordinates that carry no spatial information, or misleading information.
 TEST(SpooledMesh, AnyCoordinatesWillDo) {
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -144,8 +145,8 @@ TEST(SpooledMesh, AnyCoordinatesWillDo) {
   }
 }
 
-// Copies of cells, faces that many cells share, cells that have a face twice, a vertex with very
-// many faces: neighbours are the same ones, whatever vertices are called.
+// Duplicate cells, faces that many cells share, cells that contain a face twice, a vertex with very
+// many faces: the neighbours are the same with any vertex numbers.
 TEST(SpooledMesh, FacesOfManyCellsAreJoinedTheSameWay) {
   MemoryMesh mesh = grid_mesh(4, 4, 4);
   const std::vector<std::vector<std::uint64_t>> cells = mesh.cells;
@@ -169,14 +170,14 @@ TEST(SpooledMesh, AVertexThatIsNoneIsAnError) {
   mesh.cells[300][5] = mesh.mesh.vertices;
   try {
     in_free_order(mesh, kLittle);
-    FAIL() << "a mesh with a vertex that is none";
+    FAIL() << "a mesh with an invalid vertex number was accepted";
   } catch (const Failure& failure) {
     EXPECT_EQ(failure.error().code, ErrorCode::corrupt);
     EXPECT_EQ(failure.error().section, "cell 300");
   }
 }
 
-// Numbers go there and back, and say the same mesh.
+// Renumbering and its inverse agree and describe the same mesh.
 TEST(SpooledMesh, IsTheSameMeshWithOtherNumbers) {
   MemoryMesh mesh = rich_mesh();
   shuffle_mesh(mesh, 11, true);

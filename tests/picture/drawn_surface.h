@@ -15,7 +15,7 @@ struct DrawnSurface {
   std::vector<std::uint64_t> face_begin = {0};
   std::vector<std::uint32_t> corners, blocks;
 
-  // Borrows this.
+  // The result refers to this object's data.
   Surface surface() const {
     return {ScalarType::float64, std::as_bytes(std::span(xyz)), face_begin, corners, blocks};
   }
@@ -28,8 +28,8 @@ struct DrawnSurface {
     face_begin.push_back(corners.size());
     blocks.push_back(block);
   }
-  // n x n squares of a sheet from 0 to `sides` at right angles to `axis`, where that is `at`; the
-  // other two axes follow in turn, x before y before z before x.
+  // Adds n x n squares of a sheet with these side lengths, perpendicular to `axis` at coordinate
+  // `at`. The other two axes follow cyclically: x, y, z, x.
   void add_sheet(std::uint32_t n, std::size_t axis, double at,
                  std::array<double, 3> sides = {1, 1, 1}, std::uint32_t block = 0) {
     const auto first = static_cast<std::uint32_t>(xyz.size() / 3);

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""The gallery: its page, its pictures and scripts/gallery, which makes both, agree.
+"""Checks that the gallery page, its pictures and scripts/gallery, which creates both, agree.
 
 Usage: gallery_test.py PATH_OF_SHM
 
-With SHM_CORPUS, a folder of meshes, three of the pictures are drawn anew, and come out as they stand, to the
-byte (with the libpng and zlib of Debian 12; other ones may pack the same pixels otherwise).
+With SHM_CORPUS, a folder of meshes, three of the pictures are drawn again and must be equal to the stored
+pictures, byte for byte (with the libpng and zlib of Debian 12; other versions may compress differently).
 """
 import os
 import re
@@ -21,8 +21,8 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests" / "support"))
 from folder_test import lacks
 
-MOST_BYTES = 900_000  # of all pictures
-DRAWN = ("mug-late", "biplane", "loose")  # steps and values, many blocks, a palette
+MOST_BYTES = 900_000  # for all pictures
+DRAWN = ("mug-late", "biplane", "loose")  # with steps and values, with many blocks, with a palette
 
 SHM = Path("shm")
 
@@ -41,7 +41,7 @@ gallery = script()
 class GalleryTest(unittest.TestCase):
     def test_the_page_is_as_the_script_writes_it(self):
         self.assertEqual(gallery.PAGE.read_text(encoding="utf-8"), gallery.page(),
-                         "scripts/gallery --document writes it anew")
+                         "scripts/gallery --document updates it")
 
     def test_each_picture_is_shown_once_with_its_command(self):
         shown = re.findall(r"!\[([^]]*)\]\(gallery/([^)]*)\.png\)(.*?)(?= \|)",
@@ -91,7 +91,7 @@ class GalleryTest(unittest.TestCase):
                 with self.subTest(picture=shown.name):
                     drawn = gallery.draw(shown, SHM.parent, Path(corpus), Path(folder), Path(folder))
                     self.assertEqual(drawn.read_bytes(), (gallery.PICTURES / drawn.name).read_bytes(),
-                                     "scripts/gallery draws it anew")
+                                     "scripts/gallery updates it")
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
-// The same mesh gives the same pixels: on every machine, with every compiler and optimization. It
-// runs where determinism_test does, and on the other machines. On a mismatch the new table is
-// printed, to be put in place of the old one where the change is meant.
+// The same mesh gives the same pixels on every machine, with every compiler and optimization. The
+// test runs in the same builds as determinism_test and on other machines. On a mismatch it prints
+// the new table, which replaces the old one if the change is intended.
 #include <gtest/gtest.h>
 #include <xxhash.h>
 
@@ -22,7 +22,7 @@ std::uint64_t hash_of(const Picture& picture) {
   return XXH64(picture.image.pixels.data(), picture.image.pixels.size() * sizeof(Rgb), 0);
 }
 
-/// Bent, with a block each for its sides, of a plain rational shape.
+/// Returns a box bent by a simple rational function, with a block for each side.
 DrawnSurface bent_box(std::uint32_t n) {
   DrawnSurface box = DrawnSurface::box(n, {3, 2, 1});
   for (std::size_t f = 0; f < box.blocks.size(); ++f)
@@ -35,13 +35,14 @@ DrawnSurface bent_box(std::uint32_t n) {
   return box;
 }
 
-/// Polygons of many corners, plane or not, through each other; edges and points.
+/// Returns polygons of many corners, planar or not, that intersect each other; and edges and
+/// points.
 DrawnSurface scattered() {
   DrawnSurface mesh;
   PlainRandom random(5);
   const auto number = [&] { return static_cast<double>(random.below(1 << 20)) / (1 << 19); };
   for (int v = 0; v < 200; ++v) {
-    const std::array<double, 3> at = {number(), number(), number()};  // one after the other
+    const std::array<double, 3> at = {number(), number(), number()};  // evaluated in a fixed order
     mesh.add_vertex(at[0], at[1], at[2] / 3);
   }
   for (int f = 0; f < 120; ++f) {

@@ -1,5 +1,5 @@
-// Whole pictures: what is seen of a mesh, from where, in which colours, with which legend; and
-// meshes whose numbers are meant to do harm.
+// Complete pictures: the visible part of a mesh, the viewpoint, colours, and legend; and meshes
+// with hostile numbers.
 #include "picture/picture.h"
 
 #include <gtest/gtest.h>
@@ -41,7 +41,7 @@ std::size_t colours_of(const Image& image) {
   return found.size();
 }
 
-/// What of red, green and blue is large, whatever the light.
+/// Returns true if the pixel has this colour, at any brightness.
 bool is_like(Rgb pixel, Rgb colour) {
   const double light = static_cast<double>(pixel.red + pixel.green + pixel.blue) /
                        (colour.red + colour.green + colour.blue);
@@ -55,8 +55,8 @@ TEST(Picture, ABoxFillsItsFrameAndNothingElse) {
   const Picture picture = draw(box, small(Vector{0, -1, 0}));
   EXPECT_EQ(picture.drawn, 6u);
   EXPECT_EQ(picture.skipped, 0u);
-  // 160 x 120, a margin of 5: of a side twice as wide as high 150 x 75, from the middle of a row
-  // on.
+  // 160 x 120 with a margin of 5: a side that is twice as wide as high covers 150 x 75, beginning
+  // in the middle of a row.
   EXPECT_EQ(picture.covered, 150u * 76);
   EXPECT_NE(picture.image.at(5, 60), kBackground);
   EXPECT_NE(picture.image.at(154, 60), kBackground);
@@ -104,12 +104,12 @@ TEST(Picture, FlatMeshesAreLookedAtFromTheirNormal) {
     DrawnSurface sheet;
     sheet.add_sheet(4, axis, 0);
     const Picture picture = draw(sheet, small());
-    // A square of the whole height.
+    // A square of the full height.
     EXPECT_EQ(picture.covered, 110u * 110) << axis;
     const Picture asked = draw(sheet, small(Vector{1, 1, 1}));
     EXPECT_LT(asked.covered, 110u * 110) << axis;
   }
-  // A plane of no axis.
+  // A plane that is not perpendicular to an axis.
   DrawnSurface tilted;
   tilted.add_face({tilted.add_vertex(0, 0, 0), tilted.add_vertex(3, 0, 3),
                    tilted.add_vertex(3, 4, 3), tilted.add_vertex(0, 4, 0)});
@@ -132,7 +132,7 @@ TEST(Picture, EdgesAreDrawnWhereFacesAreWide) {
 
 TEST(Picture, ValuesOfFacesAndOfVertices) {
   DrawnSurface sheet;
-  sheet.add_sheet(2, 2, 0);  // 4 faces, 9 vertices, y down the rows
+  sheet.add_sheet(2, 2, 0);  // 4 faces, 9 vertices, y varies fastest
   PictureOptions options = small();
   options.height = 200;
   const std::vector<double> of_faces = {-2, 0, kNaN, 6};
@@ -141,7 +141,7 @@ TEST(Picture, ValuesOfFacesAndOfVertices) {
   ASSERT_TRUE(picture.range);
   EXPECT_EQ(picture.range->least, -2);
   EXPECT_EQ(picture.range->greatest, 6);
-  // The mesh is a square of 144 pixels from (8, 16) on: y is up.
+  // The mesh is a square of 144 pixels with its corner at (8, 16); y goes up.
   const auto pixel = [&](double x, double y) {
     return picture.image.at(static_cast<std::uint32_t>(8 + 144 * x),
                             static_cast<std::uint32_t>(16 + 144 * (1 - y)));
@@ -183,11 +183,11 @@ TEST(Picture, TheLegendHasNameAndRange) {
   draw_legend(none, {"speed", {}});
   draw_legend(tiny, {"speed", ShownRange{0, 2}});
   EXPECT_NE(image.pixels, other.pixels);
-  EXPECT_EQ(colours_of(none), 3u);  // ground, ink, grey
+  EXPECT_EQ(colours_of(none), 3u);  // background, ink, grey
   EXPECT_EQ(colours_of(tiny), 1u);
   EXPECT_EQ(legend_height(60, 60), 0u);
   EXPECT_EQ(legend_height(200, 100), 27u);
-  // Nothing above it, whatever the name.
+  // Pixels above the legend do not change, whatever the name.
   for (const std::string& name : {std::string(5000, 'x'), std::string("\xff\0\x1b[2J", 6),
                                   std::string("\xc3\xa9t\xc3\xa9")}) {
     Image long_one(200, 100);
@@ -209,10 +209,10 @@ TEST(Picture, TextsAreOfOurFont) {
   for (std::uint32_t y = 0; y < 7; ++y)
     for (std::uint32_t x = 0; x < 11; ++x)
       EXPECT_EQ(image.at(x + 1, y + 1), rows[y][x] == '#' ? kInk : kBackground) << x << ' ' << y;
-  // Cut at the border.
+  // Clipped at the border.
   draw_text(image, -3, -3, "WWWW", 9, kInk);
   draw_text(image, 1000, 1000, "W", 9, kInk);
-  // All of printable ASCII have marks of their own.
+  // All printable ASCII characters have different glyphs.
   std::set<std::vector<int>> marks;
   for (char c = ' '; c <= '~'; ++c) {
     Image glyph(5, 7);
@@ -223,8 +223,8 @@ TEST(Picture, TextsAreOfOurFont) {
   }
 }
 
-/// Polygons that are not plane depend on where their fans begin: not on the corner that comes
-/// first.
+/// Polygons that are not planar are divided into fans: the picture must not depend on the corner
+/// that comes first.
 TEST(Picture, FacesLookTheSameFromWhicheverCornerOn) {
   DrawnSurface mesh, turned;
   const std::vector<double> values = {0, 3, 1, 8, 2};
@@ -268,7 +268,7 @@ TEST(Picture, PointsAndEdgesAreSeen) {
   const Picture picture = draw(mesh, small());
   EXPECT_EQ(picture.drawn, 2u);
   EXPECT_GT(picture.covered, 100u);
-  // One point alone, and no face at all.
+  // A single point, and no faces.
   DrawnSurface one;
   one.add_face({one.add_vertex(5, 5, 5)});
   EXPECT_GE(draw(one, small()).covered, 4u);
@@ -280,15 +280,15 @@ TEST(Picture, FacesTooNarrowForSamplesAreDrawnByTheirEdges) {
   needle.add_face({needle.add_vertex(0, 0, 0), needle.add_vertex(1, 0, 0),
                    needle.add_vertex(1, 1e-5, 0), needle.add_vertex(0, 1e-5, 0)});
   EXPECT_GT(draw(needle, small()).covered, 100u);
-  // Seen along its plane.
+  // Seen from within its plane.
   DrawnSurface sheet;
   sheet.add_sheet(3, 2, 0);
   EXPECT_GT(draw(sheet, small(Vector{1, 0, 0})).covered, 50u);
 }
 
 TEST(Picture, AnyAxisGoesUp) {
-  // The same box with its axes in turn looks the same when another axis goes up: x to the right,
-  // and up the axis behind it.
+  // The same box with cyclically exchanged axes looks the same if another axis goes up: x to the
+  // right, and the axis after it up.
   const DrawnSurface box = DrawnSurface::box(1, {3, 1, 2});  // seen from -y: 3 wide, 2 high
   const Picture upright = draw(box, small(Vector{0, -1, 0}));
   const auto covered = [](std::array<double, 3> sides, Vector from, std::size_t up) {
@@ -299,17 +299,17 @@ TEST(Picture, AnyAxisGoesUp) {
   EXPECT_EQ(covered({3, 2, 1}, {0, 0, 1}, 1), upright.covered);
   EXPECT_EQ(covered({2, 3, 1}, {0, 0, 1}, 0), upright.covered);
   EXPECT_NE(covered({2, 3, 1}, {0, 0, 1}, 1), upright.covered);
-  // Looked at along the axis that goes up: y goes up, and along y z does.
+  // Looking along the axis that goes up: then y goes up, and for a view along y, z does.
   EXPECT_EQ(covered({3, 2, 1}, {0, 0, 1}, 2), upright.covered);
   EXPECT_EQ(covered({3, 1, 2}, {0, -1, 0}, 1), upright.covered);
   EXPECT_EQ(covered({1, 2, 3}, {1, 0, 0}, 0), upright.covered);
-  // Nobody says from where: from above, and so that three sides are seen.
+  // Without a given direction: from above, so that three sides are visible.
   for (std::size_t up = 0; up < 3; ++up) {
     PictureOptions options = small();
     options.up = up;
     DrawnSurface marked = DrawnSurface::box(1, {1, 1, 1});
     for (std::size_t f = 0; f < marked.blocks.size(); ++f)
-      marked.blocks[f] = f == 2 * up + 1 ? 1 : 0;  // the side above, of six
+      marked.blocks[f] = f == 2 * up + 1 ? 1 : 0;  // the upper one of six sides
     const Image image = draw(marked, options).image;
     const Rgb above = image.at(80, 30), below = image.at(60, 80);
     EXPECT_TRUE(is_like(above, block_colour(1))) << up;
@@ -351,7 +351,7 @@ TEST(Picture, NumbersOfAnySizeGiveTheSamePicture) {
     for (double& number : scaled.xyz) number *= factor;
     EXPECT_EQ(draw(scaled, small()).image.pixels, picture.image.pixels);
   }
-  // One vertex that is not finite takes its faces with it, and no more.
+  // A vertex that is not finite removes only the faces that use it.
   DrawnSurface holed = plain;
   holed.xyz[0] = kNaN;
   EXPECT_EQ(draw(holed, small()).skipped, 1u);

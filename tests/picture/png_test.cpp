@@ -1,5 +1,5 @@
-// How images are written: with a palette or without. That pixels come back as they were is
-// preview_test's.
+// Writing of images with and without a palette. preview_test checks that pixels come back
+// unchanged.
 #include "picture/png.h"
 
 #include <gtest/gtest.h>
@@ -10,7 +10,8 @@
 namespace shm::converters {
 namespace {
 
-/// An image of that many colours, at most 300; red alone does not tell them apart.
+/// Returns an image with this number of colours, at most 300; the red channel does not distinguish
+/// them.
 Image image_of(std::uint32_t colours) {
   Image image(300, 4);
   for (std::uint32_t x = 0; x < image.width; ++x) {
@@ -55,7 +56,7 @@ TEST(Png, FlatColoursAndFlowingOnesAreSmall) {
       flowing.set(x, y,
                   {static_cast<std::uint8_t>(x), static_cast<std::uint8_t>(y),
                    static_cast<std::uint8_t>(x + y)});
-      // Small tiles in 300 colours, which follow no rule.
+      // Small tiles in 300 colours, without regularity.
       const std::uint32_t tile = y / 4 * 64 + x / 4, number = tile * 7919 % 4093 % 300;
       flat.set(x, y,
                {static_cast<std::uint8_t>(number * 37), static_cast<std::uint8_t>(number * number),

@@ -1,5 +1,5 @@
-// Polygons of surfaces as structures of halfedges hold them: what stays together, what is taken
-// apart, what is left out, and how polygons are split.
+// Polygons of surfaces as halfedge structures can store them: which faces stay connected, are
+// separated, or are left out, and how polygons are split.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -40,7 +40,7 @@ struct Drawn {
   }
 };
 
-// Places of no importance, all of them different.
+// Returns arbitrary points that are all different.
 std::vector<Place> scattered(std::size_t count) {
   std::vector<Place> places;
   for (std::size_t i = 0; i < count; ++i) {
@@ -61,7 +61,7 @@ Polygons made_of(std::size_t vertices, const std::vector<Ring>& faces, bool tria
   return made_of(scattered(vertices), faces, triangles);
 }
 
-// By the vertices of the surface.
+// Returns the faces as vertices of the surface.
 std::vector<Ring> rings(const Polygons& polygons) {
   std::vector<Ring> all;
   for (std::size_t f = 0; f < polygons.face_count(); ++f) {
@@ -72,8 +72,8 @@ std::vector<Ring> rings(const Polygons& polygons) {
   return all;
 }
 
-// What structures of halfedges want: no way is gone twice in the same direction, and the faces
-// around a vertex, each beside the next across an edge, are all in one row or ring.
+// Checks the requirements of halfedge structures: each directed edge occurs once, and the faces
+// around a vertex form a single fan or ring across shared edges.
 void expect_manifold(const Polygons& polygons) {
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::size_t> ways;
   for (std::size_t f = 0; f < polygons.face_count(); ++f) {
@@ -92,7 +92,7 @@ void expect_manifold(const Polygons& polygons) {
       turns[face[i]][face[(i + 1) % face.size()]] = face[(i + face.size() - 1) % face.size()];
   }
   for (const auto& around : turns) {
-    ASSERT_FALSE(around.empty());  // vertices are used
+    ASSERT_FALSE(around.empty());  // every vertex is used
     std::set<std::uint32_t> ends;
     for (const auto& [from, to] : around) ends.insert(to);
     std::uint32_t at = around.begin()->first;
@@ -118,7 +118,7 @@ long euler(const Polygons& polygons) {
          static_cast<long>(polygons.face_count());
 }
 
-// The sides of a cube whose corners count up from the front below on the left.
+// Returns the sides of a cube; its corners are numbered from the lower left front corner.
 std::vector<Ring> cube(const std::array<std::uint32_t, 8>& v) {
   return {{v[0], v[3], v[2], v[1]}, {v[4], v[5], v[6], v[7]}, {v[0], v[1], v[5], v[4]},
           {v[1], v[2], v[6], v[5]}, {v[2], v[3], v[7], v[6]}, {v[3], v[0], v[4], v[7]}};
@@ -163,7 +163,7 @@ TEST(Polygons, CubesThatTouchAtAVertexAreTakenApart) {
   const Polygons polygons = made_of(15, faces);
   expect_manifold(polygons);
   EXPECT_EQ(polygons.copies, 1U);
-  EXPECT_EQ(polygons.vertices.back(), 6U);  // copies stand behind the others
+  EXPECT_EQ(polygons.vertices.back(), 6U);  // copies come after all other vertices
   EXPECT_EQ(euler(polygons), 4);
   EXPECT_EQ(rings(polygons), faces);
 }
@@ -194,21 +194,21 @@ TEST(Polygons, TheSameFaceTwice) {
 }
 
 TEST(Polygons, AFaceThatComesUponItsVertexAgain) {
-  // Two triangles with a vertex in common as one polygon.
+  // One polygon that consists of two triangles with a common vertex.
   const Polygons alone = made_of(5, {{0, 1, 2, 0, 3, 4}});
   expect_manifold(alone);
   EXPECT_EQ(alone.copies, 1U);
   EXPECT_EQ(alone.vertices.size(), 6U);
-  // There and back along an edge.
+  // The polygon runs along an edge and back.
   const Polygons spike = made_of(5, {{0, 1, 2, 3, 2}, {1, 0, 4}});
   expect_manifold(spike);
   EXPECT_EQ(spike.face_count(), 2U);
-  // Others lead around the vertex from one of its corners to the other one.
+  // Other faces connect the two corners at the vertex.
   const Polygons around =
       made_of(7, {{0, 1, 2, 0, 3, 4}, {0, 2, 5}, {0, 5, 3}, {0, 4, 6}, {0, 6, 1}});
   expect_manifold(around);
   EXPECT_EQ(around.face_count(), 5U);
-  // As triangles nothing is left of what has no area.
+  // As triangles, parts without area disappear.
   for (const Ring& face : rings(made_of(5, {{0, 1, 2, 0, 3, 4}, {0, 1, 2, 3, 2}}, true)))
     EXPECT_EQ(std::set<std::uint32_t>(face.begin(), face.end()).size(), 3U);
 }
@@ -236,7 +236,7 @@ TEST(Polygons, QuadsAreSplitAlongTheShorterDiagonalWithin) {
       EXPECT_TRUE(std::count(half.begin(), half.end(), 1U) &&
                   std::count(half.begin(), half.end(), 3U));
   }
-  // The shorter one would be outside.
+  // The shorter diagonal would be outside.
   const std::vector<Place> dart = {{0, 0, 0}, {1, 3, 0}, {0, 2, 0}, {-1, 3, 0}};
   const auto halves = rings(made_of(dart, {{0, 1, 2, 3}}, true));
   ASSERT_EQ(halves.size(), 2U);
@@ -259,7 +259,7 @@ TEST(Polygons, PolygonsAreSplitWhereTheyHaveTo) {
 }
 
 TEST(Polygons, DiagonalsThatMeetAreTakenApart) {
-  // Back to back, two quads have one diagonal: four triangles at an edge.
+  // Two quads back to back share a diagonal: four triangles meet at an edge.
   const std::vector<Place> wide = {{0, 0, 0}, {3, -1, 0}, {6, 0, 0}, {3, 1, 0}};
   const Polygons polygons = made_of(wide, {{0, 1, 2, 3}, {3, 2, 1, 0}}, true);
   EXPECT_EQ(polygons.face_count(), 4U);

@@ -1,5 +1,5 @@
-// The raster: which samples a triangle covers, what is before what, lines and points, and places
-// beyond the picture.
+// The raster: the samples that a triangle covers, depth order, lines and points, and positions
+// outside the picture.
 #include "picture/raster.h"
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@
 namespace shm::converters {
 namespace {
 
-constexpr std::int64_t kPixel = kSamples * kSubSamples;  // places
+constexpr std::int64_t kPixel = kSamples * kSubSamples;  // positions per pixel
 constexpr Rgb kRed = {200, 0, 0}, kGreen = {0, 200, 0};
 
 RasterPoint at(std::int64_t x, std::int64_t y, double depth = 0, double share = 0) {
@@ -33,7 +33,7 @@ std::uint64_t covered_by(const Raster& raster) {
 TEST(Raster, ATriangleCoversThePixelsInIt) {
   Raster raster(8, 8);
   EXPECT_TRUE(raster.is_empty());
-  // Half of a square of 4 x 4 pixels; along its long edge pixels are covered by half.
+  // Half of a square of 4 x 4 pixels; pixels along its long edge are half covered.
   EXPECT_TRUE(raster.add_triangle(
       {at(kPixel, kPixel), at(5 * kPixel, kPixel), at(kPixel, 5 * kPixel)}, {kRed}));
   const Image image = image_of(raster);
@@ -59,12 +59,13 @@ TEST(Raster, CornersGoRoundEitherWay) {
   EXPECT_EQ(image_of(one).pixels, image_of(other).pixels);
 }
 
-/// Each triangle alone covers samples; together they cover each of the square once.
+/// Each triangle is drawn alone and counts its samples; together they cover each sample of the
+/// square once.
 TEST(Raster, SharedEdgesLeaveNoGapAndNoDouble) {
   constexpr std::uint32_t kSide = 12;
   PlainRandom random(7);
   for (int turn = 0; turn < 40; ++turn) {
-    // A fan around a point inside, over corners and points on the border of the whole raster.
+    // A fan around an inner point, over corners and points on the border of the whole raster.
     const auto on = [&] { return static_cast<std::int64_t>(random.below(kSide * kPixel - 1)) + 1; };
     const std::int64_t end = kSide * kPixel;
     const std::vector<RasterPoint> border = {at(0, 0),     at(on(), 0),   at(end, 0), at(end, on()),
@@ -75,7 +76,7 @@ TEST(Raster, SharedEdgesLeaveNoGapAndNoDouble) {
     for (std::size_t i = 0; i < border.size(); ++i) {
       const std::array<RasterPoint, 3> corners = {middle, border[i],
                                                   border[(i + 1) % border.size()]};
-      // Work counts the samples, the rows where there may be any, and one.
+      // work() counts the samples, the rows that may have samples, and one for the triangle.
       Raster alone(kSide, kSide);
       alone.add_triangle(corners, {kRed});
       all.add_triangle(corners, {kRed});
@@ -104,7 +105,7 @@ TEST(Raster, WhatIsNearerIsSeen) {
     raster.add_triangle(near_first ? far : near, {near_first ? kRed : kGreen});
     EXPECT_EQ(image_of(raster).at(3, 3), kGreen);
   }
-  // Two that go through each other: each is seen where it is nearer.
+  // Two intersecting triangles: each is visible where it is nearer.
   Raster crossing(8, 8);
   crossing.add_triangle({at(0, 0, -1), at(16 * kPixel, 0, 3), at(0, 16 * kPixel, -1)}, {kRed});
   crossing.add_triangle({at(0, 0, 0), at(16 * kPixel, 0, 0), at(0, 16 * kPixel, 0)}, {kGreen});
@@ -133,7 +134,7 @@ TEST(Raster, ValuesGoFromCornerToCorner) {
     EXPECT_NEAR(found.green, wanted.green, 4) << x;
     EXPECT_NEAR(found.blue, wanted.blue, 4) << x;
   }
-  // One that is no number makes its triangle grey.
+  // A value that is not a number makes its triangle grey.
   Raster grey(8, 8);
   grey.add_triangle({at(0, 0), at(20 * kPixel, 0, 0, std::nan("")), at(0, 20 * kPixel)}, paint);
   EXPECT_EQ(image_of(grey).at(2, 2), kNoValue);
@@ -142,7 +143,7 @@ TEST(Raster, ValuesGoFromCornerToCorner) {
 TEST(Raster, OutlinesAreDarkOnTheirEdgesAlone) {
   Raster raster(16, 16);
   const Paint paint = {kRed, 256, false, 128};
-  // The upper edge and the left one, not the long one.
+  // Draws the upper edge and the left edge, but not the long edge.
   raster.add_triangle({at(0, 0), at(16 * kPixel, 0), at(0, 16 * kPixel)}, paint, 1 | 4);
   const Image image = image_of(raster);
   const Rgb dark = lit(kRed, 128);
@@ -161,7 +162,7 @@ TEST(Raster, LinesAreAPixelWideAndPointsTwo) {
   Raster point(16, 16);
   point.add_point(at(8 * kPixel, 8 * kPixel), {kRed});
   EXPECT_EQ(covered_by(point), 4u);
-  // A line of no length is a point.
+  // A line of length 0 is a point.
   Raster none(16, 16);
   none.add_line(at(8 * kPixel, 8 * kPixel), at(8 * kPixel, 8 * kPixel), {kRed});
   EXPECT_EQ(image_of(none).pixels, image_of(point).pixels);
@@ -187,7 +188,7 @@ TEST(Raster, PlacesBeyondThePictureAreCut) {
     none.add_triangle({at(place, place), at(place + 9, place), at(place, place + 9)}, {kRed});
     EXPECT_TRUE(none.is_empty());
   }
-  // As many steps as there are rows, however narrow.
+  // The number of steps is the number of rows, however narrow the triangle is.
   Raster narrow(8, 8);
   narrow.add_triangle({at(0, -kFar), at(1, -kFar), at(4000, kFar)}, {kRed});
   EXPECT_LT(narrow.work(), 300u);

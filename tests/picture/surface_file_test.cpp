@@ -1,5 +1,5 @@
-// Surfaces through OpenMesh: whatever faces come, it neither refuses them nor ends the process,
-// whose library Debian builds with its assertions, and decimation keeps what holds of them.
+// Surfaces through OpenMesh: no list of faces is refused or ends the process, although Debian
+// builds the library with assertions; and decimation keeps the properties of surfaces.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -33,7 +33,7 @@ Soup random_soup(std::mt19937& numbers) {
   };
   Soup soup;
   const std::uint32_t vertices = 3 + random(9), faces = 1 + random(40);
-  // Few places: many faces have no area, or lie on others.
+  // Few distinct points: many faces have no area or coincide.
   for (std::uint32_t i = 0; i < 3 * vertices; ++i) soup.xyz.push_back(random(3));
   for (std::uint32_t f = 0; f < faces; ++f) {
     const std::uint32_t count = 1 + random(6);

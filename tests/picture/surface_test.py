@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""shm surface: PLY, STL and OBJ as they are read here; what is closed, in which colours, decimated, and refused.
+"""shm surface: reads PLY, STL and OBJ files independently; closed surfaces, colours, decimation, and errors.
 
-Usage: surface_test.py PATH_OF_SHM     (exit code 77, skipped, where the tool was built without OpenMesh)
+Usage: surface_test.py PATH_OF_SHM     (exit code 77, skipped, if the tool was built without OpenMesh)
 
-With SHM_CORPUS, a folder of meshes, surfaces of small ones too; with SHM_ALL_SURFACES set as well, of all.
+With SHM_CORPUS, a folder of meshes, also tests small meshes of the corpus; with SHM_ALL_SURFACES set, all of them.
 """
 import json
 import math
@@ -20,12 +20,12 @@ from sample_meshes import exodus_text, hexahedra, write_vtk
 
 SHM = "shm"
 TYPES = {"float": "f", "double": "d", "int": "i", "uint": "I", "uchar": "B", "char": "b", "short": "h", "ushort": "H"}
-# The least and the greatest of values, and what is none.
+# Colours of the smallest and the largest value, and of a missing value.
 FIRST, LAST, GREY = (68, 1, 84), (253, 231, 37), (150, 150, 150)
 
 
 class Ply:
-    """Elements of a binary PLY file: for each a list of dicts."""
+    """Elements of a binary PLY file: a list of dicts for each kind."""
 
     def __init__(self, data):
         end = data.index(b"end_header\n") + len(b"end_header\n")
@@ -57,7 +57,7 @@ class Ply:
                     row[rest[-1]] = list(values) if rest[0] == "list" else values[0]
                 rows.append(row)
         if at != len(data):
-            raise ValueError(f"{len(data) - at} bytes behind the end")
+            raise ValueError(f"{len(data) - at} bytes after the end")
         self.points = [(row["x"], row["y"], row["z"]) for row in self.elements["vertex"]]
         self.faces = [row["vertex_indices"] for row in self.elements["face"]]
         self.blocks = [row["block"] for row in self.elements["face"]]
@@ -67,7 +67,7 @@ class Ply:
 
 
 def ways(faces):
-    """How often each way from a vertex to the next one is gone."""
+    """Counts how often each directed edge occurs."""
     count = {}
     for face in faces:
         for a, b in zip(face, face[1:] + face[:1]):
@@ -76,18 +76,18 @@ def ways(faces):
 
 
 def is_closed(faces):
-    """Each edge has two faces, which go along it in opposite directions."""
+    """Returns true if each edge has two faces, which use it in opposite directions."""
     count = ways(faces)
     return all(n == 1 and count.get((b, a)) == 1 for (a, b), n in count.items())
 
 
 def euler(points, faces):
-    """V - E + F."""
+    """Returns V - E + F."""
     return len(points) - len({frozenset(way) for way in ways(faces)}) + len(faces)
 
 
 def volume(points, faces):
-    """Of a closed surface: positive where its faces go around as seen from outside."""
+    """Returns the volume of a closed surface: positive if its faces are counter-clockwise seen from outside."""
     total = 0
     for face in faces:
         for b, c in zip(face[1:], face[2:]):
@@ -97,10 +97,10 @@ def volume(points, faces):
 
 
 def triangles_of(stl):
-    """Normal and corners of each."""
+    """Returns normal and corners of each triangle."""
     count, = struct.unpack_from("<I", stl, 80)
     if len(stl) != 84 + 50 * count:
-        raise ValueError("a count of triangles that is not that of the bytes")
+        raise ValueError("the number of triangles does not match the number of bytes")
     rows = [struct.unpack_from("<12fH", stl, 84 + 50 * i) for i in range(count)]
     return [(row[:3], [row[3:6], row[6:9], row[9:12]]) for row in rows]
 
@@ -117,14 +117,14 @@ def wavefront(text):
 
 
 class SurfaceTest(FolderTest):
-    timeout = 600  # where surfaces of the corpus are decimated
+    timeout = 600  # decimating surfaces of the corpus takes long
 
     def setUp(self):
         super().setUp()
         write_vtk(self.path("mesh.vtk"), 4)
 
     def written(self, name, *words, out="out.ply"):
-        """The bytes of the file, and what the report says."""
+        """Returns the bytes of the file, and the report."""
         report = json.loads(self.shm("surface", name, "-f", "-o", out, "--json", *words))
         self.assertEqual(report["output_bytes"], len(self.bytes(out)))
         return self.bytes(out), report
@@ -268,12 +268,12 @@ class SurfaceTest(FolderTest):
                 self.assertEqual(report["array"]["step"], number)
                 colours.setdefault(number, set()).add(tuple(ply.colours("vertex")))
                 surfaces.setdefault(number, set()).add((tuple(ply.points), str(ply.faces)))
-            # One mesh, and other colours at each step, however it is named.
+            # The mesh is the same and the colours differ at each step, however the step is named.
             self.assertEqual([len(one) for one in colours.values()], [1, 1, 1])
             self.assertEqual(len(set.union(*colours.values())), 3)
             self.assertEqual(len(set.union(*surfaces.values())), 1)
-            # What has the least value is violet, and what has the greatest yellow, at each of them: u of
-            # exodus_text by the number of the vertex, which is known by where it stands.
+            # At each step, the smallest value is violet and the largest yellow: u of exodus_text
+            # depends on the number of the vertex, which follows from its coordinates.
             for step in range(3):
                 ply, report = self.ply(name, "--array", f"{names['point']}@{step}")
                 vertex = [round(x / .25) + 3 * round(y / .25) + 9 * round(z / .25) for x, y, z in ply.points]
@@ -285,7 +285,8 @@ class SurfaceTest(FolderTest):
                 shown = ply.colours("vertex")
                 self.assertEqual(shown[value.index(min(value))], FIRST)
                 self.assertEqual(shown[value.index(max(value))], LAST)
-            # Values of cells, which all grow alike: the range tells the steps apart.
+            # Values of cells, which all grow by the same amount: only the range distinguishes the
+            # steps.
             least = [self.ply(name, "--array", f"cell/{names['cell']}@{step}")[1]["array"]["least"]
                      for step in range(3)]
             self.assertEqual([number - least[0] for number in least], [0, .125, .25])
@@ -329,7 +330,7 @@ class SurfaceTest(FolderTest):
         self.assertIn(b"not in m.ply: 1 face with fewer than three different vertices", done.stderr)
         ply = Ply(self.bytes("m.ply"))
         self.assertEqual(len(ply.points), 3)
-        # Nothing but these: a file without faces.
+        # Only lines: a file without faces.
         self.grid("lines.vtk", [[0, 1], [1, 2]], points, kinds=3)
         for out in ("out.ply", "out.stl", "out.obj"):
             _, report = self.written("lines.vtk", out=out)
@@ -373,7 +374,7 @@ class SurfaceTest(FolderTest):
             self.assertEqual(euler(ply.points, ply.faces), 2)
             self.assertLessEqual(set(ply.points), set(whole.points))
             self.assertAlmostEqual(volume(ply.points, ply.faces) / size, 1, 2 if left >= 100 else 1)
-        # What has no volume is no surface any more: some are left, and that is said.
+        # A surface without volume would be invalid: some faces remain, and the tool reports that.
         done = subprocess.run([SHM, "surface", "fine.vtk", "-fo", "few.ply", "--decimate", "1", "--json"],
                               cwd=self.directory.name, capture_output=True, check=True)
         few = json.loads(done.stdout)["faces"]
@@ -444,7 +445,7 @@ class SurfaceTest(FolderTest):
         return meshes
 
     def test_meshes_of_the_corpus(self):
-        # Lines and points of some are left out, and so may be all there is.
+        # Lines and points of some meshes are left out, and some meshes have nothing else.
         everything = "SHM_ALL_SURFACES" in os.environ
         for mesh in self.corpus(1 << 40 if everything else (20 if SANITIZED else 100) << 10):
             with self.subTest(mesh=mesh.name):

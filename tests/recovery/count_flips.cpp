@@ -1,10 +1,9 @@
-// Counts what becomes of damage: every single bit of files is flipped, and they are cut at every
-// byte; each is read front to back and by its index. An error, or the very same content: anything
-// else is wrong data. Each file is read in a process of its own, so that crashes and hangs are
-// counted, too.
+// Counts the effects of damage: flips every single bit of files, cuts them at every byte, and reads
+// each damaged file front to back and by its index. The result must be an error or exactly the same
+// content; anything else is wrong data. Each file is read in a process of its own, so that crashes
+// and hangs are counted, too.
 //   count_flips [--sample N] FILE.shm...   every N-th bit and cut of each (default 1: all)
-// Prints one JSON object; exit code 1 where anything was not as it should be. By hand, and for
-// scripts/trust.
+// Prints one JSON object; exit code 1 if any result was wrong. Run by hand, and by scripts/trust.
 #include <sys/mman.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -30,10 +29,10 @@ namespace {
 using shm::ErrorCode;
 using Bytes = std::vector<std::byte>;
 
-/// A read that takes so many seconds hangs: these files take milliseconds.
+/// A read that takes this long hangs: reading these files normally takes milliseconds.
 constexpr unsigned kHangSeconds = 20;
 
-/// What the parts of a file are, as texts; a part that cannot be read is left out.
+/// The parts of a file as texts; parts that cannot be read are left out.
 using Parts = std::map<std::string, std::string>;
 
 void add_segments(shm::RandomSource& source, Parts& parts) {
@@ -69,7 +68,7 @@ void add_steps(shm::RandomSource& source, Parts& parts) {
     }
 }
 
-/// What is read by the index, of one mesh.
+/// Reads the parts of one mesh by the index.
 Parts parts_of(std::span<const std::byte> bytes) {
   Parts parts;
   shm::MemoryRandomSource source(bytes);
@@ -78,7 +77,8 @@ Parts parts_of(std::span<const std::byte> bytes) {
   return parts;
 }
 
-/// The text of a file but for how many bytes stand behind its trailer, which readers only count.
+/// Returns the text of a file without the number of bytes after its trailer, which readers only
+/// count.
 shm::Result<std::string> text_of(std::span<const std::byte> bytes) {
   auto text = shm::text_of_file(bytes);
   if (!text) return text;
@@ -88,21 +88,21 @@ shm::Result<std::string> text_of(std::span<const std::byte> bytes) {
 }
 
 struct Whole {
-  std::string text;  // of all, front to back
+  std::string text;  // of the whole file, front to back
   Parts parts;
   bool is_mesh = true;
-  std::size_t end = 0;  // of its trailer; parity may stand behind it
+  std::size_t end = 0;  // end of its trailer, after which parity may follow
 };
 
 struct Counts {
-  std::uint64_t flips = 0, cuts = 0;   // done or at hand
-  std::uint64_t errors = 0, same = 0;  // of reading front to back
-  std::uint64_t parts_same = 0;        // that were read by the index from damaged files
+  std::uint64_t flips = 0, cuts = 0;   // finished or in progress
+  std::uint64_t errors = 0, same = 0;  // results of reading front to back
+  std::uint64_t parts_same = 0;        // parts read correctly by the index from damaged files
   std::uint64_t wrong = 0, crashes = 0, hangs = 0;
   std::uint64_t slowest_nanoseconds = 0;
 };
 
-/// Reads the damaged file both ways, and counts.
+/// Reads the damaged file both ways and counts the results.
 void look_at(std::span<const std::byte> bytes, const Whole& whole, Counts& counts) {
   const auto begin = std::chrono::steady_clock::now();
   ::alarm(kHangSeconds);
@@ -126,14 +126,14 @@ void look_at(std::span<const std::byte> bytes, const Whole& whole, Counts& count
       std::max(counts.slowest_nanoseconds, static_cast<std::uint64_t>(took.count()));
 }
 
-/// Case `n` of a file: its bits, then its cuts. False behind the last.
+/// Tests case `n` of a file: flipped bits first, then cuts. Returns false after the last case.
 bool try_case(std::uint64_t n, const Bytes& file, const Whole& whole, std::uint64_t sample,
               Counts& counts) {
   const std::uint64_t flips = (file.size() * 8 + sample - 1) / sample;
   const std::uint64_t cuts = (file.size() + sample - 1) / sample;
   if (n >= flips + cuts) return false;
   if (n < flips) {
-    Bytes bytes = file;  // of its very size
+    Bytes bytes = file;  // with exactly its size
     const std::uint64_t bit = n * sample;
     bytes[bit / 8] ^= std::byte{1} << static_cast<int>(bit % 8);
     ++counts.flips;
@@ -146,8 +146,8 @@ bool try_case(std::uint64_t n, const Bytes& file, const Whole& whole, std::uint6
   return true;
 }
 
-/// All cases of a file, in child processes: one that dies has its case counted, and another goes on
-/// behind it.
+/// Tests all cases of a file in child processes: if a child dies, its case is counted, and the next
+/// child continues with the following case.
 bool try_file(const Bytes& file, std::uint64_t sample, Counts& counts) {
   Whole whole;
   const auto text = text_of(file);

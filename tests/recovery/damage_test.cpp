@@ -1,4 +1,4 @@
-// Damage: all that is hurt is named, and what is whole is read, whatever is hurt.
+// Damage: every damaged part is reported, and every intact part can be read, whatever is damaged.
 #include "shm/damage.h"
 
 #include <gtest/gtest.h>
@@ -24,15 +24,15 @@ namespace {
 
 using container::ChunkKind;
 
-/// Segments of some cells, arrays, steps that refer to each other.
+/// Returns a file with segments of a few cells, arrays, and steps that refer to each other.
 Bytes file(Order order, std::uint32_t segment_cells = 60, std::uint32_t group_cells = 30) {
-  Stepped it = with_steps(two_blocks(), order);
-  it.options.segment_cells = segment_cells;
-  it.options.group_cells = group_cells;
-  return written(it);
+  Stepped stepped = with_steps(two_blocks(), order);
+  stepped.options.segment_cells = segment_cells;
+  stepped.options.group_cells = group_cells;
+  return written(stepped);
 }
 
-/// Offsets and ends of chunks.
+/// Returns the offsets of the first and the last byte (exclusive) of each chunk.
 std::vector<std::pair<std::size_t, std::size_t>> places(const Bytes& bytes) {
   std::vector<std::pair<std::size_t, std::size_t>> out;
   std::size_t at = container::kFileStartBytes;
@@ -50,7 +50,8 @@ DamageReport found(const Bytes& bytes) {
   return report ? std::move(*report) : DamageReport();
 }
 
-/// Everything that is left: coordinates by vertex, corners and values by cell, values by step.
+/// Everything that can still be read: coordinates by vertex, corners and values by cell, values by
+/// step.
 struct Left {
   std::map<std::uint64_t, Bytes> points;
   std::map<std::uint64_t, std::vector<std::uint64_t>> cells;
@@ -62,7 +63,7 @@ Result<Left> left_of(const Bytes& bytes) {
   auto extractor = MeshExtractor::open_damaged(source);
   if (!extractor) return extractor.error();
   Left left;
-  if (auto good = extractor->begin({}); !good) return good.error();
+  if (auto status = extractor->begin({}); !status) return status.error();
   const Schema& schema = extractor->schema();
   while (true) {
     const auto part = extractor->next();
@@ -85,7 +86,7 @@ Result<Left> left_of(const Bytes& bytes) {
     const auto steps = extractor->steps(a);
     if (!steps) return steps.error();
     for (const std::uint64_t step : *steps) {
-      if (auto good = extractor->begin_values(a, step); !good) return good.error();
+      if (auto status = extractor->begin_values(a, step); !status) return status.error();
       while (true) {
         const auto values = extractor->next_values();
         if (!values) return values.error();
@@ -100,7 +101,7 @@ Result<Left> left_of(const Bytes& bytes) {
   return left;
 }
 
-/// Whether all of `part` is in `all`, and the same there.
+/// Returns true if all entries of `part` are in `all` with equal values.
 template <class Map>
 bool is_within(const Map& part, const Map& all) {
   return std::all_of(part.begin(), part.end(), [&](const auto& it) {
@@ -115,14 +116,14 @@ void expect_within(const Left& part, const Left& all, const std::string& what) {
 }
 
 TEST(Damage, NothingInWholeFiles) {
-  for (const FeatureFile& it : feature_files()) {
-    const DamageReport report = found(it.bytes);
-    EXPECT_TRUE(report.damages.empty()) << it.name;
-    EXPECT_TRUE(report.complete && report.restorable) << it.name;
-    MemoryRandomSource source(it.bytes);
+  for (const FeatureFile& feature : feature_files()) {
+    const DamageReport report = found(feature.bytes);
+    EXPECT_TRUE(report.damages.empty()) << feature.name;
+    EXPECT_TRUE(report.complete && report.restorable) << feature.name;
+    MemoryRandomSource source(feature.bytes);
     MemorySink sink;
-    ASSERT_TRUE(write_in_order(source, sink)) << it.name;
-    EXPECT_EQ(sink.bytes, it.bytes) << it.name;
+    ASSERT_TRUE(write_in_order(source, sink)) << feature.name;
+    EXPECT_EQ(sink.bytes, feature.bytes) << feature.name;
   }
 }
 
@@ -131,12 +132,12 @@ TEST(Damage, AllOfAnUndamagedFileIsLeft) {
     const Bytes bytes = file(order);
     const auto left = left_of(bytes);
     ASSERT_TRUE(left) << left.error().message();
-    const Stepped it = with_steps(two_blocks(), order);
-    EXPECT_EQ(left->cells.size(), it.mesh.cells.size());
-    EXPECT_EQ(left->points.size(), it.mesh.vertices);
+    const Stepped stepped = with_steps(two_blocks(), order);
+    EXPECT_EQ(left->cells.size(), stepped.mesh.cells.size());
+    EXPECT_EQ(left->points.size(), stepped.mesh.vertices);
     std::size_t values = 0;
-    for (const auto& [key, of_step] : it.values)
-      values += of_step.size() / it.mesh.stride(key.first);
+    for (const auto& [key, of_step] : stepped.values)
+      values += of_step.size() / stepped.mesh.stride(key.first);
     EXPECT_EQ(left->values.size(), values);
   }
 }
@@ -150,7 +151,7 @@ TEST(Damage, EachChunkIsNamedAndTheOthersAreLeft) {
       const FileParts parts = take_apart(whole);
       const auto at = places(whole);
       for (std::size_t c = 0; c + 1 < at.size(); ++c) {
-        // Of the many step values some.
+        // Only some of the many step values.
         if (parts.chunks[c].is(ChunkKind::step_values) && c % 7 != 0) continue;
         for (const bool header : {true, false}) {
           if (some.skips_next()) continue;
@@ -160,7 +161,8 @@ TEST(Damage, EachChunkIsNamedAndTheOthersAreLeft) {
           const std::string what = "chunk " + std::to_string(c) + (header ? ", header" : "") +
                                    (with_index ? "" : ", no index");
           const DamageReport report = found(bytes);
-          if (c + 2 == at.size() && header && !with_index) continue;  // one piece with the index
+          if (c + 2 == at.size() && header && !with_index)
+            continue;  // forms one damaged range with the index
           ASSERT_EQ(report.damages.size(), with_index ? 1u : 2u) << what;
           const Damage& damage = report.damages[0];
           EXPECT_EQ(damage.kind, DamageKind::damaged) << what;
@@ -176,7 +178,7 @@ TEST(Damage, EachChunkIsNamedAndTheOthersAreLeft) {
             }
           }
           const auto left = left_of(bytes);
-          if (c == 0) {  // such a small file has the schema once
+          if (c == 0) {  // such a small file stores the schema only once
             EXPECT_FALSE(left) << what;
             continue;
           }
@@ -196,18 +198,18 @@ TEST(Damage, EachChunkIsNamedAndTheOthersAreLeft) {
 }
 
 TEST(Damage, ArraysThatAreHurtAreNamed) {
-  Stepped it = with_steps(two_blocks(), Order::keep);
-  it.options.segment_cells = 60;
-  it.mesh.schema.arrays.push_back(array_of("static", Location::cell, ScalarType::float64));
+  Stepped stepped = with_steps(two_blocks(), Order::keep);
+  stepped.options.segment_cells = 60;
+  stepped.mesh.schema.arrays.push_back(array_of("static", Location::cell, ScalarType::float64));
   Bytes noise;
   std::mt19937_64 random(7);
-  for (std::size_t c = 0; c < it.mesh.cells.size(); ++c)
+  for (std::size_t c = 0; c < stepped.mesh.cells.size(); ++c)
     append(noise, static_cast<double>(random()) * .37);
-  it.mesh.arrays.push_back(noise);
-  const Bytes whole = written(it);
+  stepped.mesh.arrays.push_back(noise);
+  const Bytes whole = written(stepped);
   const FileParts parts = take_apart(whole);
   const auto at = places(whole);
-  const auto array = static_cast<std::uint32_t>(it.mesh.schema.arrays.size() - 1);
+  const auto array = static_cast<std::uint32_t>(stepped.mesh.schema.arrays.size() - 1);
   for (std::size_t c = 0; c < at.size(); ++c) {
     if (!parts.chunks[c].is(ChunkKind::group)) continue;
     const auto group = take_group_apart(parts.chunks[c].payload);
@@ -224,7 +226,7 @@ TEST(Damage, ArraysThatAreHurtAreNamed) {
                 of_array ? std::vector<std::uint32_t>{stream.array} : std::vector<std::uint32_t>{});
       const auto left = left_of(bytes);
       ASSERT_TRUE(left) << left.error().message();
-      EXPECT_EQ(left->cells.size() == it.mesh.cells.size(), of_array);
+      EXPECT_EQ(left->cells.size() == stepped.mesh.cells.size(), of_array);
       MemoryRandomSource source(bytes);
       const auto extractor = MeshExtractor::open_damaged(source);
       if (of_array) {
@@ -236,14 +238,15 @@ TEST(Damage, ArraysThatAreHurtAreNamed) {
   }
 }
 
-// A header with a right checksum that names an array of another file: its values are not lost ones.
+// A header with a correct checksum that names an array of another file: its values are not reported
+// as lost.
 TEST(Damage, ValuesOfNoArrayAreNotNamed) {
-  Stepped it = with_steps(two_blocks(), Order::keep);
-  it.mesh.schema.arrays.push_back(array_of("static", Location::cell, ScalarType::float64));
-  Bytes& values = it.mesh.arrays.emplace_back();
-  for (std::size_t c = 0; c < it.mesh.cells.size(); ++c)
+  Stepped stepped = with_steps(two_blocks(), Order::keep);
+  stepped.mesh.schema.arrays.push_back(array_of("static", Location::cell, ScalarType::float64));
+  Bytes& values = stepped.mesh.arrays.emplace_back();
+  for (std::size_t c = 0; c < stepped.mesh.cells.size(); ++c)
     append(values, 1. / (1. + static_cast<double>(c)));
-  FileParts parts = take_apart(written(it));
+  FileParts parts = take_apart(written(stepped));
   Chunk& chunk = *parts.find(ChunkKind::group);
   auto group = take_group_apart(chunk.payload);
   ASSERT_EQ(group->header.streams.back().kind, container::StreamKind::array);
@@ -329,7 +332,7 @@ TEST(Damage, BytesAtRandom) {
   }
 }
 
-/// Headers without end that each claim all that follows: not read over and over.
+/// Very many headers that each claim all following bytes: these bytes are not read again and again.
 TEST(Damage, ManyHeadersTakeTheirBytesOnly) {
   constexpr std::size_t kHeaders = 50'000;
   ByteWriter out;
@@ -349,7 +352,7 @@ TEST(Damage, ManyHeadersTakeTheirBytesOnly) {
   EXPECT_LT(source.bytes, 60 * out.bytes.size());
 }
 
-/// What opening it says is wrong.
+/// Returns the error of opening the file.
 ErrorCode error_of(const Bytes& bytes) {
   MemoryRandomSource source(bytes);
   const auto report = find_damage(source);
@@ -364,8 +367,8 @@ Bytes without_index(const FileParts& parts) {
   return bytes;
 }
 
-// Of two files nobody can say which chunk is whose: another bound makes other values of the same
-// bytes.
+// In a mixture of two files, nobody can say which chunk belongs to which file: with another bound,
+// the same bytes mean other values.
 TEST(Damage, PartsOfTwoFilesAreRefused) {
   const Bytes one = file(Order::keep);
   FileParts parts = take_apart(one);
@@ -376,7 +379,8 @@ TEST(Damage, PartsOfTwoFilesAreRefused) {
   EXPECT_TRUE(found(put_together(parts)).schema);
   parts.chunks[3] = schema;
   EXPECT_EQ(error_of(put_together(parts)), ErrorCode::corrupt);
-  // Of the same number, with other bytes: the index tells which it is, or nothing does.
+  // A chunk with the number of another chunk: if it is equal, it is a repetition; if it differs,
+  // the index must decide, or the file is refused.
   parts = take_apart(one);
   Bytes joined = without_index(parts);
   const auto at = places(one);
@@ -395,12 +399,13 @@ TEST(Damage, PartsOfTwoFilesAreRefused) {
   EXPECT_EQ(error_of(joined), ErrorCode::corrupt);
 }
 
-// A step number far away says nothing of how many steps there are.
+// A step with a large number does not mean that there are that many steps.
 TEST(Damage, StepsBeyondTheLimitAreRefused) {
-  Stepped it = with_steps(two_blocks(), Order::keep);
-  it.values[{0, 5000}] = moving_values(it.mesh.schema.arrays[0], elements_of(it.mesh, 0), 7);
-  it.options.key_steps = 1;
-  const Bytes bytes = without_index(take_apart(written(it)));
+  Stepped stepped = with_steps(two_blocks(), Order::keep);
+  stepped.values[{0, 5000}] =
+      moving_values(stepped.mesh.schema.arrays[0], elements_of(stepped.mesh, 0), 7);
+  stepped.options.key_steps = 1;
+  const Bytes bytes = without_index(take_apart(written(stepped)));
   MemoryRandomSource source(bytes);
   ReadLimits limits;
   EXPECT_TRUE(StepReader::open_damaged(source, limits));
@@ -410,8 +415,8 @@ TEST(Damage, StepsBeyondTheLimitAreRefused) {
   EXPECT_EQ(reader.error().code, ErrorCode::over_limit);
 }
 
-// A chunk among groups that is lost is a group only where cells or vertices are lost with it. Where
-// that cannot be known, step values, which count groups, must not go to others' elements.
+// A lost chunk between groups is a group only if cells or vertices are missing too. If that cannot
+// be determined, step values, which count groups, must not be assigned to other elements.
 TEST(Damage, ALostExtraAmongGroupsIsNoGroup) {
   const Bytes whole = file(Order::stream, 60, 60);
   const Left all = *left_of(whole);
@@ -438,62 +443,62 @@ TEST(Damage, ALostExtraAmongGroupsIsNoGroup) {
   expect_within(*left, all, "an extra among groups");
 }
 
-// A copy of the index in the middle is no end: the trailer points to another one.
+// A copy of the index in the middle does not end the file: the trailer points to another index.
 TEST(Damage, ACopyOfTheIndexIsNoEnd) {
   const Bytes whole = file(Order::keep);
   const auto at = places(whole);
   const std::size_t index = at.back().first, bytes = at.back().second - index;
   const std::size_t middle = at[at.size() / 2].first + 50;
   ASSERT_LT(middle + bytes, index);
-  Bytes hurt = whole;
+  Bytes damaged = whole;
   std::copy(whole.begin() + static_cast<std::ptrdiff_t>(index),
             whole.begin() + static_cast<std::ptrdiff_t>(index + bytes),
-            hurt.begin() + static_cast<std::ptrdiff_t>(middle));
-  const DamageReport report = found(hurt);
+            damaged.begin() + static_cast<std::ptrdiff_t>(middle));
+  const DamageReport report = found(damaged);
   EXPECT_TRUE(report.cells);
   EXPECT_FALSE(report.damages.empty());
   for (const Damage& damage : report.damages)
     EXPECT_LT(damage.offset, middle + bytes) << damage.section;
 }
 
-/// A byte of the index, its header, or the headers of it and the trailer are lost; or a byte of it,
-/// and all chunks have changed places.
+/// Returns files with a damaged index: a byte of it, its header, the headers of index and trailer,
+/// or a byte of it with all chunks in reverse order.
 std::vector<Bytes> without_index(const Bytes& whole) {
   const auto at = places(whole);
   const auto [begin, end] = at.back();
-  std::vector<Bytes> hurt(4, whole);
-  hurt[0][end - 1] ^= std::byte{1};
-  hurt[1][begin + 5] ^= std::byte{1};
-  hurt[2][begin + 5] ^= std::byte{1};
-  hurt[2][end + 5] ^= std::byte{1};
-  hurt[3][end - 1] ^= std::byte{1};
-  auto to = hurt[3].begin() + container::kFileStartBytes;
+  std::vector<Bytes> damaged(4, whole);
+  damaged[0][end - 1] ^= std::byte{1};
+  damaged[1][begin + 5] ^= std::byte{1};
+  damaged[2][begin + 5] ^= std::byte{1};
+  damaged[2][end + 5] ^= std::byte{1};
+  damaged[3][end - 1] ^= std::byte{1};
+  auto to = damaged[3].begin() + container::kFileStartBytes;
   for (std::size_t c = at.size() - 1; c-- > 0;)
     to = std::copy(whole.begin() + static_cast<std::ptrdiff_t>(at[c].first),
                    whole.begin() + static_cast<std::ptrdiff_t>(at[c].second), to);
-  return hurt;
+  return damaged;
 }
 
 TEST(Damage, ALostIndexIsMadeAnew) {
   std::size_t same = 0;
-  for (const FeatureFile& it : feature_files()) {
-    for (const Bytes& hurt : without_index(it.bytes)) {
-      const DamageReport report = found(hurt);
-      ASSERT_TRUE(report.schema) << it.name;
-      EXPECT_TRUE(report.lacks_index && !report.restorable) << it.name;
-      EXPECT_FALSE(report.has_other_ranges) << it.name;
-      MemoryRandomSource source(hurt);
+  for (const FeatureFile& feature : feature_files()) {
+    for (const Bytes& damaged : without_index(feature.bytes)) {
+      const DamageReport report = found(damaged);
+      ASSERT_TRUE(report.schema) << feature.name;
+      EXPECT_TRUE(report.lacks_index && !report.restorable) << feature.name;
+      EXPECT_FALSE(report.has_other_ranges) << feature.name;
+      MemoryRandomSource source(damaged);
       MemorySink sink;
-      const auto good = write_in_order(source, sink);
-      ASSERT_TRUE(good) << it.name << ": " << good.error().message();
-      EXPECT_EQ(sink.bytes, it.bytes) << it.name;
+      const auto status = write_in_order(source, sink);
+      ASSERT_TRUE(status) << feature.name << ": " << status.error().message();
+      EXPECT_EQ(sink.bytes, feature.bytes) << feature.name;
       ++same;
     }
   }
   EXPECT_GT(same, 80u);
 }
 
-// Of a file of 0.9 too; its ranges are those of the values as they are restored.
+// The index of a file of version 0.9 is rebuilt, too; its ranges are those of the restored values.
 TEST(Damage, ALostIndexOfVersion0IsMadeAnew) {
   std::size_t same = 0, with_other_ranges = 0;
   for (const auto& path : golden_files()) {
@@ -503,13 +508,13 @@ TEST(Damage, ALostIndexOfVersion0IsMadeAnew) {
     const auto bytes = std::as_bytes(std::span(text));
     const Bytes whole(bytes.begin(), bytes.end());
     const auto index = static_cast<std::ptrdiff_t>(places(whole).back().first);
-    const Bytes hurt = without_index(whole)[0];
-    const DamageReport report = found(hurt);
+    const Bytes damaged = without_index(whole)[0];
+    const DamageReport report = found(damaged);
     ASSERT_TRUE(report.schema) << path;
-    MemoryRandomSource source(hurt);
+    MemoryRandomSource source(damaged);
     MemorySink sink;
-    const auto good = write_in_order(source, sink);
-    ASSERT_TRUE(good) << path << ": " << good.error().message();
+    const auto status = write_in_order(source, sink);
+    ASSERT_TRUE(status) << path << ": " << status.error().message();
     const auto begin = sink.bytes.begin();
     if (report.has_other_ranges)
       EXPECT_EQ(Bytes(begin, begin + index), Bytes(whole.begin(), whole.begin() + index));
@@ -521,12 +526,12 @@ TEST(Damage, ALostIndexOfVersion0IsMadeAnew) {
   EXPECT_GT(with_other_ranges, 0u);
 }
 
-void expect_not_written(const Bytes& hurt) {
-  MemoryRandomSource source(hurt);
+void expect_not_written(const Bytes& damaged) {
+  MemoryRandomSource source(damaged);
   MemorySink sink;
-  const auto good = write_in_order(source, sink);
-  ASSERT_FALSE(good);
-  EXPECT_EQ(good.error().code, ErrorCode::corrupt);
+  const auto status = write_in_order(source, sink);
+  ASSERT_FALSE(status);
+  EXPECT_EQ(status.error().code, ErrorCode::corrupt);
   EXPECT_TRUE(sink.bytes.empty());
 }
 
@@ -540,14 +545,14 @@ TEST(Damage, AnIndexIsMadeOnlyWhereThereWasNoMore) {
   Bytes without_last = whole;
   std::fill(without_last.begin() + static_cast<std::ptrdiff_t>(last), without_last.end(),
             std::byte{});
-  for (const Bytes& hurt : {cut(index), cut(index + 9), without_last}) {
-    const DamageReport report = found(hurt);
+  for (const Bytes& damaged : {cut(index), cut(index + 9), without_last}) {
+    const DamageReport report = found(damaged);
     EXPECT_TRUE(report.lacks_index && !report.complete);
-    expect_not_written(hurt);
+    expect_not_written(damaged);
   }
 }
 
-// Right checksums of what nobody can decode.
+// A chunk with correct checksums that cannot be decoded.
 TEST(Damage, AnIndexIsMadeOfWhatCanBeDecodedOnly) {
   FileParts parts = take_apart(file(Order::keep));
   Chunk extra = parts.chunks.back();

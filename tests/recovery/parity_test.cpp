@@ -1,5 +1,5 @@
-// Parity: what is lost of a file comes back, as long as parity goes; nothing that stands behind a
-// trailer does harm.
+// Parity: lost parts of a file are restored within the limits of the parity, and data after a
+// trailer does no harm.
 #include "archive/parity.h"
 
 #include <gtest/gtest.h>
@@ -109,7 +109,7 @@ TEST_F(Parity, NothingLostIsNothingDone) {
   }
 }
 
-// Each stripe stands the loss of as many blocks as it has parity, wherever these are.
+// Each stripe survives the loss of as many blocks as it has parity blocks, in any positions.
 TEST_F(Parity, AsManyBlocksOfAStripeAsItHasParity) {
   const Bytes file = random_bytes(300 * 4096 - 77, 1);
   const ParityShape shape = parity_shape(file.size(), .05);
@@ -135,7 +135,8 @@ TEST_F(Parity, AsManyBlocksOfAStripeAsItHasParity) {
     EXPECT_TRUE(outcome.lost.empty());
     ASSERT_EQ(outcome.healed, file);
 
-    // One more, and its stripe stays as it is; the other one is healed all the same.
+    // With one more lost block, its stripe cannot be healed; the other stripe is healed all the
+    // same.
     std::uint64_t more = 0;
     while (std::binary_search(lost.begin(), lost.end(), more)) more += 2;
     lose(damaged, more);
@@ -145,7 +146,7 @@ TEST_F(Parity, AsManyBlocksOfAStripeAsItHasParity) {
   }
 }
 
-// Anything of the whole file, packets too: a piece at any place, and sectors anywhere.
+// Damage anywhere in the file, including its packets: a contiguous range, and single sectors.
 TEST_F(Parity, APieceAnywhereAsLongAsTheShare) {
   const Bytes file = random_bytes(2'000'000, 3);
   const ParityShape shape = parity_shape(file.size(), .05);
@@ -154,14 +155,14 @@ TEST_F(Parity, APieceAnywhereAsLongAsTheShare) {
   const std::uint64_t length = shape.parity * shape.stripes() - 1;
   for (std::uint64_t first = 0; first + length < sectors; first += 7) {
     Bytes damaged = whole;
-    // Both copies of the checksums must not go.
+    // At least one copy of the checksums must remain.
     for (std::uint64_t s = first; s < first + length; ++s) lose(damaged, s);
     const Outcome outcome = heal(damaged);
     if (first * 4096 >= file.size()) {
       EXPECT_TRUE(outcome.damaged.empty()) << first;
       continue;
     }
-    if ((first + length) * 4096 > file.size()) continue;  // takes of both
+    if ((first + length) * 4096 > file.size()) continue;  // covers blocks and packets
     ASSERT_TRUE(outcome.lost.empty()) << first;
     ASSERT_EQ(outcome.healed, file) << first;
   }
@@ -182,8 +183,8 @@ TEST_F(Parity, OneSectorInAHundred) {
   }
 }
 
-// Both copies of some checksums are lost: blocks without one are taken for damaged while that goes,
-// and for good where it does not.
+// If both copies of some checksums are lost, blocks without a checksum are treated as damaged: they
+// are healed if the parity suffices, and otherwise counted as lost.
 TEST_F(Parity, ChecksumsThatAreLostTwice) {
   const Bytes file = random_bytes(40 * 4096, 5);
   const ParityShape shape = parity_shape(file.size(), 1);
@@ -200,12 +201,12 @@ TEST_F(Parity, ChecksumsThatAreLostTwice) {
   EXPECT_TRUE(outcome.lost.empty());
   EXPECT_EQ(outcome.healed, file);
 
-  damaged[file.size() + packet + 100] ^= std::byte{1};  // now there are 39 rows for 40 blocks
+  damaged[file.size() + packet + 100] ^= std::byte{1};  // leaves 39 rows for 40 blocks
   outcome = heal(damaged);
   EXPECT_EQ(outcome.lost.size(), 40u);
 }
 
-// Any byte of a packet that is another makes that packet count for nothing, and no more.
+// A damaged byte in a packet makes only that packet unusable.
 TEST_F(Parity, FlippedBytesOfPackets) {
   const Bytes file = random_bytes(10'000, 6);
   const Bytes whole = with_parity(file, .4);
@@ -221,14 +222,15 @@ TEST_F(Parity, FlippedBytesOfPackets) {
     }
 }
 
-// A packet that would have its bytes protect more than there are, or that stands elsewhere.
+// Packets that claim to protect more bytes than there are, or that are in the wrong place, are
+// ignored.
 TEST_F(Parity, PacketsInTheWrongPlaceAreNone) {
   const Bytes file = random_bytes(10'000, 7);
   Bytes whole = with_parity(file, .4);
   Bytes moved = whole;
   moved.insert(moved.begin(), std::byte{0});
   EXPECT_FALSE(heal(moved).found);
-  // Within another protected file.
+  // Inside another protected file.
   const Bytes outer = with_parity(whole, .4);
   const Outcome outcome = heal(outer);
   EXPECT_EQ(outcome.healed, whole);
@@ -241,8 +243,8 @@ TEST_F(Parity, PacketsInTheWrongPlaceAreNone) {
   }
 }
 
-// Headers that would have more parity than data, or protect more than there is, are none; nor do
-// they take memory.
+// Headers that claim more parity than data, or more bytes than the file has, are ignored and do not
+// use memory.
 TEST_F(Parity, LyingHeadersAreNone) {
   const Bytes file = random_bytes(10'000, 8);
   const Bytes whole = with_parity(file, ParityShape{file.size(), 2, 2});
@@ -258,7 +260,7 @@ TEST_F(Parity, LyingHeadersAreNone) {
     }
     return heal(damaged).found;
   };
-  EXPECT_TRUE(lied(6, 2, 1)) << "the same again";
+  EXPECT_TRUE(lied(6, 2, 1)) << "the unchanged value";
   EXPECT_FALSE(lied(6, 1, 1));
   EXPECT_FALSE(lied(6, 0, 1));
   EXPECT_FALSE(lied(7, 3, 1));
@@ -268,7 +270,7 @@ TEST_F(Parity, LyingHeadersAreNone) {
     EXPECT_FALSE(lied(8, bytes, 8)) << bytes;
 }
 
-/// Some sectors of it cannot be read.
+/// A source in which some sectors cannot be read.
 class WornSource final : public RandomSource {
  public:
   WornSource(std::span<const std::byte> bytes, std::vector<std::uint64_t> worn)
@@ -302,7 +304,7 @@ TEST_F(Parity, SectorsThatCannotBeRead) {
   EXPECT_EQ(healed, file);
 }
 
-// Readers read on as if it were not there: front to back, and by the index.
+// Readers ignore the parity, front to back and by the index.
 TEST_F(Parity, ReadersDoNotMind) {
   for (const FeatureFile& feature : feature_files()) {
     const Bytes whole = with_parity(feature.bytes, .2);
@@ -318,7 +320,7 @@ TEST_F(Parity, ReadersDoNotMind) {
   }
 }
 
-// What earlier versions wrote heals for ever.
+// Files of earlier versions must be healable for ever.
 TEST_F(Parity, GoldenFilesHeal) {
   for (const char* version : {"0.1", "0.9", "0.10"}) {
     SCOPED_TRACE(version);
@@ -338,7 +340,7 @@ TEST_F(Parity, GoldenFilesHeal) {
   }
 }
 
-// The bytes are those of the spec, for ever.
+// The bytes are fixed by the specification.
 TEST_F(Parity, IsTheSameEverywhere) {
   Bytes file(3 * 4096 + 100);
   for (std::size_t i = 0; i < file.size(); ++i) file[i] = static_cast<std::byte>(i * i >> 5);
@@ -349,7 +351,7 @@ TEST_F(Parity, IsTheSameEverywhere) {
   EXPECT_EQ(sum, 9290023745792755765u) << "the bytes have changed";
 }
 
-// Each field of each packet, in one of them or in all, behind right checksums.
+// Every field of every packet, in one packet or in all, with correct checksums.
 TEST_F(Parity, FieldsThatLie) {
   const Bytes whole = parity_file().bytes;
   const auto places = parity_packets(whole);
@@ -359,16 +361,16 @@ TEST_F(Parity, FieldsThatLie) {
     EXPECT_EQ(first.fields.back().end, kPacketHeader);
     for (std::size_t f = 0; f < first.fields.size(); ++f)
       for (std::uint64_t way = p; way < 64; way += every(5)) {
-        Bytes lying = whole;
+        Bytes inconsistent = whole;
         for (std::size_t i = 0; i < places.size(); ++i) {
           if (p < places.size() && p != i) continue;
           const Section header = parity_header(whole, places[i]);
-          put_parity_header(lying, places[i], changed(header, header.fields[f], way));
-          const auto put = std::span(lying).subspan(places[i]);
+          put_parity_header(inconsistent, places[i], changed(header, header.fields[f], way));
+          const auto put = std::span(inconsistent).subspan(places[i]);
           EXPECT_EQ(ByteReader(put.subspan(36)).get_u32(), checksum(put.first(36)));
         }
         try {
-          (void)heal(lying);
+          (void)heal(inconsistent);
         } catch (const Failure&) {
         }
       }

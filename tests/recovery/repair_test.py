@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""shm compress --parity and shm repair: what is lost comes back, and the packets are as the spec has
-them (section 40), by arithmetic of this file's own.
+"""shm compress --parity and shm repair: lost data is restored, and the packets agree with section 40 of the
+specification, checked with independent arithmetic in this file.
 
 Usage: repair_test.py PATH_OF_SHM
 """
@@ -23,7 +23,7 @@ BLOCK, PACKET, HEADER, TRAILER = 4096, 4136, 40, 16
 
 
 def product(a, b):
-    """In the field of 2^8 elements."""
+    """Returns the product in the field of 2^8 elements."""
     out = 0
     while b:
         if b & 1:
@@ -43,7 +43,7 @@ INVERSE = {a: b for a in range(1, 256) for b in range(1, 256) if product(a, b) =
 
 
 def grid(n):
-    """Legacy VTK of n*n*n hexahedra whose corners and field do not compress away."""
+    """Returns legacy VTK of n*n*n hexahedra whose corners and field do not compress well."""
     rng = random.Random(n)
     m = n + 1
     points = "\n".join(f"{x + rng.random() / 4:.6f} {y + rng.random() / 4:.6f} {z}"
@@ -167,13 +167,13 @@ class Repair(unittest.TestCase):
         self.assertIn(b"cannot be healed", repaired.stderr)
         self.assertEqual(self.bytes_of(path), before)
         self.assertEqual(self.shm("repair", self.mesh).returncode, 3)
-        # Nothing to heal, and nothing changed.
+        # Nothing to heal, and nothing changes.
         before = self.bytes_of(self.plain)
         self.assertEqual(self.shm("repair", self.plain).returncode, 0)
         self.assertEqual(self.bytes_of(self.plain), before)
 
     def test_blocks_whose_checksums_are_lost(self):
-        """Both packets of checksums gone: all blocks count as damaged, and each is good."""
+        """Both packets of checksums are lost: all blocks count as damaged, although each is intact."""
         plain, whole = self.bytes_of(self.plain), self.bytes_of(self.whole)
         data = bytearray(whole)
         for at in (len(plain), len(whole) - TRAILER - PACKET):
@@ -185,10 +185,10 @@ class Repair(unittest.TestCase):
         self.assertEqual(self.bytes_of(self.path("out.shm")), whole)
 
     def test_parity_of_something_else(self):
-        """A packet that stands in its place, and would have the first block be all of the file."""
+        """A packet in its correct place which claims that the first block is the whole file."""
         plain = self.bytes_of(self.plain)
         k = m = 127
-        place = BLOCK + (1 + m) * PACKET  # of the checksums again
+        place = BLOCK + (1 + m) * PACKET  # the second copy of the checksums
         self.assertLess(len(plain), place)
         payload = checksum(plain[:BLOCK]).ljust(BLOCK, b"\0")
         header = struct.pack("<4sBBBBQ4sQI4s", b"SHMP", 1, 0, k, m, BLOCK,

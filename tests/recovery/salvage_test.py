@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""shm repair of files that no parity heals: every segment that no damage touched comes back, value for
-value, and shm verify names all that is hurt. What could come back is counted here, from the bytes of
-the file as the spec has them.
+"""shm repair of files that no parity heals: every segment without damage is restored, value for value, and
+shm verify reports all damage. The test computes what can be restored from the bytes of the file, independently,
+by the specification.
 
-Usage: salvage_test.py PATH_OF_SHM     (exit code 77, skipped, where VTK, NumPy or ncgen is missing)
+Usage: salvage_test.py PATH_OF_SHM     (exit code 77, skipped, if VTK, NumPy or ncgen is missing)
 """
 import json
 import os
@@ -31,8 +31,8 @@ from folder_test import SANITIZED, forced
 from sample_meshes import hexahedra
 
 SHM = "shm"
-# A side of the mesh, cells of a segment, bytes of a sector: more than twenty segments of many sectors,
-# and a file of more than the megabyte from which on it says its schema twice.
+# Side of the mesh, cells of a segment, bytes of a sector: more than twenty segments of many
+# sectors, and a file of more than one megabyte, so that it stores its schema twice.
 N, SEGMENT, SECTOR = (22, 484, 2048) if SANITIZED else (30, 1250, 4096)
 STEPS = 6
 SCHEMA, GROUP, VALUES, TIMES, EXTRA, INDEX = range(1, 7)
@@ -87,7 +87,7 @@ data: time_whole = {numbers(np.arange(STEPS) * .5)} ; eb_status = 1 ; eb_prop1 =
 
 
 class Chunk:
-    """One chunk of a whole file, as section 2 has it, with what the heads of sections 6 and 7 say."""
+    """One chunk of an undamaged file, parsed by section 2, with the heads described in sections 6 and 7."""
 
     def __init__(self, data, at):
         self.at = at
@@ -101,7 +101,7 @@ class Chunk:
             self.first_cell, _, self.cells = (self.varint(data) for _ in range(3))
             for _ in range(5):
                 self.varint(data)
-            for _ in range(6):  # the box, of short numbers
+            for _ in range(6):  # the box, as numbers of variable length
                 count = self.byte(data)
                 self.place += count
             self.streams = []  # kind, array, offset, bytes
@@ -117,7 +117,7 @@ class Chunk:
                 begin += stream[3]
             assert begin == self.end
         if self.kind == VALUES:
-            self.parts = []  # array, step, group, whether it refers to an earlier step
+            self.parts = []  # array, step, group, and whether the part refers to an earlier step
             place, size = (0, 0, 0), 0
             for _ in range(self.varint(data)):
                 place = tuple(before + self.signed(data) for before in place)
@@ -235,7 +235,7 @@ class Salvage(unittest.TestCase):
             self.assertTrue(file.read() == self.whole)
 
     def compare(self, touched, steps=(0, STEPS - 1), numbered=True):
-        """Everything in rest.shm is what it was, and at least all that no touched chunk has is there."""
+        """Checks that all data in rest.shm is correct, and that it contains at least everything outside touched chunks."""
         mesh = self.mesh
         segments = {g.segment for g in self.groups} - {c.segment for c in touched if c.kind == GROUP}
         lost = {part[:3] for c in touched if c.kind == VALUES for part in c.parts}
@@ -269,7 +269,7 @@ class Salvage(unittest.TestCase):
                 self.assertTrue(there[np.isin(segment[numbers], could)].all(), (name, step))
 
     def chain(self, name, where, step, segment):
-        """The chunks that a value at a step needs."""
+        """Returns the chunks that are needed for a value at a step."""
         array = self.names.index((where, name))
         parts = [part for c in self.chunks if c.kind == VALUES for part in c.parts if part[0] == array]
         needed = set()
@@ -315,7 +315,7 @@ class Salvage(unittest.TestCase):
             self.assertEqual(report["outcome"], "healed")
             with open(self.path("rest.shm"), "rb") as file:
                 self.assertTrue(file.read() == whole)
-        # Much more in one place: what is whole, with parity of its own.
+        # Much more damage in one place: the intact parts are restored, with parity of their own.
         data = bytearray(whole)
         group = self.groups[4]
         begin, end = group.at, self.groups[9].end
@@ -340,7 +340,7 @@ class Salvage(unittest.TestCase):
         text = self.shm("verify", self.path("hurt.shm"))
         self.assertIn(b"damaged in 2 places", text.stderr)
         self.assertIn(f"cells {5 * SEGMENT}-{6 * SEGMENT - 1}".encode(), text.stderr)
-        # Without header.
+        # With a damaged header.
         found = self.verify(self.hurt((group.at, group.at + 8)))
         self.assertEqual([(d["offset"], d["bytes"], d["segment"], d["first_cell"]) for d in found],
                          [(group.at, group.end - group.at, 5, 5 * SEGMENT)])
@@ -358,7 +358,7 @@ class Salvage(unittest.TestCase):
         self.compare([group])
 
     def test_where_things_are(self):
-        """Nothing that holds values is lost: the very bytes come back."""
+        """Only chunks without values are damaged: exactly the original bytes are restored."""
         schema, index = self.chunks[0], self.chunks[-1]
         for ranges, sections in (([(0, 8)], ["file start"]),
                                  ([(schema.at, schema.at + 15)], ["schema"]),
@@ -374,19 +374,19 @@ class Salvage(unittest.TestCase):
             self.assertEqual(report["outcome"], "healed")
             self.assertEqual(report["new_index"], "index" in sections)
             self.same_bytes()
-        # In place where nothing is lost, and not elsewhere.
+        # Repairs in place if nothing is lost, and otherwise not.
         for hurt in ((index.end, index.end + 16), (index.at, index.at + 22)):
             path = self.put(self.hurt(hurt))
             self.assertEqual(self.shm("repair", path).returncode, 0)
             with open(path, "rb") as file:
                 self.assertTrue(file.read() == self.whole)
-        path = self.put(self.whole[:index.at])  # perhaps there was more
+        path = self.put(self.whole[:index.at])  # perhaps there were more chunks
         refused = self.shm("repair", path)
         self.assertEqual(refused.returncode, 3)
         self.assertIn(b"-o OUT.shm", refused.stderr)
 
     def test_index_of_rounded_values(self):
-        """Nothing in an index is of the values before they were rounded."""
+        """An index contains nothing about the values before rounding."""
         made = self.shm("compress", self.path("m.e"), "-o", self.path("rounded.shm"), "--array",
                         "attrib1:abs=1e-3")
         self.assertEqual(made.returncode, 0, made.stderr)
@@ -438,7 +438,7 @@ class Salvage(unittest.TestCase):
             self.assertIn(kind, [d["what"] for d in self.verify(data)])
             self.assertEqual(self.repair(data, 0)["outcome"], "healed")
             self.same_bytes()
-            # Without an index too.
+            # Without an index, too.
             lame = bytearray(data)
             lame[-40:] = bytes(40)
             self.assertTrue(self.repair(lame, 0)["new_index"])
@@ -458,7 +458,7 @@ class Salvage(unittest.TestCase):
         self.assertEqual(info["cells"], len(self.mesh.cells) - SEGMENT)
 
     def test_roles_that_are_left_out_are_named(self):
-        """Tags of nodes are a Gmsh file's own: they stay as an array, and no longer say what they are."""
+        """Tags of nodes exist only in Gmsh files: they stay as an array, but lose their role."""
         nodes = "\n".join(f"{90 - 3 * i} {i & 1} {i >> 1 & 1} {i >> 2}" for i in range(8))
         with open(self.path("tags.msh"), "w", encoding="ascii") as file:
             file.write(f"$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n8\n{nodes}\n$EndNodes\n"

@@ -1,5 +1,6 @@
-// What is kept of arrays on few elements: columns over it say the very bytes, and give the very
-// values, that columns over all elements do; whatever the mesh, its segments, groups and codecs.
+// Arrays on few elements, for which only a part of the mesh data is kept: columns over these
+// elements give exactly the bytes and values that columns over all elements give, for all meshes,
+// segments, groups and codecs.
 #include "steps/sparse_elements.h"
 
 #include <functional>
@@ -15,7 +16,7 @@ namespace {
 
 using container::ChunkKind;
 
-/// Few cells here and there, a few together, and a layer, in blocks of their own.
+/// Returns a grid with scattered cells, a cluster of cells, and a layer in separate blocks.
 TestMesh scattered(std::uint64_t n, std::uint32_t seed) {
   TestMesh mesh = grid(n, n, n, ScalarType::float64, warped, porous);
   for (int b = 1; b < 4; ++b) mesh.schema.blocks.push_back({b + 1, "", CellShape::hexahedron, 8});
@@ -28,7 +29,7 @@ TestMesh scattered(std::uint64_t n, std::uint32_t seed) {
   return mesh;
 }
 
-/// With arrays on each block, on some of several, and on points.
+/// Adds arrays on each block, on pairs of blocks, and on points.
 Stepped with_arrays_on_few(TestMesh mesh, Order order) {
   Stepped out{with_order(std::move(mesh), order, order == Order::keep, 0), {}, {}};
   const auto blocks = static_cast<std::uint32_t>(out.mesh.schema.blocks.size());
@@ -42,7 +43,7 @@ Stepped with_arrays_on_few(TestMesh mesh, Order order) {
   return out;
 }
 
-/// What a file tells of its groups.
+/// Passes the groups of a file to the topology.
 void add_groups(std::span<const std::byte> bytes, StepTopology& replay) {
   for (const Chunk& chunk : take_apart(bytes).chunks) {
     if (!chunk.is(ChunkKind::group)) continue;
@@ -54,7 +55,7 @@ void add_groups(std::span<const std::byte> bytes, StepTopology& replay) {
   }
 }
 
-/// Values of many kinds, so that domains and codecs change from group to group.
+/// Returns values of many kinds, so that domains and codecs change from group to group.
 Bytes values_of(const ArrayInfo& info, std::uint64_t elements, std::size_t group,
                 std::size_t turn) {
   Bytes out;
@@ -78,19 +79,19 @@ Bytes values_of(const ArrayInfo& info, std::uint64_t elements, std::size_t group
   return out;
 }
 
-/// The columns of an array at one step.
+/// Encoder and decoder of an array at one step.
 struct Columns {
   Columns(const Schema& schema, std::uint32_t array) : in(schema, array), out(schema, array) {}
   StepColumn<SplitEncoder> in;
   StepColumn<SplitDecoder> out;
 };
 
-/// How many groups the array was compared in.
-std::size_t expect_same_columns(const Stepped& it, StepTopology& replay, StepElements& thin,
+/// Compares the columns; returns the number of compared groups.
+std::size_t expect_same_columns(const Stepped& stepped, StepTopology& replay, StepElements& thin,
                                 StepElements& all, std::uint32_t array, std::size_t turn) {
-  const ArrayInfo& info = it.mesh.schema.arrays[array];
+  const ArrayInfo& info = stepped.mesh.schema.arrays[array];
   const StepReference kind = turn % 2 == 0 ? StepReference::nothing : StepReference::before;
-  Columns over_thin(it.mesh.schema, array), over_all(it.mesh.schema, array);
+  Columns over_thin(stepped.mesh.schema, array), over_all(stepped.mesh.schema, array);
   std::size_t compared = 0;
   for (std::size_t g = 0; g < replay.groups(); ++g) {
     const auto count = thin.count(array, g);
@@ -109,7 +110,7 @@ std::size_t expect_same_columns(const Stepped& it, StepTopology& replay, StepEle
       if (!elements) return compared;
       numbers[i].assign(elements->numbers.begin(), elements->numbers.end());
       EXPECT_TRUE(columns.in.begin(replay.segment_of(g), kind));
-      coded[i] = columns.in.encode(*elements, values, it.options.level, before);
+      coded[i] = columns.in.encode(*elements, values, stepped.options.level, before);
       EXPECT_TRUE(columns.out.begin(replay.segment_of(g), kind));
       const auto back =
           columns.out.decode(*elements, coded[i].codec, coded[i].bytes, values.size(), before);
@@ -124,8 +125,8 @@ std::size_t expect_same_columns(const Stepped& it, StepTopology& replay, StepEle
   return compared;
 }
 
-std::size_t expect_same_columns(const Stepped& it) {
-  const Bytes bytes = written(it);
+std::size_t expect_same_columns(const Stepped& stepped) {
+  const Bytes bytes = written(stepped);
   const auto read = read_mesh(bytes);
   EXPECT_TRUE(read);
   if (!read) return 0;
@@ -143,7 +144,7 @@ std::size_t expect_same_columns(const Stepped& it) {
   for (std::size_t turn = 0; turn < 3; ++turn)
     for (std::uint32_t a = 0; a < schema.arrays.size(); ++a)
       if (schema.arrays[a].per_step)
-        compared += expect_same_columns(it, replay, thin, all, a, turn);
+        compared += expect_same_columns(stepped, replay, thin, all, a, turn);
   EXPECT_GT(thin.kept_bytes(), 0u);
   EXPECT_EQ(all.kept_bytes(), 0u);
   return compared;
@@ -159,57 +160,59 @@ TEST(SparseElements, SayWhatAllElementsSay) {
       for (const std::uint64_t segment_cells : {0u, 150u})
         for (const std::uint32_t group_cells : {19u, 65536u})
           for (int family = 0; family < 4; ++family) {
-            Stepped it = with_arrays_on_few(family == 0   ? scattered(9, 1)
-                                            : family == 1 ? mixed_cells()
-                                            : family == 2 ? every_shape()
-                                                          : replayed(order),
-                                            order);
-            if (codec == ConnectivityCodec::shifts && !takes_shifts(it.mesh.schema)) continue;
+            Stepped stepped = with_arrays_on_few(family == 0   ? scattered(9, 1)
+                                                 : family == 1 ? mixed_cells()
+                                                 : family == 2 ? every_shape()
+                                                               : replayed(order),
+                                                 order);
+            if (codec == ConnectivityCodec::shifts && !takes_shifts(stepped.mesh.schema)) continue;
             if (some.skips_next()) continue;
-            it.options.connectivity = codec;
-            it.options.level = family == 0 ? Level::standard : Level::fast;
-            it.options.segment_cells = segment_cells;
-            it.options.group_cells = group_cells;
+            stepped.options.connectivity = codec;
+            stepped.options.level = family == 0 ? Level::standard : Level::fast;
+            stepped.options.segment_cells = segment_cells;
+            stepped.options.group_cells = group_cells;
             SCOPED_TRACE(std::to_string(family) + " codec " +
                          std::to_string(static_cast<int>(codec)) + " order " +
                          std::to_string(static_cast<int>(order)) + " groups of " +
                          std::to_string(group_cells));
-            compared += expect_same_columns(it);
+            compared += expect_same_columns(stepped);
           }
   EXPECT_GT(compared, 10000 / every(10));
 }
 
-// Places are taken again: the ring of cells is full, and vertices come and go.
+// Positions are reused: the ring of cells is full, and vertices are introduced and finalized.
 TEST(SparseElements, InMeshesThatTakePlacesAgain) {
   for (const auto codec : {ConnectivityCodec::rows, ConnectivityCodec::shifts})
     for (const std::uint32_t group_cells : {700u, 65536u}) {
-      Stepped it = with_arrays_on_few(scattered(kSanitized ? 14 : 30, 2), Order::keep);
-      it.options.connectivity = codec;
-      it.options.group_cells = group_cells;
-      EXPECT_GT(expect_same_columns(it), 10u);
+      Stepped stepped = with_arrays_on_few(scattered(kSanitized ? 14 : 30, 2), Order::keep);
+      stepped.options.connectivity = codec;
+      stepped.options.group_cells = group_cells;
+      EXPECT_GT(expect_same_columns(stepped), 10u);
     }
 }
 
-// A column may change its domain so often only: by elements and slots, those that are left out too.
+// The number of domain changes of a column is limited by the number of elements and slots,
+// including those that are left out.
 TEST(SparseElements, MayChangeDomainsAsOftenAsAllElements) {
-  Stepped it = with_arrays_on_few(scattered(kSanitized ? 13 : 24, 5), Order::stream);
-  it.options.connectivity = ConnectivityCodec::rows;
-  it.options.group_cells = 2;
-  EXPECT_GT(expect_same_columns(it), 1000u);
+  Stepped stepped = with_arrays_on_few(scattered(kSanitized ? 13 : 24, 5), Order::stream);
+  stepped.options.connectivity = ConnectivityCodec::rows;
+  stepped.options.group_cells = 2;
+  EXPECT_GT(expect_same_columns(stepped), 1000u);
 }
 
 TEST(SparseElements, AtLevelBest) {
-  Stepped it = with_arrays_on_few(scattered(8, 3), Order::stream);
-  it.options.level = Level::best;
-  it.options.group_cells = 90;
-  EXPECT_GT(expect_same_columns(it), 50u);
+  Stepped stepped = with_arrays_on_few(scattered(8, 3), Order::stream);
+  stepped.options.level = Level::best;
+  stepped.options.group_cells = 90;
+  EXPECT_GT(expect_same_columns(stepped), 50u);
 }
 
-// What an index says of a step may be a lie, though no step before was one.
+// The element count in an index may be wrong for one step although it was correct for the steps
+// before.
 TEST(SparseElements, AreNotThinLater) {
-  Stepped it = with_arrays_on_few(scattered(9, 1), Order::keep);
-  it.options.group_cells = 60;
-  const Bytes bytes = written(it);
+  Stepped stepped = with_arrays_on_few(scattered(9, 1), Order::keep);
+  stepped.options.group_cells = 60;
+  const Bytes bytes = written(stepped);
   const auto read = read_mesh(bytes);
   ASSERT_TRUE(read);
   StepTopology replay(read->schema, std::uint64_t{1} << 30, ElementNeeds{true, true, true, true});
@@ -230,12 +233,14 @@ TEST(SparseElements, AreNotThinLater) {
     EXPECT_EQ(of_group->numbers.size(), *count);
     all += *count;
   }
-  EXPECT_EQ(all, elements_of(it.mesh, array));
+  EXPECT_EQ(all, elements_of(stepped.mesh, array));
 }
 
-/// Elements of array `a` of a mesh in these options, of which at most so much is kept.
-std::size_t kept_of(const Stepped& it, std::uint32_t a, std::uint64_t expected, std::size_t most) {
-  const Bytes bytes = written(it);
+/// Returns the bytes kept for array `a` with this limit. `expected`: number of elements that the
+/// caller announces.
+std::size_t kept_of(const Stepped& stepped, std::uint32_t a, std::uint64_t expected,
+                    std::size_t most) {
+  const Bytes bytes = written(stepped);
   const auto read = read_mesh(bytes);
   EXPECT_TRUE(read);
   StepTopology replay(read->schema, std::uint64_t{1} << 30, ElementNeeds{true, true, false, false},
@@ -257,9 +262,9 @@ std::size_t kept_of(const Stepped& it, std::uint32_t a, std::uint64_t expected, 
 }
 
 TEST(SparseElements, AreKeptWhereTheyAreFewAndWithinALimit) {
-  Stepped it = with_arrays_on_few(scattered(40, 4), Order::keep);
+  Stepped stepped = with_arrays_on_few(scattered(40, 4), Order::keep);
   const auto array_on = [&](std::uint32_t block) {
-    const auto& arrays = it.mesh.schema.arrays;
+    const auto& arrays = stepped.mesh.schema.arrays;
     return static_cast<std::uint32_t>(std::find_if(arrays.begin(), arrays.end(),
                                                    [&](const ArrayInfo& info) {
                                                      return info.blocks ==
@@ -268,14 +273,14 @@ TEST(SparseElements, AreKeptWhereTheyAreFewAndWithinALimit) {
                                       arrays.begin());
   };
   const std::uint32_t few = array_on(1), many = array_on(0);
-  const std::uint64_t elements = elements_of(it.mesh, few);
-  const std::size_t kept = kept_of(it, few, elements, 0);
+  const std::uint64_t elements = elements_of(stepped.mesh, few);
+  const std::size_t kept = kept_of(stepped, few, elements, 0);
   EXPECT_GT(kept, elements * sizeof(Neighbourhood));
   EXPECT_LT(kept, elements * (sizeof(Neighbourhood) * 9 / 8 + 4 * 14) + (64u << 10));
-  EXPECT_EQ(kept_of(it, many, elements_of(it.mesh, many), 0), 0u);
-  // As if they were few: more than may be kept, and less.
-  EXPECT_EQ(kept_of(it, many, 0, 0), 0u);
-  EXPECT_GT(kept_of(it, many, 0, std::size_t{64} << 20), std::size_t{1} << 20);
+  EXPECT_EQ(kept_of(stepped, many, elements_of(stepped.mesh, many), 0), 0u);
+  // Announced as few elements: more than the limit, and less.
+  EXPECT_EQ(kept_of(stepped, many, 0, 0), 0u);
+  EXPECT_GT(kept_of(stepped, many, 0, std::size_t{64} << 20), std::size_t{1} << 20);
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
-// StepReader: one array at one step is what a Reader gives, its bytes are the only ones that are
-// looked at, and files that lie about themselves are refused.
+// StepReader: returns the same values as a Reader for one array at one step, reads only the bytes
+// that it needs, and refuses inconsistent files.
 #include "shm/step_reader.h"
 
 #include <set>
@@ -17,7 +17,7 @@ using container::Codec;
 using container::IndexEntry;
 using container::StreamKind;
 
-/// What a Reader gives.
+/// The data that a Reader returns.
 struct Expected {
   ReadBack mesh;
   Values values;
@@ -32,16 +32,16 @@ struct Expected {
 };
 
 Expected expected_of(std::span<const std::byte> bytes) {
-  Expected it;
+  Expected expected;
   auto back = read_mesh(bytes);
   EXPECT_TRUE(back) << (back ? "" : back.error().message());
-  if (!back) return it;
-  it.mesh = std::move(*back);
-  for (const StepPiece& piece : it.mesh.steps) {
-    Bytes& to = it.values[{piece.array, piece.step}];
+  if (!back) return expected;
+  expected.mesh = std::move(*back);
+  for (const StepPiece& piece : expected.mesh.steps) {
+    Bytes& to = expected.values[{piece.array, piece.step}];
     to.insert(to.end(), piece.values.begin(), piece.values.end());
   }
-  return it;
+  return expected;
 }
 
 struct Joined {
@@ -87,7 +87,8 @@ void expect_step(StepReader& reader, const Expected& expected, std::uint32_t arr
   EXPECT_TRUE(by_segment.values == all->values);
 }
 
-/// Every array at every step, in ascending and in some other order, by one reader and by new ones.
+/// Reads every array at every step, in ascending and in another order, with one reader and with new
+/// readers.
 void expect_all_steps(const Bytes& bytes) {
   const Expected expected = expected_of(bytes);
   WatchedSource source(bytes);
@@ -124,20 +125,20 @@ TEST(StepReader, EqualsTheReader) {
         for (const std::uint32_t group_cells : {14u, 65536u})
           for (int family = 0; family < 3; ++family) {
             if (some.skips_next()) continue;
-            Stepped it = with_steps(family == 0   ? two_blocks()
-                                    : family == 1 ? mixed_cells()
-                                                  : replayed(order),
-                                    order);
-            it.mesh.schema.delay = delay;
-            it.options.connectivity = codec;
-            it.options.segment_cells = segment_cells;
-            it.options.group_cells = group_cells;
-            it.options.key_steps = 3;
+            Stepped stepped = with_steps(family == 0   ? two_blocks()
+                                         : family == 1 ? mixed_cells()
+                                                       : replayed(order),
+                                         order);
+            stepped.mesh.schema.delay = delay;
+            stepped.options.connectivity = codec;
+            stepped.options.segment_cells = segment_cells;
+            stepped.options.group_cells = group_cells;
+            stepped.options.key_steps = 3;
             SCOPED_TRACE(std::to_string(family) + " codec " + std::string(codec_name(codec)) +
                          " order " + std::string(order_name(order)) + " delay " +
                          std::to_string(delay) + " segments " + std::to_string(segment_cells) +
                          " groups " + std::to_string(group_cells));
-            expect_all_steps(written(it));
+            expect_all_steps(written(stepped));
           }
 }
 
@@ -147,25 +148,25 @@ TEST(StepReader, WhateverTheKeySteps) {
     for (const std::uint32_t components : {1u, 7u, 33u}) {
       if (some.skips_next()) continue;
       SCOPED_TRACE(std::to_string(key_steps) + ", " + std::to_string(components));
-      Stepped it;
-      it.mesh = with_order(grid(5, 4, 3, ScalarType::float64, warped), Order::keep, true, 0);
+      Stepped stepped;
+      stepped.mesh = with_order(grid(5, 4, 3, ScalarType::float64, warped), Order::keep, true, 0);
       const auto a =
-          add_stepped(it.mesh, array_of("a", Location::cell, ScalarType::float32, components));
-      const auto b = add_stepped(it.mesh, array_of("b", Location::point, ScalarType::int32));
+          add_stepped(stepped.mesh, array_of("a", Location::cell, ScalarType::float32, components));
+      const auto b = add_stepped(stepped.mesh, array_of("b", Location::point, ScalarType::int32));
       for (std::uint64_t step = 0; step < 20; ++step) {
-        it.values[{a, step}] = moving_values(it.mesh.schema.arrays[a], 60, step);
-        it.values[{b, step}] = moving_values(it.mesh.schema.arrays[b], 120, step);
+        stepped.values[{a, step}] = moving_values(stepped.mesh.schema.arrays[a], 60, step);
+        stepped.values[{b, step}] = moving_values(stepped.mesh.schema.arrays[b], 120, step);
       }
-      it.options.key_steps = key_steps;
-      it.options.group_cells = 25;
-      it.options.segment_cells = 40;
-      expect_all_steps(written(it));
+      stepped.options.key_steps = key_steps;
+      stepped.options.group_cells = 25;
+      stepped.options.segment_cells = 40;
+      expect_all_steps(written(stepped));
     }
 }
 
 TEST(StepReader, TrendsAndLossyAndManyComponents) {
-  Stepped it = waves(6);
-  for (auto& [key, values] : it.values)  // noise, moving on at the same pace everywhere
+  Stepped stepped = waves(6);
+  for (auto& [key, values] : stepped.values)  // noise that changes at the same rate everywhere
     for (std::size_t i = 0; i < values.size() / 8; ++i) {
       const double v = static_cast<double>(i * 2654435761u % 1000003) * 0x1p-20 *
                        (64 + static_cast<double>(key.second));
@@ -173,23 +174,25 @@ TEST(StepReader, TrendsAndLossyAndManyComponents) {
     }
   ArrayInfo lossy = array_of("lossy", Location::point, ScalarType::float64);
   lossy.quantization = Quantization::absolute(.01, 1);
-  const auto b = add_stepped(it.mesh, lossy);
-  const auto c = add_stepped(it.mesh, array_of("many", Location::cell, ScalarType::uint8, 300));
+  const auto b = add_stepped(stepped.mesh, lossy);
+  const auto c =
+      add_stepped(stepped.mesh, array_of("many", Location::cell, ScalarType::uint8, 300));
   for (std::uint64_t step = 0; step < 6; ++step) {
-    it.values[{b, step}] = it.values[{0, step}];
-    it.values[{c, step}] = moving_values(it.mesh.schema.arrays[c], it.mesh.cells.size(), step);
+    stepped.values[{b, step}] = stepped.values[{0, step}];
+    stepped.values[{c, step}] =
+        moving_values(stepped.mesh.schema.arrays[c], stepped.mesh.cells.size(), step);
   }
-  it.options.group_cells = 500;
-  expect_all_steps(written(it));
+  stepped.options.group_cells = 500;
+  expect_all_steps(written(stepped));
 }
 
 TEST(StepReader, NoCellsNoElements) {
-  Stepped it = with_steps(grid(1, 1, 1), Order::keep);
-  it.mesh.cells.clear();
-  it.values.clear();
-  it.values[{0, 3}] = moving_values(it.mesh.schema.arrays[0], 8, 3);
-  it.values[{2, 0}] = {};
-  const Bytes bytes = written(it);
+  Stepped stepped = with_steps(grid(1, 1, 1), Order::keep);
+  stepped.mesh.cells.clear();
+  stepped.values.clear();
+  stepped.values[{0, 3}] = moving_values(stepped.mesh.schema.arrays[0], 8, 3);
+  stepped.values[{2, 0}] = {};
+  const Bytes bytes = written(stepped);
   expect_all_steps(bytes);
   MemoryRandomSource source(bytes);
   StepReader reader = opened(source);
@@ -206,9 +209,9 @@ TEST(StepReader, StepTimes) {
   EXPECT_EQ(opened(source).step_times(), times);
 }
 
-// --- which bytes
+// --- bytes read
 
-/// Bytes of the file by what they belong to.
+/// Assigns each byte of the file to a named part.
 struct Places {
   explicit Places(std::span<const std::byte> file) : owner(file.size()) {
     const FileParts parts = take_apart(file);
@@ -233,7 +236,7 @@ struct Places {
     return std::to_string(segment) + " array " + std::to_string(array) + " step " +
            std::to_string(step);
   }
-  /// Those of all segments that are there.
+  /// Returns these names for each segment that has them.
   std::set<std::string> in_all(const std::set<std::string>& names) const {
     std::set<std::string> all;
     for (const std::string& name : names)
@@ -243,7 +246,8 @@ struct Places {
           all.insert(full);
     return all;
   }
-  /// What was read, whole, by name; names begin with the segment where they are of one.
+  /// Returns the names of the parts that were read, all of which must be complete; names begin with
+  /// the segment if they belong to one.
   std::set<std::string> touched(const WatchedSource& source) const {
     std::set<std::size_t> hit, left;
     for (std::size_t i = 0; i < owner.size(); ++i)
@@ -252,7 +256,8 @@ struct Places {
     std::set<std::string> all, missed;
     for (const std::size_t i : hit) all.insert(owners[i]);
     for (const std::size_t i : left) missed.insert(owners[i]);
-    for (const std::string& name : all) EXPECT_FALSE(missed.contains(name)) << name << " in part";
+    for (const std::string& name : all)
+      EXPECT_FALSE(missed.contains(name)) << name << " is read in part";
     return all;
   }
   void mark(std::size_t begin, std::size_t end, const std::string& name) {
@@ -280,53 +285,54 @@ struct Places {
     }
   }
 
-  std::vector<std::size_t> owner;                // of each byte
+  std::vector<std::size_t> owner;                // of each byte, an index into owners
   std::vector<std::string> owners = {"nobody"};  // their names
-  std::vector<std::uint32_t> segments{};         // of the groups
+  std::vector<std::uint32_t> segments{};         // segment of each group
 };
 
 using Names = std::set<std::string>;
 
-/// Two segments, two arrays of waves that refer to steps before, one that the mesh says nothing of,
-/// static arrays.
+/// Returns a mesh with two segments, two arrays of waves that refer to previous steps, an array
+/// that is unrelated to the mesh, and static arrays.
 Stepped watched_mesh(Order order) {
-  Stepped it;
-  it.mesh =
+  Stepped stepped;
+  stepped.mesh =
       with_order(grid(12, 11, 10, ScalarType::float64, warped), order, order == Order::keep, 0);
-  it.mesh.schema.arrays.push_back(array_of("s", Location::point, ScalarType::int32));
-  it.mesh.schema.arrays.push_back(array_of("z", Location::cell, ScalarType::uint8));
-  it.mesh.arrays.resize(2);
-  for (std::uint64_t v = 0; v < it.mesh.vertices; ++v)
-    append(it.mesh.arrays[0], static_cast<std::int32_t>(v * v % 1009));
-  it.mesh.arrays[1].resize(it.mesh.cells.size(), std::byte{5});
-  const auto wave = add_stepped(it.mesh, array_of("w", Location::point, ScalarType::float64));
-  const auto other = add_stepped(it.mesh, array_of("v", Location::cell, ScalarType::float64));
-  const auto phrase = add_stepped(it.mesh, array_of("n", Location::cell, ScalarType::uint8, 17));
+  stepped.mesh.schema.arrays.push_back(array_of("s", Location::point, ScalarType::int32));
+  stepped.mesh.schema.arrays.push_back(array_of("z", Location::cell, ScalarType::uint8));
+  stepped.mesh.arrays.resize(2);
+  for (std::uint64_t v = 0; v < stepped.mesh.vertices; ++v)
+    append(stepped.mesh.arrays[0], static_cast<std::int32_t>(v * v % 1009));
+  stepped.mesh.arrays[1].resize(stepped.mesh.cells.size(), std::byte{5});
+  const auto wave = add_stepped(stepped.mesh, array_of("w", Location::point, ScalarType::float64));
+  const auto other = add_stepped(stepped.mesh, array_of("v", Location::cell, ScalarType::float64));
+  const auto phrase =
+      add_stepped(stepped.mesh, array_of("n", Location::cell, ScalarType::uint8, 17));
   std::mt19937_64 random(3);
   const Stepped waving = waves(10);
   for (std::uint64_t step = 0; step < 10; ++step) {
-    it.values[{wave, step}] = waving.values.at({0, step});
-    it.values[{other, step}] = waving.values.at({0, step});
-    it.values[{other, step}].resize(it.mesh.cells.size() * 8);
-    if (kSanitized && step / 2 != 2) continue;   // 4 and 5, which is read
-    Bytes& phrases = it.values[{phrase, step}];  // 10 cells of noise, again and again
-    for (std::size_t i = 0; i < it.mesh.cells.size() * 17; ++i)
+    stepped.values[{wave, step}] = waving.values.at({0, step});
+    stepped.values[{other, step}] = waving.values.at({0, step});
+    stepped.values[{other, step}].resize(stepped.mesh.cells.size() * 8);
+    if (kSanitized && step / 2 != 2) continue;        // 4 and 5; the test reads step 5
+    Bytes& phrases = stepped.values[{phrase, step}];  // 10 cells of noise, again and again
+    for (std::size_t i = 0; i < stepped.mesh.cells.size() * 17; ++i)
       phrases.push_back(i < 170 ? static_cast<std::byte>(random()) : phrases[i - 170]);
   }
-  it.options.key_steps = 4;
-  it.options.segment_cells = 660;
-  it.options.group_cells = 330;
-  return it;
+  stepped.options.key_steps = 4;
+  stepped.options.segment_cells = 660;
+  stepped.options.group_cells = 330;
+  return stepped;
 }
 
 TEST(StepReader, TouchesOnlyWhatItNeeds) {
   for (const Order order : {Order::keep, Order::stream})
     for (const auto codec : {ConnectivityCodec::rows, ConnectivityCodec::replay}) {
-      Stepped it = watched_mesh(order);
-      it.options.connectivity = codec;
-      const Bytes bytes = written(it);
+      Stepped stepped = watched_mesh(order);
+      stepped.options.connectivity = codec;
+      const Bytes bytes = written(stepped);
       const Places places(bytes);
-      const auto wave = static_cast<std::uint32_t>(it.mesh.schema.arrays.size() - 3);
+      const auto wave = static_cast<std::uint32_t>(stepped.mesh.schema.arrays.size() - 3);
       WatchedSource source(bytes);
       StepReader reader = opened(source);
       EXPECT_EQ(places.touched(source), Names{"head"});
@@ -345,7 +351,7 @@ TEST(StepReader, TouchesOnlyWhatItNeeds) {
       ASSERT_TRUE(reader.read({wave, 6, {}, false}));
       EXPECT_EQ(places.touched(source), mesh_and({name(4), name(5), name(6)}));
 
-      // What comes next needs no other step, and no mesh any more.
+      // The next step needs no other step, and no mesh data.
       source.forget();
       ASSERT_TRUE(reader.read({wave, 7, {}, false}));
       EXPECT_EQ(places.touched(source), places.in_all({name(7)}));
@@ -353,14 +359,14 @@ TEST(StepReader, TouchesOnlyWhatItNeeds) {
       ASSERT_TRUE(reader.read({wave, 7, {}, false}));
       EXPECT_EQ(places.touched(source), Names{});
 
-      // Numbers are those of the mesh.
-      StepReader anew = opened(source);
+      // Numbers of the mesh are read too.
+      StepReader second = opened(source);
       source.forget();
-      ASSERT_TRUE(anew.read({wave, 4}));
+      ASSERT_TRUE(second.read({wave, 4}));
       if (order == Order::keep) mesh.insert("vertex numbers");
       EXPECT_EQ(places.touched(source), mesh_and({name(4)}));
 
-      // A segment alone.
+      // A single segment.
       StepReader alone = opened(source);
       source.forget();
       ASSERT_TRUE(alone.read({wave, 0, 1}));
@@ -373,10 +379,10 @@ TEST(StepReader, TouchesOnlyWhatItNeeds) {
 
 TEST(StepReader, WhatStandsForItselfNeedsNoMesh) {
   for (const Order order : {Order::keep, Order::stream}) {
-    const Stepped it = watched_mesh(order);
-    const Bytes bytes = written(it);
+    const Stepped stepped = watched_mesh(order);
+    const Bytes bytes = written(stepped);
     const Places places(bytes);
-    const auto phrase = static_cast<std::uint32_t>(it.mesh.schema.arrays.size() - 1);
+    const auto phrase = static_cast<std::uint32_t>(stepped.mesh.schema.arrays.size() - 1);
     WatchedSource source(bytes);
     StepReader reader = opened(source);
     source.forget();
@@ -389,10 +395,10 @@ TEST(StepReader, WhatStandsForItselfNeedsNoMesh) {
 
 TEST(StepReader, AStepIsReadWithItsKeyStepAndNoOther) {
   for (const std::uint32_t key_steps : {1u, 3u, 8u}) {
-    Stepped it = waves(10);
-    it.options.key_steps = key_steps;
-    it.options.group_cells = 100;  // values of several groups stand alone
-    const Bytes bytes = written(it);
+    Stepped stepped = waves(10);
+    stepped.options.key_steps = key_steps;
+    stepped.options.group_cells = 100;  // values of several groups are in separate chunks
+    const Bytes bytes = written(stepped);
     const Places places(bytes);
     for (std::uint64_t step = 0; step < 10; ++step) {
       WatchedSource source(bytes);
@@ -409,14 +415,14 @@ TEST(StepReader, AStepIsReadWithItsKeyStepAndNoOther) {
 
 // --- sizes
 
-/// A field of points and one of cells that travel.
+/// Returns a field of points and a field of cells that move through the mesh.
 Stepped travelling(std::uint64_t first_step, std::uint64_t steps) {
   constexpr std::uint64_t kWide = kSanitized ? 10 : 20, kHigh = kWide - 2, kDeep = kWide - 4;
-  Stepped it;
-  it.mesh =
+  Stepped stepped;
+  stepped.mesh =
       with_order(grid(kWide, kHigh, kDeep, ScalarType::float32, warped), Order::keep, true, 0);
-  const auto a = add_stepped(it.mesh, array_of("a", Location::point, ScalarType::float32));
-  const auto b = add_stepped(it.mesh, array_of("b", Location::cell, ScalarType::float32));
+  const auto a = add_stepped(stepped.mesh, array_of("a", Location::point, ScalarType::float32));
+  const auto b = add_stepped(stepped.mesh, array_of("b", Location::cell, ScalarType::float32));
   const auto field = [](std::uint64_t x, std::uint64_t y, std::uint64_t z, std::uint64_t step) {
     const double t = static_cast<double>(step) * .05;
     return static_cast<float>(
@@ -428,8 +434,8 @@ Stepped travelling(std::uint64_t first_step, std::uint64_t steps) {
       for (std::uint64_t z = 0; z < kDeep + more; ++z)
         for (std::uint64_t y = 0; y < kHigh + more; ++y)
           for (std::uint64_t x = 0; x < kWide + more; ++x)
-            append(it.values[{array, step}], field(x, y, z, first_step + step));
-  return it;
+            append(stepped.values[{array, step}], field(x, y, z, first_step + step));
+  return stepped;
 }
 
 TEST(StepReader, ASeriesIsSmallerThanItsStepsAlone) {
@@ -440,30 +446,30 @@ TEST(StepReader, ASeriesIsSmallerThanItsStepsAlone) {
   EXPECT_LT(series, alone * 4 / 5);
 }
 
-// --- damage, and lies
+// --- damaged and inconsistent files
 
-/// A small file and what is read of it.
+/// Returns a small mesh with steps.
 Stepped small_mesh() {
-  Stepped it;
-  it.mesh = with_order(grid(3, 3, 3, ScalarType::float64, warped), Order::keep, true, 0);
-  const auto a = add_stepped(it.mesh, array_of("a", Location::point, ScalarType::float32));
-  const auto b = add_stepped(it.mesh, array_of("b", Location::cell, ScalarType::float64));
+  Stepped stepped;
+  stepped.mesh = with_order(grid(3, 3, 3, ScalarType::float64, warped), Order::keep, true, 0);
+  const auto a = add_stepped(stepped.mesh, array_of("a", Location::point, ScalarType::float32));
+  const auto b = add_stepped(stepped.mesh, array_of("b", Location::cell, ScalarType::float64));
   for (std::uint64_t step = 0; step < 4; ++step) {
-    it.values[{a, step}] = moving_values(it.mesh.schema.arrays[a], 64, step);
-    it.values[{b, step}] = moving_values(it.mesh.schema.arrays[b], 27, step);
+    stepped.values[{a, step}] = moving_values(stepped.mesh.schema.arrays[a], 64, step);
+    stepped.values[{b, step}] = moving_values(stepped.mesh.schema.arrays[b], 27, step);
   }
-  it.options.key_steps = 2;
-  it.options.group_cells = 10;
-  it.options.segment_cells = 14;
-  return it;
+  stepped.options.key_steps = 2;
+  stepped.options.group_cells = 10;
+  stepped.options.segment_cells = 14;
+  return stepped;
 }
 
 TEST(StepReader, EveryFlippedBitThatIsReadIsFound) {
   const Bytes bytes = written(small_mesh());
   WatchedSource source(bytes);
   StepReader reader = opened(source);
-  const auto good = joined(reader, {0, 3});
-  ASSERT_TRUE(good);
+  const auto expected = joined(reader, {0, 3});
+  ASSERT_TRUE(expected);
   std::mt19937 random(1);
   std::size_t unread = 0;
   for (std::size_t at = 0; at < bytes.size(); at += every(7)) {
@@ -483,7 +489,7 @@ TEST(StepReader, EveryFlippedBitThatIsReadIsFound) {
       continue;
     }
     ++unread;
-    EXPECT_TRUE(values->values == good->values && values->numbers == good->numbers);
+    EXPECT_TRUE(values->values == expected->values && values->numbers == expected->numbers);
   }
   EXPECT_GT(unread, bytes.size() / every(7) / 3);
 }
@@ -496,7 +502,7 @@ TEST(StepReader, EveryCutIsFound) {
   }
 }
 
-/// Reads all that there is; the first complaint.
+/// Reads everything; returns the first error.
 std::optional<Error> complaint(std::span<const std::byte> bytes, const ReadLimits& limits = {}) {
   MemoryRandomSource source(bytes);
   auto reader = StepReader::open(source, limits);
@@ -511,7 +517,7 @@ TEST(StepReader, TheIndexIsNotBelieved) {
   const Bytes bytes = written(small_mesh());
   ASSERT_FALSE(complaint(bytes));
   const auto refused = [&](const char* what, const std::function<void(container::Index&)>& lie) {
-    EXPECT_TRUE(complaint(with_old_index(bytes, lie))) << what;  // all of it stands there
+    EXPECT_TRUE(complaint(with_old_index(bytes, lie))) << what;  // version 0 stores all fields
   };
   for (const std::size_t n : {0u, 1u, 5u, 9u}) {
     const auto lies = [&](const char* what, const std::function<void(IndexEntry&)>& lie) {
@@ -568,7 +574,7 @@ TEST(StepReader, LiesOfAllKindsEndSomehow) {
   const Bytes bytes = written(small_mesh());
   std::mt19937_64 random(11);
   for (int i = 0; i < 400; ++i) {
-    // A byte of a chunk, with right checksums.
+    // Changes a byte of a chunk, with correct checksums.
     FileParts parts = take_apart(bytes);
     Chunk& chunk = parts.chunks[random() % parts.chunks.size()];
     if (chunk.payload.empty()) continue;
@@ -626,7 +632,7 @@ TEST(StepReader, WrongUse) {
   EXPECT_EQ(code({wave + 3, 0}), ErrorCode::misuse);
   EXPECT_EQ(code({wave, 10}), ErrorCode::misuse);
   EXPECT_EQ(code({wave, 0, 2}), ErrorCode::misuse);
-  // Nothing is begun; and what is begun may be left.
+  // next() returns nothing before begin(); a read may be abandoned.
   EXPECT_EQ(*reader.next(), nullptr);
   ASSERT_TRUE(reader.begin({wave, 5}));
   ASSERT_NE(*reader.next(), nullptr);

@@ -1,5 +1,5 @@
-// Step values: what goes in comes out, whatever the mesh, its segments and groups, the codecs, and
-// the step that is referred to; and files that lie about it are refused.
+// Step values: values come back unchanged, for all meshes, segments, groups, codecs, and kinds of
+// references to other steps; inconsistent files are refused.
 #include "steps/step_values.h"
 #include "steps/step_memory.h"
 
@@ -44,10 +44,10 @@ std::vector<StepHeader> headers_of(std::span<const std::byte> bytes) {
   return headers;
 }
 
-Bytes expect_values_back(const Stepped& it) {
-  const Bytes bytes = written(it);
+Bytes expect_values_back(const Stepped& stepped) {
+  const Bytes bytes = written(stepped);
   Values expected;
-  for (const auto& [key, values] : it.values)
+  for (const auto& [key, values] : stepped.values)
     if (!values.empty()) expected[key] = values;
   EXPECT_TRUE(read_values(bytes) == expected);
   return bytes;
@@ -61,58 +61,59 @@ TEST(StepValues, WhateverTheMeshAndItsPieces) {
         for (const std::uint32_t group_cells : {14u, 65536u})
           for (int family = 0; family < 4; ++family) {
             if (some.skips_next()) continue;
-            Stepped it = with_steps(family == 0   ? two_blocks()
-                                    : family == 1 ? mixed_cells()
-                                    : family == 2 ? every_shape()
-                                                  : replayed(order),
-                                    order);
-            if (!can_be_in(it.mesh.schema, codec)) continue;
-            it.options.connectivity = codec;
-            it.options.level = family % 2 == 0 ? Level::standard : Level::fast;
-            it.options.segment_cells = segment_cells;
-            it.options.group_cells = group_cells;
+            Stepped stepped = with_steps(family == 0   ? two_blocks()
+                                         : family == 1 ? mixed_cells()
+                                         : family == 2 ? every_shape()
+                                                       : replayed(order),
+                                         order);
+            if (!can_be_in(stepped.mesh.schema, codec)) continue;
+            stepped.options.connectivity = codec;
+            stepped.options.level = family % 2 == 0 ? Level::standard : Level::fast;
+            stepped.options.segment_cells = segment_cells;
+            stepped.options.group_cells = group_cells;
             SCOPED_TRACE(std::to_string(family) + " codec " +
                          std::to_string(static_cast<int>(codec)) + " order " +
                          std::to_string(static_cast<int>(order)));
-            expect_values_back(it);
+            expect_values_back(stepped);
           }
 }
 
-// Over neighbourhoods that numbers tell, values are as small as over those of a surface.
+// With neighbourhoods found by vertex numbers, values need as few bytes as with those of the active
+// surface.
 TEST(StepValues, OverShiftsToo) {
-  Stepped it = waves(3);
-  it.options.connectivity = ConnectivityCodec::rows;
-  const std::size_t over_surface = expect_values_back(it).size();
-  it.options.connectivity = ConnectivityCodec::shifts;
-  const Bytes bytes = expect_values_back(it);
+  Stepped stepped = waves(3);
+  stepped.options.connectivity = ConnectivityCodec::rows;
+  const std::size_t over_surface = expect_values_back(stepped).size();
+  stepped.options.connectivity = ConnectivityCodec::shifts;
+  const Bytes bytes = expect_values_back(stepped);
   for (const StepHeader& header : headers_of(bytes))
     EXPECT_EQ(header.codec, container::Codec::columns);
   EXPECT_LE(bytes.size() * 20, over_surface * 21);
 }
 
-// At level fast, and where there are no neighbourhoods, no mesh is asked for.
+// At level fast, and without neighbourhoods, decoding does not need the mesh.
 TEST(StepValues, InTerms) {
-  Stepped it = waves(5);
+  Stepped stepped = waves(5);
   for (const auto& [codec, level] : {std::pair(ConnectivityCodec::patterns, Level::standard),
                                      std::pair(ConnectivityCodec::shifts, Level::fast),
                                      std::pair(ConnectivityCodec::rows, Level::fast)}) {
-    it.options.connectivity = codec;
-    it.options.level = level;
-    it.options.key_steps = 1;
-    const std::size_t alone = expect_values_back(it).size();
-    it.options.key_steps = 5;
-    const Bytes bytes = expect_values_back(it);
+    stepped.options.connectivity = codec;
+    stepped.options.level = level;
+    stepped.options.key_steps = 1;
+    const std::size_t alone = expect_values_back(stepped).size();
+    stepped.options.key_steps = 5;
+    const Bytes bytes = expect_values_back(stepped);
     for (const StepHeader& header : headers_of(bytes))
       EXPECT_EQ(header.codec, container::Codec::terms);
     EXPECT_LT(bytes.size(), alone);
   }
 }
 
-// A group of shifts that tells no neighbourhoods is no group of a file with steps.
+// In a file with steps, a group of shifts without neighbourhoods is invalid.
 TEST(StepValues, ShiftsWithoutNeighbourhoodsAreRefused) {
-  Stepped it = waves(1);
-  it.options.connectivity = ConnectivityCodec::shifts;
-  FileParts parts = take_apart(written(it));
+  Stepped stepped = waves(1);
+  stepped.options.connectivity = ConnectivityCodec::shifts;
+  FileParts parts = take_apart(written(stepped));
   Bytes& payload = parts.find(ChunkKind::group)->payload;
   auto group = take_group_apart(payload);
   ASSERT_TRUE(group);
@@ -124,37 +125,38 @@ TEST(StepValues, ShiftsWithoutNeighbourhoodsAreRefused) {
 }
 
 TEST(StepValues, ADelayBufferIsNoMatter) {
-  Stepped it = with_steps(two_blocks(), Order::stream);
-  it.mesh.schema.delay = 20;
-  it.options.group_cells = 30;
-  expect_values_back(it);
+  Stepped stepped = with_steps(two_blocks(), Order::stream);
+  stepped.mesh.schema.delay = 20;
+  stepped.options.group_cells = 30;
+  expect_values_back(stepped);
 }
 
 TEST(StepValues, NoCellsNoVerticesNoElements) {
-  Stepped it = with_steps(grid(1, 1, 1), Order::keep);
-  it.mesh.cells.clear();
-  it.values.clear();
-  it.values[{0, 3}] = moving_values(it.mesh.schema.arrays[0], 8, 3);
-  it.values[{2, 0}] = {};
-  expect_values_back(it);
-  it.mesh.vertices = 0;
-  it.mesh.xyz.clear();
-  it.values[{0, 3}] = {};
-  expect_values_back(it);
+  Stepped stepped = with_steps(grid(1, 1, 1), Order::keep);
+  stepped.mesh.cells.clear();
+  stepped.values.clear();
+  stepped.values[{0, 3}] = moving_values(stepped.mesh.schema.arrays[0], 8, 3);
+  stepped.values[{2, 0}] = {};
+  expect_values_back(stepped);
+  stepped.mesh.vertices = 0;
+  stepped.mesh.xyz.clear();
+  stepped.values[{0, 3}] = {};
+  expect_values_back(stepped);
 }
 
-// A call for an array without elements leaves nothing in the file, and no count of a step either.
+// A call for an array without elements stores nothing in the file and does not count as a step.
 TEST(StepValues, AStepOfNothingIsNone) {
-  Stepped it = with_steps(grid(1, 1, 1), Order::keep);
-  it.mesh.cells.clear();
+  Stepped stepped = with_steps(grid(1, 1, 1), Order::keep);
+  stepped.mesh.cells.clear();
   for (const bool others : {false, true}) {
     MemorySink sink;
-    ASSERT_TRUE(write_mesh(it.mesh, sink, it.options, [&](Writer& writer) -> Result<void> {
-      for (const std::uint64_t step : {0u, 7u})
-        if (auto good = writer.add_step_values(2, step, {}); !good) return good;
-      if (!others) return {};
-      return writer.add_step_values(0, 3, moving_values(it.mesh.schema.arrays[0], 8, 3));
-    }));
+    ASSERT_TRUE(
+        write_mesh(stepped.mesh, sink, stepped.options, [&](Writer& writer) -> Result<void> {
+          for (const std::uint64_t step : {0u, 7u})
+            if (auto status = writer.add_step_values(2, step, {}); !status) return status;
+          if (!others) return {};
+          return writer.add_step_values(0, 3, moving_values(stepped.mesh.schema.arrays[0], 8, 3));
+        }));
     const auto back = read_mesh(sink.bytes);
     ASSERT_TRUE(back) << back.error().message();
     EXPECT_EQ(back->totals.steps, others ? 4u : 0u);
@@ -162,26 +164,26 @@ TEST(StepValues, AStepOfNothingIsNone) {
 }
 
 TEST(StepValues, PiecesAreCutAtGroups) {
-  Stepped it = with_steps(two_blocks(), Order::keep);
-  it.options.group_cells = 30;
-  const Bytes bytes = written(it, 1);
-  EXPECT_EQ(written(it, 5), bytes);
-  EXPECT_EQ(written(it, 100000), bytes);
+  Stepped stepped = with_steps(two_blocks(), Order::keep);
+  stepped.options.group_cells = 30;
+  const Bytes bytes = written(stepped, 1);
+  EXPECT_EQ(written(stepped, 5), bytes);
+  EXPECT_EQ(written(stepped, 100000), bytes);
 }
 
 TEST(StepValues, TheMeshPredicts) {
-  Stepped it = waves(1);
+  Stepped stepped = waves(1);
   RecordedOrder order;
-  it.options.coding_order = &order;
-  written(it);  // to learn the order
+  stepped.options.coding_order = &order;
+  written(stepped);  // only to record the order
   Bytes sorted;
   for (std::uint64_t v : order.vertices) {
-    const auto& values = it.values[{0, 0}];
+    const auto& values = stepped.values[{0, 0}];
     sorted.insert(sorted.end(), values.begin() + static_cast<std::ptrdiff_t>(8 * v),
                   values.begin() + static_cast<std::ptrdiff_t>(8 * v + 8));
   }
-  it.values[{0, 0}] = sorted;
-  const Bytes bytes = expect_values_back(it);
+  stepped.values[{0, 0}] = sorted;
+  const Bytes bytes = expect_values_back(stepped);
   EXPECT_EQ(headers_of(bytes)[0].codec, Codec::columns);
   std::size_t coded = 0;
   for (const Chunk& chunk : take_apart(bytes).chunks)
@@ -191,22 +193,22 @@ TEST(StepValues, TheMeshPredicts) {
 
 TEST(StepValues, StepsReferToTheOneBefore) {
   for (const std::uint32_t key_steps : {1u, 3u, 8u}) {
-    Stepped it = waves(10);
-    it.options.key_steps = key_steps;
-    const auto headers = headers_of(expect_values_back(it));
+    Stepped stepped = waves(10);
+    stepped.options.key_steps = key_steps;
+    const auto headers = headers_of(expect_values_back(stepped));
     ASSERT_EQ(headers.size(), 10u);
     for (std::uint64_t s = 0; s < 10; ++s)
       EXPECT_EQ(headers[s].reference_step, s % key_steps == 0 ? s : s - 1) << s;
   }
 }
 
-/// What the schema of the file says.
+/// Returns the kind of references that the schema of the file allows.
 StepReference most_of(const Bytes& file) {
   const auto back = read_mesh(file);
   EXPECT_TRUE(back);
   return back ? back->schema.step_references : StepReference::trend;
 }
-/// The file under a schema that allows `most`.
+/// Returns the file with a schema that allows `most`.
 Bytes under(const Bytes& file, StepReference most) {
   FileParts parts = take_apart(file);
   Schema schema = read_mesh(file)->schema;
@@ -220,36 +222,37 @@ TEST(StepValues, TheSchemaSaysWhatTheyReferTo) {
   using enum StepReference;
   for (const auto& [key_steps, most] :
        {std::pair(1u, nothing), std::pair(2u, before), std::pair(3u, trend)}) {
-    Stepped it = waves(10);
-    it.options.key_steps = key_steps;
-    const Bytes bytes = expect_values_back(it);
+    Stepped stepped = waves(10);
+    stepped.options.key_steps = key_steps;
+    const Bytes bytes = expect_values_back(stepped);
     EXPECT_EQ(most_of(bytes), most);
     for (const StepReference less : {nothing, before}) {
-      // A chunk that refers to more than the schema allows is refused; one that could, is not.
+      // A chunk that refers to more than the schema allows is refused. A chunk that refers to less
+      // is accepted.
       const auto back = read_mesh(under(bytes, less));
       EXPECT_EQ(static_cast<bool>(back), less >= most);
       if (!back) {
         EXPECT_EQ(back.error().code, ErrorCode::corrupt);
       }
     }
-    // The caller may say less than key_steps would.
-    it.mesh.schema.step_references = std::min(most, before);
-    for (const auto& header : headers_of(expect_values_back(it))) EXPECT_FALSE(header.trend);
+    // The caller may allow fewer references than key_steps would.
+    stepped.mesh.schema.step_references = std::min(most, before);
+    for (const auto& header : headers_of(expect_values_back(stepped))) EXPECT_FALSE(header.trend);
   }
-  // Without steps nothing is stored.
+  // Without steps the schema does not store this.
   WriteOptions options;
   options.key_steps = 1;
   EXPECT_EQ(most_of(expect_round_trip(two_blocks(), options)), trend);
 }
 
 TEST(StepValues, WhatStaysCostsNothing) {
-  Stepped it = with_steps(two_blocks(), Order::keep);
+  Stepped stepped = with_steps(two_blocks(), Order::keep);
   std::mt19937_64 random(3);
-  Bytes& first = it.values[{0, 0}];
+  Bytes& first = stepped.values[{0, 0}];
   for (std::byte& b : first) b = static_cast<std::byte>(random());
-  for (auto& [key, values] : it.values)
+  for (auto& [key, values] : stepped.values)
     if (key.first == 0) values = first;
-  const Bytes bytes = expect_values_back(it);
+  const Bytes bytes = expect_values_back(stepped);
   for (const Chunk& chunk : take_apart(bytes).chunks) {
     if (!chunk.is(ChunkKind::step_values)) continue;
     const auto parts = take_steps_apart(chunk);
@@ -307,32 +310,32 @@ TEST(StepValues, ATrendGoesOn) {
             (std::vector<std::uint64_t>{2, 1}));
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(trend_of<double>(ScalarType::float64, {nan}, {7}), std::vector<double>{7});
-  // Bit by bit: what signals goes on signalling.
+  // Bit for bit: signalling NaNs stay signalling.
   const std::vector<std::uint32_t> odd = {0x7f800001, 0xffc01234, 0x7f800000};
   EXPECT_EQ(trend_of<std::uint32_t>(ScalarType::float32, {0, 0, 0}, odd), odd);
 }
 
 TEST(StepValues, ATrendIsFollowed) {
-  Stepped it = waves(4);
-  for (auto& [key, values] : it.values)  // noise, moving on at the same pace everywhere
+  Stepped stepped = waves(4);
+  for (auto& [key, values] : stepped.values)  // noise that changes at the same rate everywhere
     for (std::size_t i = 0; i < values.size() / 8; ++i) {
       const double v = static_cast<double>(i * 2654435761u % 1000003) * 0x1p-20 *
                        (64 + static_cast<double>(key.second));
       std::memcpy(&values[8 * i], &v, 8);
     }
-  const auto headers = headers_of(expect_values_back(it));
+  const auto headers = headers_of(expect_values_back(stepped));
   ASSERT_EQ(headers.size(), 4u);
   for (std::size_t s = 0; s < 4; ++s) EXPECT_EQ(headers[s].trend, s >= 2) << s;
 }
 
 TEST(StepValues, ManyComponentsAreLeftToZstd) {
-  Stepped it;
-  it.mesh = grid(2, 1, 1);
+  Stepped stepped;
+  stepped.mesh = grid(2, 1, 1);
   const auto a = add_stepped(
-      it.mesh, array_of("a", Location::cell, ScalarType::float32, kMostStepComponents + 1));
-  it.values[{a, 0}] = moving_values(it.mesh.schema.arrays[a], 2, 0);
-  it.values[{a, 1}] = it.values[{a, 0}];
-  for (const StepHeader& header : headers_of(expect_values_back(it)))
+      stepped.mesh, array_of("a", Location::cell, ScalarType::float32, kMostStepComponents + 1));
+  stepped.values[{a, 0}] = moving_values(stepped.mesh.schema.arrays[a], 2, 0);
+  stepped.values[{a, 1}] = stepped.values[{a, 0}];
+  for (const StepHeader& header : headers_of(expect_values_back(stepped)))
     EXPECT_EQ(header.codec, Codec::shuffled_zstd);
 }
 
@@ -348,11 +351,11 @@ TEST(StepValues, ShuffledBytes) {
   EXPECT_FALSE(unpack_shuffled({}, 4, 8));
   EXPECT_FALSE(unpack_shuffled(coded, 4, 7992));
   EXPECT_FALSE(unpack_shuffled(coded, 3, 8000));
-  EXPECT_EQ(unpack_shuffled(coded, 4, 8004)->size(), 8000u);  // who wants more has to look
+  EXPECT_EQ(unpack_shuffled(coded, 4, 8004)->size(), 8000u);  // the caller must check the size
   EXPECT_FALSE(unpack_shuffled(std::span(coded).first(coded.size() - 1), 4, 8000));
 }
 
-// --- files that lie
+// --- inconsistent files
 
 ErrorCode code_of(std::span<const std::byte> bytes, const ReadLimits& limits = {}) {
   MemorySource source(bytes);
@@ -367,7 +370,7 @@ ErrorCode code_of(std::span<const std::byte> bytes, const ReadLimits& limits = {
   return {};
 }
 
-/// Changes chunk `nth` of step values, which has one part.
+/// Changes the nth chunk of step values, which has one part.
 Bytes with_chunk(std::span<const std::byte> bytes, std::size_t nth,
                  const std::function<void(StepHeader&, Bytes&)>& change) {
   FileParts parts = take_apart(bytes);
@@ -379,12 +382,12 @@ Bytes with_chunk(std::span<const std::byte> bytes, std::size_t nth,
   return put_together(parts);
 }
 
-/// Waves in four groups, three steps, the later two referring.
+/// Returns waves in four groups with three steps, of which the last two refer to earlier steps.
 const Bytes& waves_file() {
   static const Bytes bytes = [] {
-    Stepped it = waves(3);
-    it.options.group_cells = 330;
-    return written(it);
+    Stepped stepped = waves(3);
+    stepped.options.group_cells = 330;
+    return written(stepped);
   }();
   return bytes;
 }
@@ -414,13 +417,13 @@ TEST(StepValues, LyingHeaders) {
       refused(nth, [&](StepHeader& h) { h.codec = static_cast<Codec>(codec); });
   }
   refused(1, [](StepHeader& h) { h.group = 0; });
-  refused(5, [](StepHeader& h) { h.reference_step = h.step; });  // unlike the group before
-  refused(8, [](StepHeader& h) { h.reference_step = 0; });       // not the step before
-  refused(4, [](StepHeader& h) { h.trend = true; });             // of one step
-  refused(9, [](StepHeader& h) { h.trend = !h.trend; });         // unlike the group before
+  refused(5, [](StepHeader& h) { h.reference_step = h.step; });  // differs from the previous group
+  refused(8, [](StepHeader& h) { h.reference_step = 0; });       // not the previous step
+  refused(4, [](StepHeader& h) { h.trend = true; });             // from a single step
+  refused(9, [](StepHeader& h) { h.trend = !h.trend; });         // differs from the previous group
   refused(
       0, [](StepHeader& h) { h.step = h.reference_step = 1 << 21; }, ErrorCode::over_limit);
-  // A trend of no step, which only heads of version 0 can have.
+  // A trend without steps, which only heads of version 0 can express.
   for (const bool trend : {false, true}) {
     FileParts parts = take_apart(waves_file());
     Chunk& chunk = *parts.find(ChunkKind::step_values);
@@ -448,9 +451,9 @@ TEST(StepValues, StepsThatAreMissing) {
 }
 
 TEST(StepValues, OneArrayAtATime) {
-  Stepped it = with_steps(two_blocks(), Order::keep);
-  it.options.group_cells = 120;
-  const Bytes bytes = written(it);
+  Stepped stepped = with_steps(two_blocks(), Order::keep);
+  stepped.options.group_cells = 120;
+  const Bytes bytes = written(stepped);
   const auto headers = headers_of(bytes);
   ASSERT_EQ(headers[1].array, 0u);
   for (std::size_t i = 1; i < headers.size(); ++i) {
@@ -482,24 +485,25 @@ TEST(StepValues, DamagedBytesGiveAsManyValuesOrNone) {
 
 TEST(StepValues, AGroupMayTakeTooMuch) {
   ReadLimits limits;
-  limits.max_group_bytes = 20000;  // the cells fit, their neighbourhoods do not
+  limits.max_group_bytes = 20000;  // enough for the cells, but not for their neighbourhoods
   EXPECT_EQ(code_of(written(with_steps(grid(6, 6, 6), Order::stream)), limits),
             ErrorCode::over_limit);
-  Stepped it;
-  it.mesh = grid(2, 2, 2);
-  const auto a = add_stepped(it.mesh, array_of("a", Location::cell, ScalarType::float64, 2000));
-  it.values[{a, 0}] = Bytes(8 * 8 * 2000);
+  Stepped stepped;
+  stepped.mesh = grid(2, 2, 2);
+  const auto a =
+      add_stepped(stepped.mesh, array_of("a", Location::cell, ScalarType::float64, 2000));
+  stepped.values[{a, 0}] = Bytes(8 * 8 * 2000);
   limits.max_group_bytes = 100000;
-  EXPECT_EQ(code_of(written(it), limits), ErrorCode::over_limit);
+  EXPECT_EQ(code_of(written(stepped), limits), ErrorCode::over_limit);
 }
 
 TEST(StepValues, AWriterTakesNoMoreThanThereIs) {
-  Stepped it = with_steps(grid(2, 2, 2), Order::keep);
-  it.values.clear();
-  it.values[{2, 0}] = Bytes(9 * 4);
+  Stepped stepped = with_steps(grid(2, 2, 2), Order::keep);
+  stepped.values.clear();
+  stepped.values[{2, 0}] = Bytes(9 * 4);
   MemorySink sink;
-  const auto report = write_mesh(it.mesh, sink, {}, [&](Writer& writer) {
-    return writer.add_step_values(2, 0, it.values[{2, 0}]);
+  const auto report = write_mesh(stepped.mesh, sink, {}, [&](Writer& writer) {
+    return writer.add_step_values(2, 0, stepped.values[{2, 0}]);
   });
   ASSERT_FALSE(report);
   EXPECT_EQ(report.error().code, ErrorCode::misuse);

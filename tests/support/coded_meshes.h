@@ -1,6 +1,6 @@
-// The registry of codecs by generated meshes: which codecs there are, which of them a mesh can be
-// written in, small meshes of all kinds, and each of these in each codec. Unit tests, round trips
-// and the seeds of the fuzz targets go through it, so that none of them forgets a codec.
+// Test meshes for every codec: which codecs exist, which of them can encode a given mesh, small
+// meshes of all kinds, and each mesh in each codec. Unit tests, round-trip tests and the seeds of
+// the fuzz targets all use these functions, so that none of them misses a codec.
 #pragma once
 
 #include <algorithm>
@@ -20,8 +20,8 @@
 
 namespace shm {
 
-/// What spec/registry.md calls it; nothing for a number that is no codec. Without a default, so
-/// that the compiler asks for a new one.
+/// Returns the name of the codec in spec/registry.md; empty if the number is not a codec. The
+/// switch has no default, so that the compiler warns about a new codec.
 constexpr std::string_view registered_name(Codec codec) {
   switch (codec) {
     case Codec::paper: return "paper";
@@ -40,10 +40,11 @@ constexpr std::string_view registered_name(Codec codec) {
   return {};
 }
 
-/// By the name of a codec, what it codes in a file: numbers of stream kinds, "step_values".
+/// Pairs of a codec's name and the kind of data that it codes in a file: the number of a stream
+/// kind, or "step_values".
 using CodecUses = std::set<std::pair<std::string, std::string>>;
 
-/// Adds those of a file, as its groups and step values say.
+/// Adds the codecs that the groups and step values of a file use.
 inline void add_uses(std::span<const std::byte> file, CodecUses& uses) {
   const auto add = [&](Codec codec, std::string what) {
     uses.emplace(registered_name(codec), std::move(what));
@@ -59,19 +60,19 @@ inline void add_uses(std::span<const std::byte> file, CodecUses& uses) {
   }
 }
 
-/// Whether a Writer takes that codec of cells for such a mesh.
+/// Returns true if a Writer accepts `codec` for the cells of a mesh with this schema.
 inline bool can_be_in(const Schema& schema, ConnectivityCodec codec) {
   NullSink sink;
   return static_cast<bool>(Writer::create(sink, schema, {.connectivity = codec}));
 }
-/// Those that it takes, and automatic, which is the first.
+/// Returns the codecs that a Writer accepts for this schema, beginning with automatic.
 inline std::vector<ConnectivityCodec> codecs_for(const Schema& schema) {
   std::vector<ConnectivityCodec> codecs{ConnectivityCodec::automatic};
-  for (const NamedCodec& it : kConnectivityCodecs)
-    if (can_be_in(schema, it.name)) codecs.push_back(it.name);
+  for (const NamedCodec& named : kConnectivityCodecs)
+    if (can_be_in(schema, named.name)) codecs.push_back(named.name);
   return codecs;
 }
-/// Those that no mesh with a delay can be in.
+/// Returns the codecs that cannot encode a mesh with a delay buffer.
 inline std::vector<ConnectivityCodec> codecs_without_delay() {
   Schema schema = hexahedra_schema();
   auto codecs = codecs_for(schema);
@@ -79,7 +80,8 @@ inline std::vector<ConnectivityCodec> codecs_without_delay() {
   for (const ConnectivityCodec with_delay : codecs_for(schema)) std::erase(codecs, with_delay);
   return codecs;
 }
-/// These, and automatic for all others.
+/// Returns the codecs without a delay buffer, preceded by automatic, which stands for all other
+/// codecs.
 inline std::vector<ConnectivityCodec> codecs_of_both_kinds() {
   auto codecs = codecs_without_delay();
   codecs.insert(codecs.begin(), ConnectivityCodec::automatic);
@@ -115,8 +117,8 @@ inline std::vector<GeneratedMesh> generated_meshes() {
   return all;
 }
 
-/// Each generated mesh in each codec that it can be in: in both orders, with a delay and without,
-/// with steps and without, and at all levels, by turns.
+/// Returns each generated mesh in each codec that can encode it. Orders, delays, steps and levels
+/// alternate from file to file.
 inline std::vector<FeatureFile> coded_files() {
   constexpr std::array kLevels = {Level::fast, Level::standard, Level::best};
   std::vector<FeatureFile> files;
@@ -125,17 +127,17 @@ inline std::vector<FeatureFile> coded_files() {
     for (const ConnectivityCodec codec : codecs_for(generated.mesh.schema)) {
       const Order order = turn % 2 == 0 ? Order::keep : Order::stream;
       const bool steps = turn % 4 == 3 || has_steps(generated.mesh.schema);
-      Stepped it = steps ? with_steps(generated.mesh, order)
-                         : Stepped{with_order(generated.mesh, order, true, 0), {}, {}};
-      it.mesh.schema.delay = 5;
-      if (turn % 5 > 1 || !can_be_in(it.mesh.schema, codec)) it.mesh.schema.delay = 0;
-      it.options.connectivity = codec;
-      it.options.level = kLevels[turn++ % kLevels.size()];
-      it.options.group_cells = 20;
-      it.options.segment_cells = 40;
+      Stepped stepped = steps ? with_steps(generated.mesh, order)
+                              : Stepped{with_order(generated.mesh, order, true, 0), {}, {}};
+      stepped.mesh.schema.delay = 5;
+      if (turn % 5 > 1 || !can_be_in(stepped.mesh.schema, codec)) stepped.mesh.schema.delay = 0;
+      stepped.options.connectivity = codec;
+      stepped.options.level = kLevels[turn++ % kLevels.size()];
+      stepped.options.group_cells = 20;
+      stepped.options.segment_cells = 40;
       std::string name = std::string(codec_name(codec)) + "_of_" + generated.name;
       std::replace(name.begin(), name.end(), ' ', '_');
-      files.push_back({std::move(name), written(it)});
+      files.push_back({std::move(name), written(stepped)});
     }
   return files;
 }

@@ -1,4 +1,4 @@
-// Files in memory that watch what is read of them.
+// In-memory sources that record which bytes of a file are read.
 #pragma once
 
 #include <algorithm>
@@ -26,7 +26,7 @@ class CountedSource final : public RandomSource {
   MemoryRandomSource source_;
 };
 
-/// Counts the bytes that are read without having been told of.
+/// Counts the bytes that are read without a prior announcement.
 class ToldSource final : public RandomSource {
  public:
   explicit ToldSource(std::span<const std::byte> file) : source_(file) {}
@@ -55,7 +55,7 @@ class WatchedSource final : public RandomSource {
   explicit WatchedSource(std::span<const std::byte> file) : touched(file.size()), source_(file) {}
   std::uint64_t size() const override { return source_.size(); }
   Result<void> read_at(std::uint64_t offset, std::span<std::byte> into) override {
-    if (auto good = source_.read_at(offset, into); !good) return good;
+    if (auto status = source_.read_at(offset, into); !status) return status;
     for (std::size_t i = 0; i < into.size(); ++i) touched[offset + i] = true;
     return {};
   }

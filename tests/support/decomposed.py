@@ -1,4 +1,4 @@
-"""A decomposed Exodus mesh to test with: a whole one with all that parts have to share, and its parts.
+"""Test data for decomposed Exodus meshes: a whole mesh with every item that parts share, and its parts.
 
 Needs ncgen and ncdump.
 """
@@ -10,15 +10,15 @@ from mpi_ranks import Exodus
 from sample_meshes import hexahedra, wedges
 
 def whole_text(n, steps=3, sets=True, seed=0):
-    """CDL of n*n*n hexahedra in two blocks, the last layer of it wedges in a third one, with all that
-    parts have to share: fields, sets with factors and variables, attributes, records."""
+    """Returns the CDL of n*n*n hexahedra in two blocks, the last layer replaced by wedges in a third block, with
+    every item that parts share: fields, sets with factors and variables, attributes, records."""
     m = n + 1
     cells = hexahedra(n, first_node=1)
     layer = n * n
     blocks = [cells[:layer], cells[layer:-layer], []]
     for c in cells[-layer:]:
         blocks[2] += wedges(c)
-    count, nodes = [len(b) for b in blocks], m ** 3 + 2  # two that no element uses
+    count, nodes = [len(b) for b in blocks], m ** 3 + 2  # two nodes that no element uses
     text = lambda values: ", ".join(repr(v) if isinstance(v, float) else str(v) for v in values)
     axis = lambda a: text([round((v // m ** a % m) * .25 + v % 7 * .001, 6) for v in range(nodes)])
     nodal = lambda k: text([round((v % 97) * .01 * k + s * (.5 + v % 5) + seed, 4)
@@ -27,7 +27,7 @@ def whole_text(n, steps=3, sets=True, seed=0):
                               for c in range(count[b])])
     fixed = list(range(1, m * m + 1))
     hexes = count[0] + count[1]
-    # Sides x = 0 of the hexahedra, and the lids of wedges, of three nodes.
+    # Sides x = 0 of the hexahedra, and the triangular ends of the wedges, which have three nodes.
     inlet = [(c + 1, 4) for c in range(hexes) if c % n == 0]
     inlet += [(hexes + w + 1, 5) for w in range(count[2])]
     factors = [round(e * .5 + k, 3) for e, side in inlet for k in range(4 if side == 4 else 3)]
@@ -87,7 +87,7 @@ data: time_whole = {text([s * .5 for s in range(steps)])} ;
 
 
 class Split:
-    """One Exodus file cut into parts, each the same variables with the rows that it has."""
+    """Cuts one Exodus file into parts. Each part has the same variables, restricted to its own rows."""
 
     def __init__(self, whole, owner, count, base=1):
         self.file, self.count, self.base = Exodus(whole), count, base
@@ -109,11 +109,11 @@ class Split:
                 self.block_of.append(b)
         used = set().union(*self.nodes_of)
         self.nodes_of[-1].update(set(range(1, size("num_nodes") + 1)) - used)
-        # Not in their order everywhere.
+        # Every second part lists its nodes in descending order.
         self.nodes_of = [sorted(nodes, reverse=p % 2 == 1) for p, nodes in enumerate(self.nodes_of)]
 
     def rows(self, dimension, part):
-        """Which rows of a dimension the part has; None for all."""
+        """Returns the rows of a dimension that the part has; None for all."""
         nodes, cells = self.nodes_of[part], self.cells_of[part]
         get = self.file.get
         if dimension == "num_nodes":

@@ -1,5 +1,6 @@
-// Families of hexahedral meshes that are degenerate or no manifolds: collapsed corners, repeated
-// cells, faces and edges shared by many, twisted and closed glue, and garbage.
+// Families of hexahedral meshes that are degenerate or not manifold: collapsed corners, repeated
+// cells, faces and edges shared by many cells, rows closed with and without a twist, and random
+// corners.
 #pragma once
 
 #include <array>
@@ -22,7 +23,7 @@ struct Family {
 
 using Corners = std::array<std::uint64_t, 8>;
 
-/// Cells over as many vertices as they name, at made-up places.
+/// Returns a mesh of these cells with as many vertices as the cells refer to, at arbitrary points.
 inline TestMesh mesh_of(const std::vector<Corners>& cells, std::uint64_t vertices = 0) {
   TestMesh mesh;
   mesh.schema = hexahedra_schema(ScalarType::float64);
@@ -38,8 +39,8 @@ inline TestMesh mesh_of(const std::vector<Corners>& cells, std::uint64_t vertice
   return mesh;
 }
 
-/// Triangles of an n x n square, twice n * n, in `layers` layers: prisms as hexahedra of which two
-/// edges are collapsed.
+/// Returns prisms over the 2 * n * n triangles of a square, in `layers` layers. Each prism is a
+/// hexahedron with two collapsed edges.
 inline TestMesh layered_prisms(std::uint64_t n, std::uint64_t layers) {
   TestMesh mesh = grid(n, n, layers, ScalarType::float64, warped);
   std::vector<TestCell> prisms;
@@ -52,7 +53,8 @@ inline TestMesh layered_prisms(std::uint64_t n, std::uint64_t layers) {
   return mesh;
 }
 
-/// Sectors of a cylinder around its axis, in layers: one face of each is collapsed to an edge.
+/// Returns sectors of a cylinder around its axis, in layers. One face of each sector is collapsed
+/// to an edge.
 inline TestMesh sectors(std::uint64_t around, std::uint64_t layers) {
   std::vector<std::array<double, 3>> points;
   for (std::uint64_t k = 0; k <= layers; ++k) {
@@ -75,7 +77,8 @@ inline TestMesh sectors(std::uint64_t around, std::uint64_t layers) {
   return mesh;
 }
 
-/// Six pyramids in each cell of a grid, as hexahedra of which the top is collapsed to a point.
+/// Returns a grid with each cell divided into six pyramids, stored as hexahedra whose top is
+/// collapsed to a point.
 inline TestMesh pyramids(std::uint64_t n) {
   constexpr std::array<std::array<std::size_t, 4>, 6> kFaces = {
       {{0, 1, 2, 3}, {4, 7, 6, 5}, {0, 4, 5, 1}, {1, 5, 6, 2}, {2, 6, 7, 3}, {3, 7, 4, 0}}};
@@ -95,7 +98,8 @@ inline TestMesh pyramids(std::uint64_t n) {
   return mesh;
 }
 
-/// Six tetrahedra in each cell of a grid, as hexahedra of which an edge and the top are collapsed.
+/// Returns a grid with each cell divided into six tetrahedra, stored as hexahedra with one edge and
+/// the top collapsed.
 inline TestMesh tetrahedra(std::uint64_t n) {
   constexpr std::array<std::array<std::size_t, 2>, 6> kPaths = {
       {{1, 2}, {1, 5}, {3, 2}, {3, 7}, {4, 5}, {4, 7}}};
@@ -111,7 +115,7 @@ inline TestMesh tetrahedra(std::uint64_t n) {
   return mesh;
 }
 
-/// A grid whose cells were changed in turn.
+/// Returns a grid after calling `how(index, corners)` on each of its cells.
 inline TestMesh changed_grid(
     std::uint64_t n, const std::function<void(std::size_t, std::vector<std::uint64_t>&)>& how) {
   TestMesh mesh = grid(n, n, n, ScalarType::float64, warped);
@@ -119,7 +123,7 @@ inline TestMesh changed_grid(
   return mesh;
 }
 
-/// Cells of a grid for which `stays` says so.
+/// Returns the cells of a grid for which `stays` returns true.
 inline TestMesh part_of_grid(
     std::uint64_t n,
     const std::function<bool(std::uint64_t, std::uint64_t, std::uint64_t)>& stays) {
@@ -131,8 +135,8 @@ inline TestMesh part_of_grid(
   return mesh;
 }
 
-/// `count` cells in a row, the end glued to the beginning: corner i of the last face lies on corner
-/// glue[i] of the first.
+/// Returns a closed row of `count` cells: corner i of the last face is corner glue[i] of the first
+/// face.
 inline TestMesh closed_row(std::uint64_t count, const std::array<std::uint64_t, 4>& glue) {
   std::vector<Corners> cells;
   for (std::uint64_t c = 0; c < count; ++c) {
@@ -146,7 +150,7 @@ inline TestMesh closed_row(std::uint64_t count, const std::array<std::uint64_t, 
   return mesh_of(cells);
 }
 
-/// A grid that is closed along all three axes.
+/// Returns a grid that is closed along all three axes.
 inline TestMesh torus(std::uint64_t nx, std::uint64_t ny, std::uint64_t nz) {
   const auto v = [&](std::uint64_t i, std::uint64_t j, std::uint64_t k) {
     return i % nx + nx * (j % ny + ny * (k % nz));
@@ -169,7 +173,8 @@ inline TestMesh garbage(std::uint64_t cells, std::uint64_t vertices, std::uint64
   return mesh_of(list, vertices);
 }
 
-/// Cells whose corners come from a window that moves along: many chance contacts.
+/// Returns cells with random corners from a window that moves along the vertices, so that cells
+/// touch by chance in many ways.
 inline TestMesh moving_garbage(std::uint64_t cells, std::uint64_t window, std::uint64_t seed) {
   std::mt19937_64 random(seed);
   std::vector<Corners> list(cells);
@@ -269,7 +274,7 @@ inline void add_glued(std::vector<Family>& all) {
   all.push_back({"torus of 2", torus(2, 2, 2)});
   all.push_back({"torus of 3 x 2 x 1", torus(3, 2, 1)});
   all.push_back({"torus of 6 x 5 x 4", torus(6, 5, 4)});
-  // Cell after cell on two faces of the one before, and on all six.
+  // Each cell shares two faces with the cell before it (first mesh), or all six (second mesh).
   std::vector<Corners> two_faces, all_faces;
   for (std::uint64_t c = 0; c < 30; ++c) {
     const std::uint64_t v = 2 * c;
@@ -321,7 +326,7 @@ inline const std::vector<Family>& degenerate_families() {
     for (const Family& family : all) {
       for (TestCell cell : family.mesh.cells) {
         if (mix.cells.size() % 5 > 0)
-          mix.cells.push_back(cell);  // a little of all, over each other
+          mix.cells.push_back(cell);  // cells of all the families above, overlapping
         for (auto& v : cell.corners) v = (v + mix.vertices) % 397;
         if (mix.cells.size() % 5 == 0) mix.cells.push_back(cell);
       }

@@ -1,6 +1,6 @@
-// An Exodus file with a bit of everything that libexodusii can write, made by libexodusii; and what
-// its reading functions say of such a file, by the nodes' and elements' own ids, so that two
-// files say the same when only the order of nodes and elements differs.
+// Writes an Exodus file with an example of everything that libexodusii can write, and describes the
+// contents of such a file as sentences. The sentences name nodes and elements by their ids, so that
+// two files that differ only in the order of nodes and elements give the same sentences.
 #pragma once
 
 #include <exodusII.h>
@@ -37,7 +37,8 @@ struct ElementKind {
   const char* topology;
   int nodes, elements, edges, faces, attributes;
 };
-// The first two share the grid. NSIDED and NFACED vary; 0 elements: a null block.
+// The first two blocks fill the grid. NSIDED and NFACED elements vary in size; a block of 0
+// elements is a null block.
 inline constexpr std::array<ElementKind, 30> kKinds{
     {{"HEX8", 8, 40, 12, 6, 3},     {"hex", 8, 24, 0, 0, 0},     {"HEX20", 20, 3, 0, 0, 1},
      {"HEX27", 27, 3, 0, 0, 0},     {"HEX9", 9, 2, 0, 0, 0},     {"TETRA4", 4, 5, 0, 0, 0},
@@ -50,14 +51,14 @@ inline constexpr std::array<ElementKind, 30> kKinds{
      {"SPHERE", 1, 5, 0, 0, 2},     {"SUPER", 40, 2, 0, 0, 0},   {"NULL", 0, 0, 0, 0, 0},
      {"nsided", 0, 9, 0, 0, 1},     {"nfaced", 0, 7, 0, 0, 2},   {"NFACED", 0, 5, 0, 0, 0}}};
 
-// Writes the file; failures are GoogleTest's.
+// Writes the file; reports errors as GoogleTest failures.
 class Maker {
  public:
   Maker(const std::string& path, const Options& options) : options_(options), random_(7) {
     wide_ = (options.mode & EX_ALL_INT64_DB) != 0;
     write(path);
   }
-  // Of the block or set at place `i` of its kind. Wide files have ids beyond 32 bits.
+  // Returns the id of block or set number `i` of its kind. Wide files have ids beyond 32 bits.
   std::int64_t id(std::int64_t i, std::int64_t base) const {
     return base + i * 3 + (wide_ && i % 2 == 0 ? std::int64_t{1} << 40 : 0);
   }
@@ -75,7 +76,7 @@ class Maker {
       text += "_and_more";
     return text;
   }
-  // Names of several things, for the library.
+  // Calls `use` with an array of `count` generated names, as the library expects it.
   void with_names(const std::string& stem, std::size_t count,
                   const std::function<void(char**)>& use) const {
     std::vector<std::string> names;
@@ -102,7 +103,7 @@ class Maker {
   }
 
   void write(const std::string& path) {
-    ex_opts(0);  // or it prints
+    ex_opts(0);  // otherwise the library prints errors
     int memory = 8, file = options_.real_bytes;
     exoid_ = ex_create(path.c_str(), EX_CLOBBER | options_.mode, &memory, &file);
     ASSERT_GE(exoid_, 0);
@@ -140,7 +141,7 @@ class Maker {
     SHM_EX(ex_put_init_ext(exoid_, &init));
   }
 
-  // Nodes of the grid, shuffled.
+  // Writes the nodes of the grid, shuffled.
   void put_nodes() {
     node_at_.resize(kNodes);
     std::iota(node_at_.begin(), node_at_.end(), 0);
@@ -264,7 +265,7 @@ class Maker {
       ex_entity_type type;
       std::int64_t base;
       std::size_t most;
-      bool second;  // sides or orientations
+      bool second;  // has a second list: sides or orientations
       const char* stem;
     };
     const std::array<Kind, 5> kinds{{{EX_NODE_SET, 1000, kNodes, false, "nodes"},
@@ -328,7 +329,7 @@ class Maker {
     struct Kind {
       ex_entity_type type;
       std::int64_t base;
-      std::vector<std::size_t> entries;  // of each block or set
+      std::vector<std::size_t> entries;  // number of entries of each block or set
       const char* stem;
     };
     std::vector<std::size_t> blocks;
@@ -379,12 +380,12 @@ class Maker {
   bool wide_ = false;
   int exoid_ = -1;
   std::size_t elements_ = 0;
-  std::vector<std::size_t> node_at_;  // of each node of the grid, its number from 0
+  std::vector<std::size_t> node_at_;  // for each node of the grid, its number from 0
 };
 
-// What libexodusII's reading functions say of such a file: a sentence for each thing, with nodes
-// and elements by the ids in their maps. Faces, edges and all sets keep their order, and are named
-// by it.
+// Describes an Exodus file as read by libexodusII: one sentence per item, with nodes and elements
+// named by the ids in their maps. Faces, edges and all sets keep their order and are named by their
+// position.
 class Teller {
  public:
   explicit Teller(const std::string& path) {
@@ -392,7 +393,7 @@ class Teller {
     float version = 0;
     exoid_ = ex_open(path.c_str(), EX_READ, &memory, &file, &version);
     if (exoid_ < 0) {
-      ADD_FAILURE() << "libexodusII does not open " << path;
+      ADD_FAILURE() << "libexodusII cannot open " << path;
       return;
     }
     ex_set_int64_status(exoid_, EX_ALL_INT64_API);

@@ -1,6 +1,6 @@
-// What the Exodus manual does not name, added to an Exodus file through netCDF: assemblies, blobs
-// and reduction variables as newer libraries lay them out, variables and attributes of users' own,
-// names of Exodus with other types and shapes, and all that netCDF can say about storage.
+// Adds items to an Exodus file through netCDF that the Exodus manual does not describe: assemblies,
+// blobs and reduction variables as newer libraries store them, user-defined variables and
+// attributes, Exodus names with unexpected types and shapes, and every storage option of netCDF.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -18,7 +18,7 @@
 
 namespace shm::exodus_files {
 
-// Opens a file for additions, and closes it.
+// Opens an existing file for additions, and closes it in its destructor.
 class Additions {
  public:
   explicit Additions(const std::string& path) {
@@ -38,14 +38,14 @@ class Additions {
   Additions& operator=(const Additions&) = delete;
 
   int id() const { return id_; }
-  bool enhanced() const { return enhanced_; }  // the whole netCDF-4 model
+  bool enhanced() const { return enhanced_; }  // the complete netCDF-4 model
   bool hdf5() const { return hdf5_; }
 
   void dimension(const std::string& name, std::size_t length) {
     int dimension = -1;
     good(nc_def_dim(id_, name.c_str(), length, &dimension), name);
   }
-  // With some values in it.
+  // Adds a variable and stores a few values in it.
   int variable(const std::string& name, nc_type type,
                std::initializer_list<const char*> dimensions) {
     std::vector<int> used;
@@ -128,7 +128,7 @@ inline void add_assemblies_and_blobs(Additions& to) {
   to.variable("vals_blob_var1blob1", NC_DOUBLE, {"time_step", "num_values_blob1"});
 }
 
-// In every kind of netCDF file.
+// Adds items that every kind of netCDF file can store.
 inline void add_unknown(Additions& to) {
   to.dimension("three", 3);
   to.dimension("five", 5);
@@ -140,7 +140,7 @@ inline void add_unknown(Additions& to) {
   to.text(to.variable("a name with (brackets), 100% & spaces", NC_SHORT, {"three"}), "units", "K");
   to.variable("alone", NC_DOUBLE, {});
   to.variable("letter", NC_CHAR, {});
-  to.variable("three", NC_FLOAT, {"three"});  // named like its dimension
+  to.variable("three", NC_FLOAT, {"three"});  // has the name of its dimension
   to.variable("velocity", NC_FLOAT, {"num_nodes", "three"});
   to.variable("velocity_by_axis", NC_FLOAT, {"three", "num_nodes"});
   to.variable("history", NC_DOUBLE, {"time_step", "three", "five", "num_nodes"});
@@ -150,7 +150,7 @@ inline void add_unknown(Additions& to) {
   to.variable("monitor", NC_INT, {"time_step"});
   const int filled = to.variable("has_fill_value", NC_INT, {"five"});
   to.numbers<int>(filled, "_FillValue", NC_INT, {-999});
-  // Names of Exodus, but not its types and shapes.
+  // Names of Exodus variables with types and shapes that Exodus does not use.
   to.variable("node_ns77", NC_DOUBLE, {"three", "five"});
   to.variable("elem_ss88", NC_CHAR, {"five"});
   to.variable("elem_els55", NC_SHORT, {"three"});
@@ -166,7 +166,7 @@ inline void add_unknown(Additions& to) {
   to.variable("ebconn99", NC_INT, {"five"});
 }
 
-// Only in files with the whole netCDF-4 model.
+// Adds items that need the complete netCDF-4 model.
 inline void add_netcdf4(Additions& to) {
   to.dimension("runs", NC_UNLIMITED);
   to.dimension("never", NC_UNLIMITED);
@@ -226,8 +226,8 @@ inline void add_oddities(const std::string& path) {
   if (to.hdf5()) add_storage(to);
 }
 
-// What netCDF reads of every variable with one dimension of nodes or elements: a sentence for each
-// of these, by its id.
+// Reads every variable with exactly one dimension of nodes or elements through netCDF. Returns one
+// sentence per node or element, which names it by its id.
 inline std::multiset<std::string> told_by_netcdf(const std::string& path) {
   std::multiset<std::string> sentences;
   int id = -1, variables = 0;

@@ -1,4 +1,4 @@
-// Exodus files compared by netCDF's own tools.
+// Compares Exodus files with netCDF's own tools.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -10,7 +10,7 @@
 
 namespace shm::converters {
 
-// Whether netCDF's own tools find two files equal, and how they differ.
+// Compares two files with netCDF's own tools; a failure lists the differences.
 inline testing::AssertionResult equal_files(const std::string& a, const std::string& b) {
   const std::string report = b + ".report";
   const std::string command = "python3 '" SHM_SOURCE_DIR "/tests/support/exodus_oracle.py' '" + a +

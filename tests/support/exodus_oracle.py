@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Are two Exodus II files equal? Compared by netCDF's own ncdump, independently of our code.
+"""Compares two Exodus II files with netCDF's own ncdump, independently of this project's code.
 
 usage: exodus_oracle.py A B
 
-Compares the kind of netCDF file, all dimensions, variables, attributes and values, and how values
-are stored (chunks, filters, byte order, filling); the order in which they are defined does not
-matter. No name is ignored but those in which netCDF says which of its own versions made the file.
-Numbers are printed with enough digits to tell all of them apart, except the bits inside a NaN.
+Compares the kind of netCDF file, all dimensions, variables, attributes and values, and the storage
+options (chunks, filters, byte order, filling). The order of definitions does not matter. Only the
+names in which netCDF records its own versions are ignored. Numbers are printed with enough digits
+to distinguish all values except NaNs with different payloads.
 Exit code: 0 equal, 1 different (the differences are printed), 2 a file cannot be read.
 """
 import re
@@ -14,7 +14,7 @@ import subprocess
 import sys
 
 DIGITS = "9,17"  # enough for every float and double
-MADE_BY = (":_NCProperties", ":_SuperblockVersion")  # which versions of netCDF and HDF5
+MADE_BY = (":_NCProperties", ":_SuperblockVersion")  # versions of netCDF and HDF5 that wrote the file
 
 
 def run(*command):
@@ -26,13 +26,13 @@ def run(*command):
 
 
 def statements(text):
-    """Splits CDL at semicolons and section heads, respecting strings and comments."""
+    """Splits CDL at semicolons and section headings, respecting strings and comments."""
     token = re.compile(r'"(?:[^"\\]|\\.)*"|//[^\n]*|;|[^";/]+|/', re.DOTALL)
     current = []
     for match in token.finditer(text):
         piece = match.group()
         if piece.startswith("//"):
-            # The length of an unlimited dimension stands in a comment.
+            # ncdump gives the length of an unlimited dimension in a comment.
             if "currently" in piece:
                 yield "length " + piece
             continue
@@ -44,9 +44,9 @@ def statements(text):
 
 
 def contents(path):
-    """{what: text} of everything in a file."""
+    """Returns everything in a file as a dictionary: {name of the item: its text}."""
     kind = run("ncdump", "-k", path).strip()
-    storage = ["-s"] if kind.startswith("netCDF-4") else []  # ncdump fails on CDF-5 with it
+    storage = ["-s"] if kind.startswith("netCDF-4") else []  # ncdump -s fails on CDF-5
     text = run("ncdump", *storage, "-p", DIGITS, path)
     text = text[text.index("{") + 1:text.rindex("}")]
     found = {"kind": kind}
@@ -86,7 +86,7 @@ def shorten(text):
 
 
 def first_difference(a, b):
-    """Where long values differ."""
+    """Describes where two long values differ."""
     left, right = a.split(","), b.split(",")
     if len(left) != len(right):
         return f"{len(left)} against {len(right)} values"
@@ -102,15 +102,15 @@ def main():
         sys.exit(2)
     a, b = contents(sys.argv[1]), contents(sys.argv[2])
     differences = []
-    for what in sorted(a.keys() | b.keys()):
-        if what not in b:
-            differences.append(f"{what}: only in the first file")
-        elif what not in a:
-            differences.append(f"{what}: only in the second file")
-        elif a[what] != b[what]:
-            detail = (first_difference(a[what], b[what]) if what.startswith("values")
-                      else f"{shorten(a[what])} against {shorten(b[what])}")
-            differences.append(f"{what}: {detail}")
+    for item in sorted(a.keys() | b.keys()):
+        if item not in b:
+            differences.append(f"{item}: only in the first file")
+        elif item not in a:
+            differences.append(f"{item}: only in the second file")
+        elif a[item] != b[item]:
+            detail = (first_difference(a[item], b[item]) if item.startswith("values")
+                      else f"{shorten(a[item])} against {shorten(b[item])}")
+            differences.append(f"{item}: {detail}")
     for line in differences[:20]:
         print(line)
     if len(differences) > 20:

@@ -1,7 +1,7 @@
-// Faulty files: for each thing that a reader must reject ("What a reader must reject" in spec/) a
-// small file that does it and nothing else, with right lengths and checksums where it is not about
-// these. They are kept, numbered, in tests/golden/faulty, so that other readers can be tried on
-// them too. A number keeps its file for ever: new ones go behind all that are there.
+// Faulty files: one small file for each fault that a reader must reject ("What a reader must
+// reject" in spec/). Each file has exactly one fault; its lengths and checksums are correct unless
+// they are the fault. The files are stored, numbered, in tests/golden/faulty, so that other readers
+// can be tested with them. A file keeps its number for ever; new files are added at the end.
 #pragma once
 
 #include <functional>
@@ -20,8 +20,8 @@
 namespace shm {
 
 struct FaultyFile {
-  ErrorCode code;        ///< what the reader here says
-  std::string sentence;  ///< what is wrong with it
+  ErrorCode code;        ///< expected error of this project's reader
+  std::string sentence;  ///< the fault, as a sentence
   std::vector<std::byte> bytes;
 };
 
@@ -73,7 +73,7 @@ class FaultyFiles {
     return std::find_if(files_.begin(), files_.end(), [&](auto& it) { return it.name == name; })
         ->bytes;
   }
-  /// `name`, taken apart, changed, and put together with right checksums.
+  /// Returns the file `name` with its parts changed by `change` and with correct checksums.
   Bytes with(const std::string& name, const std::function<void(FileParts&)>& change,
              Numbering numbering = Numbering::anew) const {
     FileParts parts = take_apart(file(name));
@@ -239,7 +239,7 @@ class FaultyFiles {
         }));
   }
 
-  /// Extras as they are packed, unlike what is declared of them.
+  /// Extra chunks whose packed blobs contradict their declared sizes and methods.
   void blobs() {
     const auto extra = [&](const char* sentence, Bytes payload, ErrorCode code = kCorrupt) {
       add(code, std::string("A packed blob: ") + sentence, with("keep", [&](auto& it) {
@@ -269,13 +269,14 @@ class FaultyFiles {
     other = frame;
     other[0] ^= std::byte{1};
     extra("no zstd frame.", packed(1, blob.size(), other));
-    // A skippable frame of four bytes.
+    // A skippable zstd frame of four bytes.
     extra("a skippable zstd frame.",
           packed(1, 0,
                  {std::byte{0x50}, std::byte{0x2a}, std::byte{0x4d}, std::byte{0x18}, std::byte{4},
                   std::byte{0}, std::byte{0}, std::byte{0}, std::byte{1}, std::byte{2},
                   std::byte{3}, std::byte{4}}));
-    // Magic, a descriptor without a content size, a window of 2^28, an empty last block.
+    // A frame with magic number, a descriptor without a content size, a window of 2^28 bytes, and
+    // an empty last block.
     extra("a zstd frame with a window of 2^28 bytes.",
           packed(1, 0,
                  {std::byte{0x28}, std::byte{0xb5}, std::byte{0x2f}, std::byte{0xfd}, std::byte{0},
@@ -378,8 +379,8 @@ class FaultyFiles {
         }));
   }
 
-  /// Behind right checksums, a bitstream that no writer writes: the first one of a fixed sequence
-  /// of changes that cannot be decoded.
+  /// Groups with correct checksums and a bitstream that no writer produces: from a fixed sequence
+  /// of changes, the first that makes the bitstream undecodable.
   void bitstreams() {
     broken_bitstreams({"keep",
                        "stream_turned",
@@ -603,7 +604,7 @@ class FaultyFiles {
     of("another version than that of the file start.", [](MemberList& l) { ++l.start.minor; });
   }
 
-  /// Chunks of version 1.
+  /// Extra chunks of version 1.
   void many_extras() {
     const auto of = [&](const std::string& sentence, const Bytes& payload,
                         ErrorCode code = kCorrupt) {
@@ -619,7 +620,8 @@ class FaultyFiles {
       put_packed(out, blob, packing);
       return std::move(out.bytes);
     };
-    // One: of this type, so far back, of so many values, and so many bytes of values.
+    // Returns a packed list of one extra with this type, reference distance, declared number of
+    // values, and number of bytes of values.
     const auto one = [&](int type, std::uint64_t distance, std::uint64_t values,
                          std::size_t bytes) {
       ByteWriter out;
@@ -664,7 +666,7 @@ class FaultyFiles {
     unknown.put_bytes(Bytes(4));
     of("a packed blob of method 4.", unknown.bytes);
   }
-  /// Of no values.
+  /// Returns the head of an extra without values.
   static Bytes extras_head() {
     ByteWriter out;
     for (const std::uint8_t byte : std::initializer_list<std::uint8_t>{0, 2, 0, 0, 1, 0})
@@ -672,7 +674,7 @@ class FaultyFiles {
     return std::move(out.bytes);
   }
 
-  /// What the entries say, field by field.
+  /// Indices whose entries are wrong in one field each.
   void entries_of_indices() {
     using container::IndexEntry;
     using container::StepEntry;
@@ -742,7 +744,7 @@ class FaultyFiles {
     of("nothing stands in it.", [](Bytes& blob) { blob.clear(); });
     add(kCorrupt, "Packed index: a number of nine bytes.", with("no_cells", [](FileParts& parts) {
           ByteWriter blob, out;
-          // Totals of nothing; one array of one component, the smallest value of nine bytes.
+          // Totals of zero; one array with one component whose smallest value has nine bytes.
           blob.put_bytes(Bytes(8));
           for (const std::uint8_t byte : std::initializer_list<std::uint8_t>{1, 0, 1, 9})
             blob.put_u8(byte);
@@ -777,7 +779,7 @@ class FaultyFiles {
         }));
   }
 
-  /// Blobs of more zeros than their bytes may unpack to.
+  /// Blobs of zeros that unpack to more than the limit for their packed size.
   void large_blobs() {
     constexpr std::uint64_t kZeros = (std::uint64_t{1} << 24) + (std::uint64_t{1} << 19);
     const auto of = [&](const std::string& sentence, ChunkKind kind, std::uint8_t version) {
@@ -805,7 +807,7 @@ class FaultyFiles {
   std::vector<FaultyFile> faulty_;
 };
 
-/// In the order of their numbers, from 1 on.
+/// Returns the faulty files in the order of their numbers, which begin with 1.
 inline std::vector<FaultyFile> faulty_files() { return FaultyFiles().take(); }
 
 }  // namespace shm

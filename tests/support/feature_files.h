@@ -1,5 +1,6 @@
-// Feature files: small .shm files that together use every feature of the format. Made with integers
-// and exact floating-point arithmetic only, so that they are the same on every machine.
+// Feature files: small .shm files that together use every feature of the format. They are computed
+// with integers and exact floating-point arithmetic only, so that they are identical on every
+// machine.
 #pragma once
 
 #include <algorithm>
@@ -23,12 +24,12 @@ struct FeatureFile {
   std::vector<std::byte> bytes;
 };
 
-/// Bends a unit cube with polynomials, which round alike everywhere.
+/// Bends a unit cube with polynomials, which round identically on every machine.
 inline std::array<double, 3> bent(double x, double y, double z) {
   return {x + .125 * y * z, y + .25 * x * (1 - z), z - .0625 * x * y};
 }
 
-/// Random numbers that are the same with every standard library.
+/// Random numbers that are identical with every standard library.
 class PlainRandom {
  public:
   explicit PlainRandom(std::uint64_t seed) : engine_(seed) {}
@@ -64,7 +65,7 @@ inline void append_scalar(std::vector<std::byte>& to, ScalarType type, std::int6
   append(to, value);
 }
 
-/// Adds a static array with values that vary slowly, now and then by leaps.
+/// Adds a static array of values that vary slowly, with occasional jumps.
 inline void add_array(TestMesh& mesh, ArrayInfo info, std::uint64_t elements) {
   PlainRandom random(mesh.schema.arrays.size() + 1);
   std::vector<std::byte> values;
@@ -92,7 +93,7 @@ inline TestMesh with_order(TestMesh mesh, Order order, bool corner_order, std::u
 inline TestMesh shuffled(TestMesh mesh) {
   PlainRandom random(3);
   random.shuffle(mesh.cells);
-  for (TestCell& cell : mesh.cells)  // turn by quarters around one axis
+  for (TestCell& cell : mesh.cells)  // rotate by multiples of 90 degrees around one axis
     for (std::uint64_t n = random.below(4); n > 0; --n) {
       std::rotate(cell.corners.begin(), cell.corners.begin() + 1, cell.corners.begin() + 4);
       std::rotate(cell.corners.begin() + 4, cell.corners.begin() + 5, cell.corners.begin() + 8);
@@ -110,8 +111,8 @@ inline void append_point(TestMesh& mesh, const std::array<double, 3>& point) {
   ++mesh.vertices;
 }
 
-/// Each cell with vertices of its own, and an array that is the same at some of those that share a
-/// place.
+/// Returns the cells of `from` with separate vertices for each cell, and an array with equal values
+/// at some of the vertices that share a point.
 inline TestMesh broken(const TestMesh& from) {
   TestMesh mesh;
   mesh.schema = from.schema;
@@ -132,7 +133,7 @@ inline TestMesh broken(const TestMesh& from) {
   return mesh;
 }
 
-/// Hexahedra around an axis whose first and last layer meet, at made-up points.
+/// Returns hexahedra around an axis whose first and last layer meet, at exactly computed points.
 inline TestMesh exact_ring(std::uint64_t around, std::uint64_t out, std::uint64_t up) {
   TestMesh mesh = ring(around, out, up, ScalarType::float64);
   std::vector<std::array<double, 3>> points;
@@ -168,8 +169,9 @@ inline TestMesh mixed_cells() {
   return mesh;
 }
 
-/// Cells of every shape beside each other: hexahedra, wedges on them, pyramids and tetrahedra on
-/// these, and on all of them polygons and lines; some degenerate, some of more nodes than corners.
+/// Returns adjacent cells of every shape: hexahedra, wedges on them, pyramids and tetrahedra on the
+/// wedges, and polygons and lines on all of these. Some cells are degenerate; some have more nodes
+/// than corners.
 inline TestMesh every_shape() {
   TestMesh mesh = grid(3, 3, 4, ScalarType::float64, bent);
   auto& blocks = mesh.schema.blocks;
@@ -224,7 +226,7 @@ inline TestMesh every_shape() {
   return mesh;
 }
 
-/// Faces of a polyhedron as its nodes: each ends with its first one.
+/// Returns the faces of a polyhedron as its node list: each face ends by repeating its first node.
 inline std::vector<std::uint64_t> closed_faces(
     const std::vector<std::vector<std::uint64_t>>& faces) {
   std::vector<std::uint64_t> nodes;
@@ -235,11 +237,11 @@ inline std::vector<std::uint64_t> closed_faces(
   return nodes;
 }
 
-/// Corners around the faces of a hexahedron.
+/// Corners of the six faces of a hexahedron.
 inline constexpr std::array<std::array<std::uint8_t, 4>, 6> kSixFaces = {
     {{0, 3, 2, 1}, {0, 4, 7, 3}, {0, 1, 5, 4}, {1, 2, 6, 5}, {3, 7, 6, 2}, {4, 5, 6, 7}}};
 
-/// The faces of a hexahedron, each beginning at another place and in either direction.
+/// Returns the faces of a hexahedron, each with a random first corner and a random direction.
 inline std::vector<std::vector<std::uint64_t>> hexahedron_faces(const std::vector<std::uint64_t>& v,
                                                                 PlainRandom& random) {
   std::vector<std::vector<std::uint64_t>> faces;
@@ -254,8 +256,8 @@ inline std::vector<std::vector<std::uint64_t>> hexahedron_faces(const std::vecto
   return faces;
 }
 
-/// Hexahedra told by faces, in two blocks; two that are one cell; hexahedra as such; and lists of
-/// nodes that are no faces.
+/// Returns hexahedra stored as polyhedra in two blocks, polyhedra made of two hexahedra, hexahedra
+/// stored as such, and node lists that do not describe faces.
 inline TestMesh polyhedra() {
   TestMesh mesh = grid(4, 3, 4, ScalarType::float64, bent);
   auto& blocks = mesh.schema.blocks;
@@ -268,7 +270,7 @@ inline TestMesh polyhedra() {
     const auto& v = mesh.cells[c].corners;
     if (c < 12) {
       cells.push_back(mesh.cells[c]);
-    } else if (c < 24 && c % 2 == 0) {  // it and the next one along x
+    } else if (c < 24 && c % 2 == 0) {  // this cell and the next along x
       const auto faces = hexahedron_faces(v, random);
       const auto next = hexahedron_faces(mesh.cells[c + 1].corners, random);
       const auto same = [](std::vector<std::uint64_t> a, std::vector<std::uint64_t> b) {
@@ -315,8 +317,8 @@ inline TestMesh degenerate_hexahedra() {
   return mesh;
 }
 
-/// A grid with a hole, a second one enumerated the other way round, degenerate and other cells:
-/// every way in which a replayed cell is encoded.
+/// Returns a grid with a hole, a second grid enumerated in the opposite direction, degenerate cells
+/// and other shapes: together they use every way to encode a replayed cell.
 inline TestMesh replayed(Order order) {
   TestMesh mesh = mixed_cells();
   std::vector<TestCell> cells;
@@ -341,7 +343,8 @@ inline TestMesh replayed(Order order) {
   return mesh;
 }
 
-/// Of these arrays those of 16 components that come first have tables, and the last one.
+/// Adds arrays of 17, 16, 16, 16, 16 and 13 components: tables are used for the first three arrays
+/// of 16 components and for the last array.
 inline TestMesh with_tables_for_some(TestMesh mesh) {
   for (const std::uint32_t components : {17, 16, 16, 16, 16, 13}) {
     std::string name = "a";
@@ -378,12 +381,14 @@ inline TestMesh quantized() {
   TestMesh mesh = bent_grid(3, 3, 2);
   mesh.schema.coordinate_quantization = {10, {0, 0, -.0625}, {1.125, 1.25, 1}};
   ArrayInfo info = array_of("q", Location::point, ScalarType::float64, 2);
-  info.quantization = {7, {0, 0}, {20, 16}};  // leaps are outside, and exact
+  info.quantization = {
+      7, {0, 0}, {20, 16}};  // the jumps are outside the box and therefore stored exactly
   add_array(mesh, info, mesh.vertices);
   return mesh;
 }
 
-/// Bounds of errors: on coordinates, a point array with odd values, and a stepped cell array.
+/// Returns a file with error bounds on coordinates, on a point array with special values, and on a
+/// stepped cell array.
 inline std::vector<std::byte> bounded_file() {
   const TestMesh from = bent_grid(3, 2, 2, ScalarType::float64);
   Mesh mesh;
@@ -429,9 +434,8 @@ inline TestMesh special_values() {
   return mesh;
 }
 
-/// An extra large enough for planes: faces of four vertices.
-/// Noise that is the same, but for signs and last bits, on both sides of a mirror: of the vertices
-/// of a grid that is 5 cells wide, or of its cells.
+/// Returns noise that is equal on both sides of a mirror plane except for signs and last bits: at
+/// the vertices or cells of a grid that is 5 cells wide.
 inline std::vector<std::byte> mirrored_noise(std::uint64_t count, bool of_cells,
                                              std::uint64_t seed) {
   const std::uint64_t row = of_cells ? 5 : 6;
@@ -450,7 +454,8 @@ inline std::vector<std::byte> mirrored_noise(std::uint64_t count, bool of_cells,
   return bytes;
 }
 
-/// A static array of values that are recalled, and stepped ones whose elements have partners.
+/// Returns a file with a static array whose values are recalled, and stepped arrays whose elements
+/// have partners.
 inline std::vector<std::byte> mirrored_file(Level level) {
   TestMesh mesh = bent_grid(5, 4, 3);
   mesh.schema.arrays.push_back(array_of("s", Location::point, ScalarType::float64));
@@ -468,16 +473,17 @@ inline std::vector<std::byte> mirrored_file(Level level) {
   EXPECT_TRUE(write_mesh(mesh, sink, options, [&](Writer& writer) -> Result<void> {
     for (std::uint64_t step = 0; step < 3; ++step)
       for (const bool of_cells : {false, true})
-        if (auto good = writer.add_step_values(
+        if (auto status = writer.add_step_values(
                 of_cells ? 2 : 1, step,
                 mirrored_noise(of_cells ? mesh.cells.size() : mesh.vertices, of_cells, step + 1));
-            !good)
-          return good;
+            !status)
+          return status;
     return {};
   }));
   return std::move(sink.bytes);
 }
 
+/// Returns a file with an extra large enough for byte planes: faces of four vertices.
 inline std::vector<std::byte> large_extras_file() {
   TestMesh mesh = bent_grid(2, 2, 2);
   MemorySink sink;
@@ -494,7 +500,7 @@ inline std::vector<std::byte> large_extras_file() {
   return std::move(sink.bytes);
 }
 
-/// A grid with stepped arrays, step times and extras.
+/// Returns a grid with stepped arrays, step times and extras.
 inline std::vector<std::byte> steps_and_extras_file(Order order, std::uint32_t key_steps = 8) {
   TestMesh mesh = with_order(bent_grid(2, 2, 3), order, true, 0);
   for (const auto& [name, where, type] : {std::tuple("u", Location::point, ScalarType::float64),
@@ -541,7 +547,7 @@ inline std::vector<std::byte> steps_and_extras_file(Order order, std::uint32_t k
   return std::move(sink.bytes);
 }
 
-/// Vertices that are never marked as finalized, and vertices that no cell uses.
+/// Returns a file with vertices that are never marked as finalized, and vertices that no cell uses.
 inline std::vector<std::byte> unmarked_file() {
   const TestMesh mesh = grid(2, 2, 1, ScalarType::float64, bent);
   MemorySink sink;
@@ -572,7 +578,8 @@ inline std::vector<std::byte> written(const TestMesh& mesh, std::uint32_t group_
   return std::move(sink.bytes);
 }
 
-/// Cut into segments of `cells`, each of several groups, with values at vertices and cells.
+/// Returns a file divided into segments of `cells` cells, each of several groups, with values at
+/// vertices and cells.
 inline std::vector<std::byte> segments_file(Order order, bool corner_order, std::uint32_t delay,
                                             std::uint64_t cells) {
   TestMesh mesh =
@@ -589,7 +596,7 @@ inline std::vector<std::byte> segments_file(Order order, bool corner_order, std:
   return std::move(sink.bytes);
 }
 
-/// Steps at vertices and cells, in two segments of cells in this codec.
+/// Returns a file with steps at vertices and cells, in two segments whose cells use this codec.
 inline std::vector<std::byte> steps_over(ConnectivityCodec codec, Level level) {
   TestMesh mesh = bent_grid(4, 3, 4);
   for (const Location location : {Location::point, Location::cell}) {
@@ -611,7 +618,7 @@ inline std::vector<std::byte> steps_over(ConnectivityCodec codec, Level level) {
         const std::uint64_t elements = array == 0 ? mesh.vertices : mesh.cells.size();
         for (std::uint64_t e = 0; e < elements; ++e)
           append(values, static_cast<float>(e * e % 100 + 3 * step));
-        if (auto good = writer.add_step_values(array, step, values); !good) return good;
+        if (auto status = writer.add_step_values(array, step, values); !status) return status;
       }
     return {};
   };
@@ -619,7 +626,8 @@ inline std::vector<std::byte> steps_over(ConnectivityCodec codec, Level level) {
   return std::move(sink.bytes);
 }
 
-/// Steps of values that are noise, but rise alike from step to step: by terms, of changes.
+/// Returns a file whose step values are noise that changes equally everywhere from step to step.
+/// They are coded by terms, as differences between steps.
 inline std::vector<std::byte> steps_that_rise() {
   TestMesh mesh = bent_grid(6, 5, 4);
   ArrayInfo points = array_of("p", Location::point, ScalarType::float32);
@@ -643,7 +651,8 @@ inline std::vector<std::byte> steps_that_rise() {
         const std::uint64_t count = array == 0 ? mesh.vertices : 3 * mesh.cells.size();
         for (std::uint64_t e = 0; e < count; ++e) {
           noise = noise * 1664525 + 1013904223;
-          // Between 64 and 100, where all such numbers are as far apart.
+          // All values are between 64 and 100, where neighbouring floating-point numbers of this
+          // size have the same spacing.
           const double value = 64 + static_cast<double>(noise) * 0x1p-27 +
                                static_cast<double>(step) * 1.375 +
                                static_cast<double>(e / 7) * 0x1p-16;
@@ -652,7 +661,7 @@ inline std::vector<std::byte> steps_that_rise() {
           else
             append(values, value / 3);
         }
-        if (auto good = writer.add_step_values(array, step, values); !good) return good;
+        if (auto status = writer.add_step_values(array, step, values); !status) return status;
       }
     return {};
   };
@@ -660,9 +669,9 @@ inline std::vector<std::byte> steps_that_rise() {
   return std::move(sink.bytes);
 }
 
-/// Quads in rows, lines along one side, and values at both.
-/// Without a layer coordinates are 0 / 0: a NaN whose sign is another on other machines, and golden
-/// files have that of x86.
+/// Returns quads in rows, lines along one side, and values at both. The points are set again
+/// because `bent_grid` with 0 layers computes them as 0 / 0: the sign of that NaN depends on the
+/// machine, and the golden files have the sign of x86.
 inline TestMesh quads_in_rows() {
   TestMesh mesh = bent_grid(7, 5, 0);
   mesh.xyz.clear();
@@ -678,8 +687,8 @@ inline TestMesh quads_in_rows() {
   return mesh;
 }
 
-/// Cells in this codec, in two segments of several groups, with values at vertices and cells, and
-/// two vertices that no cell uses: one between cells, one at the end.
+/// Returns a file of cells in this codec, in two segments of several groups, with values at
+/// vertices and cells, and two vertices that no cell uses: one between cells, one at the end.
 inline std::vector<std::byte> rows_of_cells(ConnectivityCodec codec, Level level,
                                             Order order = Order::keep) {
   const int row = order == Order::keep ? 4 : 8;
@@ -697,8 +706,8 @@ inline std::vector<std::byte> rows_of_cells(ConnectivityCodec codec, Level level
   return std::move(sink.bytes);
 }
 
-/// Without delay, and without cells of any number of nodes or of many; their blocks are there, of
-/// triangles.
+/// Returns the mesh without a delay, without polygons and polyhedra of any size, and without cells
+/// with many nodes. Their blocks remain as blocks of triangles.
 inline TestMesh with_few_nodes(TestMesh mesh) {
   mesh.schema.delay = 0;
   for (BlockInfo& block : mesh.schema.blocks) {
@@ -780,7 +789,7 @@ inline std::vector<FeatureFile> feature_files() {
   add("segments_stream", segments_file(stream, false, 0, 6));
   add("shifts", rows_of_cells(ConnectivityCodec::shifts, Level::fast));
   add("shifts_stream", rows_of_cells(ConnectivityCodec::shifts, Level::fast, stream));
-  // More shifts than the table holds.
+  // More different shifts than the table can hold.
   add("shifts_shuffled", written(shuffled(bent_grid(7, 7, 6, ScalarType::float64)), 200,
                                  ConnectivityCodec::shifts, Level::fast));
   add("shifts_arrays", written(with_arrays_of_every_type(bent_grid(2, 2, 2)), 5,
@@ -788,7 +797,7 @@ inline std::vector<FeatureFile> feature_files() {
   add("shifts_quantized", written(quantized(), 5, ConnectivityCodec::shifts, Level::fast));
   add("shifts_special_values",
       written(special_values(), 65536, ConnectivityCodec::shifts, Level::fast));
-  // Values over neighbourhoods that are found by number.
+  // Values over neighbourhoods that are found by vertex number.
   add("shifts_columns", rows_of_cells(ConnectivityCodec::shifts, Level::standard));
   add("shifts_columns_arrays", written(with_arrays_of_every_type(bent_grid(2, 2, 2)), 5,
                                        ConnectivityCodec::shifts, Level::standard));
@@ -814,7 +823,7 @@ inline std::vector<FeatureFile> feature_files() {
   return files;
 }
 
-/// An archive of two of them.
+/// Returns an archive of two feature files.
 inline FeatureFile archive_file() {
   MemorySink sink;
   ArchiveWriter archive = ArchiveWriter::create(sink).value();

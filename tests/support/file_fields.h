@@ -1,7 +1,8 @@
-// File fields: every number and every text of a .shm file, found by a walk along the layout of its
-// parts, which stands here again, apart from what reads them; and the file with another one in the
-// place of one of them. What follows keeps its bytes, and all checksums are right, so that a reader
-// meets the lie itself.
+// File fields: every number and every text of a .shm file. FieldWalk finds them by following the
+// layout of each part, which this file repeats independently of the reader. A test can then replace
+// a single field by another value. The bytes after the field stay the same and all checksums are
+// correct, so that the reader has to handle the wrong value itself.
+//
 // spec: "Container", "Schema", "Group", "Step values", "Extras", "Index and trailer", "Archive",
 // "Parity"
 #pragma once
@@ -24,19 +25,20 @@
 
 namespace shm {
 
-/// How a field is written. short_f64: how many of its bytes there are, and these. A checksum is
-/// made anew and never changed.
+/// Encoding of a field. short_f64: the number of stored bytes, then these bytes. A checksum is
+/// recomputed and never changed.
 enum class FieldType { u8, u16, u32, u64, varint, short_f64, text, checksum };
 
 struct Field {
   std::string_view name;
   FieldType type = FieldType::u8;
   std::size_t begin = 0, end = 0;
-  /// Of a count whose elements stand behind it: where each begins, and where the last one ends.
+  /// For a count followed by its elements: where each element begins, and where the last one ends.
   std::vector<std::size_t> elements{};
 };
 
-/// A number as it stands there: signed ones as the format folds them, of others their bits.
+/// Reads a number as stored: signed integers stay folded, floating-point numbers are returned as
+/// bits; for a text, returns its length.
 inline std::uint64_t get_number(ByteReader& in, FieldType type) {
   switch (type) {
     case FieldType::u8: return in.get_u8();
@@ -64,7 +66,8 @@ inline int bits_of(FieldType type) {
   return type == FieldType::u8 ? 8 : type == FieldType::u16 ? 16 : type == FieldType::u32 ? 32 : 64;
 }
 
-/// Must hold: it is the type of a number that is not a checksum.
+/// Writes a number as get_number() returns it. Must hold: `type` is the type of a number and not a
+/// checksum.
 inline void put_number(ByteWriter& out, FieldType type, std::uint64_t number) {
   if (type == FieldType::varint) return out.put_varint(number);
   int bytes = bits_of(type) / 8;
@@ -77,14 +80,14 @@ inline void put_number(ByteWriter& out, FieldType type, std::uint64_t number) {
   for (int i = 0; i < bytes; ++i) out.put_u8(static_cast<std::uint8_t>(number >> (8 * i)));
 }
 
-/// Goes along the fields at the beginning of some bytes.
+/// Finds the fields at the beginning of some bytes.
 class FieldWalk {
  public:
   explicit FieldWalk(std::span<const std::byte> bytes) : in_(bytes) {}
 
   std::vector<Field> fields;
 
-  /// Whether all fields were there so far.
+  /// Returns true if all fields so far were complete.
   bool ok() const { return in_.ok(); }
   std::size_t position() const { return in_.position(); }
 
@@ -99,7 +102,7 @@ class FieldWalk {
     for (const char* name : {"kind", "version", "flags"}) get(name, FieldType::u8);
     for (const char* name : {"sequence", "segment"}) get(name, FieldType::u32);
   }
-  /// What stands before the bytes of a packed blob.
+  /// Fields that precede the bytes of a packed blob.
   void packing() {
     const std::uint64_t method = get("method", FieldType::u8);
     if (method != 3) get("unpacked bytes", FieldType::varint);
@@ -193,7 +196,7 @@ class FieldWalk {
       get("member bytes", FieldType::varint);
     });
   }
-  /// Its header.
+  /// Header of a parity packet.
   void parity_packet() {
     get("mark", FieldType::u32);
     for (const char* name : {"packet kind", "packet version", "data", "parity"})
@@ -216,7 +219,7 @@ class FieldWalk {
   static constexpr auto kGroup = static_cast<std::uint64_t>(container::ChunkKind::group);
   static constexpr auto kStepValues = static_cast<std::uint64_t>(container::ChunkKind::step_values);
 
-  /// A count, and so many of what `visit` goes along.
+  /// Reads a count, then calls `visit` for each of that number of elements.
   template <class Visit>
   void list(std::string_view name, Visit&& visit) {
     const std::uint64_t count = get(name, FieldType::varint);
@@ -228,7 +231,7 @@ class FieldWalk {
     }
     fields[field].elements = std::move(elements);
   }
-  /// One for each of some, as they stand in a column.
+  /// Reads a column: one field for each of `count` elements.
   void column(std::string_view name, FieldType type, std::uint64_t count) {
     for (std::uint64_t i = 0; i < count && ok(); ++i) get(name, type);
   }
@@ -300,12 +303,13 @@ class FieldWalk {
   ByteReader in_;
 };
 
-/// Fields that stand one behind the other.
+/// Consecutive fields.
 struct Section {
   std::vector<std::byte> bytes;
   std::vector<Field> fields;
-  std::size_t bytes_behind = 0;  ///< which are no fields, but what these tell of
-  /// Puts other bytes in the place of these into the file that the section is of.
+  std::size_t bytes_behind =
+      0;  ///< number of bytes after the fields, whose meaning the fields describe
+  /// Replaces these fields in the file by other bytes.
   std::function<void(FileParts&, const std::vector<std::byte>&)> put{};
 
   std::uint64_t number(const Field& field) const {
@@ -317,9 +321,9 @@ struct Section {
   }
 };
 
-// --- what may stand in the place of a field
+// --- replacement values of fields
 
-/// Texts that are no names, or names of something else.
+/// Returns texts that are not valid names, or that mean something else as a path or to a shell.
 inline std::string odd_text(std::uint64_t n) {
   static const std::string kTexts[] = {
       "",    "../../x", "/etc/passwd", "..",  ".", "a/b",   "a\\b", std::string("a\0b", 3), "x",
@@ -328,8 +332,8 @@ inline std::string odd_text(std::uint64_t n) {
   return kTexts[n % std::size(kTexts)];
 }
 
-/// The n-th change of a number: to one near it, far from it, a power of two, small, or that of
-/// another field.
+/// Returns the n-th replacement of a number: a number near it, a number far from it, a power of
+/// two, a small number, or the value of another field.
 inline std::uint64_t other_number(const Section& section, const Field& field, std::uint64_t n) {
   const std::uint64_t number = section.number(field);
   switch (n % 8) {
@@ -346,8 +350,8 @@ inline std::uint64_t other_number(const Section& section, const Field& field, st
   }
 }
 
-/// The bytes of the section with its field changed in the n-th way, of some hundred; as they are
-/// where it is a checksum.
+/// Returns the bytes of the section with one field changed in the n-th of several hundred ways;
+/// unchanged if the field is a checksum.
 inline std::vector<std::byte> changed(const Section& section, const Field& field, std::uint64_t n) {
   if (field.type == FieldType::checksum) return section.bytes;
   const auto all = std::span(section.bytes);
@@ -356,7 +360,7 @@ inline std::vector<std::byte> changed(const Section& section, const Field& field
   ByteWriter out;
   out.put_bytes(all.first(field.begin));
   if (field.type == FieldType::text && n % 4 == 0) {
-    // Another length, before the same bytes.
+    // Another length, followed by the same bytes.
     out.put_varint(other_number(section, field, n / 4));
     behind = all.subspan(field.end - static_cast<std::size_t>(section.number(field)));
   } else if (field.type == FieldType::text) {
@@ -366,7 +370,7 @@ inline std::vector<std::byte> changed(const Section& section, const Field& field
     else
       out.put_text(odd_text(n / 4));
   } else if (field.elements.size() > 1 && n % 4 == 0) {
-    // An element more, or one less.
+    // One more or one fewer element.
     const std::size_t e = pick(field.elements.size() - 1);
     const std::size_t begin = field.elements[e], end = field.elements[e + 1];
     const bool more = n / 4 % 2 == 0;
@@ -374,7 +378,7 @@ inline std::vector<std::byte> changed(const Section& section, const Field& field
     out.put_bytes(all.subspan(field.end, (more ? end : begin) - field.end));
     behind = all.subspan(more ? begin : end);
   } else if (field.type == FieldType::varint && n % 32 == 1) {
-    // The same, longer by zeros, up to more than there may be.
+    // The same number with trailing zero groups, up to more than a varint may have.
     out.put_bytes(section.bytes_of(field));
     out.bytes.back() |= std::byte{0x80};
     for (std::uint64_t zeros = n / 32 % 10; zeros > 0; --zeros) out.put_u8(0x80);
@@ -398,8 +402,8 @@ inline Bytes joined(std::span<const std::byte> first, std::span<const std::byte>
   return all;
 }
 
-/// Adds what `walk` finds in `bytes`, if it finds all; `put(file, other bytes, what stands behind
-/// these)` puts others in their place.
+/// Adds the fields that `walk` finds in `bytes`, if they are complete. `put(file, other bytes,
+/// bytes after the fields)` stores other bytes in their place.
 template <class Walk, class Put>
 void add(std::vector<Section>& to, const Bytes& bytes, Walk&& walk, Put put) {
   FieldWalk fields(bytes);
@@ -413,12 +417,13 @@ void add(std::vector<Section>& to, const Bytes& bytes, Walk&& walk, Put put) {
                 }});
 }
 
-/// Of the file start, and of the trailer. With the file start goes the copy in the first chunk.
+/// Adds the fields of the file start and of the trailer. A change of the file start also changes
+/// its copy in the first chunk.
 inline void add_ends(std::vector<Section>& to, const FileParts& parts) {
   ByteWriter start, trailer;
   container::put_version(start, parts.start);
   add(
-      to, start.bytes, [](FieldWalk& it) { it.version(); },
+      to, start.bytes, [](FieldWalk& walk) { walk.version(); },
       [was = start.bytes](FileParts& of, const Bytes& other, const Bytes&) {
         ByteReader in(other);
         container::get_version(in, of.start);
@@ -428,7 +433,7 @@ inline void add_ends(std::vector<Section>& to, const FileParts& parts) {
       });
   trailer.put_u64(parts.last_offset());
   add(
-      to, trailer.bytes, [](FieldWalk& it) { it.get("index offset", FieldType::u64); },
+      to, trailer.bytes, [](FieldWalk& walk) { walk.get("index offset", FieldType::u64); },
       [](FileParts& of, const Bytes& other, const Bytes&) {
         of.index_offset = ByteReader(other).get_u64();
       });
@@ -440,7 +445,7 @@ inline void add_header(std::vector<Section>& to, const FileParts& parts, std::si
   for (const std::uint8_t byte : {header.kind, header.version, header.flags}) out.put_u8(byte);
   for (const std::uint32_t number : {header.sequence, header.segment}) out.put_u32(number);
   add(
-      to, out.bytes, [](FieldWalk& it) { it.chunk_header(); },
+      to, out.bytes, [](FieldWalk& walk) { walk.chunk_header(); },
       [c](FileParts& of, const Bytes& other, const Bytes&) {
         ByteReader in(other);
         container::ChunkHeader& its = of.chunks[c].header;
@@ -449,7 +454,7 @@ inline void add_header(std::vector<Section>& to, const FileParts& parts, std::si
       });
 }
 
-/// At the beginning of a payload.
+/// Adds the fields at the beginning of a payload.
 template <class Walk>
 void add_plain(std::vector<Section>& to, const FileParts& parts, std::size_t c, Walk&& walk) {
   add(to, parts.chunks[c].payload, walk,
@@ -458,13 +463,14 @@ void add_plain(std::vector<Section>& to, const FileParts& parts, std::size_t c, 
       });
 }
 
-/// Of a packed blob, behind a version or not: what stands before its bytes, and what it holds.
+/// Adds the fields of a packed blob, which may follow a version: the fields before its bytes, and
+/// those in its unpacked bytes.
 template <class Walk>
 void add_packed(std::vector<Section>& to, const FileParts& parts, std::size_t c, Walk&& walk,
                 bool has_version = false) {
-  add_plain(to, parts, c, [&](FieldWalk& it) {
-    if (has_version) it.version();
-    it.packing();
+  add_plain(to, parts, c, [&](FieldWalk& fields) {
+    if (has_version) fields.version();
+    fields.packing();
   });
   constexpr std::uint64_t kMost = 1 << 20;
   ByteReader in(parts.chunks[c].payload);
@@ -480,8 +486,8 @@ void add_packed(std::vector<Section>& to, const FileParts& parts, std::size_t c,
       });
 }
 
-/// The header of a group, other than it was, before its checksum and the bitstreams: makes all
-/// checksums anew, those of the streams as it cuts them.
+/// Returns the payload of a group with a changed header. All checksums are recomputed; those of the
+/// bitstreams cover the bytes that the changed header assigns to them.
 inline Bytes group_payload(Bytes header, std::span<const std::byte> streams, std::uint8_t version) {
   FieldWalk walk(header);
   walk.group(version);
@@ -506,18 +512,18 @@ inline Bytes group_payload(Bytes header, std::span<const std::byte> streams, std
 inline void add_group(std::vector<Section>& to, const FileParts& parts, std::size_t c) {
   const std::uint8_t version = parts.chunks[c].header.version;
   add(
-      to, parts.chunks[c].payload, [version](FieldWalk& it) { it.group(version); },
+      to, parts.chunks[c].payload, [version](FieldWalk& walk) { walk.group(version); },
       [c, version](FileParts& of, const Bytes& other, const Bytes& behind) {
         ByteReader in(behind);
-        in.get_u32();  // the checksum that it had
+        in.get_u32();  // skips the old checksum
         of.chunks[c].payload = group_payload(other, in.get_bytes(in.left()), version);
       });
 }
 
 }  // namespace fields
 
-/// Of chunk `c`: what its payload has, as far as it can be read, and its header. Behind all chunks:
-/// of file start and trailer.
+/// Returns the readable sections of the payload and header of chunk `c`. If `c` is the number of
+/// chunks, returns the sections of the file start and of the trailer.
 inline std::vector<Section> sections_of(const FileParts& parts, std::size_t c) {
   using container::ChunkKind;
   std::vector<Section> all;
@@ -531,29 +537,29 @@ inline std::vector<Section> sections_of(const FileParts& parts, std::size_t c) {
   switch (static_cast<ChunkKind>(parts.chunks[c].header.kind)) {
     case ChunkKind::schema:
       fields::add_packed(
-          all, parts, c, [](FieldWalk& it) { it.schema(); }, true);
+          all, parts, c, [](FieldWalk& walk) { walk.schema(); }, true);
       break;
     case ChunkKind::group: fields::add_group(all, parts, c); break;
-    case ChunkKind::step_values: plain([&](FieldWalk& it) { it.steps(version); }); break;
-    case ChunkKind::step_times: packed([](FieldWalk& it) { it.times(); }); break;
-    case ChunkKind::extra: packed([&](FieldWalk& it) { it.extras(version); }); break;
+    case ChunkKind::step_values: plain([&](FieldWalk& walk) { walk.steps(version); }); break;
+    case ChunkKind::step_times: packed([](FieldWalk& walk) { walk.times(); }); break;
+    case ChunkKind::extra: packed([&](FieldWalk& walk) { walk.extras(version); }); break;
     case ChunkKind::index:
       if (version == 0)
-        plain([](FieldWalk& it) { it.index(0); });
+        plain([](FieldWalk& walk) { walk.index(0); });
       else
-        packed([&](FieldWalk& it) { it.index(version); });
+        packed([&](FieldWalk& walk) { walk.index(version); });
       break;
-    case ChunkKind::members: plain([](FieldWalk& it) { it.members(); }); break;
+    case ChunkKind::members: plain([](FieldWalk& walk) { walk.members(); }); break;
   }
   fields::add_header(all, parts, c);
   return all;
 }
 
-// --- packets of parity, which stand behind a file
+// --- parity packets, which follow the file
 
 inline constexpr std::size_t kPacketHeader = 40, kPacketPayload = 4096;
 
-/// Where headers of packets begin, whole ones.
+/// Returns where the complete packet headers begin.
 inline std::vector<std::size_t> parity_packets(std::span<const std::byte> file) {
   const std::string_view text(reinterpret_cast<const char*>(file.data()), file.size());
   std::vector<std::size_t> all;
@@ -561,14 +567,14 @@ inline std::vector<std::size_t> parity_packets(std::span<const std::byte> file) 
     if (file.size() - at >= kPacketHeader) all.push_back(at);
   return all;
 }
-/// The header of the packet that begins at `at`; put_parity_header() puts another one there.
+/// Returns the header of the packet at `at`; put_parity_header() replaces it.
 inline Section parity_header(std::span<const std::byte> file, std::size_t at) {
   const auto bytes = file.subspan(at, kPacketHeader);
   FieldWalk walk(bytes);
   walk.parity_packet();
   return {{bytes.begin(), bytes.end()}, std::move(walk.fields)};
 }
-/// Makes the checksums of the packet anew: of what it holds, and of its header.
+/// Replaces the header of a packet and recomputes the checksums of the payload and of the header.
 inline void put_parity_header(std::span<std::byte> file, std::size_t at,
                               std::span<const std::byte> header) {
   const auto packet = file.subspan(at);

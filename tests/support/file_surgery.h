@@ -1,5 +1,5 @@
-// FileSurgery: a .shm file taken apart into chunks, to be changed and put together again with
-// right lengths, numbers and checksums, so that damage reaches what lies behind the checksums.
+// FileSurgery: takes a .shm file apart into chunks and puts changed chunks together with correct
+// lengths, numbers and checksums, so that damage reaches the code behind the checksum tests.
 #pragma once
 
 #include <algorithm>
@@ -32,11 +32,11 @@ struct Chunk {
 
 struct FileParts {
   container::FileStart start;
-  std::vector<std::byte> members;  ///< of an archive, in front of their list
+  std::vector<std::byte> members;  ///< of an archive, before their list
   std::vector<Chunk> chunks;
-  std::optional<std::uint64_t> index_offset{};  ///< what the trailer says; else last_offset()
+  std::optional<std::uint64_t> index_offset{};  ///< stored in the trailer; default last_offset()
 
-  /// Where the last chunk begins; 0 where there is none.
+  /// Returns where the last chunk begins; 0 if there is none.
   std::uint64_t last_offset() const {
     if (chunks.empty()) return 0;
     std::uint64_t offset = container::kFileStartBytes + members.size();
@@ -51,7 +51,8 @@ struct FileParts {
   }
 };
 
-/// As many chunks as can be made out; checksums are not looked at, so damaged files come apart too.
+/// Splits a file into all chunks that can be found. Checksums are not verified, so that damaged
+/// files can be split too.
 inline FileParts take_apart(std::span<const std::byte> bytes) {
   FileParts parts;
   ByteReader in(bytes);
@@ -78,7 +79,8 @@ inline FileParts take_apart(std::span<const std::byte> bytes) {
 
 enum class Numbering { anew, as_they_are };
 
-/// Lengths, checksums and the trailer are made anew; sequence numbers if asked for.
+/// Puts a file together. Recomputes lengths, checksums and the trailer, and on request the sequence
+/// numbers.
 inline std::vector<std::byte> put_together(FileParts parts, Numbering numbering = Numbering::anew) {
   ByteWriter out;
   container::put(out, parts.start);
@@ -96,7 +98,7 @@ inline std::vector<std::byte> put_together(FileParts parts, Numbering numbering 
   return std::move(out.bytes);
 }
 
-/// The index of version 0 that says what this one says. Must hold: it is that of `bytes`.
+/// Converts an index to version 0. Must hold: it is the index of `bytes`.
 inline container::Index as_version_0(container::Index index, std::span<const std::byte> bytes) {
   if (index.version == 0) return index;
   index.version = 0;
@@ -108,8 +110,8 @@ inline container::Index as_version_0(container::Index index, std::span<const std
   return index;
 }
 
-/// With another index, whose checksum is right; `change` may make it one of another version. Must
-/// hold: the file has one.
+/// Replaces the index by a changed index with a correct checksum; `change` may also change its
+/// version. Must hold: the file has an index.
 inline std::vector<std::byte> with_index(std::span<const std::byte> bytes,
                                          const std::function<void(container::Index&)>& change) {
   FileParts parts = take_apart(bytes);
@@ -124,7 +126,7 @@ inline std::vector<std::byte> with_index(std::span<const std::byte> bytes,
   chunk->payload = std::move(out.bytes);
   return put_together(parts);
 }
-/// The n-th entry of a kind. Must hold: there are so many.
+/// Returns the n-th entry of a kind. Must hold: there are more than n.
 inline container::IndexEntry& entry_of(container::Index& index, container::ChunkKind kind,
                                        std::size_t n) {
   const auto of_kind = [&](const container::IndexEntry& entry) {
@@ -133,7 +135,7 @@ inline container::IndexEntry& entry_of(container::Index& index, container::Chunk
   return *std::find_if(index.entries.begin(), index.entries.end(), of_kind);
 }
 
-/// A group's payload: header and bitstreams.
+/// Payload of a group: header and bitstreams.
 struct GroupParts {
   container::GroupHeader header;
   std::vector<std::vector<std::byte>> streams;
@@ -152,7 +154,7 @@ inline std::optional<GroupParts> take_group_apart(
   return parts;
 }
 
-/// Lengths and checksums of the streams are made anew.
+/// Recomputes lengths and checksums of the bitstreams.
 inline std::vector<std::byte> put_group_together(GroupParts parts) {
   for (std::size_t s = 0; s < parts.streams.size(); ++s) {
     parts.header.streams[s].bytes = parts.streams[s].size();
@@ -164,7 +166,7 @@ inline std::vector<std::byte> put_group_together(GroupParts parts) {
   return std::move(out.bytes);
 }
 
-/// The payload of step values: heads, and the bytes of each part.
+/// Payload of step values: the heads, and the bytes of each part.
 struct StepPayload {
   std::vector<container::StepPart> heads;
   std::vector<std::vector<std::byte>> values;
@@ -182,7 +184,7 @@ inline std::optional<StepPayload> take_steps_apart(const Chunk& chunk) {
   return parts;
 }
 
-/// Lengths are made anew.
+/// Recomputes the lengths of the parts.
 inline std::vector<std::byte> put_steps_together(StepPayload parts, std::uint8_t version) {
   for (std::size_t p = 0; p < parts.heads.size(); ++p)
     parts.heads[p].bytes = parts.values[p].size();
@@ -192,7 +194,7 @@ inline std::vector<std::byte> put_steps_together(StepPayload parts, std::uint8_t
   return std::move(out.bytes);
 }
 
-/// Changes the head of the first part. Must hold: these are step values.
+/// Changes the head of the first part. Must hold: the chunk contains step values.
 inline void change_step_header(Chunk& chunk,
                                const std::function<void(container::StepHeader&)>& change) {
   auto parts = take_steps_apart(chunk);
@@ -200,7 +202,8 @@ inline void change_step_header(Chunk& chunk,
   chunk.payload = put_steps_together(std::move(*parts), chunk.header.version);
 }
 
-/// A packed blob of method 1: `head`, then so many zeros, in runs of 128 KB of four bytes each.
+/// Returns a packed blob of method 1 that contains `head` followed by `zeros` zeros, which are
+/// stored as runs of 128 KB of four bytes each.
 inline std::vector<std::byte> packed_zeros(std::span<const std::byte> head, std::uint64_t zeros) {
   constexpr std::uint64_t kRun = std::uint64_t{1} << 17;
   ByteWriter out;
@@ -225,8 +228,8 @@ inline std::vector<std::byte> packed_zeros(std::span<const std::byte> head, std:
   return std::move(out.bytes);
 }
 
-/// The index again, with a line for each chunk before it that says what there is, as far as that
-/// can be read; totals stay. Nothing where there is no index that can be read.
+/// Rebuilds the list of chunks in the index from the readable fields of each chunk before it;
+/// totals stay. Does nothing if the file has no readable index.
 inline void list_anew(FileParts& parts) {
   const auto is_index = [](const Chunk& it) { return it.is(container::ChunkKind::index); };
   const auto last = std::find_if(parts.chunks.rbegin(), parts.chunks.rend(), is_index);
@@ -276,7 +279,7 @@ inline void list_anew(FileParts& parts) {
   last->payload = std::move(out.bytes);
 }
 
-/// Each part of step values in a chunk of its own, as indices of version 0 want them.
+/// Moves each part of step values into a chunk of its own, as an index of version 0 requires.
 inline std::vector<std::byte> with_parts_apart(std::span<const std::byte> bytes) {
   FileParts parts = take_apart(bytes);
   std::vector<Chunk> chunks;
@@ -295,7 +298,7 @@ inline std::vector<std::byte> with_parts_apart(std::span<const std::byte> bytes)
   return put_together(std::move(parts));
 }
 
-/// As with_index(), with an index of version 0.
+/// Does the same as with_index(), but with an index of version 0.
 inline std::vector<std::byte> with_old_index(std::span<const std::byte> bytes,
                                              const std::function<void(container::Index&)>& change) {
   const std::vector<std::byte> apart = with_parts_apart(bytes);
@@ -305,7 +308,7 @@ inline std::vector<std::byte> with_old_index(std::span<const std::byte> bytes,
   });
 }
 
-/// The payload of a schema chunk.
+/// Returns the payload of a schema chunk.
 inline std::vector<std::byte> schema_payload(std::span<const std::byte> blob) {
   ByteWriter payload;
   payload.put_u16(container::kMajor);

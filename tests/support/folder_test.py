@@ -1,4 +1,4 @@
-"""What Python tests of the tool share: a folder of its own for each, and ncgen."""
+"""Shared code of the Python tests of the tool: a temporary folder for each test, and ncgen."""
 import json
 import os
 import re
@@ -14,19 +14,19 @@ WRITERS = {"append", "compress", "convert", "decompress", "extract", "join", "la
 
 
 def lacks(tool, command):
-    """The library of which a command says that the tool was built without it; or nothing."""
+    """Returns the name of the library without which the tool was built, if the command needs it; otherwise None."""
     text = subprocess.run([tool, command, "-", "-o", "-"], capture_output=True, text=True, input="").stderr
     found = re.search(r"this shm was built without (\w+)", text)
     return found and found[1]
 
 
 def forced(words):
-    """A command of the tool that may write over what the test wrote before."""
+    """Returns a command of the tool with the option to overwrite files that the test wrote before."""
     return [*words, "-f"] if words and words[0] in WRITERS else list(words)
 
 
 def tell(what, **numbers):
-    """What a test counted, for scripts/trust: a line of JSON in the file that SHM_EVIDENCE names, if it does."""
+    """Records counts of a test for scripts/trust: a line of JSON in the file named by SHM_EVIDENCE, if that is set."""
     path = os.environ.get("SHM_EVIDENCE")
     if path:
         with open(path, "a", encoding="utf-8") as out:
@@ -34,13 +34,13 @@ def tell(what, **numbers):
 
 
 class FolderTest(unittest.TestCase):
-    """Tests that write into a folder which is gone when they end."""
+    """Tests that write into a folder which is removed at the end of each test."""
 
-    NEEDS = ()  # programs without which they are skipped
-    tool, timeout = "shm", 120  # and seconds that a run of it may take
+    NEEDS = ()  # programs that the tests need; without them they are skipped
+    tool, timeout = "shm", 120  # the timeout of one run of the tool, in seconds
 
     def shm(self, *words, code=0, **how):
-        """What the tool prints, as bytes; where it is to fail, its complaint too."""
+        """Returns the standard output of the tool as bytes; if it is expected to fail, also its standard error."""
         done = subprocess.run([self.tool, *words], cwd=self.directory.name, capture_output=True,
                               timeout=self.timeout, **how)
         self.assertEqual(done.returncode, code, f"shm {words}\n{done.stdout[:500]}{done.stderr}")
@@ -69,7 +69,7 @@ class FolderTest(unittest.TestCase):
             return source.read()
 
     def ncgen(self, name, text, kind="64-bit-offset"):
-        """The netCDF file that a text describes."""
+        """Creates a netCDF file from CDL text."""
         self.need("ncgen")
         description = self.write(name + ".cdl", text)
         subprocess.run(["ncgen", "-k", kind, "-o", self.path(name), description], check=True)

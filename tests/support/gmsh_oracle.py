@@ -1,15 +1,15 @@
 #!/usr/bin/python3
-"""Are two MSH files the same to Gmsh? Exit code 0: yes, 1: no, 2: one of them cannot be read.
+"""Compares two MSH files with Gmsh. Exit code 0: equal, 1: different, 2: one of them cannot be read.
 
     gmsh_oracle.py [--renumbered] A.msh B.msh
 
-Needs Debian's python3-gmsh. Independent of this project's reader: both files are loaded by Gmsh,
-and what its API shows is compared exactly: nodes by tag with entity, coordinates and parameters,
-elements by tag with type, entity and nodes, entities, partitions, physical groups and names,
-periodic links, views with all steps. Both are also saved by Gmsh as MSH 4.1 in ASCII and
-compared line by line, which catches what the API has no call for (ghost elements), and sections
-that Gmsh ignores are compared as text. With --renumbered nodes are known by their place and elements by
-their nodes: tags may differ, and the order of things.
+Needs Debian's python3-gmsh. Independent of this project's reader: Gmsh loads both files, and the
+script compares everything that the API of Gmsh returns, exactly: nodes by tag with entity,
+coordinates and parameters, elements by tag with type, entity and nodes, entities, partitions,
+physical groups and names, periodic links, views with all steps. Gmsh also saves both as MSH 4.1 in
+ASCII; these files are compared line by line, which covers items that the API does not return (ghost
+elements). Sections that Gmsh ignores are compared as text. With --renumbered, nodes are identified
+by their coordinates and elements by their nodes: tags and the order of items may differ.
 """
 import os
 import re
@@ -21,7 +21,7 @@ import gmsh
 
 
 def key(value):
-    """Floats as bits, so that -0.0 and nan count; everything else as it is."""
+    """Converts floats to their bits, so that -0.0 and NaN are distinguished; returns other values unchanged."""
     if isinstance(value, float):
         return struct.pack("<d", value)
     if isinstance(value, (list, tuple)) or hasattr(value, "tolist"):
@@ -47,7 +47,7 @@ def nodes(found):
 def elements(found):
     for dim, tag in gmsh.model.getEntities():
         order = 0
-        ghosts = "Ghost" in gmsh.model.getType(dim, tag)  # Gmsh sorts those by address
+        ghosts = "Ghost" in gmsh.model.getType(dim, tag)  # Gmsh sorts ghost cells by address
         for kind, tags, corners in zip(*gmsh.model.mesh.getElements(dim, tag)):
             width = len(corners) // len(tags) if len(tags) else 0
             for i, element in enumerate(tags):
@@ -96,7 +96,7 @@ def views(found):
 
 
 def other_sections(path):
-    """The sections without a meaning to Gmsh, and names, as (name, text)."""
+    """Returns the sections that Gmsh ignores, and names, as (name, text)."""
     known = ("MeshFormat", "Entities", "PartitionedEntities", "Nodes", "ParametricNodes",
              "Elements", "Periodic", "GhostElements", "NodeData", "ElementData",
              "ElementNodeData", "NOD", "ELM")
@@ -110,7 +110,7 @@ def other_sections(path):
 
 
 def saved(folder):
-    """What Gmsh makes of the loaded mesh in MSH 4.1 ASCII."""
+    """Saves the loaded mesh as MSH 4.1 ASCII with Gmsh and returns the bytes."""
     path = os.path.join(folder, "saved.msh")
     gmsh.option.setNumber("Mesh.SaveAll", 1)
     gmsh.option.setNumber("Mesh.Binary", 0)
@@ -119,7 +119,8 @@ def saved(folder):
     gmsh.write(path)
     with open(path, "rb") as file:
         text = file.read()
-    # Gmsh sorts these by address: from run to run they change places. The API shows the links.
+    # Gmsh sorts periodic links by address, so that their order changes between runs. They are
+    # compared through the API.
     text = re.sub(rb"\$Periodic\n.*?\$EndPeriodic\n", b"", text, flags=re.S)
     return re.sub(rb"(?<=\$GhostElements\n).*?(?=\$EndGhostElements)",
                   lambda m: b"\n".join(sorted(b" ".join(ghost_line(l)) for l in
@@ -132,7 +133,7 @@ def ghost_line(line):
 
 
 def renumbered(found):
-    """What is the same whatever numbers nodes and elements have."""
+    """Returns the contents without the numbers of nodes and elements."""
     place = {k[1]: v[:3] for k, v in found.items() if k[0] == "node"}
     cell, all_cells = {}, []
     for k, (kind, _, corners) in ((k, v) for k, v in found.items() if k[0] == "element"):
@@ -155,9 +156,10 @@ def renumbered(found):
 
 
 def load(path, convert_partitions=True):
-    """What Gmsh sees in a file. From the partitions of MSH 2 it makes entities, unless asked not to:
-    their tags depend on the order of elements."""
-    # Loaded twice: asking for some things (parameters) changes what is saved afterwards.
+    """Returns the contents of a file as Gmsh reads it. Unless told otherwise, Gmsh creates entities from the
+    partitions of MSH 2; their tags depend on the order of elements."""
+    # The file is loaded twice, because some queries (parameters) change the file that Gmsh saves
+    # afterwards.
     found = {}
     for run in ("api", "saved"):
         gmsh.initialize(["gmsh"], False)
@@ -166,7 +168,7 @@ def load(path, convert_partitions=True):
         gmsh.logger.start()
         try:
             gmsh.open(path)
-        except Exception as error:  # it tells what it did not like, but has what it could read
+        except Exception as error:  # Gmsh reports the problem but keeps the part that it could read
             found["open", run] = str(error)
         errors = [line for line in gmsh.logger.get() if line.startswith("Error")]
         if errors:
@@ -183,7 +185,7 @@ def load(path, convert_partitions=True):
 
 
 def compare(first, second):
-    """Of two results of load or renumbered: keys of what differs."""
+    """Returns the keys for which two results of load or renumbered differ."""
     return [k for k in sorted(set(first) | set(second), key=str) if first.get(k) != second.get(k)]
 
 

@@ -1,4 +1,4 @@
-// The files in tests/golden: those of every version, and the faulty ones.
+// The files in tests/golden: golden files of every version, and faulty files.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@ namespace shm {
 inline std::filesystem::path golden_folder() {
   return std::filesystem::path(SHM_SOURCE_DIR) / "tests/golden";
 }
-/// Of faulty files, and list.txt, which says of each what is wrong with it.
+/// Returns the folder of the faulty files and of list.txt, which describes the fault of each.
 inline std::filesystem::path faulty_folder() { return golden_folder() / "faulty"; }
 
 inline std::string content(const std::filesystem::path& path) {
@@ -24,7 +24,7 @@ inline std::string content(const std::filesystem::path& path) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-/// Those that must be read, of all versions.
+/// Returns the golden files of all versions, which must be readable.
 inline std::vector<std::filesystem::path> golden_files() {
   std::vector<std::filesystem::path> files;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(golden_folder()))

@@ -1,6 +1,6 @@
-// Files that lie: the feature files, and what hurting them takes. Every hurt file is an error with
-// a fitting code or decodes to the very same content; never other content, never a crash, never
-// memory out of proportion.
+// Damaged and inconsistent files: the feature files, and helpers to damage them. Reading a damaged
+// file must end with an error that has a fitting code, or decode to exactly the original content;
+// it must never give other content, crash, or use excessive memory.
 #pragma once
 
 #include <functional>
@@ -32,7 +32,7 @@ inline std::string text_of(const Result<Decoded>& decoded) {
   return decoded ? ItemText::of(*decoded) : decoded.error().message();
 }
 
-/// The code of the error that decoding ends with; success is a failure of the test.
+/// Returns the code of the error that decoding ends with; success fails the test.
 inline ErrorCode code_of(std::span<const std::byte> bytes, const ReadLimits& limits = {}) {
   const auto decoded = decode_in_pieces(bytes, 0, limits);
   EXPECT_FALSE(decoded) << "accepted:\n" << text_of(decoded);
@@ -41,7 +41,7 @@ inline ErrorCode code_of(std::span<const std::byte> bytes, const ReadLimits& lim
   return decoded.error().code;
 }
 
-/// A file of a start and chunks made of these payloads.
+/// Returns a file that consists of a file start and chunks with these payloads.
 inline Bytes file_of(const std::vector<std::pair<ChunkKind, Bytes>>& chunks) {
   FileParts parts;
   for (const auto& [kind, payload] : chunks) {
@@ -54,7 +54,7 @@ inline Bytes file_of(const std::vector<std::pair<ChunkKind, Bytes>>& chunks) {
   return put_together(parts);
 }
 
-/// Which group is the first of the second segment.
+/// Returns the number of the group that begins the second segment.
 inline std::size_t second_segment(const FileParts& parts) {
   std::size_t nth = 0;
   for (const Chunk& chunk : parts.chunks) {
@@ -65,7 +65,8 @@ inline std::size_t second_segment(const FileParts& parts) {
   return nth;
 }
 
-/// The second segment's first group of the file "shifts" or its kin, changed.
+/// Returns the file "shifts", or a similar file, with the first group of the second segment
+/// changed.
 inline Bytes shifts_with(const std::function<void(GroupParts&)>& change,
                          const char* name = "shifts") {
   FileParts parts = take_apart(file(name));

@@ -1,5 +1,5 @@
-// What a .shm file holds, as text that a person can read: the twin of a golden file, and a way to
-// tell whether two decodes are equal bit for bit.
+// Contents of a .shm file as readable text. It serves as the twin of a golden file, and to check
+// whether two decoded files are equal bit for bit.
 #pragma once
 
 #include <bit>
@@ -23,7 +23,7 @@ struct Decoded {
   std::vector<Item> items;
 };
 
-/// Decodes `bytes` fed in pieces of `piece` bytes; 0 is all at once.
+/// Decodes `bytes` in pieces of `piece` bytes; 0 decodes them all at once.
 inline Result<Decoded> decode_in_pieces(std::span<const std::byte> bytes, std::size_t piece = 0,
                                         const ReadLimits& limits = {}) {
   Decoder decoder(limits);
@@ -40,7 +40,7 @@ inline Result<Decoded> decode_in_pieces(std::span<const std::byte> bytes, std::s
       return decoded;
     } else if (!bytes.empty()) {
       const auto part = bytes.first(std::min(piece, bytes.size()));
-      if (auto good = decoder.feed(part); !good) return good.error();
+      if (auto status = decoder.feed(part); !status) return status.error();
       bytes = bytes.subspan(part.size());
     } else if (std::exchange(ended, true)) {
       return Error{ErrorCode::misuse, "the decoder wants more than everything", {}, kNoOffset, {}};
@@ -72,7 +72,7 @@ class ItemText {
     T value;
     std::memcpy(&value, bytes, sizeof value);
     if constexpr (std::is_floating_point_v<T>) {
-      if (std::isnan(value)) {  // with its payload
+      if (std::isnan(value)) {  // including its payload
         out_ += "nan:";
         using Bits = std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint64_t>;
         char digits[20];
@@ -213,7 +213,7 @@ class ItemText {
     scalars(extra.type, extra.data);
     out_ += '\n';
   }
-  /// Without byte counts, which tell nothing of the content.
+  /// Adds the totals except byte counts, which do not describe the content.
   void add(const Totals& totals) {
     field("totals: vertices", totals.vertices);
     field(", cells", totals.cells);
@@ -229,7 +229,7 @@ class ItemText {
   std::string out_;
 };
 
-/// The text of a whole file; of an archive, of each member under its name.
+/// Returns the text of a whole file; for an archive, the text of each member under its name.
 inline Result<std::string> text_of_file(std::span<const std::byte> bytes) {
   if (!looks_like_archive(bytes)) {
     const auto decoded = decode_in_pieces(bytes);

@@ -1,4 +1,4 @@
-// MemoryMesh: a MeshSource held in memory, and a few meshes to test with.
+// MemoryMesh: a MeshSource in memory, and a few meshes for tests.
 #pragma once
 
 #include <algorithm>
@@ -50,7 +50,8 @@ class MemoryMesh final : public MeshSource {
     if (count > 0) std::memcpy(out, arrays[array][step].data() + first * stride, count * stride);
   }
 
-  std::size_t most_at_once = 1000;  // cells in a batch, fewer than asked for
+  std::size_t most_at_once =
+      1000;  // maximum number of cells in a batch, fewer than callers ask for
 
   std::uint32_t add_block(CellShape shape, std::uint32_t nodes, std::int64_t id = 1) {
     mesh.schema.blocks.push_back({id, "block " + std::to_string(id), shape, nodes});
@@ -83,7 +84,7 @@ class MemoryMesh final : public MeshSource {
   std::size_t next_ = 0;
 };
 
-// All that a mesh holds.
+// Returns a copy of a mesh with all of its contents.
 inline MemoryMesh copy_of(MeshSource& from) {
   MemoryMesh copy;
   copy.mesh = from.info();
@@ -107,7 +108,7 @@ inline MemoryMesh copy_of(MeshSource& from) {
   return copy;
 }
 
-// nx x ny x nz hexahedra, cells in scanline order.
+// Returns nx x ny x nz hexahedra; the cells are in scanline order.
 inline MemoryMesh grid_mesh(std::uint64_t nx, std::uint64_t ny, std::uint64_t nz) {
   MemoryMesh mesh;
   mesh.mesh.schema.source_format = "test";
@@ -130,7 +131,7 @@ inline MemoryMesh grid_mesh(std::uint64_t nx, std::uint64_t ny, std::uint64_t nz
   return mesh;
 }
 
-// Two blocks, slabs that alternate in z.
+// Returns a mesh of two blocks, which are slabs that alternate in z.
 inline MemoryMesh slabs_mesh() {
   MemoryMesh mesh = grid_mesh(6, 5, 8);
   mesh.add_block(CellShape::hexahedron, 8, 2);
@@ -142,7 +143,7 @@ inline MemoryMesh slabs_mesh() {
   return mesh;
 }
 
-// Gives the vertices other numbers, and the cells another order.
+// Renumbers the vertices at random and, on request, shuffles the cells.
 inline void shuffle_mesh(MemoryMesh& mesh, unsigned seed, bool cells_too = false) {
   std::mt19937 random(seed);
   std::vector<std::uint64_t> fresh(mesh.mesh.vertices);
@@ -166,8 +167,9 @@ inline void shuffle_mesh(MemoryMesh& mesh, unsigned seed, bool cells_too = false
   }
 }
 
-// A grid with everything: a second block among the first, unused vertices, repeated corners,
-// static and stepped arrays on points, cells and one block, odd floating-point values, sets.
+// Returns a grid with every feature: a second block between cells of the first, unused vertices,
+// repeated corners, static and stepped arrays on points, on cells and on one block, special
+// floating-point values, sets.
 inline MemoryMesh rich_mesh() {
   MemoryMesh mesh = grid_mesh(7, 6, 5);
   const std::uint32_t wedges = mesh.add_block(CellShape::wedge, 6, 7);
@@ -189,7 +191,7 @@ inline MemoryMesh rich_mesh() {
       for (std::uint64_t k = 0; k < 3 + i; ++k) corners.push_back(k % 90);
       mesh.add_cell(polygons, corners);
     }
-    if (i % 40 == 20) {  // repeated corners, some of them used nowhere else
+    if (i % 40 == 20) {  // repeated corners, some of them not used by any other cell
       const auto& c = cells[i];
       const std::uint64_t p = mesh.mesh.vertices, q = p + 1;
       mesh.add_point(1.5, 2.5, static_cast<double>(i));

@@ -1,4 +1,4 @@
-"""Running shm_mpi as an MPI program, and its parts of an Exodus mesh as ncdump reads them."""
+"""Runs shm_mpi as an MPI program, and reads the parts of an Exodus mesh with ncdump."""
 import concurrent.futures
 import os
 import re
@@ -12,14 +12,14 @@ from folder_test import FolderTest, forced
 SHM, SHM_MPI, MAKE_MESH = "shm", "shm_mpi", "shm_make_mesh"
 CORPUS = os.environ.get("SHM_CORPUS", "")
 
-# Open MPI asks for these where it runs as root, in a container, and on fewer cores than ranks. The
-# last three: it need not look for networks, which takes a third of the time of a small run, and ranks
-# that wait leave the processor to others.
+# Open MPI needs the first settings to run as root, in a container, and on fewer cores than ranks.
+# The last three keep it from searching for networks, which takes a third of the time of a small
+# run, and make waiting ranks yield the processor.
 ENVIRONMENT = dict(os.environ, OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1",
                    OMPI_MCA_rmaps_base_oversubscribe="1", OMPI_MCA_hwloc_base_binding_policy="none",
                    OMPI_MCA_pml="ob1", OMPI_MCA_btl="self,vader",
                    OMPI_MCA_mpi_yield_when_idle="1")
-AT_ONCE = 3  # tests: programs that start, end and wait for each other leave most of a processor idle
+AT_ONCE = 3  # tests in parallel: programs that start, end and wait for each other leave most of a processor idle
 
 
 def shm(*arguments):
@@ -28,14 +28,14 @@ def shm(*arguments):
 
 
 def ranks(n, *arguments):
-    """What n ranks do. A deadlock ends with TimeoutExpired, and thereby fails the test."""
+    """Runs the command on n ranks. A deadlock ends with TimeoutExpired and so fails the test."""
     words = forced([str(word) for word in arguments])
     return subprocess.run(["mpirun", "-n", str(n), SHM_MPI, *words],
                           capture_output=True, text=True, timeout=300, env=ENVIRONMENT)
 
 
 class AtOnce(unittest.TestSuite):
-    """Tests that each have a folder of their own, some of them at the same time."""
+    """Runs tests, each with its own folder, several at a time."""
 
     def run(self, result, debug=False):
         with concurrent.futures.ThreadPoolExecutor(AT_ONCE) as pool:
@@ -45,8 +45,8 @@ class AtOnce(unittest.TestSuite):
 
 
 def run_all():
-    """Runs the tests of the program, whose arguments are the paths of shm, shm_mpi and shm_make_mesh;
-    ends with 77 where all were skipped."""
+    """Runs the tests of the program, whose arguments are the paths of shm, shm_mpi and shm_make_mesh.
+    Exits with 77 if all tests were skipped."""
     global SHM, SHM_MPI, MAKE_MESH
     SHM, SHM_MPI, MAKE_MESH = sys.argv[1:4]
     del sys.argv[1:4]
@@ -58,7 +58,7 @@ def run_all():
 
 
 class Exodus:
-    """What ncdump tells of an Exodus file. Numbers are text that tells them apart."""
+    """Contents of an Exodus file as printed by ncdump. Numbers are text with enough digits to distinguish them."""
 
     def __init__(self, path):
         text = subprocess.run(["ncdump", "-p", "9,17", path], capture_output=True, text=True,
@@ -78,7 +78,7 @@ class Exodus:
     def number(kind, text):
         if kind not in ("float", "double"):
             return int(text)
-        value = float(text.strip().rstrip("f"))  # NaN is what it is called
+        value = float(text.strip().rstrip("f"))  # float() also parses ncdump's NaN
         return repr(struct.unpack("f", struct.pack("f", value))[0] if kind == "float" else value)
 
     def get(self, name):
@@ -93,22 +93,22 @@ class Exodus:
                 [self.get("coord" + axis) for axis in "xyz"])
 
     def elements(self):
-        """The number of each element, from 0, and the place of its block."""
+        """Returns the number of each element, from 0, and the position of its block."""
         elements = [b for b in range(self.size("num_el_blk"))
                     for _ in range(self.size(f"num_el_in_blk{b + 1}"))]
         numbers = self.get("elem_num_map") or range(1, len(elements) + 1)
         return [(block, number) for block, number in zip(elements, numbers)]
 
     def steps(self, variable):
-        """Its values at each step."""
+        """Returns the values of a variable at each step."""
         values, count = self.get(variable), self.size("time_step")
         width = len(values) // count if count else 0
         return [values[width * i:width * (i + 1)] for i in range(count)]
 
 
 class Joined:
-    """Nodes, elements, values and sets of one file or of the parts of one mesh, by the numbers of
-    the nodes, and by blocks and the order of the numbers of the elements."""
+    """Nodes, elements, values and sets of one file or of the parts of one mesh. Nodes are identified by
+    their numbers, elements by their block and by the order of their numbers."""
 
     def __init__(self, files, whole=None):
         self.nodes, self.cells, self.nodal, self.element = {}, {}, {}, {}
@@ -122,7 +122,8 @@ class Joined:
             raise AssertionError(f"parts differ at {key}: {value} and {into[key]}")
 
     def add(self, file, whole):
-        # Of the file alone, numbers are places; its own maps are what parts call original.
+        # If the file is the whole mesh, numbers are positions: its own maps contain the numbers
+        # that parts call original.
         alone = whole is None
         nodes = range(1, file.size("num_nodes") + 1) if alone else file.get("node_num_map")
         elements = file.elements()
@@ -161,7 +162,7 @@ class Joined:
                 for e, side in zip(file.get(f"elem_ss{s + 1}"), file.get(f"side_ss{s + 1}")))
 
     def in_order(self):
-        """All of it, elements called by their block and place in the order of their numbers."""
+        """Returns everything, with elements identified by their block and their position in the order of their numbers."""
         place, counts = {}, {}
         for cell in sorted(self.cells):
             counts[cell[0]] = counts.get(cell[0], -1) + 1
@@ -176,7 +177,7 @@ class Joined:
 
 
 class RanksTest(FolderTest):
-    """Compares what ranks write with what shm writes alone."""
+    """Compares the files that several ranks write with the file that shm writes."""
 
     NEEDS = ("mpirun",)
 
@@ -187,7 +188,7 @@ class RanksTest(FolderTest):
         return path
 
     def expect_same(self, mesh, counts, *options, parts=None):
-        """Some counts of ranks write of the mesh, or of its parts, what shm writes of the mesh."""
+        """Checks that each count of ranks writes, from the mesh or its parts, the bytes that shm writes from the mesh."""
         alone, shared = self.path("alone.shm"), self.path("shared.shm")
         done = shm("compress", mesh, "-o", alone, "-q", *options)
         self.assertEqual(done.returncode, 0, done.stderr)

@@ -1,4 +1,4 @@
-// A file with parity behind its trailer, for the golden files.
+// A file with parity after its trailer, for the golden files.
 #pragma once
 
 #include <algorithm>
@@ -10,7 +10,7 @@
 
 namespace shm {
 
-/// Of the feature file "segments". Needs has_parity_codes().
+/// Returns the feature file "segments" with parity. Needs has_parity_codes().
 inline FeatureFile parity_file() {
   const std::vector<FeatureFile> files = feature_files();
   FeatureFile out =

@@ -1,9 +1,9 @@
-"""Sample meshes of Python tests: grids of hexahedra in legacy VTK and, as text for ncgen, Exodus."""
+"""Sample meshes for Python tests: grids of hexahedra in legacy VTK and, as text for ncgen, in Exodus."""
 import random
 
 
 def hexahedra(n, first_node=0):
-    """The corners of n*n*n hexahedra of a grid, x fastest; so are its nodes numbered."""
+    """Returns the corners of n*n*n hexahedra of a grid. Cells and nodes are numbered with x fastest."""
     m = n + 1
     at = lambda x, y, z: (z * m + y) * m + x + first_node
     return [[at(x, y, z), at(x + 1, y, z), at(x + 1, y + 1, z), at(x, y + 1, z),
@@ -12,13 +12,13 @@ def hexahedra(n, first_node=0):
 
 
 def wedges(c):
-    """The two wedges that a hexahedron of these corners consists of."""
+    """Returns the two wedges into which a hexahedron with these corners is divided."""
     return [[c[0], c[1], c[2], c[4], c[5], c[6]], [c[0], c[2], c[3], c[4], c[6], c[7]]]
 
 
 def write_vtk(path, n, bend=0.0, shuffled=False, window=1):
-    """An ASCII VTK grid of n*n*n hexahedra with one point and one cell array; cells shuffled among
-    all, or among `window` that stand one behind the other."""
+    """Writes an ASCII VTK grid of n*n*n hexahedra with one point array and one cell array. Cells are shuffled
+    among all cells, or within runs of `window` consecutive cells."""
     m = n + 1
     points, cells = [], []
     for z in range(m):
@@ -49,8 +49,8 @@ def write_vtk(path, n, bend=0.0, shuffled=False, window=1):
 
 
 def mixed_vtk(n):
-    """Layers of hexahedra, each under a layer of two wedges a cell, with fields on points and cells
-    and some points that no cell uses."""
+    """Returns layers of hexahedra, each below a layer of wedges (two for each hexahedron), with fields on points
+    and cells, and some points that no cell uses."""
     m = n + 1
     cells, types = [], []
     for i, cell in enumerate(hexahedra(n)):
@@ -76,8 +76,8 @@ def mixed_vtk(n):
 
 
 def exodus_text(steps, n, title="steps", first_node_moved=False):
-    """CDL of an Exodus file of n*n*n hexahedra in two blocks, with a node set, global, nodal and
-    element variables at these steps. What stands there at a step depends on the step alone."""
+    """Returns the CDL of an Exodus file of n*n*n hexahedra in two blocks, with a node set, and global, nodal and
+    element variables at these steps. The values at a step depend on the step only."""
     m = n + 1
     half = n * n * (n // 2)
     cells = hexahedra(n, first_node=1)

@@ -1,4 +1,4 @@
-// Second-order cells of all shapes that share their mid nodes, on a lattice of exact points.
+// Second-order cells of all shapes that share mid nodes, on a lattice with exact coordinates.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@
 
 namespace shm {
 
-/// Builds cells from the points of their corners; nodes are numbered as they are met.
+/// Builds cells from the points of their corners; nodes are numbered in order of first use.
 class SecondOrderMesh {
  public:
   using Point = std::array<std::int64_t, 3>;
@@ -22,13 +22,13 @@ class SecondOrderMesh {
     mesh_.schema.corner_order = true;
   }
 
-  /// A block of cells; returns its number.
+  /// Adds a block of cells; returns its number.
   std::uint32_t add_block(CellShape shape, std::uint32_t nodes) {
     const auto block = static_cast<std::uint32_t>(mesh_.schema.blocks.size());
     mesh_.schema.blocks.push_back({block + 1, "", shape, nodes});
     return block;
   }
-  /// `corners`: on a lattice of which all coordinates are multiples of 8.
+  /// Adds a cell. All coordinates of `corners` must be multiples of 8.
   void add(std::uint32_t block, const std::vector<Point>& corners) {
     const BlockInfo& info = mesh_.schema.blocks[block];
     const NodeLayout* layout = node_layout(info.shape, info.nodes_per_cell);
@@ -81,7 +81,7 @@ class SecondOrderMesh {
   std::int64_t unshared_ = 1000;
 };
 
-/// The corners of a cube of a lattice, in VTK's order.
+/// Returns the corners of a cube of a lattice, in VTK's order.
 inline std::vector<SecondOrderMesh::Point> cube_at(std::int64_t x, std::int64_t y, std::int64_t z) {
   std::vector<SecondOrderMesh::Point> corners;
   for (std::int64_t k = 0; k < 2; ++k)
@@ -90,7 +90,7 @@ inline std::vector<SecondOrderMesh::Point> cube_at(std::int64_t x, std::int64_t 
   return corners;
 }
 
-/// Hexahedra with so many nodes.
+/// Returns a grid of hexahedra with this number of nodes per cell.
 inline TestMesh second_order_grid(std::int64_t nx, std::int64_t ny, std::int64_t nz,
                                   std::uint32_t nodes) {
   SecondOrderMesh mesh;
@@ -101,8 +101,8 @@ inline TestMesh second_order_grid(std::int64_t nx, std::int64_t ny, std::int64_t
   return mesh.finish();
 }
 
-/// All layouts, side by side and one within the other; some cells collapsed, and some of counts
-/// that no layout tells of.
+/// Returns cells of all node layouts, adjacent to each other and overlapping; some are collapsed,
+/// and some have a number of nodes for which no layout is known.
 inline TestMesh second_order_cells() {
   SecondOrderMesh mesh;
   std::map<std::pair<CellShape, std::uint32_t>, std::uint32_t> blocks;

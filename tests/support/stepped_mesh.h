@@ -1,4 +1,4 @@
-// Meshes with time steps in memory, for the tests of whoever writes and reads these.
+// In-memory meshes with time steps, for tests of code that writes and reads steps.
 #pragma once
 
 #include <limits>
@@ -12,7 +12,7 @@ namespace shm {
 
 using Bytes = std::vector<std::byte>;
 
-/// By array and step: all elements in coding order.
+/// Values of all elements in coding order, by array and step.
 using Values = std::map<std::pair<std::uint32_t, std::uint64_t>, Bytes>;
 
 struct Stepped {
@@ -35,7 +35,7 @@ inline std::uint32_t add_stepped(TestMesh& mesh, ArrayInfo info) {
   return static_cast<std::uint32_t>(mesh.schema.arrays.size() - 1);
 }
 
-/// Values that move on with the steps; NaNs, infinities and zeros of both signs among them.
+/// Returns values that change with the step, including NaNs, infinities and zeros of both signs.
 inline Bytes moving_values(const ArrayInfo& info, std::uint64_t elements, std::uint64_t step) {
   Bytes out;
   for (std::uint64_t i = 0; i < elements * info.components; ++i) {
@@ -53,7 +53,7 @@ inline Bytes moving_values(const ArrayInfo& info, std::uint64_t elements, std::u
   return out;
 }
 
-/// Arrays of points and cells, one of some blocks only, at steps with gaps.
+/// Returns arrays on points and cells, one of them on some blocks only, at steps with gaps.
 inline Stepped with_steps(TestMesh mesh, Order order) {
   Stepped out{with_order(std::move(mesh), order, order == Order::keep, 0), {}, {}};
   add_stepped(out.mesh, array_of("u", Location::point, ScalarType::float64, 3));
@@ -70,20 +70,21 @@ inline Stepped with_steps(TestMesh mesh, Order order) {
   return out;
 }
 
-inline Bytes written(const Stepped& it, std::size_t piece_elements = 77) {
+inline Bytes written(const Stepped& stepped, std::size_t piece_elements = 77) {
   MemorySink sink;
-  const auto report = write_mesh(it.mesh, sink, it.options, [&](Writer& writer) -> Result<void> {
-    for (const auto& [key, values] : it.values) {
-      const std::size_t piece = it.mesh.stride(key.first) * piece_elements;
-      for (std::size_t at = 0; at < values.size(); at += piece)
-        if (auto good = writer.add_step_values(
-                key.first, key.second,
-                std::span(values).subspan(at, std::min(piece, values.size() - at)));
-            !good)
-          return good;
-    }
-    return {};
-  });
+  const auto report =
+      write_mesh(stepped.mesh, sink, stepped.options, [&](Writer& writer) -> Result<void> {
+        for (const auto& [key, values] : stepped.values) {
+          const std::size_t piece = stepped.mesh.stride(key.first) * piece_elements;
+          for (std::size_t at = 0; at < values.size(); at += piece)
+            if (auto status = writer.add_step_values(
+                    key.first, key.second,
+                    std::span(values).subspan(at, std::min(piece, values.size() - at)));
+                !status)
+              return status;
+        }
+        return {};
+      });
   EXPECT_TRUE(report) << (report ? "" : report.error().message());
   return std::move(sink.bytes);
 }
@@ -95,40 +96,44 @@ inline TestMesh two_blocks() {
   return mesh;
 }
 
-/// A field of waves over the warped grid, in coding order, on the move.
+/// Returns a field of waves over the warped grid, in coding order, that moves from step to step.
 inline Stepped waves(std::uint64_t steps) {
-  Stepped it;
-  it.mesh = grid(12, 11, 10, ScalarType::float64, warped);
-  const std::uint32_t a = add_stepped(it.mesh, array_of("w", Location::point, ScalarType::float64));
+  Stepped stepped;
+  stepped.mesh = grid(12, 11, 10, ScalarType::float64, warped);
+  const std::uint32_t a =
+      add_stepped(stepped.mesh, array_of("w", Location::point, ScalarType::float64));
   for (std::uint64_t step = 0; step < steps; ++step)
-    for (std::uint64_t v = 0; v < it.mesh.vertices; ++v) {
+    for (std::uint64_t v = 0; v < stepped.mesh.vertices; ++v) {
       double p[3];
-      std::memcpy(p, &it.mesh.xyz[v * 24], 24);
-      append(it.values[{a, step}], std::sin(3 * p[0] + p[1]) * std::cos(2 * p[2]) +
-                                       .01 * static_cast<double>(step) * p[0]);
+      std::memcpy(p, &stepped.mesh.xyz[v * 24], 24);
+      append(stepped.values[{a, step}], std::sin(3 * p[0] + p[1]) * std::cos(2 * p[2]) +
+                                            .01 * static_cast<double>(step) * p[0]);
     }
-  return it;
+  return stepped;
 }
 
-/// Small, but with all kinds of chunks, several segments, groups, steps and parts; and vertices
-/// that no cell uses, and some values that are not finite. `last_time`: of its steps.
+/// Returns a small file with all kinds of chunks, several segments, groups, steps and parts; it
+/// also has vertices that no cell uses and some values that are not finite. `last_time`: time of
+/// the last step.
 inline Bytes small_file(ScalarType coordinates, const Quantization& quantization = {},
                         double last_time = 9) {
   TestMesh mesh = grid(4, 3, 3, coordinates, warped);
   mesh.schema.coordinate_quantization = quantization;
   mesh.schema.blocks.push_back({2, "others", CellShape::hexahedron, 8});
   for (std::size_t c = 0; c < mesh.cells.size(); ++c) mesh.cells[c].block = c / 9 % 2 == 0;
-  Stepped it = with_steps(std::move(mesh), Order::keep);
-  it.options.group_cells = 9;
-  it.options.segment_cells = 18;
+  Stepped stepped = with_steps(std::move(mesh), Order::keep);
+  stepped.options.group_cells = 9;
+  stepped.options.segment_cells = 18;
   MemorySink sink;
-  const auto report = write_mesh(it.mesh, sink, it.options, [&](Writer& writer) -> Result<void> {
-    for (const auto& [key, values] : it.values)
-      if (auto good = writer.add_step_values(key.first, key.second, values); !good) return good;
-    const double times[] = {0, 1, 2, 3, 4, 5, 6, 7, 8, last_time};
-    if (auto good = writer.set_step_times(times); !good) return good;
-    return writer.add_extra({"title", ScalarType::uint8, Reference::nothing, {5}, Bytes(5)});
-  });
+  const auto report =
+      write_mesh(stepped.mesh, sink, stepped.options, [&](Writer& writer) -> Result<void> {
+        for (const auto& [key, values] : stepped.values)
+          if (auto status = writer.add_step_values(key.first, key.second, values); !status)
+            return status;
+        const double times[] = {0, 1, 2, 3, 4, 5, 6, 7, 8, last_time};
+        if (auto status = writer.set_step_times(times); !status) return status;
+        return writer.add_extra({"title", ScalarType::uint8, Reference::nothing, {5}, Bytes(5)});
+      });
   EXPECT_TRUE(report) << (report ? "" : report.error().message());
   return std::move(sink.bytes);
 }

@@ -1,4 +1,4 @@
-// A folder of its own for a test, which goes with it.
+// A temporary folder for a test, which is removed with the object.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ class TemporaryFolder {
   TemporaryFolder() {
     std::random_device random;
     do path_ = std::filesystem::temp_directory_path() / ("shm-test-" + std::to_string(random()));
-    while (!std::filesystem::create_directory(path_));  // somebody else's
+    while (!std::filesystem::create_directory(path_));  // repeats if somebody else owns that folder
   }
   ~TemporaryFolder() { std::filesystem::remove_all(path_); }
   TemporaryFolder(const TemporaryFolder&) = delete;
@@ -36,7 +36,7 @@ inline std::string file_content(const std::string& path) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-/// Tests that each write into a folder of their own.
+/// Base class of tests that each write into a folder of their own.
 class FolderTest : public testing::Test {
  protected:
   std::string path(const std::string& name) const { return folder_ / name; }
@@ -52,7 +52,7 @@ class FolderTest : public testing::Test {
   const std::filesystem::path& directory_ = folder_.path();
 };
 
-/// Tests of single files.
+/// Base class of tests of single files.
 class FileIo : public FolderTest {
  protected:
   std::size_t files() const {

@@ -1,5 +1,5 @@
 // TestMesh: a mesh in memory, written through the Writer and read back through the Reader, and the
-// families of meshes that the library's tests use.
+// families of meshes that the tests of the library use.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -40,7 +40,7 @@ struct TestMesh {
   std::vector<std::byte> xyz;  // by vertex
   std::uint64_t vertices = 0;
   std::vector<TestCell> cells;
-  std::vector<std::vector<std::byte>> arrays;  // static ones, by element in input order
+  std::vector<std::vector<std::byte>> arrays;  // static arrays, by element in input order
 
   void set_points(const std::vector<std::array<double, 3>>& points) {
     xyz.clear();
@@ -58,7 +58,7 @@ struct TestMesh {
   }
 };
 
-/// What came back, in coding order.
+/// The mesh as read back, in coding order.
 struct ReadBack {
   Schema schema;
   MeshBlock mesh;  // all blocks joined
@@ -88,12 +88,12 @@ inline void join(MeshBlock& all, const MeshBlock& more) {
   for (std::size_t a = 0; a < more.arrays.size(); ++a) add(all.arrays[a], more.arrays[a]);
 }
 
-/// Threads of the Writers of write_mesh, where its options name none. The bytes are the same for
-/// any number, which determinism_test proves with it.
+/// Number of threads of the Writers of write_mesh, unless its options give one. The bytes do not
+/// depend on it, which determinism_test checks by setting it.
 inline unsigned writer_threads = 1;
 
-/// Writes `mesh` the way a converter does: vertices just before their first cell, last uses marked.
-/// `after_mesh` may write step values.
+/// Writes `mesh` as a converter does: each vertex immediately before its first cell, with last uses
+/// marked. `after_mesh` may write step values.
 inline Result<SizeReport> write_mesh(const TestMesh& mesh, ByteSink& sink,
                                      WriteOptions options = {},
                                      const std::function<Result<void>(Writer&)>& after_mesh = {}) {
@@ -119,14 +119,14 @@ inline Result<SizeReport> write_mesh(const TestMesh& mesh, ByteSink& sink,
     return last[v] == ~std::uint64_t{0} && v % 2 == 0 ? writer->add_unused_vertex(v, xyz, data)
                                                       : writer->add_vertex(v, xyz, data);
   };
-  // Some unused vertices right away, between cells; the others at the end.
+  // Writes some unused vertices early, between cells; the others at the end.
   std::uint64_t next_unused = 0;
   std::vector<std::uint64_t> next(mesh.schema.arrays.size());
   for (std::uint64_t c = 0; c < mesh.cells.size(); ++c) {
     const TestCell& cell = mesh.cells[c];
     std::uint64_t last_use = 0;
     for (std::size_t i = 0; i < cell.corners.size(); ++i) {
-      if (auto good = add(cell.corners[i]); !good) return good.error();
+      if (auto status = add(cell.corners[i]); !status) return status.error();
       if (i < 64 && last[cell.corners[i]] == c) last_use |= std::uint64_t{1} << i;
     }
     std::vector<std::byte> data;
@@ -137,17 +137,17 @@ inline Result<SizeReport> write_mesh(const TestMesh& mesh, ByteSink& sink,
       const auto* from = mesh.arrays[a].data() + next[a]++ * mesh.stride(a);
       data.insert(data.end(), from, from + mesh.stride(a));
     }
-    if (auto good = writer->add_cell(cell.block, cell.corners, last_use, data); !good)
-      return good.error();
+    if (auto status = writer->add_cell(cell.block, cell.corners, last_use, data); !status)
+      return status.error();
     for (; c % 16 == 15 && next_unused < mesh.vertices && next_unused < c * 4; ++next_unused)
       if (last[next_unused] == ~std::uint64_t{0} && next_unused % 2 == 0)
-        if (auto good = add(next_unused); !good) return good.error();
+        if (auto status = add(next_unused); !status) return status.error();
   }
   for (std::uint64_t v = 0; v < mesh.vertices; ++v)
-    if (auto good = add(v); !good) return good.error();
-  if (auto good = writer->end_mesh(); !good) return good.error();
+    if (auto status = add(v); !status) return status.error();
+  if (auto status = writer->end_mesh(); !status) return status.error();
   if (after_mesh)
-    if (auto good = after_mesh(*writer); !good) return good.error();
+    if (auto status = after_mesh(*writer); !status) return status.error();
   return writer->finish();
 }
 
@@ -170,7 +170,7 @@ inline Result<ReadBack> read_mesh(std::span<const std::byte> bytes) {
   }
 }
 
-/// Every proper rotation and no reflection, for a hexahedron's eight corners.
+/// Compares the eight corners of two hexahedra up to every proper rotation, without reflections.
 inline bool same_up_to_rotation(std::span<const std::uint64_t> a,
                                 std::span<const std::uint64_t> b) {
   constexpr std::array<int, 8> bits = {0, 1, 3, 2, 4, 5, 7, 6};
@@ -193,8 +193,8 @@ inline bool same_up_to_rotation(std::span<const std::uint64_t> a,
   return false;
 }
 
-/// Writes, reads and compares everything but values that are rounded; in Order::stream as a mesh.
-/// Returns the file's bytes.
+/// Writes and reads the mesh and compares everything except rounded values. In Order::stream the
+/// result is compared as a mesh, without its order. Returns the bytes of the file.
 inline std::vector<std::byte> expect_round_trip(const TestMesh& mesh, WriteOptions options = {},
                                                 SizeReport* report_out = nullptr) {
   MemorySink sink;
@@ -223,7 +223,7 @@ inline std::vector<std::byte> expect_round_trip(const TestMesh& mesh, WriteOptio
   const auto is_exact = [&](std::size_t array) {
     return !mesh.schema.arrays[array].per_step && !mesh.schema.arrays[array].quantization.lossy();
   };
-  // Position in coding order -> number in the source.
+  // Maps a position in coding order to the number in the source.
   const bool keep = mesh.schema.order == Order::keep;
   const std::size_t xyz_bytes = 3 * scalar_bytes(mesh.schema.coordinate_type);
   std::vector<std::uint64_t> first_element(mesh.cells.size() + 1);
@@ -265,7 +265,7 @@ inline std::vector<std::byte> expect_round_trip(const TestMesh& mesh, WriteOptio
       if (back->mesh.last_use[i] >> c & 1) finalized[corners[c]] = 1;
   }
   EXPECT_EQ(bad, 0) << "cells differ";
-  // Cell data: element e of an array belongs to the e-th covered cell, in either order.
+  // Cell data: element e of an array belongs to the e-th covered cell, in both orders.
   for (std::size_t a = 0; a < mesh.schema.arrays.size(); ++a) {
     if (mesh.schema.arrays[a].location != Location::cell || !is_exact(a)) continue;
     std::vector<std::uint64_t> element(mesh.cells.size());
@@ -284,7 +284,7 @@ inline std::vector<std::byte> expect_round_trip(const TestMesh& mesh, WriteOptio
   return std::move(sink.bytes);
 }
 
-// --- families
+// --- families of meshes
 
 inline Schema hexahedra_schema(ScalarType type = ScalarType::float32) {
   Schema schema;
@@ -300,8 +300,8 @@ inline std::array<double, 3> warped(double x, double y, double z) {
           z + .04 * std::cos(3 * x + 5 * y)};
 }
 
-/// nx * ny * nz hexahedra of the unit cube in scanline order; cells for which `skip(i, j, k)` says
-/// so are left out (their vertices stay, perhaps unused).
+/// Returns nx * ny * nz hexahedra of the unit cube in scanline order. Cells for which `skip(i, j,
+/// k)` returns true are left out; their vertices stay and may be unused.
 inline TestMesh grid(std::uint64_t nx, std::uint64_t ny, std::uint64_t nz,
                      ScalarType type = ScalarType::float32, Warp warp = straight,
                      bool (*skip)(std::uint64_t, std::uint64_t, std::uint64_t) = nullptr) {
@@ -334,9 +334,10 @@ inline bool porous(std::uint64_t i, std::uint64_t j, std::uint64_t k) {
   return (i * 7 + j * 13 + k * 29) % 11 < 3;
 }
 
-/// A cube of n * n * n hexahedra, of which those that `porous` picks are cut into eight, and so are
-/// some of what came of it: what was cut is gone, its eight stand behind all others, and each cell
-/// that was cut has vertices of its own in the middle of its edges, faces and itself.
+/// Returns a cube of n * n * n hexahedra in which the cells that `porous` selects, and some of the
+/// resulting cells, are divided into eight. A divided cell is removed, its eight parts are appended
+/// at the end, and each divided cell gets vertices of its own in the middle of its edges, of its
+/// faces and of the cell.
 inline TestMesh cut_into_eight(std::uint64_t n, ScalarType type = ScalarType::float32) {
   constexpr std::array<std::array<std::size_t, 3>, 8> kCorners = {
       {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}}};
@@ -362,7 +363,7 @@ inline TestMesh cut_into_eight(std::uint64_t n, ScalarType type = ScalarType::fl
       const auto& at = whole.place;
       if (whole.size != size || !porous(at[0] / size, at[1] / size, at[2] / size)) continue;
       pieces[p].cut = true;
-      std::array<std::array<std::array<std::uint64_t, 3>, 3>, 3> vertex{};  // by z, y and x
+      std::array<std::array<std::array<std::uint64_t, 3>, 3>, 3> vertex{};  // indexed by z, y and x
       for (std::size_t c = 0; c < 8; ++c)
         vertex[2 * kCorners[c][2]][2 * kCorners[c][1]][2 * kCorners[c][0]] = whole.corners[c];
       for (std::size_t z = 0; z < 3; ++z)
@@ -393,7 +394,7 @@ inline TestMesh cut_into_eight(std::uint64_t n, ScalarType type = ScalarType::fl
   return mesh;
 }
 
-/// The grid wrapped around an axis: a ring whose first and last layers meet.
+/// Returns the grid wrapped around an axis: a ring whose first and last layers meet.
 inline TestMesh ring(std::uint64_t around, std::uint64_t out, std::uint64_t up, ScalarType type) {
   TestMesh mesh;
   mesh.schema = hexahedra_schema(type);
@@ -435,7 +436,7 @@ inline void shuffle_vertices(TestMesh& mesh, std::mt19937_64& random) {
   for (TestCell& cell : mesh.cells)
     for (auto& v : cell.corners) v = to[v];
 }
-/// Turns every hexahedron by a random rotation, some also into their mirror image.
+/// Rotates every hexahedron at random and, if `mirror`, also reflects some of them.
 inline void rotate_corners(TestMesh& mesh, std::mt19937_64& random, bool mirror) {
   constexpr std::array<std::array<std::size_t, 8>, 3> turns = {
       {{1, 2, 3, 0, 5, 6, 7, 4}, {4, 5, 1, 0, 7, 6, 2, 3}, {1, 5, 6, 2, 0, 4, 7, 3}}};

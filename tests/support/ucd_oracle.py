@@ -1,10 +1,11 @@
 #!/usr/bin/python3
-"""Tells whether two AVS UCD files are the same mesh to VTK's own reader.
+"""Compares two AVS UCD files as VTK's own reader reads them.
 
 usage: ucd_oracle.py A.inp B.inp
+
 Compares points, cells, cell types, and all point and cell data: order, names, components, values
-(as VTK reads them, single precision). The lines before the counts are compared as text, and so is
-what stands behind the data, which VTK does not read.
+(in single precision, as VTK reads them). The lines before the counts are compared as text, and so is
+the text after the data, which VTK does not read.
 Exit code 0: equal; 1: different (each difference is printed); 2: VTK could not read a file.
 Needs Debian's python3-vtk9 and python3-numpy.
 """
@@ -27,7 +28,7 @@ def read(path):
 
 
 def texts(path):
-    """Comments, and words behind all that VTK reads."""
+    """Returns the comments, and the text after the part that VTK reads."""
     with open(path, encoding="latin-1") as file:
         lines = file.read().splitlines()
     comments = 0
@@ -49,10 +50,10 @@ def contents(path):
     for part in ("Offsets", "Connectivity"):
         values = vtk_to_numpy(getattr(grid.GetCells(), f"Get{part}Array")())
         found[part.lower()] = values.astype("int64").tobytes()
-    for what, data in (("point", grid.GetPointData()), ("cell", grid.GetCellData())):
+    for place, data in (("point", grid.GetPointData()), ("cell", grid.GetCellData())):
         for i in range(data.GetNumberOfArrays()):
             array = data.GetArray(i)
-            found[f"{what} data {i}"] = (array.GetName(), array.GetNumberOfComponents(),
+            found[f"{place} data {i}"] = (array.GetName(), array.GetNumberOfComponents(),
                                          vtk_to_numpy(array).tobytes())
     return found
 
@@ -61,9 +62,9 @@ def main():
     if len(sys.argv) != 3:
         sys.exit(__doc__)
     a, b = contents(sys.argv[1]), contents(sys.argv[2])
-    wrong = [what for what in sorted(a.keys() | b.keys()) if a.get(what) != b.get(what)]
-    for what in wrong:
-        print(f"{what} differs")
+    wrong = [item for item in sorted(a.keys() | b.keys()) if a.get(item) != b.get(item)]
+    for item in wrong:
+        print(f"{item} differs")
     sys.exit(1 if wrong else 0)
 
 

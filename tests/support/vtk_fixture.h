@@ -1,5 +1,5 @@
-// What the tests of VTK legacy files share: files in a folder of their own, all that a mesh says,
-// and VTK's own readers and writers.
+// Shared code of the tests of VTK legacy files: files in a temporary folder, the complete contents
+// of a mesh, and VTK's own readers and writers.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -39,7 +39,7 @@ class VtkTest : public FolderTest {
   Spool spool_{fs::temp_directory_path().string(), std::size_t{1} << 20};
 };
 
-// Everything that a MeshSource holds.
+// Complete contents of a MeshSource.
 struct Snapshot {
   MeshInfo info;
   std::vector<std::byte> points;
@@ -97,7 +97,7 @@ inline std::vector<T> as(const std::vector<std::byte>& bytes) {
   return values;
 }
 
-// VTK's own reader and writer in Python; absent on many machines.
+// Runs VTK's own reader and writer in Python; returns false if they are not installed.
 inline bool run_oracle(const std::string& arguments, int* status) {
   static const bool available =
       std::system("/usr/bin/python3 -c 'import vtk, numpy' >/dev/null 2>&1") == 0;
@@ -131,7 +131,7 @@ inline std::string big_endian(const std::vector<T>& values) {
   return bytes;
 }
 
-// Whatever happens, it is a Failure or a mesh that can be read to its end.
+// Reads a file to its end. The result must be a Failure or a complete mesh.
 inline void try_to_read(const std::string& file, Spool& spool) {
   try {
     take(*open_vtk(file, spool));
@@ -139,7 +139,7 @@ inline void try_to_read(const std::string& file, Spool& spool) {
   }
 }
 
-// Through a .shm file.
+// Compresses a mesh to .shm and returns it as read from there.
 inline std::unique_ptr<MeshSource> through_shm(MeshSource& mesh, Order order, Spool& spool) {
   MemorySink sink;
   CompressOptions options;
@@ -149,7 +149,7 @@ inline std::unique_ptr<MeshSource> through_shm(MeshSource& mesh, Order order, Sp
   return std::make_unique<StagedMesh>(file, "test.shm", spool);
 }
 
-// A mesh with another text in one of its extras.
+// A mesh with one of its extras replaced by another text.
 class BentExtra : public MeshSource {
  public:
   BentExtra(MeshSource& mesh, const std::string& key, const std::string& text)

@@ -1,13 +1,14 @@
 #!/usr/bin/python3
-"""Tells whether two VTK legacy files are the same data set to VTK's own readers.
+"""Compares two VTK legacy files as VTK's own readers read them.
 
 usage: vtk_oracle.py A.vtk B.vtk
        vtk_oracle.py --rewrite 42|51 ASCII|BINARY IN.vtk OUT.vtk   VTK reads IN and writes OUT
-       vtk_oracle.py --sample 42|51 ASCII|BINARY OUT.vtk           a small grid with everything in it
-       vtk_oracle.py --samples FOLDER          the same of every data set, version and encoding
-       vtk_oracle.py --folders FOLDER FOLDER   compares each file of the first with that of its name
-       vtk_oracle.py --cells FOLDER FOLDER     as --folders, points and nodes of cells alone,
+       vtk_oracle.py --sample 42|51 ASCII|BINARY OUT.vtk           a small grid with every feature
+       vtk_oracle.py --samples FOLDER          such grids of every data set, version and encoding
+       vtk_oracle.py --folders FOLDER FOLDER   compares files of the same name in two folders
+       vtk_oracle.py --cells FOLDER FOLDER     as --folders, but only points and nodes of cells,
                                                whatever the kinds of data set
+
 Compares the kind of data set, points, cells, cell types, polyhedron faces, extents, spacing,
 origin, axes, and all point, cell and field data: order, names, types, components, component names,
 values (bit for bit), attribute kinds, lookup tables.
@@ -53,7 +54,7 @@ def read(path):
 
 
 def bits(array):
-    """Values as bytes, so that NaN equals itself and -0 differs from 0."""
+    """Returns values as bytes, so that NaN equals itself and -0 differs from 0."""
     if array is None:
         return b""
     if isinstance(array, vtk.vtkBitArray):
@@ -88,19 +89,19 @@ class Comparison:
     def __init__(self):
         self.differences = 0
 
-    def same(self, what, a, b):
+    def same(self, title, a, b):
         if a == b:
             return True
         self.differences += 1
-        print(f"{what} differs" + ("" if isinstance(a, bytes) else f": {a!r} against {b!r}"))
+        print(f"{title} differs" + ("" if isinstance(a, bytes) else f": {a!r} against {b!r}"))
         return False
 
-    def arrays(self, what, a, b):
-        if not self.same(f"{what}: number of arrays", a.GetNumberOfArrays(), b.GetNumberOfArrays()):
+    def arrays(self, title, a, b):
+        if not self.same(f"{title}: number of arrays", a.GetNumberOfArrays(), b.GetNumberOfArrays()):
             return
         for i in range(a.GetNumberOfArrays()):
             left, right = a.GetAbstractArray(i), b.GetAbstractArray(i)
-            name = f"{what} array {i} '{left.GetName()}'"
+            name = f"{title} array {i} '{left.GetName()}'"
             if self.same(name, describe(left), describe(right)):
                 self.same(f"{name}: values", bits(left), bits(right))
             self.lookup_tables(name, left, right)
@@ -110,12 +111,12 @@ class Comparison:
         if self.same(f"{name}: has a lookup table", *(t is not None for t in tables)) and tables[0]:
             self.same(f"{name}: lookup table", *(bits(t.GetTable()) for t in tables))
 
-    def attributes(self, what, a, b):
+    def attributes(self, title, a, b):
         for kind in range(vtk.vtkDataSetAttributes.NUM_ATTRIBUTES):
             names = [x.GetAbstractAttribute(kind) for x in (a, b)]
             names = [None if x is None else x.GetName() for x in names]
             label = vtk.vtkDataSetAttributes.GetAttributeTypeAsString(kind)
-            self.same(f"{what}: {label}", *names)
+            self.same(f"{title}: {label}", *names)
 
     def geometry(self, a, b):
         if hasattr(a, "GetExtent"):
@@ -134,11 +135,11 @@ class Comparison:
         if hasattr(a, "GetFaces"):
             self.cells(a, b)
 
-    def cell_arrays(self, what, a, b):
+    def cell_arrays(self, title, a, b):
         for part in ("Offsets", "Connectivity"):
             values = [vtk_to_numpy(getattr(c, f"Get{part}Array")()).astype("int64")
                       for c in (a, b)]
-            self.same(f"{what}: {part.lower()}", values[0].tobytes(), values[1].tobytes())
+            self.same(f"{title}: {part.lower()}", values[0].tobytes(), values[1].tobytes())
 
     def cells(self, a, b):
         if not self.same("number of cells", a.GetNumberOfCells(), b.GetNumberOfCells()):
@@ -176,7 +177,8 @@ def numbers(kind, name, components, tuples):
     return array
 
 
-# Nodes of the cells that VTK has beyond the linear ones; of any number, of some number of nodes.
+# Number of nodes of the VTK cell types other than the linear ones; for types with any number of
+# nodes, an example.
 HIGHER_CELLS = {21: 3, 22: 6, 23: 8, 24: 10, 25: 20, 26: 15, 27: 13, 28: 9, 29: 27, 30: 6, 31: 12,
                 32: 18, 33: 24, 34: 7, 35: 4, 36: 7, 37: 19, 41: 6, 4: 3, 1: 1, 3: 2, 5: 3, 10: 4,
                 13: 6, 15: 10, 16: 12, 68: 4, 69: 10, 70: 16, 71: 20, 72: 64, 73: 40, 74: 30,
@@ -206,7 +208,7 @@ def sample_cells(grid):
 def sample_attributes(data, count):
     for kind in ("Char", "UnsignedChar", "Short", "UnsignedShort", "Int", "UnsignedInt", "Long",
                  "UnsignedLong", "Float", "Double", "IdType", "Bit"):
-        # VTK's writer drops bits of arrays with more than one component.
+        # VTK's writer loses bits of arrays with more than one component.
         data.AddArray(numbers(kind, f"of type {kind}", 1 if kind == "Bit" else 2, count))
     names = numbers("Double", "named", 3, count)
     for c, name in enumerate(("first one", "", "third%")):
@@ -255,8 +257,7 @@ def with_data(grid):
     return grid
 
 
-# Points along each axis.
-# "extent" also states EXTENT in place of DIMENSIONS.
+# Number of points along each axis. "extent" also writes EXTENT instead of DIMENSIONS.
 SHAPES = {"": (4, 3, 5), "extent": (4, 3, 5), "flat": (4, 1, 5), "line": (1, 6, 1),
           "point": (1, 1, 1), "empty": (0, 0, 0)}
 
@@ -306,7 +307,7 @@ def sample_polydata():
     return mesh
 
 
-# Nodes of a cell, those of voxels and pixels in the order of hexahedra and quads.
+# Returns the nodes of a cell; those of voxels and pixels in the order of hexahedra and quads.
 def nodes_of(grid, cell):
     ids = grid.GetCell(cell).GetPointIds()
     nodes = [ids.GetId(i) for i in range(ids.GetNumberOfIds())]
@@ -318,8 +319,8 @@ def nodes_of(grid, cell):
     return nodes
 
 
-# Kinds and nodes of all cells, voxels and pixels as hexahedra and quads; nothing of those at
-# `places`.
+# Returns kind and nodes of each cell, with voxels and pixels as hexahedra and quads; None for the
+# cells at `places`.
 def cells_of(grid, places=()):
     kinds = {vtk.VTK_VOXEL: vtk.VTK_HEXAHEDRON, vtk.VTK_PIXEL: vtk.VTK_QUAD}
     return [None if c in places else
@@ -327,7 +328,7 @@ def cells_of(grid, places=()):
             for c in range(grid.GetNumberOfCells())]
 
 
-# Of structured data VTK shows no nodes of these.
+# Returns the blanked cells of structured data, whose nodes VTK does not return.
 def blanked_cells(grid):
     if isinstance(grid, (vtk.vtkUnstructuredGrid, vtk.vtkPolyData)):
         return set()
@@ -363,7 +364,7 @@ def compare_cells(path_a, path_b):
     if check.same("number of cells", a.GetNumberOfCells(), b.GetNumberOfCells()):
         for i in range(a.GetNumberOfCells()):
             if a.GetCellType(i) == vtk.VTK_EMPTY_CELL:
-                continue  # blanked: VTK shows no nodes of it
+                continue  # blanked: VTK does not return its nodes
             check.same(f"cell {i}", nodes_of(a, i), nodes_of(b, i))
     return 1 if check.differences else 0
 

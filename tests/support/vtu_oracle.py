@@ -1,18 +1,19 @@
 #!/usr/bin/python3
-"""Tells whether two VTU files are the same unstructured grid to VTK's own XML reader.
+"""Compares two VTU files as VTK's own XML reader reads them.
 
 usage: vtu_oracle.py A.vtu B.vtu
-       vtu_oracle.py --data A B                         grids alone; .vtu or .vtk
-       vtu_oracle.py --legacy A B                       the same of .vtk (any data set) and .vtu, at
-           the last step, by name, without what one of the two formats cannot hold
-       vtu_oracle.py --all DIRECTORY_A DIRECTORY_B      all files of A against those of B
-       vtu_oracle.py --samples DIRECTORY                a small grid with everything in it, written
+       vtu_oracle.py --data A B                         only the grids; .vtu or .vtk
+       vtu_oracle.py --legacy A B                       the grids of a .vtk (any data set) and a .vtu at
+           the last step, arrays by name, without data that one of the two formats cannot store
+       vtu_oracle.py --all DIRECTORY_A DIRECTORY_B      all files of A with those of B
+       vtu_oracle.py --samples DIRECTORY                a small grid with every feature, written
            by VTK in every encoding: MODE_COMPRESSOR_HEADER_ORDER.vtu; steps.vtu: three time steps
-       vtu_oracle.py --read A.vtu                       VTK reads it, no more
+       vtu_oracle.py --read A.vtu                       only reads the file with VTK
+
 Compares points, cells, cell types, polyhedron faces, and all point, cell and field data: order,
 names, types, components, component names, information keys, values (bit for bit), attribute kinds;
-at every time step; each piece by itself; then the XML: every element with every attribute, texts,
-comments, in order, but for the offsets of appended data and blanks.
+at every time step, and each piece by itself. Then it compares the XML: every element with every
+attribute, texts and comments, in order, except offsets of appended data and white space.
 Exit code 0: equal; 1: different (each difference is printed); 2: VTK could not read a file.
 Needs Debian's python3-vtk9 and python3-numpy.
 """
@@ -51,7 +52,7 @@ def checked(path, reader, errors):
 
 
 def read(path):
-    """The whole grid at every time step, then each piece."""
+    """Returns the whole grid at every time step, then each piece."""
     if path.endswith(".vtk"):
         return [vtk_oracle.read(path)[0]]
     reader, errors = open_reader(path)
@@ -68,10 +69,10 @@ def read(path):
 
 
 def tree(path):
-    """The XML as a list of lines, without offsets and blanks; it ends where appended data begins."""
+    """Returns the XML as a list of lines, without offsets and white space, up to the appended data."""
     lines = []
     parser = xml.parsers.expat.ParserCreate()
-    # The tokens of inline arrays are compared by what VTK reads.
+    # The values of inline arrays are not compared here, but as VTK reads them.
     inside = []
 
     class Stop(Exception):
@@ -118,10 +119,10 @@ def compare_grids(check, a, b):
             check.same("points", *(bits(p) for p in points))
     check.cells(a, b)
     check.same("face locations", bits(a.GetFaceLocations()), bits(b.GetFaceLocations()))
-    for what in ("PointData", "CellData", "FieldData"):
-        check.arrays(what, getattr(a, f"Get{what}")(), getattr(b, f"Get{what}")())
-    for what in ("PointData", "CellData"):
-        check.attributes(what, getattr(a, f"Get{what}")(), getattr(b, f"Get{what}")())
+    for kind in ("PointData", "CellData", "FieldData"):
+        check.arrays(kind, getattr(a, f"Get{kind}")(), getattr(b, f"Get{kind}")())
+    for kind in ("PointData", "CellData"):
+        check.attributes(kind, getattr(a, f"Get{kind}")(), getattr(b, f"Get{kind}")())
 
 
 def compare(path_a, path_b, with_xml):
@@ -140,7 +141,7 @@ def compare(path_a, path_b, with_xml):
 
 
 def in_common(grid):
-    """Arrays by name, as both formats can hold them."""
+    """Returns the arrays by name, reduced to data that both formats can store."""
     found = {}
     for what in ("PointData", "CellData", "FieldData"):
         data = getattr(grid, f"Get{what}")()
@@ -155,7 +156,7 @@ def in_common(grid):
             elif isinstance(array, vtk.vtkDataArray):  # vtkIdType is narrow in legacy files
                 values = tuple(map(repr, vtk_to_numpy(array).ravel()))
             components = array.GetNumberOfComponents()
-            # Empty names are no names in the XML format.
+            # The XML format treats empty names as missing.
             names = tuple(array.GetComponentName(c) or None for c in range(components))
             key = vtk.vtkDataArray.UNITS_LABEL()
             units = array.GetInformation().Get(key) if array.HasInformation() else None
@@ -170,7 +171,7 @@ def in_common(grid):
 
 
 def seen(path, step=-1):
-    """The grid of a file at a step; its arrays, its time as TimeValue, its title as Title."""
+    """Returns the grid of a file at a step with its arrays, its time as TimeValue, and its title as Title."""
     if path.endswith(".vtk"):
         grid, reader = vtk_oracle.read(path)
         found = in_common(grid)
@@ -195,12 +196,12 @@ def seen(path, step=-1):
 
 
 def compare_legacy(path_a, path_b, unlike=(), step=-1):
-    """`unlike`: names of arrays that are left out; `step`: of A."""
+    """`unlike`: names of arrays that are not compared; `step`: the step of A."""
     check = Comparison()
     (a, left), (b, right) = seen(path_a, step), seen(path_b)
     if hasattr(a, "GetFaces") and hasattr(b, "GetFaces"):
         check.cells(a, b)
-    else:  # made of dimensions, or of lists
+    else:  # structured data or polygonal data
         blanked = vtk_oracle.blanked_cells(a) | vtk_oracle.blanked_cells(b)
         check.same("cells", *(vtk_oracle.cells_of(grid, blanked) for grid in (a, b)))
     if check.same("number of points", a.GetNumberOfPoints(), b.GetNumberOfPoints()):
@@ -217,7 +218,7 @@ def compare_all(directory_a, directory_b):
     for name in sorted(os.listdir(directory_a)):
         result = compare(os.path.join(directory_a, name), os.path.join(directory_b, name), True)
         if result:
-            print(f"so much for {name}")
+            print(f"{name}: failed, see above")
         worst = max(worst, result)
     return worst
 
@@ -228,19 +229,19 @@ def set_up(writer, mode, compressor, header, order, path):
     writer.SetCompressorType(COMPRESSORS[compressor])
     writer.SetHeaderType(int(header))
     writer.SetByteOrder(0 if order == "big" else 1)
-    writer.SetBlockSize(64)  # several blocks even here
+    writer.SetBlockSize(64)  # several blocks even in these small files
     writer.SetFileName(path)
 
 
 def sample():
     grid = vtk_oracle.sample()
-    grid.GetFieldData().RemoveArray("variants")  # the XML writer has no way to write them
+    grid.GetFieldData().RemoveArray("variants")  # the XML writer cannot write variant arrays
     time = vtk.vtkDoubleArray()
     time.SetName("TimeValue")
     time.InsertNextValue(2.5)
     grid.GetFieldData().AddArray(time)
     words = vtk.vtkStringArray()
-    words.SetName("w\u00f6rter &lt;&amp;&gt;")  # VTK writes names as they are
+    words.SetName("w\u00f6rter &lt;&amp;&gt;")  # VTK writes names without escaping them
     for i in range(grid.GetNumberOfPoints()):
         words.InsertNextValue("p" * i + "é")
     grid.GetPointData().AddArray(words)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""shm append: what comes out is what one file of all steps would have become, or nothing changes.
+"""shm append: the result equals a single file with all steps, or nothing changes.
 
 Usage: append_test.py PATH_OF_SHM
 """
@@ -45,7 +45,7 @@ class AppendTest(FolderTest):
         return name
 
     def assert_steps(self, file, source, same_numbers=True):
-        """The file holds all of the source, and becomes the same Exodus file as it."""
+        """Checks that the file contains the whole source and converts to the same Exodus file."""
         self.shm("verify", file)
         self.shm("verify", file, "--against", source)
         self.shm("decompress", file, "-o", self.path("back.e"))
@@ -54,7 +54,7 @@ class AppendTest(FolderTest):
         os.remove(self.path("back.e"))
 
     def test_restarts_of_as_many_steps(self):
-        # Nothing but the values of the steps differs, not even the number of steps.
+        # Only the values of the steps differ, not even the number of steps.
         for first, second, third in (((0, 1, 2), (3, 4, 5), (6,)), ((0,), (1,), (2,))):
             parts = [self.exodus(f"part{i}.e", steps, with_globals=False)
                      for i, steps in enumerate((first, second, third))]
@@ -66,11 +66,11 @@ class AppendTest(FolderTest):
 
     def test_outputs(self):
         file = self.packed(self.exodus("a.e", (0, 1)))
-        # Nothing is new: the same file where it is wanted.
+        # Nothing is new: the output is the same file.
         self.shm("append", file, self.path("a.e"), "-o", self.path("same.shm"))
         self.assertEqual(self.bytes(self.path("same.shm")), self.bytes(file))
         self.shm("append", file, self.path("a.e"), "-o", "-", "--json", code=2, stderr="both")
-        # Of a link what it leads to is written.
+        # If the file is a symbolic link, its target is written.
         os.symlink(file, self.path("link.shm"))
         self.shm("append", self.path("link.shm"), self.exodus("b.e", (2,)))
         self.assertTrue(os.path.islink(self.path("link.shm")))
@@ -92,7 +92,7 @@ class AppendTest(FolderTest):
                          ["all.e", "first.e", "first.e.shm"])
 
     def test_a_file_with_parity(self):
-        """What is appended is protected too, by as large a share."""
+        """Appended data is protected by the same share of parity."""
         whole = self.exodus("whole.e", range(6))
         file = self.packed(self.exodus("a.e", range(3)), "--parity", "30%")
         self.assertIn("parity", self.shm("verify", file))
@@ -103,14 +103,14 @@ class AppendTest(FolderTest):
         before = self.bytes(file)
         with open(file, "r+b") as damaged:
             damaged.write(bytes(4096))
-        # New parity would make the damage last.
+        # New parity would make the damage permanent.
         self.shm("append", file, self.exodus("more.e", range(7)), code=3, stderr=".")
         self.shm("repair", file)
         self.assertEqual(self.bytes(file), before)
         bare = self.packed(self.exodus("bare.e", range(3)))
         self.shm("append", bare, whole)
-        end = len(self.bytes(bare)) - 16  # from there on there is parity
-        for at in range(100, end, 211 if SANITIZED else 41):  # where append looks, and where it only copies
+        end = len(self.bytes(bare)) - 16  # parity begins here
+        for at in range(100, end, 211 if SANITIZED else 41):  # also in parts that append only copies
             with open(file, "wb") as damaged:
                 damaged.write(before[:at] + bytes([before[at] ^ 1]) + before[at + 1:])
             self.shm("append", file, self.path("more.e"), code=3, stderr=".")
@@ -119,7 +119,7 @@ class AppendTest(FolderTest):
         self.assert_steps(file, self.path("more.e"))
 
     def test_a_file_of_a_single_step(self):
-        """Its steps refer to none, appended ones neither, unless it was announced that it grows."""
+        """Its steps do not refer to other steps, nor do appended steps, unless --key-steps announced that the file grows."""
         first, all_steps = self.exodus("first.e", (0,)), self.exodus("all.e", range(7))
         grown = {}
         for how in ((), ("--key-steps", "1"), ("--key-steps", "8")):
@@ -137,7 +137,7 @@ class AppendTest(FolderTest):
                 with self.subTest(kind + str(how)):
                     all_steps = self.exodus("all.e", range(9), kind=kind)
                     file = self.packed(self.exodus("run.e", range(3), kind=kind), *how)
-                    for begin, end in ((3, 5), (4, 8), (8, 9)):  # the second one begins earlier
+                    for begin, end in ((3, 5), (4, 8), (8, 9)):  # the second part begins earlier
                         part = self.exodus("run.e-s002", range(begin, end), kind=kind)
                         self.shm("append", file, part)
                     self.assert_steps(file, all_steps, not how)
@@ -201,7 +201,7 @@ class AppendTest(FolderTest):
         self.shm("verify", file, "--against", all_steps)
 
     def test_other_formats(self):
-        """One step out of files that hold one each; global variables have no place in these."""
+        """Appends single steps from files of formats that store one step each and no global variables."""
         source = self.exodus("all.e", range(6))
         self.shm("convert", source, self.path("all.msh"), stderr="(?s)not in.*")
         self.shm("convert", self.path("all.msh"), self.path("plain.e"), stderr="(?s)(not in.*)?")
@@ -222,7 +222,7 @@ class AppendTest(FolderTest):
         with_globals = self.packed(source)
         self.shm("append", with_globals, self.path("d.vtk"), "--all", code=3,
                  stderr="vals_glo_var.*has a value at each step")
-        self.shm("append", file, self.path("c.vtk"), stderr="")  # no later one
+        self.shm("append", file, self.path("c.vtk"), stderr="")  # has no later step
 
     def test_gmsh(self):
         all_steps, first = self.path("all.msh"), self.path("first.msh")

@@ -1,5 +1,5 @@
-// Comparison, and the whole way through a .shm file: what goes in comes back, in both orders,
-// and every kind of change is found.
+// Comparison of meshes, and the round trip through a .shm file: data comes back unchanged, in both
+// orders, and every kind of change is detected.
 #include "compare/compare.h"
 #include "mesh/cell_rotations.h"
 
@@ -52,7 +52,7 @@ CompressOptions options_of(Order order, std::uint32_t delay = 0, std::uint32_t b
   return options;
 }
 
-// Compresses, restores, compares.
+// Compresses and restores a mesh, and compares the result.
 CompareReport round_trip(MeshSource& mesh, const CompressOptions& options) {
   const Compressed compressed = compress(mesh, options);
   Spool spool(::testing::TempDir());
@@ -265,7 +265,7 @@ TEST(RoundTrip, CellsOfEachBlockTogether) {
   MemorySource source(compressed.bytes);
   StagedMesh restored(source, "test.shm", spool);
 
-  // The restored mesh as a format stores it that has one block after the other.
+  // The restored mesh as stored by a format in which blocks follow each other.
   MemoryMesh grouped;
   grouped.mesh = restored.info();
   grouped.mesh.schema.order = Order::keep;
@@ -286,7 +286,7 @@ TEST(RoundTrip, CellsOfEachBlockTogether) {
       grouped.cell_blocks.push_back(block);
       grouped.cells.emplace_back(batch.cell(c).begin(), batch.cell(c).end());
     }
-  EXPECT_TRUE(alternating) << "the test needs cells of both blocks in turn";
+  EXPECT_TRUE(alternating) << "the test needs cells of both blocks in alternation";
   grouped.arrays = {{bytes_of(moved)}};
   std::vector<std::int32_t> cells(120);
   std::memcpy(cells.data(), restored.info().extras[0].data.data(), 480);

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""shm extract: pieces are what is cut out of the whole mesh here, as VTK and ncdump read both.
+"""shm extract: pieces equal parts of the whole mesh that this script cuts out, as read by VTK and ncdump.
 
-Usage: extract_test.py PATH_OF_SHM     (exit code 77, skipped, where VTK, NumPy or netCDF is missing)
+Usage: extract_test.py PATH_OF_SHM     (exit code 77, skipped, if VTK, NumPy or netCDF is missing)
 """
 import json
 import os
@@ -27,7 +27,7 @@ from folder_test import SANITIZED, FolderTest, forced
 from sample_meshes import hexahedra, wedges
 
 SHM = "shm"
-N = 8  # cells a side
+N = 8  # cells per side
 
 
 class Grid:
@@ -101,7 +101,7 @@ data: time_whole = 0, 0.5, 2 ; eb_status = 1, 1, 1 ; eb_prop1 = 10, 20, 30 ;
 
 
 class Read:
-    """A VTK or VTU file as VTK reads it."""
+    """Contents of a VTK or VTU file as VTK reads them."""
 
     def __init__(self, path):
         reader = (vtk.vtkXMLUnstructuredGridReader if path.endswith(".vtu")
@@ -124,7 +124,7 @@ class Read:
 
 
 def ncdump(path, variable):
-    """The numbers or strings of a variable."""
+    """Returns the numbers or strings of a variable."""
     text = subprocess.run(["ncdump", "-p", "9,17", "-v", variable, path], capture_output=True,
                           text=True, check=True).stdout
     values = re.search(rf"\n {variable} =\s*(.*?) ;\n", text, re.S).group(1)
@@ -150,7 +150,7 @@ class ExtractTest(FolderTest):
         return self.path("grid.shm")
 
     def extract(self, name, *words):
-        """Returns what the tool says on standard output and where the piece is."""
+        """Returns the standard output of the tool and the path of the piece."""
         output, _ = self.shm("extract", self.path("grid.shm"), self.path(name), *words)
         return output, self.path(name)
 
@@ -199,7 +199,7 @@ class ExtractTest(FolderTest):
                     self.assertIn("heat", piece.point)
                     _, path = self.extract("piece.vtk", *words)
                     self.expect_piece(whole, Read(path), list(chosen))
-            # What the file itself says, in order keep.
+            # In order keep, also compares with the original mesh.
             if not how:
                 np.testing.assert_array_equal(whole.points, self.grid.points)
 
@@ -240,7 +240,7 @@ class ExtractTest(FolderTest):
         if fixed:
             np.testing.assert_array_equal(ncdump(path, "node_ns1"),
                                           [vertices.index(v) + 1 for v in fixed])
-        # A piece of a piece in .shm, and back to Exodus.
+        # A piece of a piece in .shm, converted to Exodus.
         self.extract("piece.shm", "--cells", "100:300")
         self.shm("extract", self.path("piece.shm"), self.path("again.vtu"), "--cells", "50:60")
         again = Read(self.path("again.vtu"))
@@ -251,7 +251,7 @@ class ExtractTest(FolderTest):
         self.assertEqual(ncdump(self.path("back.e"), "ss_names"), ["inlet"])
         np.testing.assert_array_equal(ncdump(self.path("back.e"), "elem_num_map"),
                                       grid.elem_map[100:300])
-        # A source without maps: its own numbers, from 1.
+        # A source without number maps: numbers in the file, counted from 1.
         self.shm("extract", self.path("piece.shm"), self.path("none.vtk"), "--cells", "50:60")
         self.shm("compress", self.path("none.vtk"), "-o", self.path("none.shm"))
         self.shm("extract", self.path("none.shm"), self.path("none.e"), "--cells", "3:6")
@@ -266,7 +266,7 @@ class ExtractTest(FolderTest):
                 self.assertTrue((sides.types == vtk.VTK_QUAD).all())
                 self.assertEqual(len(sides.cells), len(self.grid.inlet))
                 self.assertTrue((sides.cell["shm_side"] == 4).all())
-                # All of x = 0 below the wedges, which y shears; once.
+                # All of x = 0 below the wedges, sheared along y; each point once.
                 self.assertEqual(len(sides.points), (N + 1) * N)
                 np.testing.assert_allclose(sides.points[:, 0], sides.points[:, 1] * .08)
                 middles = {tuple(np.round(sides.points[c].mean(axis=0), 9)) for c in sides.cells}
@@ -306,7 +306,7 @@ class ExtractTest(FolderTest):
             {"kind": "side set", "id": "3", "name": "inlet",
              "members": sum(c < 100 for c in grid.inlet)}])
         self.assertIn("side set 3 'inlet'", self.shm("info", piece)[0])
-        # Physical groups by their names, those that are names of blocks too.
+        # Physical groups by their names, also if these are names of blocks.
         self.extract("piece.msh", "--cells", "150:210")
         self.assertEqual([each["name"] for each in sets_of(self.path("piece.msh"))],
                          ["inlet", "steel", "air"])
@@ -319,7 +319,7 @@ class ExtractTest(FolderTest):
         self.assertEqual(len(Read(path).cells), 210 - len(self.grid.steel))
 
     def test_a_group_of_two_volumes(self):
-        """Volume 1 is in groups "one" and "both", volume 2 in "both" alone."""
+        """Volume 1 is in groups "one" and "both", volume 2 only in "both"."""
         points = [(x, y, z) for z in range(2) for y in range(2) for x in range(3)]
         with open(self.path("two.msh"), "w") as out:
             out.write("""$MeshFormat
@@ -408,7 +408,8 @@ $EndElements
         _, errors = self.shm("extract", self.path("cut.shm"), self.path("x.vtu"), code=3)
         self.assertIn("end record", errors)
         self.assertFalse(os.path.exists(self.path("x.vtu")))
-        # UCD has no steps, VTK none of Exodus's truth table: named, and an error if asked for.
+        # UCD has no steps, and VTK cannot store Exodus's truth table: both are reported, and an
+        # error with --strict.
         _, errors = self.shm("extract", self.path("grid.shm"), self.path("x.vtu"), "--strict", code=6)
         self.assertIn("not in", errors)
         self.assertFalse(os.path.exists(self.path("x.vtu")))

@@ -1,9 +1,9 @@
 #!/usr/bin/python3
-"""Families of generated meshes through the tool: all orders, delay buffers, lossless and quantized.
+"""Runs families of generated meshes through the tool: all orders, delay buffers, lossless and quantized.
 
-families_test.py SHM          shm_make_mesh (and shm_make_tet_mesh, where TetGen is) stand beside SHM
+families_test.py SHM          shm_make_mesh (and shm_make_tet_mesh, with TetGen) are in the folder of SHM
 
-Each is compressed in every mode, proven by `verify --against`, and its rates are printed.
+Compresses each mesh in every mode, checks it with `verify --against`, and prints its rates.
 """
 import json
 import os
@@ -24,7 +24,7 @@ def check(shm, name, mesh, packed):
         for delay in DELAYS if order != "free" else ("0",):
             for bits in ((), ("--bits", "16")):
                 if bits and delay in ("1", "1000"):
-                    continue  # geometry does not care how the order came about
+                    continue  # geometry does not depend on how the order was obtained
                 report = json.loads(run(shm, "compress", "-f", mesh, "-o", packed, "--order", order,
                                         "--delay", delay, "--json", *bits))
                 run(shm, "verify", packed, "--against", mesh)

@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
-"""Desktops and file(1) know what a .shm file is.
+"""Desktops and file(1) recognize .shm files.
 
-    file_type_test.py SHM
+  file_type_test.py SHM
 
-By packaging/shm.magic and packaging/shm.xml, and packaging/shm.thumbnailer draws it; archives and versions, too, and other files are none.
+Checks packaging/shm.magic, packaging/shm.xml and packaging/shm.thumbnailer: they recognize files of all versions and
+archives, and no other files.
 """
 import configparser
 import os
@@ -59,7 +60,7 @@ class FileType(unittest.TestCase):
         self.assertEqual(entry["TryExec"], "shm")
         with tempfile.TemporaryDirectory() as name:
             picture = Path(name) / "thumbnail"
-            picture.write_bytes(b"")  # who asks for it has made it
+            picture.write_bytes(b"")  # the caller has created the file
             values = {"%i": str(GOLDEN / "0.10" / "keep.shm"), "%o": str(picture), "%s": "128", "%%": "%"}
             words = [re.sub("%.", lambda found: values[found[0]], word) for word in shlex.split(entry["Exec"])]
             self.assertEqual(words[0], "shm")

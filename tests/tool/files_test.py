@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Many files: folders, what is passed over, packed files, --rm, and the habits of gzip, xz, zstd and cp.
+"""Many files at once: folders, skipped files, compressed files, --rm, and the conventions of gzip, xz, zstd and cp.
 
 Usage: files_test.py PATH_OF_SHM
 """
@@ -64,12 +64,12 @@ class FilesTest(FolderTest):
         self.assertIn("2 files: 2 done", out)
         self.assertIn("1 other file in folders left alone", out)
         self.assertEqual(self.names("**/*.shm"), ["sub/c.vtk.shm", "sub/deep/a.vtk.shm"])
-        # Links are not followed.
+        # Symbolic links are not followed.
         (self.folder / "sub" / "round").symlink_to("..")
         (self.folder / "sub" / "link.shm").symlink_to("c.vtk.shm")
         out, _ = self.shm("verify", "-r", "sub")
         self.assertIn("2 files: 2 done", out)
-        # In a folder of their own they keep their places.
+        # In an output folder, files keep their relative paths.
         (self.folder / "out").mkdir()
         self.shm("decompress", "-r", "sub", "-o", "out")
         self.assertEqual(self.names("out/**/*"), ["out/c.vtk", "out/deep/a.vtk"])
@@ -98,7 +98,7 @@ class FilesTest(FolderTest):
         self.assertIn("shm: no.vtk: cannot be read", text)
         self.assertIn("3 files: 1 done, 2 failed", out)
         self.assertEqual(self.names("**/*.shm"), ["a.vtk.shm"])
-        # The largest exit code.
+        # The largest exit code wins.
         (self.folder / "b.vtk.shm").write_text("mine")
         self.shm("compress", "no.vtk", "b.vtk", code=4)
         self.assertEqual(self.bytes("b.vtk.shm"), b"mine")
@@ -111,7 +111,7 @@ class FilesTest(FolderTest):
         out, text = self.shm("compress", "a.vtk.shm", "b.vtk")
         self.assertIn("2 files: 1 done, 1 passed over", out)
         self.assertEqual(self.bytes("a.vtk.shm"), before)
-        # As shm compress * is typed a second time.
+        # Typing shm compress * a second time.
         _, text = self.shm("compress", "a.vtk", "a.vtk.shm", code=4)
         self.assertIn("a.vtk.shm: exists already; --force replaces it", text)
         self.shm("compress", "a.vtk.shm", "-o", "smaller.shm", "--order", "free")
@@ -177,7 +177,8 @@ class FilesTest(FolderTest):
                     self.assertIn(done.returncode, (0, 3), done.stderr)
                     if done.returncode == 0:
                         self.assertEqual(done.stdout, self.bytes("expected.shm"))
-        # A .shm file that was packed again, and an Exodus file, which its library wants to open by name.
+        # A .shm file that was compressed again, and an Exodus file, which its library opens by
+        # name.
         (self.folder / "again.shm.gz").write_bytes(gzip.compress(self.bytes("expected.shm")))
         self.shm("verify", "again.shm.gz", "--against", "a.vtk")
         self.shm("decompress", "again.shm.gz", "-o", "again.vtk")
@@ -215,14 +216,14 @@ class FilesTest(FolderTest):
         _, text = self.shm("compress", "--rm", "link.vtk", code=4)
         self.assertIn("is a link", text)
         self.assertEqual(self.names("*.vtk"), ["a.vtk", "b.vtk", "link.vtk"])
-        # What another format lacks is listed, and the .shm stays.
+        # Data that another format cannot store is listed, and the .shm file stays.
         self.shm("convert", "a.vtk", "a.e")
         self.shm("compress", "a.e")
         before = self.bytes("a.e.shm")
         subprocess.run([SHM, "decompress", "--rm", "a.e.shm", "--format", "ucd"], cwd=self.folder,
                        capture_output=True, timeout=60)
         self.assertEqual(self.bytes("a.e.shm"), before)
-        # Nothing can be removed from a folder that takes no changes.
+        # Nothing can be removed from a read-only folder.
         if os.getuid() != 0:
             os.chmod(self.folder / "sub", 0o500)
             self.addCleanup(os.chmod, self.folder / "sub", 0o700)
@@ -253,7 +254,7 @@ class FilesTest(FolderTest):
         self.assertIn("did you mean shm compress a.vtk?", text)
 
     def shares_on_terminal(self, *words):
-        """Percents that a terminal shows while the tool runs, in their order."""
+        """Returns the percentages that a terminal shows while the tool runs, in order."""
         pid, terminal = pty.fork()
         if pid == 0:
             os.chdir(self.folder)
@@ -269,17 +270,17 @@ class FilesTest(FolderTest):
             shown += piece
         os.close(terminal)
         self.assertEqual(os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]), 0, shown)
-        self.assertIn(b"\r\x1b[K", shown)  # wiped
+        self.assertIn(b"\r\x1b[K", shown)  # progress was wiped
         return [int(share) for share in re.findall(rb"(\d+) %", shown)]
 
     def test_progress_only_grows(self):
-        # Large enough that the machine, whatever it is, has time to show something.
+        # Increases the size until any machine is slow enough to show progress.
         for side in (24, 48, 72, 96, 128):
             write_vtk(self.path("large.vtk"), side)
             if self.shares_on_terminal("compress", "-f", "large.vtk"):
                 break
         else:
-            self.fail("nothing was shown")
+            self.fail("no progress was shown")
         for words in (["compress", "-f", "large.vtk"],
                       ["decompress", "-f", "large.vtk.shm", "-o", "back.vtk"],
                       ["verify", "large.vtk.shm", "--against", "large.vtk"],
@@ -316,7 +317,7 @@ class FilesTest(FolderTest):
                 break
             time.sleep(.05)
         else:
-            self.fail("the process of the file outlives that of the tool")
+            self.fail("the process of the file outlives the tool")
         os.close(writer)
         self.assertEqual(self.names("**/*.shm"), [])
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""What shm info shows an engineer: title, size, box, times, blocks, arrays with ranges, sets; and that
-every key of the JSON of info, compress, verify and join is documented.
+"""shm info shows title, size, box, times, blocks, arrays with ranges, and sets; and every key in the JSON
+of info, compress, verify and join is documented.
 
 Usage: info_test.py PATH_OF_SHM
 """
@@ -104,8 +104,8 @@ class InfoTest(FolderTest):
         self.assertNotIn("\033", text)
 
     def keys_of(self, value, prefix=""):
-        """Names of all members, of lists of objects those of the objects; a map of streams or arrays by
-        their names counts as one."""
+        """Returns the names of all members, including those of objects in lists; a map of streams or arrays by
+        name counts as one member."""
         found = set()
         if isinstance(value, list):
             for item in value:

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Whoever kills shm at any instant finds the old file or a whole new one, and nothing piles up.
+"""If shm is killed at any instant, the old file or a complete new file exists, and temporary files do not pile up.
 
 Usage: kill_test.py PATH_OF_SHM
 """
@@ -17,7 +17,7 @@ from sample_meshes import exodus_text
 
 SHM = "shm"
 KILLS = 200
-SECONDS = 40  # for all of them; a machine that is busy kills less often
+SECONDS = 40  # for all kills; a busy machine kills less often
 
 
 class KillTest(FolderTest):
@@ -31,7 +31,7 @@ class KillTest(FolderTest):
         self.ncgen(name, exodus_text(steps, 10), "netCDF-4")
 
     def others(self):
-        """Files beside, with names that nobody gave."""
+        """Returns the other files in the folder, which have temporary names."""
         return [name for name in os.listdir(self.directory.name) if name.startswith(".")]
 
     def test_kills(self):
@@ -43,7 +43,7 @@ class KillTest(FolderTest):
         self.shm("convert", "all.e", "all.vtk")
         self.shm("decompress", "all.shm", "-o", "whole.e")
         self.shm("decompress", "all.shm", "-o", "whole.msh")
-        # A command, its output, what was there before, what a whole run writes.
+        # A command, its output, the file that exists before, the file that a complete run writes.
         cases = [
             (["append", "out.shm", "all.e"], "out.shm", "first.shm", "appended.shm"),
             (["append", "first.shm", "all.e", "-o", "out.shm"], "out.shm", None, "appended.shm"),
@@ -75,7 +75,7 @@ class KillTest(FolderTest):
             left = max(left, len(self.others()))
         print(f"{killed} killed, {finished} were faster; at most {left} files beside")
         self.assertGreater(killed, (killed + finished) // 4)
-        # Of an Exodus file, HDF5's, at most the last one killed is left; of all others none but for
+        # HDF5 leaves at most the last killed Exodus file; the other outputs leave a file only for
         # an instant.
         self.assertLessEqual(left, 2)
         for words, output, before, _ in cases:
@@ -102,10 +102,10 @@ class KillTest(FolderTest):
         found = self.bytes(output)
         if before and found == self.bytes(before):
             return
-        if output.endswith(".e"):  # netCDF-4 files tell when they were made
+        if output.endswith(".e"):  # netCDF-4 files contain the time of their creation
             self.shm("diff", after, output)
         else:
-            self.assertTrue(found == self.bytes(after), f"{words} wrote half of a file")
+            self.assertTrue(found == self.bytes(after), f"{words} wrote an incomplete file")
         if output.endswith(".shm"):
             self.shm("verify", output)
 

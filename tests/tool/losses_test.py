@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""What an output cannot hold: it is said, and where the name of the output promises more than
---format holds, that is an error, before the work.
+"""Data that an output cannot store is reported. If the name of the output belongs to a format that stores more
+than --format, that is an error, before any work is done.
 
 Usage: losses_test.py PATH_OF_SHM
 """
@@ -52,7 +52,7 @@ class LossesTest(FolderTest):
                                 lost="3 of 4 time steps")
 
     def test_numbers_that_are_too_large_for_exodus(self):
-        """A physical tag of Gmsh is a set's number there, of 32 bits: a larger one gets another, and that is said."""
+        """Gmsh's physical tags become 32-bit set numbers: a larger tag gets another number, which is reported."""
         corners = [(n & 1, n >> 1 & 1, n >> 2) for n in range(8)]
         for tag, fits in ((2**31 - 1, True), (2**31, False), (2**32, False)):
             self.write("far.msh", "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Entities\n0 0 0 1\n"
@@ -66,7 +66,7 @@ class LossesTest(FolderTest):
                 self.run_tool("convert", "far.msh", "strict.e", "--strict", code=6)
 
     def test_names_that_netcdf_does_not_take_are_bad_input(self):
-        """Of a source: the classic header is read without a look at them."""
+        """The reader of classic netCDF headers does not check names of the source."""
         plain = Path(self.path("run.e")).read_bytes()
         self.assertIn(b"num_nodes", plain)
         Path(self.path("odd.e")).write_bytes(plain.replace(b"time_step", b"time/step").replace(b"len_line", b"len/line"))
@@ -92,7 +92,7 @@ class LossesTest(FolderTest):
         self.expect_refusal("convert", "run.e", "out.shm", "--format", "gmsh", lost="global variables")
 
     def test_names_that_promise_nothing_more(self):
-        """What is lost is listed, and written."""
+        """Lost data is listed, and the file is written."""
         for out, words in (("out.vtk", []), ("out.vtk.4.0", []), ("out", ["--format", "vtk"]),
                            ("out.vtu", ["--format", "vtk"]), ("out.dat", ["--format", "ucd"])):
             text = self.run_tool("convert", "run.e", out, *words)

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""How much memory shm takes for meshes of different widths and lengths: never more than README
-says, and for a mesh four times as long about the same.
+"""Memory use of shm for meshes of different widths and lengths: never more than README says, and about the
+same for a mesh four times as long.
 
 Usage: memory_use_test.py PATH_OF_SHM
 """
@@ -18,18 +18,18 @@ from folder_test import FolderTest, forced
 SHM = "shm"
 MB = 1 << 20
 
-# README.md, "Memory": what a run takes, with one float32 field on cells.
+# README.md, "Memory": memory of a run with one float32 field on cells.
 BASE = {"compress": 42 * MB, "verify": 27 * MB, "decompress": 27 * MB}
 FOR_ACTIVE_VERTEX = {"compress": 1100, "verify": 500, "decompress": 500}
 FOR_MEMORY_OPTION = 16 * MB
 INFO = 20 * MB
-# A mesh four times as long: tables, whose half of --memory the shorter one does not fill, and some
-# more.
+# Allowed increase for a mesh four times as long: tables, because the shorter mesh does not fill
+# their half of --memory, and some more.
 SAME = 10 * MB
 
 
 def write_block(path, side, layers):
-    """A warped block of side x side x layers hexahedra in binary legacy VTK, layer by layer."""
+    """Writes a warped block of side x side x layers hexahedra in binary legacy VTK, layer by layer."""
     points = side + 1
     cells = side * side * layers
     corner = np.arange(points * points, dtype=np.int64).reshape(points, points)[:-1, :-1].ravel()
@@ -59,15 +59,15 @@ def write_block(path, side, layers):
 
 
 def is_sanitized():
-    """Whether shadow memory, too, would be counted."""
+    """Returns true if shadow memory would be counted too."""
     with open(SHM, "rb") as program:
         return b"__asan_init" in program.read()
 
 
 class MemoryUseTest(FolderTest):
     def peak(self, *words):
-        """Runs the tool; gives its largest resident size in bytes, or that of this script, which a
-        child begins with, if that is larger."""
+        """Runs the tool; returns its largest resident size in bytes, or that of this script, with which a
+        child process begins, if that is larger."""
         process = subprocess.Popen([SHM, *forced(words), "--threads", "1", "--memory", "16M", "-q"])
         _, status, usage = os.wait4(process.pid, 0)
         process.returncode = os.waitstatus_to_exitcode(status)
@@ -85,8 +85,8 @@ class MemoryUseTest(FolderTest):
         return peaks
 
     def info(self):
-        """How many vertices are active, and the largest resident size of shm info, in bytes. A
-        program between takes this script's memory out of account."""
+        """Returns the number of active vertices, and the largest resident size of shm info in bytes. An
+        intermediate program excludes the memory of this script."""
         run = subprocess.run(["/usr/bin/time", "-f", "%M", SHM, "info", "-v", self.path("mesh.shm")],
                              capture_output=True, text=True, check=True)
         width = next(line for line in run.stdout.splitlines() if line.startswith("width"))

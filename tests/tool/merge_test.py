@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""shm join --merge: the parts of a decomposed Exodus mesh become the file that the whole mesh becomes,
-or nothing, with an error that names a part.
+"""shm join --merge: the parts of a decomposed Exodus mesh give the same file as the whole mesh, or no file
+and an error that names a part.
 
 Usage: merge_test.py PATH_OF_SHM
 """
@@ -29,7 +29,7 @@ class MergeTest(FolderTest):
         return done.stdout if code == 0 else done.stderr
 
     def split(self, count, n=4, **how):
-        """whole.e, and its parts mesh.e.COUNT.0 and so on."""
+        """Creates whole.e, and its parts mesh.e.COUNT.0 and so on."""
         split = Split(self.ncgen("whole.e", whole_text(n, **how)), interleaved, count)
         for part in range(count):
             self.ncgen(f"mesh.e.{count}.{part:0{len(str(count))}}", split.text(part))
@@ -45,7 +45,7 @@ class MergeTest(FolderTest):
                                  self.bytes(self.path("whole.e.shm")))
 
     def test_parts_by_name(self):
-        """In any order; their places do not count, the numbers in them do."""
+        """Parts may be given in any order; the numbers in their names count."""
         self.split(11, n=3)
         parts = [f"mesh.e.11.{part:02}" for part in range(11)]
         self.shm("join", "--merge", "-o", "named.shm", *parts)
@@ -107,7 +107,7 @@ class MergeTest(FolderTest):
         refused(["mesh.e.3.1", "'node_num_map'", "missing"])
         with open(self.path("mesh.e.3.1"), "wb") as file:
             file.write(good)
-        refused(["mesh.e.3"], "mesh.e.3.0", "mesh.e.3.1")  # the third is missing
+        refused(["mesh.e.3"], "mesh.e.3.0", "mesh.e.3.1")  # the third part is missing
         write_vtk(self.path("a.vtk"), 2)
         refused(["a.vtk", "is not an Exodus file"], "mesh.e.3.0", "a.vtk")
         refused(["mesh.e.4"], "mesh.e.4")

@@ -1,5 +1,5 @@
-// The difference of two meshes: each kind of change is found, where it is, and nothing else; in
-// any order of vertices and cells, too.
+// The difference of two meshes: each kind of change is found at the right place, and nothing else,
+// also with vertices and cells in another order.
 #include "compare/mesh_diff.h"
 
 #include <gtest/gtest.h>
@@ -46,11 +46,11 @@ void set_value(std::vector<std::byte>& bytes, std::size_t index, T value) {
   std::memcpy(bytes.data() + index * sizeof(T), &value, sizeof(T));
 }
 
-// The same mesh with its vertices and cells in another order, and each cell turned.
+// Returns the same mesh with its vertices and cells in another order, and with rotated cells.
 MemoryMesh in_another_order(const MemoryMesh& mesh, unsigned seed, bool turned = true) {
   std::mt19937 random(seed);
   MemoryMesh other = mesh;
-  const auto shuffled = [&](std::size_t size) {  // new places of old ones
+  const auto shuffled = [&](std::size_t size) {  // new positions by old positions
     std::vector<std::size_t> place(size);
     std::iota(place.begin(), place.end(), 0);
     std::shuffle(place.begin(), place.end(), random);
@@ -157,7 +157,7 @@ struct Change {
   const char* kind;
   const char* what;
   std::function<void(MemoryMesh&)> change;
-  std::uint64_t element = 0;  // of the first place
+  std::uint64_t element = 0;  // element of the first difference
 };
 
 const std::vector<Change>& changes() {
@@ -228,7 +228,7 @@ TEST(MeshDiff, FindsEachChangeInAnotherOrder) {
   for (const Change& test : changes()) {
     MemoryMesh a = rich_mesh(), changed = rich_mesh();
     test.change(changed);
-    if (std::string(test.kind) == "type") continue;  // all places are others
+    if (std::string(test.kind) == "type") continue;  // all places differ
     MemoryMesh b = in_another_order(changed, 3);
     const MeshDiff found = diff(a, b, matching());
     ASSERT_EQ(found.differences.size(), 1u) << test.what << "\n" << words(found);
@@ -323,7 +323,7 @@ TEST(MeshDiff, RolesAndExtrasCanBeLeftOut) {
   options.ignored = {"test/title", "tag"};
   EXPECT_TRUE(diff(a, b, options).equal());
   options.ignored = {"test", "tag"};
-  EXPECT_TRUE(diff(a, b, options).equal()) << "all below a path";
+  EXPECT_TRUE(diff(a, b, options).equal()) << "everything below a path is ignored";
 }
 
 TEST(MeshDiff, StepsOfEqualTimesBelongTogether) {
@@ -337,7 +337,7 @@ TEST(MeshDiff, StepsOfEqualTimesBelongTogether) {
   EXPECT_EQ(found.differences[1].places[0].a, 1u);
 }
 
-// A vector in one format, its components in another, at the one step there is.
+// A vector in one format and its components in another, at a single step.
 TEST(MeshDiff, BetweenFormats) {
   MemoryMesh a = grid_mesh(3, 2, 2), b = grid_mesh(3, 2, 2);
   a.mesh.schema.source_format = "vtk";
@@ -373,7 +373,7 @@ TEST(MeshDiff, BetweenFormats) {
   EXPECT_EQ(found.differences[0].places[0].component, 1u);
 }
 
-// What covers some blocks in one format is filled up in another.
+// An array on some blocks in one format is filled up in another.
 TEST(MeshDiff, ValuesOfSomeBlocksAgainstAll) {
   MemoryMesh a = grid_mesh(2, 1, 1), b = grid_mesh(2, 1, 1);
   for (MemoryMesh* mesh : {&a, &b}) {
@@ -421,7 +421,8 @@ TEST(MeshMatch, AnyOrder) {
   }
 }
 
-// Hexahedra that share no vertices, or only within layers: up to eight vertices at one place.
+// Returns hexahedra that do not share vertices, or only within layers, so that up to eight vertices
+// are at one point.
 MemoryMesh torn(const MemoryMesh& mesh, std::uint64_t cells_together, double gap = 0) {
   MemoryMesh apart;
   apart.mesh.schema.source_format = "test";
@@ -456,8 +457,8 @@ TEST(MeshMatch, CoincidentVerticesGoWithTheirCells) {
   }
 }
 
-// Two whole copies of a mesh on each other: only the values tell them apart, but each must stay
-// one.
+// Two complete copies of a mesh at the same place: only their values distinguish them, but cells of
+// different copies must not be mixed.
 TEST(MeshMatch, CopiesStayWhole) {
   const MemoryMesh grid = grid_mesh(5, 4, 3);
   MemoryMesh a = grid;
@@ -517,7 +518,7 @@ TEST(MeshMatch, WithinATolerance) {
     set_value(b.points, i,
               load<double>(b.points.data() + i * 8) +
                   1e-7 * (static_cast<double>(random() % 2001) / 1000 - 1));
-  for (const double bound : {1.5e-7, 1e-3, 0.2}) {  // the last is wider than the cells
+  for (const double bound : {1.5e-7, 1e-3, 0.2}) {  // the last bound is larger than the cells
     const MeshDiff found = diff(a, b, matching(within(Accuracy::absolute(bound))));
     EXPECT_TRUE(found.equal()) << bound << "\n" << words(found);
   }
@@ -581,7 +582,7 @@ TEST(CellTurns, AsManyAsThereAreAndNoneInsideOut) {
     EXPECT_EQ(turns.size(), kind.turns);
     for (std::size_t i = 0; i < turns.size(); ++i)
       for (std::size_t k = 0; k < i; ++k) EXPECT_NE(turns[i], turns[k]);
-    // The corners must not all lie in one plane: some four of them tell the side.
+    // The corners must not all be in one plane: four of them determine the orientation.
     const std::size_t pick[4] = {0, 1, kind.nodes == 4 ? 2u : 3u, kind.nodes - 1};
     const auto volume = [&](const Rotation& turn) {
       int edge[3][3];

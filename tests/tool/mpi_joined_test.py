@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""shm_mpi compress of a decomposed Exodus mesh: the bytes of the file that the whole mesh becomes,
-or one error that names a part.
+"""shm_mpi compress of a decomposed Exodus mesh: writes the same bytes as for the whole mesh, or reports a
+single error that names a part.
 
 Usage: mpi_joined_test.py PATH_OF_SHM PATH_OF_SHM_MPI PATH_OF_SHM_MAKE_MESH
 """
@@ -19,7 +19,7 @@ class JoinedTest(RanksTest):
     NEEDS = ("mpirun", "ncgen", "ncdump")
 
     def split(self, count, owner=interleaved, n=5, kind="64-bit-offset", base=1, **how):
-        """The whole mesh and the name of its parts."""
+        """Returns the whole mesh and the name of its parts."""
         whole = self.ncgen("whole.e", whole_text(n, **how), kind)
         split = Split(whole, owner, count, base)
         for part in range(count):
@@ -29,7 +29,7 @@ class JoinedTest(RanksTest):
     def expect_joined(self, whole, parts, counts, *options):
         self.expect_same(whole, counts, *options, parts=parts)
 
-    # --- the same bytes
+    # --- identical files
 
     def test_interleaved_cells(self):
         whole, parts = self.split(4)
@@ -44,7 +44,7 @@ class JoinedTest(RanksTest):
         for kind in ("classic", "64-bit-data"):
             whole, parts = self.split(2, n=4, kind=kind)
             self.expect_joined(whole, parts, (3,), "--segment-cells", 30)
-        # Chunks are those of the first part.
+        # The chunking is that of the first part.
         whole, parts = self.split(2, n=4, kind="netCDF-4 classic model")
         self.expect_own_file(whole, parts, (3,))
 
@@ -64,19 +64,19 @@ class JoinedTest(RanksTest):
         self.expect_joined(whole, parts, (2,), "--segment-cells", 9000, "--order", "stream")
 
     def test_parts_without_elements_of_some_blocks(self):
-        # The first part has the first block alone; the file of all is what becomes of the result.
+        # The first part has only the first block; the result must compress to itself again.
         whole, parts = self.split(5, lambda cell: cell // 45)
         self.expect_own_file(whole, parts, (1, 3))
 
     def test_more_parts_than_elements(self):
         whole, parts = self.split(50, n=3, sets=False)
         self.expect_own_file(whole, parts, (2,))
-        whole, parts = self.split(3, lambda cell: 1, n=3, sets=False)  # two without any
+        whole, parts = self.split(3, lambda cell: 1, n=3, sets=False)  # two parts have no elements
         self.expect_own_file(whole, parts, (2,))
 
     def expect_own_file(self, whole, parts, counts, *options):
-        """Where names come in another order than in the whole file: what comes out is the whole
-        mesh, and becomes itself again."""
+        """For names in another order than in the whole file: the result is the whole mesh, and compresses
+        to itself again."""
         done = ranks(2, "compress", parts, "-o", self.path("first.shm"), "-q", "--segment-cells", 40)
         self.assertEqual(done.returncode, 0, done.stderr)
         back = self.path("back.e")
@@ -84,10 +84,10 @@ class JoinedTest(RanksTest):
         self.assertEqual(done.returncode, 0, done.stderr)
         self.expect_joined(back, parts, counts, "--segment-cells", 40, *options)
         mine, all_of_it = Joined([Exodus(back)]).in_order(), Joined([Exodus(whole)]).in_order()
-        for what, values in all_of_it.items():
-            self.assertTrue(mine[what] == values, what)
+        for kind, values in all_of_it.items():
+            self.assertTrue(mine[kind] == values, kind)
 
-    # --- parts that shm_mpi has made itself
+    # --- parts that shm_mpi wrote itself
 
     def expect_back(self, mesh, n, *options):
         packed, out = self.path("packed"), self.path("out.e")
@@ -104,10 +104,10 @@ class JoinedTest(RanksTest):
         self.assertEqual(shm("decompress", packed, "-o", whole, "--format", "exodus").returncode, 0)
         mine, all_of_it = Joined([Exodus(back)]).in_order(), Joined([Exodus(whole)]).in_order()
         names = Exodus(whole).get("name_nod_var") + Exodus(whole).get("name_elem_var")
-        for what in ("nodal", "element"):  # attributes and so on have become fields
-            mine[what] = {key: v for key, v in mine[what].items() if key[0] in names}
-        for what in ("nodes", "cells", "nodal", "element", "node sets", "side sets"):
-            self.assertTrue(mine[what] == all_of_it[what], f"{what} of {n} parts: {mesh}")
+        for kind in ("nodal", "element"):  # attributes and other data have become fields
+            mine[kind] = {key: v for key, v in mine[kind].items() if key[0] in names}
+        for kind in ("nodes", "cells", "nodal", "element", "node sets", "side sets"):
+            self.assertTrue(mine[kind] == all_of_it[kind], f"{kind} of {n} parts: {mesh}")
         for part in range(n):
             os.remove(f"{out}.{n}.{part}")
 
@@ -118,7 +118,7 @@ class JoinedTest(RanksTest):
         self.expect_back(whole, 3, "--order", "stream", "--delay", "20")
         mixed = self.path("mixed.vtk")
         with open(mixed, "w", encoding="ascii") as file:
-            # Blocks alternate, and Exodus has no NaN that ncdump tells apart.
+            # Blocks alternate; ncdump cannot distinguish NaNs of Exodus.
             file.write(mixed_vtk(5).replace(" nan", " 1.5"))
         self.expect_back(mixed, 3, "--segment-cells", 30)
 
@@ -143,7 +143,7 @@ class JoinedTest(RanksTest):
         for i, mesh in enumerate(meshes):
             self.expect_back(mesh, 2 + i % 3)
 
-    # --- what goes wrong, on all ranks
+    # --- errors, on all ranks
 
     def expect_failure(self, words, code=3, n=3, parts=None):
         out = self.path("out.shm")
@@ -167,7 +167,7 @@ class JoinedTest(RanksTest):
                 file.write(good[part])
 
         def put(name, place, value):
-            """The variable with another value at one place."""
+            """Returns a change of the variable `name` that replaces one value."""
             def change(variable, values):
                 if variable == name:
                     values = list(values)
@@ -203,7 +203,7 @@ class JoinedTest(RanksTest):
         with_part(1, name + ["'eb_prop1'", "differ from"], put("eb_prop1", 1, 21))
         with_part(1, name + ["'vals_nod_var1'", "missing"], without("vals_nod_var1"))
         with_part(1, name + ["'vals_elem_var1eb1'", "missing"], without("vals_elem_var1eb1"))
-        # A number that nobody has: the node is in one part alone.
+        # A number that no other part has: the node is in one part only.
         lonely = next(v for v in split.nodes_of[2] if v not in split.nodes_of[0] + split.nodes_of[1])
         text = split.text(2, put("node_num_map", split.nodes_of[2].index(lonely),
                                  split.file.size("num_nodes") + 1), nemesis=False)

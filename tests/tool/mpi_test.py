@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""shm_mpi: the ranks of an MPI program write the bytes that shm writes alone, or fail together; the
-parts that they write of a decomposed mesh are, joined by their number maps, what shm writes alone.
+"""shm_mpi: the ranks of an MPI program write the same bytes as shm alone, or fail together. The parts of a
+decomposed mesh that they write, joined by their number maps, equal the mesh that shm writes.
 
 Usage: mpi_test.py PATH_OF_SHM PATH_OF_SHM_MPI PATH_OF_SHM_MAKE_MESH
 """
@@ -44,7 +44,7 @@ class MpiTest(RanksTest):
         mesh = self.made("grid", 3000)
         self.expect_same(mesh, (2, 3), "--segment-cells", 500, "--order", "stream", "--delay", 40)
         self.expect_same(mesh, (3,), "--segment-cells", 501, "--order", "keep", "--delay", 20)
-        # A trial finds the buffer.
+        # The size of the delay buffer is found by a trial.
         self.expect_same(self.made("shuffled", 9000), (2,), "--segment-cells", 3000, "--order",
                          "stream")
 
@@ -98,8 +98,8 @@ class MpiTest(RanksTest):
     # --- parts of a decomposed mesh
 
     def decompressed(self, mesh, n, *options, loss=""):
-        """The paths of what n ranks write of a mesh that was compressed with some options, and what
-        shm writes."""
+        """Compresses a mesh with some options. Returns the paths of the parts that n ranks write, and of the mesh
+        that shm writes."""
         packed, whole, out = self.path("packed"), self.path("whole.e"), self.path("out.e")
         done = shm("compress", mesh, "-o", packed, "-q", *options)
         self.assertEqual(done.returncode, 0, done.stderr)
@@ -122,24 +122,24 @@ class MpiTest(RanksTest):
                 self.assertEqual(part.size(name), whole.size(name), name)
             for name in ("eb_prop1", "ns_prop1", "ss_prop1", "eb_names", "ns_names", "ss_names",
                          "time_whole"):
-                if any(whole.get(name)) and 0 not in whole.get(name):  # 0 is no number of a set
+                if any(whole.get(name)) and 0 not in whole.get(name):  # 0 is not a valid number of a set
                     self.assertEqual(part.get(name), whole.get(name), name)
             # Attributes of a mesh that came from Exodus have become variables too.
             names = [] if part.size("num_nodes") == 0 else whole.get("name_nod_var")
             self.assertEqual(part.get("name_nod_var")[:len(names)], names)
             names = whole.get("name_elem_var")
             self.assertEqual(part.get("name_elem_var")[:len(names)], names)
-            # What the whole mesh has as float is no other number as double.
+            # Values that are float in the whole mesh are equal as double.
             part.types.update({k: v for k, v in whole.types.items() if v == "float"})
             for name, kind in part.types.items():
                 if kind == "float" and name in part.values:
                     part.values[name] = [Exodus.number("float", v) for v in part.values[name]]
         expected, got = Joined([whole]).in_order(), Joined(parts, whole).in_order()
-        for what in ("nodal", "element"):
+        for kind in ("nodal", "element"):
             of_whole = whole.get("name_nod_var") + whole.get("name_elem_var")
-            got[what] = {key: v for key, v in got[what].items() if key[0] in of_whole}
-        for what, values in expected.items():
-            self.assertTrue(got[what] == values, f"{what} of {n} parts: {mesh} {options}")
+            got[kind] = {key: v for key, v in got[kind].items() if key[0] in of_whole}
+        for kind, values in expected.items():
+            self.assertTrue(got[kind] == values, f"{kind} of {n} parts: {mesh} {options}")
         for part in paths:
             os.remove(part)
         return parts
@@ -149,7 +149,7 @@ class MpiTest(RanksTest):
             mesh = self.made(family, 1000)
             for n, order in ((1, "keep"), (2, "stream"), (3, "keep"), (4, "stream")):
                 self.expect_parts(mesh, n, "--segment-cells", 150, "--order", order)
-        # One segment, which all decode.
+        # One segment, which all ranks decode.
         self.expect_parts(mesh, 3)
         self.expect_parts(mesh, 3, "--order", "free")
 
@@ -175,7 +175,7 @@ class MpiTest(RanksTest):
         for n, options in ((1, []), (2, ["--order", "stream"]), (3, ["--segment-cells", "100"]),
                            (4, ["--segment-cells", "64", "--delay", "20"])):
             parts = self.expect_parts(self.path("grid.e"), n, *options)
-        # A part of one block has the others and the sets too, without members.
+        # A part with one block lists the other blocks and the sets too, without members.
         self.assertEqual(parts[0].get("eb_prop1"), [10, 20, 30])
         self.assertEqual(parts[0].get("eb_status")[2], 0)
         self.assertEqual(parts[3].get("ns_status"), [0])
@@ -186,7 +186,7 @@ class MpiTest(RanksTest):
         lines = text.splitlines()
         first = lines.index("LOOKUP_TABLE default") + 1
         cells = int(next(line for line in lines if line.startswith("CELL_DATA")).split()[1])
-        # Blocks of some parts alone.
+        # Some blocks exist only in some parts.
         lines[first:first + cells] = [str(7 + 5 * (c // 40) + c % 2) for c in range(cells)]
         mesh = self.write("blocks.vtk", "\n".join(lines) + "\n")
         parts = self.expect_parts(mesh, 3)
@@ -227,12 +227,12 @@ class MpiTest(RanksTest):
                 self.expect_parts(mesh, 2 + i % 3, "--segment-cells", max(1, cells // 6), "--order",
                                   order)
 
-    # --- what goes wrong, on all ranks
+    # --- errors, on all ranks
 
     def expect_failure(self, code, words, *arguments, n=3):
         done = ranks(n, *arguments)
         self.assertEqual(done.returncode, code, done.stderr)
-        # One rank says it.
+        # Exactly one rank reports the error.
         errors = [line for line in done.stderr.splitlines() if line.startswith("shm_mpi: ")]
         self.assertEqual(len(errors), 1, done.stderr)
         self.assertIn(words, errors[0])
@@ -258,7 +258,7 @@ class MpiTest(RanksTest):
     def test_unreadable_input(self):
         out = ["-o", self.path("out.shm"), "--segment-cells", 20]
         self.expect_failure(3, "absent.vtk", "compress", self.path("absent.vtk"), *out)
-        # The corner that no vertex belongs to is in the part of one rank.
+        # The corner with an invalid vertex is in the part of one rank.
         text = mixed_vtk(4).splitlines()
         first = next(i for i, line in enumerate(text) if line.startswith("CELLS"))
         count = int(text[first].split()[1])
@@ -292,7 +292,7 @@ class MpiTest(RanksTest):
         self.expect_failure(4, "is a folder", "compress", mesh, "-o", self.path("folder"),
                             "--segment-cells", 2000)
 
-    # --- parts that cannot be
+    # --- parts that cannot be written
 
     def packed(self, mesh, *options):
         packed = self.path("packed")
@@ -300,7 +300,7 @@ class MpiTest(RanksTest):
         return packed
 
     def left(self):
-        """Names of parts, and of what was to become parts."""
+        """Returns the names of parts and of unfinished parts."""
         return sorted(name for name in os.listdir(self.directory.name) if "out." in name)
 
     def test_wrong_use_of_decompress(self):
@@ -369,7 +369,7 @@ class MpiTest(RanksTest):
         packed = self.packed(self.steps(2, 6), "--segment-cells", 50)
         self.expect_failure(4, "no/such/folder", "decompress", packed, "-o",
                             self.path("no/such/folder/out.e"))
-        # One rank cannot write its part: nor do the others, and what was there stays.
+        # One rank cannot write its part: the others write none either, and existing files stay.
         os.mkdir(self.path("out.e.3.1"))
         self.write("out.e.3.0", "old")
         self.expect_failure(4, "is a folder", "decompress", packed, "-o", self.path("out.e"))

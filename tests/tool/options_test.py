@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What is made of the options that there are: what shells complete, and the manual.
+"""Completion of shells and the manual, which are generated from the options.
 
 Usage: options_test.py PATH_OF_SHM
 """
@@ -37,7 +37,7 @@ def listed_options(command):
 
 class CompletionTest(unittest.TestCase):
     def completed(self, *words):
-        """What bash offers for the last one of the words behind shm."""
+        """Returns bash's completions of the last of the words after shm."""
         done = subprocess.run(["bash", "-c", SCRIPT, SHM, "shm", *words], check=True,
                               capture_output=True, text=True, timeout=60)
         self.assertEqual(done.stderr, "")
@@ -83,7 +83,7 @@ class CompletionTest(unittest.TestCase):
 
 class ManualTest(unittest.TestCase):
     def shown(self, roff):
-        """What man shows, with single spaces."""
+        """Returns the text that man shows, with single spaces."""
         if shutil.which("groff") is None:
             self.skipTest("no groff")
         done = subprocess.run(["groff", "-man", "-Tascii", "-ww", "-P-c", "-P-bou", "-rLL=200n"],

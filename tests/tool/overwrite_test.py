@@ -1,7 +1,6 @@
 #!/usr/bin/env python3
-"""Attempts to lose data by a slip of the hand: none does. Each command, its output under every name
-that an input has, with and without --force; files that are there already; devices, pipes, quotas, full
-disks, terminals.
+"""Attempts to lose data by mistake: none succeeds. Tests each command with every name of an input as its output,
+with and without --force; existing files; devices, pipes, quotas, full disks, terminals.
 
 Usage: overwrite_test.py PATH_OF_SHM
 """
@@ -23,7 +22,7 @@ SHM = "shm"
 
 
 def snapshot(folder):
-    """What stands in a folder: bytes by name, of links where they lead to."""
+    """Returns the contents of a folder: bytes by name, or the target of a symbolic link."""
     found = {}
     for path in sorted(Path(folder).rglob("*")):
         name = str(path.relative_to(folder))
@@ -34,8 +33,8 @@ def snapshot(folder):
     return found
 
 
-# Words of a command: {} is the output, the other names are files of setUp(). What is read, of which
-# each attempt makes the output.
+# Title; words of a command, in which {} is the output and the other names are files of setUp(); and
+# the input that each attempt also uses as the output.
 COMMANDS = [
     ("compress", ["compress", "mesh.vtk", "-o", "{}"], "mesh.vtk"),
     ("convert", ["convert", "mesh.vtk", "{}", "--format", "vtu"], "mesh.vtk"),
@@ -55,7 +54,7 @@ COMMANDS = [
 
 class OverwriteTest(FolderTest):
     def has(self, words):
-        """Whether this tool was built with what the command of these words needs."""
+        """Returns true if this tool was built with the libraries that the command needs."""
         return words[0] not in ("preview", "surface") or not lacks(SHM, words[0])
 
     def setUp(self):
@@ -65,7 +64,7 @@ class OverwriteTest(FolderTest):
         write_vtk(self.path("more.vtk"), 4)
         Path(self.path("page.html")).write_text(
             '<script type="application/octet-stream" id="file" data-name=""></script>', encoding="ascii")
-        write_vtk(self.path("drawn.svg"), 4)  # only .svg and .png are drawn
+        write_vtk(self.path("drawn.svg"), 4)  # only .svg and .png files can be drawn
         self.run_tool("compress", "mesh.vtk", "-o", "mesh.shm", "-q")
         self.run_tool("compress", "mesh.vtk", "-o", "steps.shm", "-q")
 
@@ -85,7 +84,7 @@ class OverwriteTest(FolderTest):
         self.assertEqual(snapshot(self.folder), before)
 
     def aliases(self, name):
-        """Other names of a file of the folder: name, and the file itself."""
+        """Yields other names of a file of the folder, each with the file itself."""
         self.symbolic, self.hard = (kind + Path(name).suffix for kind in ("symbolic", "hard"))
         (self.folder / "beside").mkdir(exist_ok=True)
         (self.folder / "linked").symlink_to(".")
@@ -135,7 +134,7 @@ class OverwriteTest(FolderTest):
     def test_split_replaces_nothing(self):
         self.run_tool("join", "-o", "all.shm", "mesh.vtk", "more.vtk")
         self.expect_refusal("split", "all.shm", reason="exists already")
-        # The last of two is there: the first is not written either.
+        # The second of two files exists: the first is not written either.
         (self.folder / "out").mkdir()
         (self.folder / "out" / "more.vtk").write_text("mine")
         self.expect_refusal("split", "all.shm", "-d", "out", reason="more.vtk: exists already")
@@ -158,7 +157,7 @@ class OverwriteTest(FolderTest):
                 self.expect_refusal("compress", "mesh.vtk", "-o", place, reason=reason)
         (self.folder / "folder").mkdir()
         self.expect_refusal("convert", "mesh.vtk", "folder", "--format", "vtk", reason="is a folder")
-        # It is found before a mesh is read, even a wrong one.
+        # This is detected before a mesh is read, even an invalid one.
         self.expect_refusal("compress", "no.vtk", "-o", "nowhere/out.shm", reason="no folder")
 
     def test_devices_and_pipes(self):
@@ -217,9 +216,9 @@ class OverwriteTest(FolderTest):
                 (self.folder / "pipe").unlink()
                 for text in (expected, got):
                     self.assertGreater(len(text), 100)
-                if words[0] in ("info", "layout"):  # which show the name
+                if words[0] in ("info", "layout"):  # these show the name
                     got, expected = len(got), len(expected) + len("pipe") - len("-")
-                if words[0] == "view":  # so does this, in the element that has the file
+                if words[0] == "view":  # view contains the name too, in the element with the file
                     got, expected = ((text.partition(b">")[2]) for text in (got, expected))
                 self.assertEqual(got, expected)
 
@@ -228,7 +227,7 @@ class OverwriteTest(FolderTest):
         self.assertIn("No space left", text)
 
     def on_terminal(self, words, answer):
-        """Runs the tool on a terminal of its own; what it showed, and its exit code."""
+        """Runs the tool on a terminal of its own; returns its output and exit code."""
         pid, terminal = pty.fork()
         if pid == 0:
             os.chdir(self.folder)

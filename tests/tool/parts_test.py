@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Archives where other commands take a mesh: one of their files with --part, or all of them.
+"""Archives as inputs of commands that read a mesh: one of their files with --part, or all of them.
 
 Usage: parts_test.py PATH_OF_SHM
 """
@@ -31,7 +31,7 @@ class PartsTest(FolderTest):
         return done.stdout + done.stderr
 
     def drawing(self):
-        """Commands that this tool was built with, and what their files are called."""
+        """Returns the drawing commands that this tool supports, with the extensions of their files."""
         return [(command, extension) for command, extension in (("preview", ".png"), ("surface", ".ply"))
                 if not lacks(SHM, command)]
 

@@ -1,12 +1,11 @@
 #!/usr/bin/env python3
-"""A coordinate's path is short, and it is the one that docs/architecture.md tells.
+"""The path of a coordinate through the code is short, and docs/architecture.md describes it correctly.
 
-    path_test.py PATH_OF_SHM     (exit code 77, skipped, where valgrind is missing)
+  path_test.py PATH_OF_SHM     (exit code 77, skipped, if valgrind is missing)
 
-The tool has debug information, no optimization and no sanitizers. What scripts/path finds with it is
-compared with the two lists of the document, in both directions. 80 units took part in compressing and
-69 in decompressing when all sources lay in two folders, counted by the same script; it may be 60 % of
-that, and no more.
+The tool has debug information, no optimization and no sanitizers. The units that scripts/path finds with it are
+compared with the two lists in the document, in both directions. When all sources were in two folders, 80 units took
+part in compressing and 69 in decompressing, counted by the same script; at most 60 % of these numbers are allowed.
 """
 import re
 import shutil
@@ -16,7 +15,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCUMENT = ROOT / "docs" / "architecture.md"
-COMMANDS = {"compress": ("in", 48), "decompress": ("out", 41)}  # mark of the list, units at most
+COMMANDS = {"compress": ("in", 48), "decompress": ("out", 41)}  # mark of the list, and the largest number of units
 
 
 def documented(mark):

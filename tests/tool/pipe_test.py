@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""shm in pipes: what comes and goes through them is what files would have held.
+"""shm in pipes: the data that it reads and writes is the same as in files.
 
 Usage: pipe_test.py PATH_OF_SHM
 """
@@ -27,7 +27,7 @@ class PipeTest(FolderTest):
         write_vtk(self.mesh, 6)
 
     def shm(self, *words, given=b"", code=0, pieces=0, cwd=None):
-        """Runs the tool with bytes on standard input, `pieces` at a time; gives what it writes."""
+        """Runs the tool with bytes on standard input, `pieces` at a time; returns its output."""
         environment = dict(os.environ, TMPDIR=self.temp)
         process = subprocess.Popen([SHM, *forced(words)], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
                                    stderr=subprocess.PIPE, env=environment, cwd=cwd)
@@ -47,7 +47,7 @@ class PipeTest(FolderTest):
         return out
 
     def formats(self):
-        """A file of each format, by name of the format."""
+        """Returns a file of each format, by name of the format."""
         found = {"vtk": self.mesh}
         for name in ("vtu", "gmsh", "ucd", "exodus"):
             found[name] = self.path("mesh." + name)
@@ -72,7 +72,7 @@ class PipeTest(FolderTest):
                     out.write(back)
                 self.shm("diff", path, self.path("back"))
                 self.shm("decompress", packed, "-o", self.path("file"), "--format", format_name)
-                if name != "netCDF-4":  # these tell when they were made
+                if name != "netCDF-4":  # netCDF-4 files contain the time of their creation
                     self.assertEqual(back, self.bytes(self.path("file")))
                 again = self.shm("convert", "-", "-", "--format", "shm", given=source)
                 self.assertEqual(again, self.bytes(packed))
@@ -100,7 +100,7 @@ class PipeTest(FolderTest):
         self.assertIn(b"not a .shm file", self.errors)
         self.shm("compress", "-", given=b"what is this?", code=3)
         self.assertTrue(self.errors.startswith(b"shm: -: "), self.errors)
-        self.shm("decompress", "-", "-o", "-", given=given, code=2)  # what format?
+        self.shm("decompress", "-", "-o", "-", given=given, code=2)  # the format is unknown
 
     def test_archives(self):
         both = self.path("both.shm")
@@ -144,7 +144,7 @@ class PipeTest(FolderTest):
                                             "--temp", self.temp], stdin=subprocess.PIPE)
                 process.stdin.write(given[:len(given) // 2])
                 process.stdin.flush()
-                # HDF5 must find the file by its name; the others have none.
+                # HDF5 must find the file by its name; the files of the other formats have no name.
                 end = time.monotonic() + 20
                 while name == "netCDF-4" and not os.listdir(self.temp):
                     self.assertLess(time.monotonic(), end)

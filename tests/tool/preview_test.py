@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""shm preview: pictures as they are decoded here; what is seen, in how many colours, and what is refused.
+"""shm preview: decodes the pictures independently; their contents and colours, and errors.
 
-Usage: preview_test.py PATH_OF_SHM     (exit code 77, skipped, where the tool was built without libpng)
+Usage: preview_test.py PATH_OF_SHM     (exit code 77, skipped, if the tool was built without libpng)
 
-With SHM_CORPUS, a folder of meshes, pictures of small ones too.
+With SHM_CORPUS, a folder of meshes, also draws small meshes of the corpus.
 """
 import collections
 import json
@@ -24,19 +24,19 @@ SHM = "shm"
 WHITE = (255, 255, 255)
 GREY = (150, 150, 150)
 GOLDEN = Path(__file__).resolve().parents[1] / "golden"
-MANY = 40  # colours, of which a palette has fewer
+MANY = 40  # number of colours; a palette has fewer
 
 
 def decoded(png):
-    """Rows of pixels of a PNG of 8 bits for each of red, green and blue, or with a palette."""
+    """Returns the rows of pixels of a PNG with 8 bits for each of red, green and blue, or with a palette."""
     if png[:8] != b"\x89PNG\r\n\x1a\n":
-        raise ValueError("no PNG")
+        raise ValueError("not a PNG")
     at, packed, palette = 8, b"", []
     while at < len(png):
         size, kind = struct.unpack(">I4s", png[at:at + 8])
         body = png[at + 8:at + 8 + size]
         if zlib.crc32(kind + body) != struct.unpack(">I", png[at + 8 + size:at + 12 + size])[0]:
-            raise ValueError("a sum of " + kind.decode() + " is wrong")
+            raise ValueError("the checksum of " + kind.decode() + " is wrong")
         if kind == b"IHDR":
             width, height, *how = struct.unpack(">2I5B", body)
             if how not in ([8, 2, 0, 0, 0], [8, 3, 0, 0, 0]):
@@ -46,8 +46,8 @@ def decoded(png):
         packed += body if kind == b"IDAT" else b""
         at += 12 + size
     if bool(palette) != (how[1] == 3):
-        raise ValueError("a palette that is missing, or for nothing")
-    step = 1 if palette else 3  # bytes of a pixel
+        raise ValueError("a palette is missing or not needed")
+    step = 1 if palette else 3  # bytes per pixel
     lines, stride, before = zlib.decompress(packed), step * width, bytearray(step * width)
     rows = []
     for y in range(height):
@@ -72,12 +72,12 @@ class Picture:
         self.colours = collections.Counter(pixel for row in self.rows for pixel in row)
 
     def pixel(self, x, y):
-        """At a share of the width and the height."""
+        """Returns the pixel at a fraction of the width and the height."""
         return self.rows[int(y * self.size[1])][int(x * self.size[0])]
 
 
 def is_like(pixel, colour):
-    """The same hue, under any light."""
+    """Returns true for the same hue, at any brightness."""
     light = sum(pixel) / sum(colour)
     return all(abs(a - light * b) < 3 for a, b in zip(pixel, colour))
 
@@ -88,7 +88,7 @@ class PreviewTest(FolderTest):
         write_vtk(self.path("mesh.vtk"), 4)
 
     def drawn(self, name, *words, code=0):
-        """The picture, a small one, and what the report says."""
+        """Draws a small picture; returns it and the report."""
         if "--size" not in words:
             words += ("--size", "200x160")
         report = self.shm("preview", name, "-f", "-o", "out.png", "--json", *words, code=code)
@@ -117,7 +117,7 @@ class PreviewTest(FolderTest):
         covered = 200 * 160 - picture.colours[WHITE]
         self.assertEqual(report["covered_pixels"], covered)
         self.assertTrue(.4 < covered / (200 * 160) < .6, covered)
-        # Three sides in the light, one colour, and their edges.
+        # Three lit sides of one colour, and their edges.
         three = [picture.pixel(x, y) for x, y in [(.47, .2), (.43, .6), (.63, .6)]]
         self.assertEqual(len(set(three)), 3)
         for pixel in three:
@@ -190,7 +190,7 @@ class PreviewTest(FolderTest):
             self.assertEqual(report["array"], {"name": "both", "location": "point", "step": None,
                                                "least": -5, "greatest": 15})
             self.assertGreater(len(picture.colours), MANY)
-            self.assertLess(picture.pixel(.2, .4)[1], picture.pixel(.8, .4)[1])  # green grows
+            self.assertLess(picture.pixel(.2, .4)[1], picture.pixel(.8, .4)[1])  # green increases
             self.assertGreater(picture.colours[(38, 38, 38)], 100)  # the legend
 
             picture, report = self.drawn(name, "--array", "power", *front)
@@ -198,7 +198,7 @@ class PreviewTest(FolderTest):
             self.assertTrue(is_like(picture.pixel(.3, .2), GREY), picture.pixel(.3, .2))
             self.assertFalse(is_like(picture.pixel(.3, .6), GREY))
 
-            _, report = self.drawn(name, "--array", "v")  # its length
+            _, report = self.drawn(name, "--array", "v")  # the length of the vector
             self.assertEqual((report["array"]["least"], report["array"]["greatest"]), (0, 10))
             picture, report = self.drawn(name, "--array", "none")
             self.assertEqual((report["array"]["least"], report["array"]["greatest"]), (None, None))
@@ -263,10 +263,10 @@ class PreviewTest(FolderTest):
             self.assertEqual(report["faces"], len(cells))
             self.assertGreaterEqual(report["covered_pixels"], 4)
             self.assertEqual(100 * 100 - picture.colours[WHITE], report["covered_pixels"])
-        # A square is looked at from above: it fills the picture to its margin.
+        # A square is viewed from above: it fills the picture up to its margin.
         self.grid("flat.vtk", [[0, 1, 2, 3]], points, kind=9)
         self.assertEqual(self.drawn("flat.vtk", "--size", "100x100")[1]["covered_pixels"], 92 * 92)
-        # Vertices alone.
+        # Only vertices.
         self.grid("none.vtk", [], points)
         self.shm("compress", "none.vtk", "-q")
         for name in ("none.vtk", "none.vtk.shm"):
@@ -290,7 +290,7 @@ class PreviewTest(FolderTest):
         self.refused("mesh.vtk", code=4, reason="exists already; --force replaces it")
         self.shm("preview", "mesh.vtk", "--force", "--size", "64x64")
         self.assertNotEqual(self.bytes("mesh.vtk.png"), before)
-        # What makes thumbnails may want a name without an extension, of a file that is there.
+        # A program that creates thumbnails may pass an existing file without an extension.
         self.write("thumbnail.X3k2f", "")
         self.shm("preview", "mesh.vtk", "-o", "thumbnail.X3k2f", "--size", "128x128", "--force")
         self.assertEqual(Picture(self.bytes("thumbnail.X3k2f")).size, (128, 128))
@@ -325,7 +325,7 @@ class PreviewTest(FolderTest):
         self.refused("cut.shm", code=3)
 
     def attempt(self, path, *words, out="out.png"):
-        """Exit code of a picture of a file; it is there and whole, or there is nothing but a message."""
+        """Draws a file and returns the exit code; either a complete picture or only a message must result."""
         done = subprocess.run([SHM, "preview", str(path), "-o", out, "--size", "32x32", "-q", *words],
                               cwd=self.directory.name, capture_output=True, timeout=60)
         text, left = done.stderr.decode(), os.listdir(self.directory.name)
@@ -354,7 +354,7 @@ class PreviewTest(FolderTest):
 
     def test_faulty_files(self):
         os.remove(self.path("mesh.vtk"))
-        # What is wrong with what a picture of blocks does not need, and is not read for one.
+        # Faults in data that a picture of blocks does not need and therefore does not read.
         unseen = re.compile("Index: |Step values: |Parts of step values: |A group behind step values"
                             "|The sequence of the second chunk|Of the last group .*: stream array"
                             "|Extras: a blob|Step times: of 2.24 |Old index: another first element of step values"
@@ -365,14 +365,14 @@ class PreviewTest(FolderTest):
         for number, _, sentence in lines[::3 if SANITIZED else 1]:
             path = GOLDEN / "faulty" / (number + ".shm")
             with self.subTest(file=number, sentence=sentence):
-                code = self.attempt(path, out="-")  # a file would be written through to the disk
+                code = self.attempt(path, out="-")  # a file would be flushed to the disk
                 codes[code] += 1
                 if code != 0:
                     self.assertEqual(self.attempt(path), code)
                 self.assertIn(code, (0, 3) if unseen.match(sentence) else (3, 5))
                 if code != 0 or ": stream array" not in sentence or int(number) % 8 != 0:
                     continue
-                # Of an array: where this one is drawn.
+                # A fault in an array is found when this array is drawn.
                 tried += 1
                 arrays = json.loads(self.shm("info", str(path), "--json"))["arrays"]
                 names = [f"{array['location']}/{array['name']}" for array in arrays]

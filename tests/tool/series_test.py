@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Time series: some steps of a mesh, and one file a step.
+"""Time series: some steps of a mesh, and one file for each step.
 
-Usage: series_test.py PATH_OF_SHM     (exit code 77, skipped, where VTK or NumPy is missing)
+Usage: series_test.py PATH_OF_SHM     (exit code 77, skipped, if VTK or NumPy is missing)
 """
 import json
 import os
@@ -27,7 +27,7 @@ SHM = "shm"
 
 class SeriesTest(FolderTest):
     def shm(self, *words, code=0, stderr=None):
-        """Runs the tool in the folder of the test; what it prints."""
+        """Runs the tool in the folder of the test; returns its output."""
         done = subprocess.run([SHM, *words], cwd=self.directory.name, capture_output=True, text=True,
                               timeout=120)
         self.assertEqual(done.returncode, code, f"shm {' '.join(words)}\n{done.stdout}{done.stderr}")
@@ -52,7 +52,7 @@ class Steps(SeriesTest):
                (["--time", "1.5"], (3,)), (["--time", "1.5000001"], (3,)))
 
     def test_of_one_format(self):
-        """The same file as one that had no other steps, values of the whole mesh at each among it."""
+        """The result is the same as for a file without the other steps, including global variables."""
         self.exodus("run.e", range(6))
         self.shm("compress", "run.e", "-q")
         for words, steps in self.CHOICES:
@@ -67,14 +67,14 @@ class Steps(SeriesTest):
             self.assertEqual(self.times("piece.shm"), [step / 2 for step in steps])
 
     def test_of_gmsh(self):
-        """Its sections list every step."""
+        """The sections of a Gmsh file list every step."""
         self.exodus("run.e", range(6))
         self.shm("convert", "run.e", "run.msh", "-q", stderr="not in")
         self.shm("convert", "run.msh", "some.msh", "-q", "--step", "2:5")
         self.assertEqual(self.times("some.msh"), [1, 1.5, 2])
         self.exodus("some.e", range(2, 5))
         self.shm("convert", "some.e", "expected.msh", "-q", stderr="not in")
-        # Headers of views have the number of the step, which stays.
+        # Headers of views contain the number of the step, which stays.
         self.shm("diff", "expected.msh", "some.msh", "--ignore", "gmsh/section")
 
     def test_appended(self):
@@ -110,7 +110,7 @@ class Steps(SeriesTest):
 
 
 def nodal(step, v):
-    """What exodus_text() has there."""
+    """Returns the nodal values of exodus_text()."""
     return [round((node % 97) * .01 * (v + 1) + step * (.5 + node % 5), 4) for node in range(27)]
 
 
@@ -121,7 +121,7 @@ class Files(SeriesTest):
         return sorted(os.listdir(self.path(folder)))
 
     def assert_step(self, name, step):
-        """As VTK reads it, which knows nothing of this program."""
+        """Checks a step with VTK, which is independent of this program."""
         legacy = name.endswith(".vtk")
         reader = vtk.vtkUnstructuredGridReader() if legacy else vtk.vtkXMLUnstructuredGridReader()
         reader.SetFileName(self.path(name))
@@ -156,7 +156,7 @@ class Files(SeriesTest):
                     os.remove(self.path(file))
 
     def test_some_steps(self):
-        """Their numbers are those of the steps; other files stay as they are."""
+        """Files are numbered by their steps; other files stay as they are."""
         self.exodus("run.e", range(6))
         self.write("a_0000.vtu.bak", "old")
         self.write("a_000.vtu", "old")
@@ -168,7 +168,7 @@ class Files(SeriesTest):
             self.assert_step(f"a_000{step}.vtu", step)
 
     def test_formats_that_hold_many(self):
-        """Who asks for a file a step gets it."""
+        """A pattern gives one file for each step also for formats that store several steps."""
         self.exodus("run.e", range(3))
         self.shm("convert", "run.e", "one_%d.e", "-q")
         self.shm("convert", "run.e", "one_%d.shm", "-q")
@@ -210,7 +210,7 @@ class Files(SeriesTest):
         self.shm("convert", "run.e", "y.pvd", code=4, stderr="y: is no folder")
 
     def test_nothing_is_lost(self):
-        """What is there, what is read, what the files would lack: all of it is known before."""
+        """Existing files, inputs, and data that the files cannot store: all are detected before writing."""
         self.exodus("run.e", range(6))
         self.shm("convert", "run.e", "a_%d.vtu", "--strict", code=6, stderr="global variables")
         self.shm("convert", "run.e", "a_%d_%d.vtu", code=2, stderr="one %d")
@@ -226,22 +226,22 @@ class Files(SeriesTest):
         os.mkdir(self.path("c_4.e"))
         self.shm("convert", "run.e", "c_%d.e", "-f", code=4, stderr="c_4.e: is a folder")
         self.assertEqual(self.listed(), ["a_3.vtu", "a_7.vtu", "b_2.e", "c_4.e", "run.e"])
-        # A percent sign alone names one file.
+        # A single percent sign is part of a file name.
         self.shm("convert", "run.e", "50%.e", "-q")
         self.shm("convert", "run.e", "50%%.e", "-q")
         self.assertEqual(self.listed()[:2], ["50%%.e", "50%.e"])
 
 
 def grid_at(step, **how):
-    """A mesh of two hexahedra with fields at a step, as VTK has it in memory. `how`: what another
-    one has."""
+    """Returns a mesh of two hexahedra with fields at a step, as a VTK grid. `how`: differences from the other
+    meshes."""
     grid = vtk.vtkUnstructuredGrid()
     points = vtk.vtkPoints()
     points.SetDataTypeToDouble()
     for i in range(12):
         points.InsertNextPoint(i // 4 + (how.get("moved", 0) if i == 5 else 0), i % 4 in (1, 2), i % 4 > 1)
     if step > 0:
-        points.GetData().GetRange(-1)  # which VTK then writes, and others do not
+        points.GetData().GetRange(-1)  # VTK then writes the range, and other programs do not
     grid.SetPoints(points)
     for cell in range(how.get("cells", 2)):
         corners = [4 * cell + i for i in (0, 1, 2, 3, 4, 5, 6, 7)]
@@ -252,7 +252,7 @@ def grid_at(step, **how):
     def add(data, name, values, kind=numpy.float64):
         array = numpy_to_vtk(numpy.array(values, dtype=kind), deep=True)
         array.SetName(name)
-        array.GetRange(-1)  # which VTK then writes
+        array.GetRange(-1)  # VTK then writes the range
         data.AddArray(array)
 
     add(grid.GetPointData(), how.get("name", "T"), [i * .1 + step ** 2 for i in range(12)])
@@ -274,7 +274,7 @@ def grid_at(step, **how):
 
 
 class Meshes(SeriesTest):
-    """Files of one step each as one mesh with steps."""
+    """Files of one step each, read as one mesh with steps."""
 
     def vtk_file(self, file, step, mode="appended", **how):
         if file.endswith(".vtk"):
@@ -306,7 +306,7 @@ class Meshes(SeriesTest):
         return reader.GetOutput()
 
     def values(self, name):
-        """All that VTK finds in a file."""
+        """Returns all data that VTK finds in a file."""
         grid = self.read(name)
         found = {"points": vtk_to_numpy(grid.GetPoints().GetData()).tolist(),
                  "cells": vtk_to_numpy(grid.GetCells().GetConnectivityArray()).tolist()}
@@ -342,7 +342,7 @@ class Meshes(SeriesTest):
                         self.shm("diff", name % step, "b_" + name % step, "--no-extras")
 
     def test_through_other_formats(self):
-        """The same values and times, whatever they went through."""
+        """Values and times are the same through all formats."""
         self.series("a_%d.vtu")
         self.shm("convert", "a_%d.vtu", "a.e", "-q", stderr="strings of array 'label'")
         self.shm("convert", "a.e", "b.pvd", "-q", stderr="")
@@ -362,7 +362,7 @@ class Meshes(SeriesTest):
                     self.assertEqual(before["cell", "label"], after["cell", "label"])
 
     def test_one_file_of_many_steps(self):
-        """What holds one step gets the last, which is said, also within the format."""
+        """A format that stores one step gets the last one, which is reported, also within the format."""
         self.series("a_%d.vtu")
         self.shm("compress", "a_%d.vtu", "-o", "a.shm", "-q")
         self.shm("decompress", "a.shm", "-o", "last.vtu", "-q", stderr="time steps 0 to 3 of 5")
@@ -375,7 +375,7 @@ class Meshes(SeriesTest):
         self.assertEqual(self.times("some.shm"), [.25, .5])
 
     def test_appended(self):
-        """Further files, alone or as a series, whichever way FILE was made."""
+        """Appends files, single or as a series, whichever way FILE was created."""
         self.series("a_%d.vtu", range(6))
         self.series("all_%d.vtu", range(9))
         for order in ("keep", "stream"):
@@ -392,7 +392,7 @@ class Meshes(SeriesTest):
                      stderr="coordinates")
 
     def test_names_beside(self):
-        """Where the user names no output."""
+        """Default names of outputs."""
         self.series("a_%d.vtu", range(2))
         self.series("b_%d.vtk", range(2))
         self.shm("convert", "a_%d.vtu", "c.pvd", "-q")
@@ -408,7 +408,7 @@ class Meshes(SeriesTest):
         self.shm("diff", "a.pvd", "a_%d.vtu")
 
     def test_removed(self):
-        """Sources go only where all of their steps are known to be there."""
+        """Sources are removed only if all of their steps are known to be stored."""
         self.series("a_%d.vtu", range(3))
         for words in (["a_%d.vtu", "-o", "a.shm"], ["c.pvd"]):
             self.write("c.pvd", self.collection_of([(step, f"a_{step}.vtu") for step in range(3)]))
@@ -422,7 +422,7 @@ class Meshes(SeriesTest):
         self.shm("diff", "a_%d.vtu", "b_%d.vtu")
 
     def test_times(self):
-        """Of the collection; of the field data; else numbers."""
+        """Times come from the collection, from field data, or are numbers."""
         self.series("a_%d.vtu", (0, 2, 10))
         self.assertEqual(self.times("a_%d.vtu"), [0, .5, 2.5])
         self.series("b_%d.vtu", (3, 4), time="none")
@@ -436,7 +436,7 @@ class Meshes(SeriesTest):
         self.shm("decompress", "c.pvd.shm", "-o", "d.pvd", "-q")
         self.shm("diff", "c.pvd", "d.pvd")
         self.assertEqual(self.values("d/d_0001.vtu")["field", "TimeValue"][1], [7.5])
-        # What has no time comes back without, but where the collection has one.
+        # A file without a time gets none, unless the collection has one.
         self.shm("convert", "b_%d.vtu", "e_%d.vtu", "-q")
         self.assertNotIn(("field", "TimeValue"), self.values("e_1.vtu"))
         for name, field in (("b_%d.vtu", "TimeValue"), ("l_%d.vtk", "TIME")):
@@ -460,7 +460,7 @@ class Meshes(SeriesTest):
             + "</Collection></VTKFile>")
 
     def test_what_is_no_series(self):
-        """The file and the first difference are named, and nothing is written."""
+        """The error names the file and the first difference, and nothing is written."""
         self.series("a_%d.vtu", (0, 1))
         for how, said in (({"moved": .5}, "coordinates: 1 of 36 differ; points that move"),
                           ({"cells": 1}, "cells: 2, 1"), ({"turned": True}, "cells: 2 of 2 differ"),
@@ -484,7 +484,7 @@ class Meshes(SeriesTest):
                          ["a_0.vtu", "a_1.vtu", "a_2.vtu", "c_0.vtk", "e_0.e"])
 
     def test_what_is_not_kept(self):
-        """Field data are those of the first file, which is said once."""
+        """Field data is taken from the first file, which is reported once."""
         for step in range(4):
             self.vtk_file(f"a_{step}.vtk", step, cycle=100 * step)
         done = subprocess.run([SHM, "compress", "a_%d.vtk", "-o", "a.shm", "-q"], text=True,
@@ -511,7 +511,7 @@ class Meshes(SeriesTest):
         for cut in range(60, len(text) - 12, 7):
             self.write("b.pvd", text[:cut])
             self.shm("info", "b.pvd", code=3, stderr="b.pvd: ")
-        # What is read is not written over.
+        # Inputs are not overwritten.
         self.write("b.pvd", text)
         for target in ("b.pvd", "a_0.vtu"):
             self.shm("convert", "b.pvd", target, "-f", code=4, stderr="an input")

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Sets of files under keys that no format owns, whatever file they came from; those of files of
-format 0.9, under keys of Exodus.
+"""Sets are stored under keys that do not belong to a format, whatever file they came from; files of version 0.9
+store them under keys of Exodus.
 
 sets_test.py SHM
 """
@@ -20,16 +20,16 @@ from sample_meshes import TWO_BLOCKS
 SHM = "shm"
 GOLDEN = Path(__file__).resolve().parents[1] / "golden" / "0.9"
 
-# The same with what follows from members alone: factors of 1, and an id by its place.
+# The same with values that follow from the members: factors of 1, and an id given by the position.
 OF_ONES = (TWO_BLOCKS.replace("dist_fact_ss1 = 1, 1, 1, 1, 1, 1, 1, 2", "dist_fact_ss1 = 1, 1, 1, 1, 1, 1, 1, 1")
            .replace("ss_prop1 = 3", "ss_prop1 = 1"))
-# A set without members, whose status is 0, and one with factors that are not as many as its nodes.
+# A set without members, whose status is 0, and a set with another number of factors than nodes.
 ODD = (TWO_BLOCKS.replace("num_side_sets = 1", "num_side_sets = 2").replace("ss_status = 1 ;", "ss_status = 1, 0 ;")
        .replace("ss_prop1 = 3", "ss_prop1 = 3, 9").replace('ss_names = "inlet"', 'ss_names = "inlet", ""')
        .replace("num_df_ss1 = 8", "num_df_ss1 = 1").replace("dist_fact_ss1 = 1, 1, 1, 1, 1, 1, 1, 2", "dist_fact_ss1 = 4")
        .replace("ns_status = 1", "ns_status = 7"))
 
-# Groups of surfaces and volumes, one of which has no name, and one two blocks.
+# Groups of surfaces and volumes: one group has no name, and one has two blocks.
 GROUPS = """$MeshFormat
 2.2 0 8
 $EndMeshFormat
@@ -67,7 +67,7 @@ class SetsTest(FolderTest):
         return json.loads(self.shm("info", path, "--json"))["sets"]
 
     def dump(self, path):
-        """All that a netCDF file says, but for its name."""
+        """Returns the contents of a netCDF file except its name."""
         self.need("ncdump")
         done = subprocess.run(["ncdump", "-p", "9,17", path], capture_output=True, text=True, check=True)
         return done.stdout.split("\n", 1)[1]
@@ -136,7 +136,7 @@ class SetsTest(FolderTest):
         self.shm("verify", grown)
         self.shm("decompress", grown, "-o", self.path("grown.e"))
         self.assertEqual(len(json.loads(self.shm("info", self.path("grown.e"), "--json"))["step_times"]), 6)
-        # But for the steps it is the old one.
+        # Except for the steps, it equals the old file.
         self.shm("convert", self.path("grown.e"), self.path("first.e"), "--step", "0:3")
         self.assertEqual(self.sets(self.path("first.e")), self.sets(exodus))
         self.shm("diff", self.path("first.e"), exodus)

@@ -16,32 +16,44 @@ from sample_meshes import write_vtk
 CALLS = {
     "compress": [["mesh.vtk", "-o", "mesh.shm", "--parity", "5"], ["mesh.vtk", "-o", "free.shm", "--order", "free", "--rel", "1e-3"],
                  ["moved.vtk", "-o", "moved.shm", "--level", "fast", "--segment-cells", "20"],
-                 ["mesh.vtk", "-o", "best.shm", "--level", "best", "--order", "stream"]],
+                 ["mesh.vtk", "-o", "best.shm", "--level", "best", "--order", "stream"],
+                 ["step_%d.vtk", "-o", "steps.shm"]],
     "decompress": [["mesh.shm", "-o", "back.vtk"], ["moved.shm", "-o", "back.vtu"], ["free.shm", "-o", "back.msh"]],
     "convert": [["mesh.vtk", "converted.e"], ["mesh.vtk", "converted.msh"], ["mesh.vtk", "converted.inp"]],
     "info": [["mesh.shm"], ["mesh.vtk", "--json"]],
     "verify": [["mesh.shm", "--against", "mesh.vtk"], ["free.shm", "--against", "mesh.vtk"]],
     "diff": [["mesh.vtk", "back.vtk"]],
     "extract": [["mesh.shm", "part.vtk", "--box", "0,0,0,0.2,0.2,0.2"]],
-    "append": [["best.shm", "mesh.vtk", "--time", "1"]],
+    "append": [["steps.shm", "step_1.vtk", "--time", "5"]],
     "repair": [["mesh.shm", "-o", "repaired.shm"]],
     "join": [["mesh.shm", "moved.shm", "-o", "joined.shm"]],
-    "split": [["joined.shm", "-o", "members"]],
+    "split": [["joined.shm", "-d", "members"]],
     "layout": [["mesh.vtk", "-o", "layout.svg"]],
     "preview": [["mesh.shm", "-o", "preview.png", "--size", "80x60"]],
     "surface": [["mesh.shm", "-o", "surface.ply"]],
-    "view": [["mesh.shm", "-o", "view.html"]],
+    "view": [["mesh.shm", "-o", "view.html", "--page", "page.html"]],
+    "completion": [["bash"], ["zsh"]],
+    "manual": [[]],
 }
 
 
 class SmokeTest(FolderTest):
     timeout = 300
 
+    def write(self, name, text):
+        with open(self.path(name), "w", encoding="ascii") as file:
+            file.write(text)
+
     def test_each_command(self):
         write_vtk(self.path("mesh.vtk"), 5)
         write_vtk(self.path("moved.vtk"), 5, bend=0.1)
+        with open(self.path("mesh.vtk"), encoding="ascii") as file:
+            text = file.read()
+        for step in range(2):  # two steps of one mesh: the first value of the point array differs
+            self.write(f"step_{step}.vtk", text.replace("\n0.0625\n", f"\n0.{step}25\n"))
+        self.write("page.html", '<script type="application/octet-stream" id="file" data-name=""></script>')
         help_text = self.shm("--help").decode()
-        commands = re.findall(r"^  ([a-z]+)  ", help_text[help_text.index("Commands"):], re.MULTILINE)
+        commands = re.findall(r"^  ([a-z]+)  ", help_text[help_text.index("Subcommands:"):], re.MULTILINE)
         self.assertEqual(sorted(commands), sorted(CALLS))
         for command, calls in CALLS.items():
             if not lacks(self.tool, command):

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""What the tool loads: little when it starts, libraries of formats when there is such a file, and what it
-says where one of these does not load.
+"""Libraries that the tool loads: few when it starts, those of a format only for a file of that format; and its
+message if one of them cannot be loaded.
 
-Usage: start_test.py PATH_OF_SHM     (exit code 77, skipped, where the tool is linked to all libraries)
+Usage: start_test.py PATH_OF_SHM     (exit code 77, skipped, if the tool is linked to all libraries)
 """
 import gzip
 import os
@@ -16,12 +16,12 @@ from folder_test import SANITIZED, FolderTest
 from sample_meshes import write_vtk
 
 SHM = "shm"
-MOST = 16 + 4 * SANITIZED  # libraries at the start, the loader too
+MOST = 16 + 4 * SANITIZED  # libraries at the start, including the loader
 NETCDF, EXODUS, ARCHIVE = "netcdf", "exo", "archive"
 
 
 def needed():
-    """Names of the libraries that are loaded before main()."""
+    """Returns the names of the libraries that are loaded before main()."""
     text = subprocess.run(["ldd", SHM], capture_output=True, text=True, check=True).stdout
     return [os.path.basename(line.split()[0]) for line in text.splitlines() if ".so" in line and "vdso" not in line]
 
@@ -42,7 +42,7 @@ class StartTest(FolderTest):
         return done.stderr
 
     def loaded(self, *words):
-        """Names of all libraries that a command loads; those that it asks for when it runs have no folder."""
+        """Returns the names of all libraries that a command loads; libraries loaded at run time have no folder."""
         self.shm(*words, LD_DEBUG="files", LD_DEBUG_OUTPUT=self.path("log"))
         logs = [name for name in os.listdir(self.directory.name) if name.startswith("log.")]
         text = "".join(self.bytes(name).decode("utf-8", "replace") for name in logs)
@@ -81,7 +81,7 @@ class StartTest(FolderTest):
         self.none_of(names, NETCDF, EXODUS)
 
     def broken(self, name, target=None):
-        """A folder for LD_LIBRARY_PATH where a library is an empty file, or leads to another one."""
+        """Returns a folder for LD_LIBRARY_PATH in which a library is an empty file or a link to another library."""
         folder = self.path("libraries")
         os.makedirs(folder, exist_ok=True)
         for other in os.listdir(folder):
@@ -93,7 +93,7 @@ class StartTest(FolderTest):
         return folder
 
     def refused(self, library, folder, *words, code, file, why="file too short"):
-        """The one sentence: which file, which library, and why."""
+        """Checks the error message: a single sentence with the file, the library, and the reason."""
         text = self.shm(*words, code=code, LD_LIBRARY_PATH=folder)
         self.assertEqual(len(text.splitlines()), 1, text)
         self.assertTrue(text.startswith(f"shm: {file}: needs {library}, which does not load: "), text)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The command line of shm: exit codes, JSON, nothing left behind.
+"""The command line of shm: exit codes, JSON, and that no temporary files are left.
 
 Usage: tool_test.py PATH_OF_SHM
 """
@@ -38,7 +38,7 @@ class ToolTest(FolderTest):
         else:
             self.assertEqual(done.stdout, "")
             self.assertTrue(done.stderr.startswith("shm: "), done.stderr)
-            # One line; verify lists all that is damaged before it.
+            # One line; verify lists all damage before it.
             *listed, error = done.stderr.splitlines()
             self.assertTrue(error.startswith("shm: ") and done.stderr.endswith("\n"), done.stderr)
             if listed:
@@ -206,7 +206,7 @@ class ToolTest(FolderTest):
         self.assertIn("shm repair -o OUT.shm", self.shm("verify", cut, code=3)[1])
         self.assertIn("shm repair -o OUT.shm",
                       self.shm("decompress", cut, "-o", self.path("x.vtk"), code=3)[1])
-        # Values, at the end of the group, which is the second chunk: info does not look at them.
+        # Values at the end of the group, which is the second chunk: info does not read them.
         third = [mark.start() for mark in re.finditer(b"SHMc", good)][2]
         damaged = bytearray(good)
         damaged[third - 1] ^= 0x10
@@ -222,7 +222,7 @@ class ToolTest(FolderTest):
         self.assert_only("mesh.vtk", "mesh.vtk.shm", "cut.shm")
 
     def test_an_index_that_lies_is_damage(self):
-        """Faulty files of tests/golden whose index, or box, is another one, under right checksums."""
+        """Faulty files of tests/golden with a wrong field in the index, or a wrong box, and correct checksums."""
         folder = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "golden", "faulty")
         with open(os.path.join(folder, "list.txt"), encoding="utf-8") as lines:
             lies = [line.split(" ", 2) for line in lines if re.search(" [Ii]ndex: another | a box that is not ", line)]
@@ -322,7 +322,7 @@ class ToolTest(FolderTest):
 
         def delay_of(mesh, *options):
             self.shm("compress", mesh, "-o", packed, *options)
-            if mesh == self.mesh or not SANITIZED:  # the others are large
+            if mesh == self.mesh or not SANITIZED:  # the other meshes are large
                 self.shm("verify", packed, "--against", mesh)
             return json.loads(self.shm("info", packed, "--json")[0])["delay"]
         self.assertEqual(delay_of(self.mesh, "--order", "stream"), 0)
@@ -356,7 +356,7 @@ class ToolTest(FolderTest):
         self.assertEqual(files[0], files[2])
 
     def test_key_steps(self):
-        """Values that stay cost little, but for the steps that refer to no other."""
+        """Constant values need few bytes, except in steps that do not refer to others."""
         mesh, packed = self.path("steps.msh"), self.path("steps.shm")
         corners = ("0 0 0", "1 0 0", "1 1 0", "0 1 0", "0 0 1", "1 0 1", "1 1 1", "0 1 1")
         with open(mesh, "w") as out:
@@ -383,7 +383,7 @@ class ToolTest(FolderTest):
 
     def test_restart_budget(self):
         mesh, packed = self.path("slim.vtk"), self.path("slim.shm")
-        write_vtk(mesh, 8)  # too small for a cut of its own accord
+        write_vtk(mesh, 8)  # too small to be divided by default
         for budget in ("0", "2", "100"):
             out, _ = self.shm("compress", mesh, "-o", packed, "--restart-budget", budget, "--json")
             self.assertEqual(json.loads(out)["segments"], 1)
@@ -434,7 +434,7 @@ class ToolTest(FolderTest):
         self.assertLessEqual(error["largest_error"], error["promised_error"])
 
     def listed_bounds(self, packed):
-        """The bounds that info lists: of coordinates, of the array heat."""
+        """Returns the bounds listed by info: of coordinates, and of the array heat."""
         report = json.loads(self.shm("info", packed, "--json")[0])
         bounds = {a["name"]: a["max_error"] for a in report["arrays"]}
         self.assertIsNone(bounds["zone"])  # integers
@@ -444,7 +444,7 @@ class ToolTest(FolderTest):
         packed, back = self.path("mesh.shm"), self.path("back.vtk")
         abs3, rel2 = ["--abs", "1e-3"], ["--rel", "0.01"]
         heat, points = "array 'heat'", "coordinates"
-        # The grid is .5 wide, heat goes from 0 to 1.
+        # The grid is .5 wide; heat goes from 0 to 1.
         for options, bounds in (
                 ([], (None, None)), (abs3, (1e-3, 1e-3)), (rel2, (.005, .01)),
                 (["--array", "heat:abs=.25"], (None, .25)),
@@ -468,7 +468,7 @@ class ToolTest(FolderTest):
                 self.assertLessEqual(error["largest_error"], error["promised_error"])
                 self.assertGreater(error["promised_error"], 0)
             self.assertEqual("error at most" in self.shm("info", packed)[0], bool(names))
-        # For coordinates --bits is closer than --abs, and --array than both.
+        # For coordinates, --bits takes precedence over --abs, and --array over both.
         self.shm("compress", self.mesh, "-o", packed, "--bits", "4", *abs3)
         report = json.loads(self.shm("info", packed, "--json")[0])
         self.assertEqual((report["coordinate_bits"], report["arrays"][0]["max_error"]), (4, 1e-3))
@@ -477,14 +477,14 @@ class ToolTest(FolderTest):
         report = json.loads(self.shm("info", packed, "--json")[0])
         self.assertEqual((report["coordinate_bits"], report["coordinate_max_error"]), (0, 1))
         self.assertEqual(report["arrays"][0]["bits"], 7)
-        # Rounded values written down are still those of the file.
+        # Rounded values that were written as text still agree with the file.
         self.shm("compress", self.mesh, "-o", packed, *abs3)
         self.shm("decompress", packed, "-o", back)
         self.shm("verify", packed, "--against", back)
         self.shm("verify", packed, "--against", self.mesh)
 
     def test_bounds_in_steps(self):
-        """Exodus files hold their fields in steps."""
+        """Exodus files store fields in steps."""
         exodus, packed = self.path("mesh.e"), self.path("mesh.shm")
         self.shm("convert", self.mesh, exodus)
         report = json.loads(self.shm("info", exodus, "--json")[0])
@@ -500,7 +500,7 @@ class ToolTest(FolderTest):
         packed, other = self.path("mesh.shm"), self.path("other.vtk")
         with open(self.mesh) as source:
             lines = source.read().split("\n")
-        at = lines.index("FIELD data 1") + 2  # of heat
+        at = lines.index("FIELD data 1") + 2  # position of heat
 
         def write_other(number, value):
             changed = list(lines)
@@ -520,9 +520,9 @@ class ToolTest(FolderTest):
         write_other(17, "nan")
         out = self.shm("verify", packed, "--against", other, code=1)[0]
         self.assertIn("vertex 17: nan", out)
-        write_other(17, "0.0099")  # as far off as the bound allows
+        write_other(17, "0.0099")  # at the limit of the bound
         self.shm("verify", packed, "--against", other)
-        # What is not finite is kept through rounding.
+        # Values that are not finite stay exact.
         for odd in ("nan", "inf", "-inf"):
             write_other(5, odd)
             self.shm("compress", other, "-o", packed, "--rel", "0.01")
@@ -581,14 +581,14 @@ class ToolTest(FolderTest):
             write(lines(numbers))
             self.shm("compress", self.mesh, "-o", packed, *free)
             self.shm("verify", packed, "--against", self.mesh, "--cell-order", order)
-        write(lines(shuffled)[:-1])  # no end of line after the last number
+        write(lines(shuffled)[:-1])  # without a line end after the last number
         self.shm("compress", self.mesh, "-o", packed, *free, "--bits", "12", "--segment-cells", "30")
         self.shm("verify", packed, "--against", self.mesh, "--cell-order", order)
         self.shm("verify", packed, "--against", self.mesh, code=1)  # no known order
         self.shm("compress", self.mesh, "-o", packed, *free)
         self.shm("decompress", packed, "-o", back)
         self.shm("verify", packed, "--against", back)
-        with open(back) as text:  # "zone" says which seven cells each cell was among
+        with open(back) as text:  # "zone" shows for each cell among which seven cells it was
             words = text.read().split()
         at = words.index("CELL_DATA")
         zones = [int(w) for w in words[at:][words[at:].index("zone") + 4:][:125]]
@@ -737,7 +737,7 @@ class ToolTest(FolderTest):
         self.assert_only("all.shm", "mesh.shm", "mesh.vtk")
 
     def losses(self, *words, code=0):
-        """What a conversion says that is not in its output."""
+        """Returns the items that a conversion reports as missing from its output."""
         done = subprocess.run([SHM, *forced(words), "-q"], capture_output=True, text=True, timeout=120)
         self.assertEqual(done.returncode, code, done.stderr)
         self.assertEqual(done.stdout, "")
@@ -763,7 +763,7 @@ class ToolTest(FolderTest):
                   "which blocks array 'heat' is on (NaN on the others)", factors, "QA records"]
         self.assertEqual(self.losses("convert", exodus, vtk), of_vtk)
         self.assertEqual(self.losses("convert", exodus, msh), [factors, "QA records"])
-        # As well out of an archive; an Exodus file and an archive hold all.
+        # The same from an archive; an Exodus file and an archive can store everything.
         self.shm("compress", exodus, "-o", packed)
         self.assertEqual(self.losses("decompress", packed, "-o", vtk), of_vtk)
         self.assertEqual(self.losses("decompress", packed, "-o", self.path("back.e"), "--strict"), [])
@@ -776,7 +776,7 @@ class ToolTest(FolderTest):
                       ["decompress", packed, "-o", self.path("two.msh")]):
             self.assertIn("QA records", self.losses(*words, "--strict", code=6))
         self.assert_only("mesh.vtk", "two.e", "two.shm")
-        # Nothing is lacking: nothing is reported.
+        # Nothing is missing: nothing is reported.
         self.assertEqual(self.losses("convert", self.mesh, self.path("mesh.msh"), "--strict"), [])
 
     def test_one_step(self):
@@ -823,7 +823,7 @@ class ToolTest(FolderTest):
         for name in ("x.gif", "x"):
             self.assertIn("a picture is a .svg or .png file",
                           self.shm("layout", self.mesh, "-o", self.path(name), code=2)[1])
-        if SANITIZED:  # fontconfig leaves its tables to the system
+        if SANITIZED:  # memory that fontconfig does not free counts as a leak
             return
         png = self.path("mesh.png")
         self.assertIn("stored close together", self.shm("layout", self.mesh, "-o", png)[0])
@@ -862,7 +862,7 @@ class ToolTest(FolderTest):
             process.send_signal(number)
             if process.wait() == -number:
                 self.assert_only("mesh.vtk", "big.vtk")
-            else:  # it was faster
+            else:  # the tool finished before the signal
                 os.remove(big + ".shm")
 
 

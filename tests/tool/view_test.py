@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""shm view: the file that is in the page is the one that was to be, and nothing of its name is markup.
+"""shm view: the page contains exactly the given file, and no part of its name acts as markup.
 
 Usage: view_test.py PATH_OF_SHM
 """
@@ -37,7 +37,7 @@ class ViewTest(FolderTest):
         return done.stdout, done.stderr.decode()
 
     def inside(self, page):
-        """Name and bytes of the file that a page holds."""
+        """Returns name and bytes of the file in a page."""
         found = FULL.fullmatch(page.decode())
         self.assertIsNotNone(found, page)
         return html.unescape(found[1]), base64.b64decode(found[2], validate=True)

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""The files that bench/whole generates: small ones of each family there and back, and two sizes.
+"""Files that bench/whole generates: round trips of a small file of each family, and two sizes.
 
-Usage: whole_files_test.py PATH_OF_SHM     (exit code 77, skipped, where NumPy or netCDF4 is missing)
+Usage: whole_files_test.py PATH_OF_SHM     (exit code 77, skipped, if NumPy or netCDF4 is missing)
 """
 import os
 import subprocess
@@ -22,14 +22,14 @@ from folder_test import FolderTest
 
 SHM = "shm"
 
-# At most so many bytes: what they take today. bench/whole prints what they should.
+# Largest sizes in bytes: the present ones. bench/whole prints the sizes to aim at.
 SIZES = {"hex1_arrays0.vtk": 390, "hex27_sets3_arrays3.e": 1660}
 FEW_CELLS = 100
 
 
 class WholeFilesTest(FolderTest):
     def there_and_back(self, path):
-        """Bytes of the .shm file."""
+        """Checks a round trip. Returns the number of bytes of the .shm file."""
         out = f"{path}.shm"
         subprocess.run([SHM, "compress", "-q", path, "-o", out], check=True)
         subprocess.run([SHM, "verify", "-q", out, "--against", path], check=True)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Words for people: wrong calls and files are answered with what is wrong with them, in one line.
+"""Messages: a wrong call or file gives one line that says what is wrong.
 
 Usage: words_test.py PATH_OF_SHM
 """
@@ -15,7 +15,7 @@ from sample_meshes import exodus_text, write_vtk
 
 SHM = "shm"
 
-# Words of a call, and what the line says.
+# Words of a call, and a part of the message.
 WRONG_CALLS = [
     ("extract mesh.shm out.vtk --step -1", "must be N, first, last or A:B"),
     ("extract mesh.shm out.vtk --step 1.5", "must be N, first, last or A:B"),
@@ -38,7 +38,7 @@ WRONG_CALLS = [
     ("diff mesh.vtk mesh.vtk --limit -1", "'-1' is not a whole number from 0 up"),
 ]
 
-# Content of a file that no command reads, and what the line says.
+# Content of a file that no command reads, and a part of the message.
 UNREAD_FILES = [
     ("beam.cgns", b"@(#)ADF Database Version B02012>", "is a CGNS file, which is not read; Exodus, "),
     ("beam.h5", b"\x89HDF\r\n\x1a\n" + bytes(700) + b"HDF5 MotherNode" + bytes(99), "is a CGNS file"),
@@ -86,7 +86,7 @@ class WordsTest(FolderTest):
                              f"a.nc: is {name} file, but not an Exodus file: it lacks dimension")
 
     def test_no_more_is_read_than_there_is(self):
-        """What is read twice counts once."""
+        """Bytes that are read twice count once."""
         text = self.run_tool("extract", "mesh.shm", "out.vtk")
         read, size = map(int, re.search(r"read (\d+) of (\d+) bytes", text).groups())
         self.assertEqual(size, os.path.getsize(self.path("mesh.shm")))

@@ -1,5 +1,6 @@
-// The absolute bound, through Writer and Reader: coordinates, static and stepped arrays on points
-// and cells, any magnitude, bounds down to the distance of neighbouring floats and below.
+// The absolute error bound, through Writer and Reader: coordinates, static and stepped arrays on
+// points and cells, values of any magnitude, and bounds down to and below the distance of
+// neighbouring floats.
 #include <bit>
 #include <limits>
 
@@ -11,7 +12,8 @@ namespace {
 
 constexpr std::uint32_t kSide = 8;  // vertices along an edge of the grid
 
-/// A grid whose coordinates, point arrays and cell arrays, static and stepped, all hold `values`.
+/// Returns a grid whose coordinates, point arrays and cell arrays, static and stepped, all contain
+/// `values`.
 template <class Real>
 Mesh filled_mesh(const std::vector<Real>& values, const Quantization& quantization) {
   const TestMesh from = grid(kSide - 1, kSide - 1, kSide - 1);
@@ -63,7 +65,7 @@ Mesh there_and_back(const Mesh& mesh) {
   return back ? std::move(*back) : Mesh{};
 }
 
-/// Every run of values of a mesh.
+/// Returns every run of values of a mesh.
 std::vector<std::vector<std::byte>> all_values(const Mesh& mesh) {
   std::vector<std::vector<std::byte>> runs = {mesh.xyz};
   runs.insert(runs.end(), mesh.arrays.begin(), mesh.arrays.end());
@@ -71,7 +73,8 @@ std::vector<std::vector<std::byte>> all_values(const Mesh& mesh) {
   return runs;
 }
 
-/// Counts the values that did not come back bit by bit; fails where a promise is broken.
+/// Returns the number of values that did not come back bit for bit; fails if an error exceeds the
+/// bound.
 template <class Real>
 std::size_t expect_bound(const Mesh& before, const Mesh& after, double bound) {
   using Bits = std::conditional_t<sizeof(Real) == 4, std::uint32_t, std::uint64_t>;
@@ -87,7 +90,7 @@ std::size_t expect_bound(const Mesh& before, const Mesh& after, double bound) {
       std::memcpy(&b, &restored[run][at], sizeof b);
       if (std::bit_cast<Bits>(a) == std::bit_cast<Bits>(b)) continue;
       ++moved;
-      // In more precision than the coder has.
+      // with more precision than the coder has
       const long double error = static_cast<long double>(a) - static_cast<long double>(b);
       if (std::isfinite(a) && std::isfinite(b) && std::fabs(error) <= bound) continue;
       ADD_FAILURE() << "run " << run << ", value " << at / sizeof(Real) << ": " << a << " became "
@@ -177,7 +180,7 @@ TYPED_TEST(Bound, HoldsForAnyStepAndAnchor) {
     }
 }
 
-// Decimals stand midway between steps, and their errors are just the bound.
+// Decimals are midway between quantization steps, so that their errors reach the bound.
 TYPED_TEST(Bound, HoldsForDecimals) {
   using Real = TypeParam;
   std::vector<Real> values;

@@ -1,5 +1,5 @@
-// Values encoded as differences along numbers: every bit comes back whatever values and numbers
-// are, what is smooth costs little, bounds hold, and damaged bytes do no harm.
+// Values encoded as differences along numbers: every bit comes back for all values and numbers,
+// smooth values need few bytes, error bounds hold, and damaged bytes are handled safely.
 #include "codecs/shifts/difference_column.h"
 
 #include <gtest/gtest.h>
@@ -62,7 +62,7 @@ bool decode_some(DifferenceColumn& column, std::span<const std::uint64_t> number
   return column.decode(numbers, out, scratch());
 }
 
-/// In pieces, as blocks take them; nothing where the bytes make no sense.
+/// Decodes in pieces, as for blocks; nothing if the bytes are invalid.
 std::optional<Bytes> decode(DifferenceColumn& column, const DifferenceColumn::Encoded& encoded,
                             const Numbers& numbers) {
   if (!begin(column, encoded.codec, encoded.bytes)) return std::nullopt;
@@ -76,7 +76,7 @@ std::optional<Bytes> decode(DifferenceColumn& column, const DifferenceColumn::En
   return out;
 }
 
-/// What each group becomes; all come back.
+/// Returns the encoded groups, and checks that they decode correctly.
 std::vector<DifferenceColumn::Encoded> expect_back(const ArrayInfo& info,
                                                    const std::vector<Group>& groups,
                                                    bool may_differ = true) {
@@ -100,7 +100,7 @@ std::vector<DifferenceColumn::Encoded> expect_back(const ArrayInfo& info,
 constexpr std::uint64_t kRow = 21, kLayer = 21 * 17;
 const Lags kLags = {1, kRow, kLayer};
 
-/// Of a grid, in rows and layers.
+/// Numbers of a grid in rows and layers.
 Numbers in_rows(std::uint64_t layers = 13, std::uint64_t first = 0) {
   Numbers numbers(kLayer * layers);
   std::iota(numbers.begin(), numbers.end(), first);
@@ -111,7 +111,8 @@ Numbers shuffled(Numbers numbers) {
   std::shuffle(numbers.begin(), numbers.end(), random);
   return numbers;
 }
-/// Where few are known to each other, some take the place of others, and some come again.
+/// Few numbers have known neighbours; some numbers replace others in the table, and some occur
+/// again.
 Numbers sparse() {
   Numbers numbers;
   std::mt19937_64 random(2);
@@ -173,7 +174,7 @@ Bytes noise(std::size_t size) {
 double place(std::uint64_t number, std::uint64_t lag, std::uint64_t end) {
   return static_cast<double>(number / lag % end);
 }
-/// In the range of every type.
+/// Stays in the range of every type.
 double smooth(std::uint64_t number, std::uint32_t c) {
   const double x = place(number, 1, kRow), y = place(number, kRow, 17),
                z = place(number, kLayer, 99);
@@ -187,7 +188,7 @@ T scalar_at(const Bytes& values, std::size_t at) {
   return value;
 }
 
-/// What a stream of differences says first.
+/// Head of a stream of differences.
 struct Head {
   std::uint64_t count = 0;
   std::vector<Factor> factors;
@@ -242,12 +243,12 @@ TEST(Taps, AreProductsOfDifferences) {
   EXPECT_EQ(taps({{1, 1}, {10, 1}}), (Taps{{11, -1}, {10, 1}, {1, 1}}));
   EXPECT_EQ(taps({{10, 1}, {1, 1}}), (Taps{{11, -1}, {10, 1}, {1, 1}}));
   EXPECT_EQ(taps({{1, 1}, {1, 1}}), (Taps{{2, -1}, {1, 2}}));
-  // Powers that cancel are left out.
+  // Terms whose factors cancel are left out.
   EXPECT_EQ(taps({{1, 2}, {2, 1}}), (Taps{{4, 1}, {3, -2}, {1, 2}}));
-  // Lags as long as can be encoded.
+  // The longest lags that can be encoded.
   const std::uint64_t longest = 0xffffffff;
   EXPECT_EQ(taps({{0xffffffff, 3}}), (Taps{{3 * longest, 1}, {2 * longest, -3}, {longest, 3}}));
-  // A constant is predicted by each of them.
+  // All of them predict a constant exactly.
   for (std::uint32_t a = 1; a <= kMostOrder; ++a)
     for (std::uint32_t b = 1; b <= kMostOrder; ++b)
       for (std::uint32_t c = 1; c <= kMostOrder; ++c) {
@@ -271,7 +272,7 @@ TEST(KnownNumbers, UntilOneTakesTheirPlace) {
   EXPECT_FALSE(known.has(7 + kMostPlaces));
 }
 
-// --- there and back
+// --- round trips
 
 TEST(DifferenceColumn, EveryBitOfEveryType) {
   for (int t = 1; t <= 10; ++t)
@@ -306,7 +307,7 @@ TEST(DifferenceColumn, ManyComponents) {
   expect_back(info, {tame, tame});
 }
 
-/// These values again and again, in every component.
+/// Repeats these values many times, in every component.
 template <class T>
 void expect_back_all(ScalarType type, const std::vector<T>& odd) {
   for (std::uint32_t components : {1u, 2u, 3u}) {
@@ -349,7 +350,7 @@ TEST(DifferenceColumn, OddFloats) {
     wide.push_back(std::uint64_t{it} << 32 | (it & 1 ? 0xffffffff : 0));
   expect_back_all(ScalarType::float32, narrow);
   expect_back_all(ScalarType::float64, wide);
-  // Doubles that would be float32 but for one, and -0.0 among multiples of a step.
+  // Doubles that all fit into float32 except one, and -0.0 among multiples of a step.
   expect_back_all<double>(ScalarType::float64, {1.5f, .1f, 3e38f, 1e-40f, -0.0});
   expect_back_all<double>(ScalarType::float64, {1.5f, .1f, 1e39, 1e-50});
   expect_back_all<double>(ScalarType::float64, {.1, .2, -0.0});
@@ -384,16 +385,17 @@ const DomainCase kDomainCases[] = {
 };
 
 TEST(DifferenceColumn, DomainsAreFound) {
-  for (const DomainCase& it : kDomainCases) {
-    SCOPED_TRACE(it.name);
+  for (const DomainCase& domain_case : kDomainCases) {
+    SCOPED_TRACE(domain_case.name);
     for (const std::uint32_t components : {1u, 3u}) {
-      const ArrayInfo info = info_of(it.type, components);
+      const ArrayInfo info = info_of(domain_case.type, components);
       Group group{in_rows(), {}, kLags};
       group.values = values_of(info, group.numbers, [&](std::uint64_t number, std::uint32_t c) {
-        return it.value(smooth(number, c));
+        return domain_case.value(smooth(number, c));
       });
       const auto encoded = expect_back(info, {group})[0];
-      EXPECT_EQ(kinds_of(encoded, components), std::vector<DomainKind>(components, it.kind));
+      EXPECT_EQ(kinds_of(encoded, components),
+                std::vector<DomainKind>(components, domain_case.kind));
       EXPECT_EQ(head_of(encoded, components).count, group.numbers.size());
       EXPECT_LE(3 * encoded.bytes.size(), 2 * group.values.size());
     }
@@ -426,8 +428,8 @@ TEST(DifferenceColumn, ComponentsArePredictedInOneWay) {
 TEST(DifferenceColumn, GroupsWhoseDomainsChange) {
   for (const ScalarType type : {ScalarType::float64, ScalarType::float32, ScalarType::int32}) {
     std::vector<const DomainCase*> cases;
-    for (const DomainCase& it : kDomainCases)
-      if (it.type == type) cases.push_back(&it);
+    for (const DomainCase& domain_case : kDomainCases)
+      if (domain_case.type == type) cases.push_back(&domain_case);
     std::mt19937_64 random(5);
     for (const std::uint32_t components : {1u, 2u, 3u}) {
       const ArrayInfo info = info_of(type, components);
@@ -461,11 +463,11 @@ TEST(DifferenceColumn, WhatIsKnownServesTheNextGroup) {
 }
 
 TEST(DifferenceColumn, TheSameBytesTwice) {
-  for (const DomainCase& it : kDomainCases) {
-    const ArrayInfo info = info_of(it.type, 2);
+  for (const DomainCase& domain_case : kDomainCases) {
+    const ArrayInfo info = info_of(domain_case.type, 2);
     Group group{shuffled(in_rows()), {}, kLags};
     group.values = values_of(info, group.numbers, [&](std::uint64_t number, std::uint32_t c) {
-      return it.value(smooth(number, c));
+      return domain_case.value(smooth(number, c));
     });
     const auto one = expect_back(info, {group, group}), two = expect_back(info, {group, group});
     for (std::size_t g = 0; g < 2; ++g) {
@@ -485,7 +487,7 @@ TEST(DifferenceColumn, SmoothValuesCostLittle) {
   for (const ScalarType type : {ScalarType::float32, ScalarType::float64}) {
     const ArrayInfo info = info_of(type, 3);
     Group group{in_rows(), {}, kLags};
-    // Where each vertex of a box stands: a hundredth from one to the next.
+    // Coordinates of the vertices of a box with a spacing of 0.01.
     group.values = values_of(info, group.numbers, [](std::uint64_t number, std::uint32_t c) {
       return (c == 0   ? place(number, 1, kRow)
               : c == 1 ? place(number, kRow, 17)
@@ -493,7 +495,7 @@ TEST(DifferenceColumn, SmoothValuesCostLittle) {
              100;
     });
     EXPECT_LE(share(info, group), .01);
-    // The same in no order: the planes of high bytes at least are small.
+    // The same values in random order: at least the planes of high bytes are small.
     group.values = values_of(info, group.numbers, smooth);
     const double in_order = share(info, group);
     EXPECT_LE(in_order, type == ScalarType::float32 ? .55 : .75);
@@ -529,7 +531,7 @@ TEST(DifferenceColumn, NamesOfMaterialsAreLeftToZstd) {
 
 // --- quantized values
 
-/// Values come back within the bound, what is not finite bit for bit.
+/// Checks that values come back within the bound, and values that are not finite bit for bit.
 template <class T>
 void expect_bound(const ArrayInfo& info, const std::vector<Group>& groups) {
   DifferenceColumn encoder(info, true), decoder(info, true);
@@ -595,11 +597,11 @@ TEST(DifferenceColumn, BoundsHold) {
 
 // --- damage
 
-/// Reads all there is, more than there is too.
+/// Decodes all bytes and tries to read beyond them.
 void read_all(const ArrayInfo& info, Codec codec, std::span<const std::byte> bytes,
               const Numbers& numbers) {
   DifferenceColumn column(info, true);
-  // An exact-size copy, so that a read past the end is seen.
+  // An exact-size copy, so that a read past the end is detected.
   const Bytes copy(bytes.begin(), bytes.end());
   if (!begin(column, codec, copy, 2 * numbers.size() * stride_of(info))) return;
   Bytes out;
@@ -637,7 +639,7 @@ TEST(DifferencesDamaged, CutsAndChanges) {
             read_all(info, encoded.codec, encoded.bytes, numbers);
             encoded.bytes[at] ^= static_cast<std::byte>(change);
           }
-        // In the other codec.
+        // With the other codec.
         const Codec other =
             encoded.codec == Codec::differences ? Codec::shuffled_zstd : Codec::differences;
         read_all(info, other, encoded.bytes, numbers);
@@ -646,7 +648,7 @@ TEST(DifferencesDamaged, CutsAndChanges) {
   }
 }
 
-/// A head that is right, to be changed.
+/// A valid head, to be changed.
 struct Words {
   std::uint64_t count = 4;
   std::vector<std::pair<std::uint64_t, int>> factors = {{1, 1}};
@@ -754,9 +756,9 @@ TEST(DifferencesDamaged, LyingDomains) {
   ArrayInfo coarse = info_of(ScalarType::float32);
   coarse.quantization = Quantization::absolute(.5, 1);
   EXPECT_TRUE(taken(coarse, 6, 0, 8));
-  EXPECT_TRUE(taken(coarse, 0, 0, 4)) << "values that are not";
+  EXPECT_TRUE(taken(coarse, 0, 0, 4)) << "values that are not quantized";
   for (const int kind : {1, 2, 3, 4, 5}) EXPECT_FALSE(taken(coarse, kind, 0)) << kind;
-  // Components are predicted alike.
+  // All components must be predicted in the same way.
   const ArrayInfo two = info_of(ScalarType::float64, 2);
   const auto both = [&](int a, int b) {
     return is_taken(two, {.components = {{a, 0, 1}, {b, 0, 1}}});

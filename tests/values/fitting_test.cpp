@@ -1,4 +1,5 @@
-// Fitted weights: those that made the samples come back, whatever else is among the samples.
+// Fitted weights: the weights that generated the samples are found, whatever other samples are
+// among them.
 #include "codecs/surface/values/fitting.h"
 
 #include <gtest/gtest.h>
@@ -26,10 +27,10 @@ double noise(std::mt19937_64& random) {
 std::vector<FitSample> samples_of(const Weights& weights, std::size_t count, std::uint32_t used) {
   std::mt19937_64 random(3);
   std::vector<FitSample> samples(count);
-  for (FitSample& it : samples)
+  for (FitSample& sample : samples)
     for (std::uint32_t i = 0; i < used; ++i) {
-      it.terms[i] = noise(random);
-      it.target += static_cast<double>(weights[i]) / kWeightParts * it.terms[i];
+      sample.terms[i] = noise(random);
+      sample.target += static_cast<double>(weights[i]) / kWeightParts * sample.terms[i];
     }
   return samples;
 }
@@ -57,13 +58,15 @@ TEST(Fitting, TermsThatAreNotThereHaveNoWeight) {
   for (std::uint32_t i = 0; i < kWeights; ++i) EXPECT_NEAR(found[i], i < 5 ? weights[i] : 0, 1);
 }
 
-/// Middles of faces and cells of other meshes are thirds, quarters and ninths of their corners.
+/// In meshes of other programs, centres of faces and cells are thirds, quarters and ninths of sums
+/// of corners.
 TEST(Fitting, FractionsOfTemplatesAreExactDespiteRounding) {
   std::mt19937_64 random(5);
   std::vector<FitSample> samples(100);
-  for (FitSample& it : samples) {
-    for (double& term : it.terms) term = static_cast<float>(noise(random));
-    it.target = static_cast<float>(it.terms[3] / 3.0 - it.terms[6] / 9.0 + 0.75 * it.terms[9]);
+  for (FitSample& sample : samples) {
+    for (double& term : sample.terms) term = static_cast<float>(noise(random));
+    sample.target =
+        static_cast<float>(sample.terms[3] / 3.0 - sample.terms[6] / 9.0 + 0.75 * sample.terms[9]);
   }
   Weights expected{};
   expected[3] = static_cast<std::int32_t>(kWeightParts) / 3;
@@ -76,13 +79,13 @@ void expect_in_range(const Weights& weights) {
   for (std::int32_t it : weights) EXPECT_LE(std::abs(it), kMostWeight);
 }
 
-// Terms that say the same: some weights together are known, no single one.
+// Terms with equal values: only the sum of their weights is determined.
 TEST(Fitting, EqualTerms) {
   std::mt19937_64 random(5);
   std::vector<FitSample> samples(100);
-  for (FitSample& it : samples) {
-    it.terms.fill(noise(random));
-    it.target = 0.75 * it.terms[0];
+  for (FitSample& sample : samples) {
+    sample.terms.fill(noise(random));
+    sample.target = 0.75 * sample.terms[0];
   }
   const Weights found = fit_weights(samples);
   expect_in_range(found);
@@ -93,23 +96,23 @@ TEST(Fitting, EqualTerms) {
 
 TEST(Fitting, WhatCannotBeFitted) {
   EXPECT_EQ(fit_weights({}), Weights{});
-  EXPECT_EQ(fit_weights(std::vector<FitSample>(50)), Weights{});  // nothing to say
+  EXPECT_EQ(fit_weights(std::vector<FitSample>(50)), Weights{});  // no equations
   std::vector<FitSample> samples = samples_of(some_weights(), 50, kWeights);
-  for (FitSample& it : samples) it.terms.fill(0.0);
-  EXPECT_EQ(fit_weights(samples), Weights{});  // nothing to say it with
+  for (FitSample& sample : samples) sample.terms.fill(0.0);
+  EXPECT_EQ(fit_weights(samples), Weights{});  // equations without usable terms
   for (double large : {1e-320, 1e-160, 1e160, 1e300, std::numeric_limits<double>::max(),
                        std::numeric_limits<double>::infinity()}) {
     samples = samples_of(some_weights(), 50, kWeights);
-    for (FitSample& it : samples) {
-      for (double& term : it.terms) term *= large;
-      it.target *= large;
+    for (FitSample& sample : samples) {
+      for (double& term : sample.terms) term *= large;
+      sample.target *= large;
     }
     expect_in_range(fit_weights(samples));
     samples = samples_of(some_weights(), 50, kWeights);
-    for (FitSample& it : samples) it.target *= large;
+    for (FitSample& sample : samples) sample.target *= large;
     expect_in_range(fit_weights(samples));
     samples = samples_of(some_weights(), 50, kWeights);
-    for (FitSample& it : samples) it.terms[3] *= large;
+    for (FitSample& sample : samples) sample.terms[3] *= large;
     expect_in_range(fit_weights(samples));
   }
   samples = samples_of(some_weights(), 50, kWeights);

@@ -1,4 +1,5 @@
-// Indices of linear domains by loops over all values: the same as a ValueTranslator has for each.
+// Indices of linear domains computed by loops over all values equal those of a ValueTranslator for
+// each value.
 #include "codecs/patterns/linear_indices.h"
 
 #include <gtest/gtest.h>
@@ -32,7 +33,7 @@ std::uint64_t bits_of(ScalarType type, double value) {
                                      : std::bit_cast<std::uint64_t>(value);
 }
 
-/// Whole and half numbers of a domain, what lies right beside them, and any.
+/// Returns whole and half numbers of a domain, their nearest neighbours, and random values.
 std::vector<std::uint64_t> values_of(ScalarType type, const ValueTranslator& translator) {
   std::mt19937_64 random(7);
   std::vector<std::uint64_t> values;
@@ -87,7 +88,7 @@ TEST(LinearIndices, ValuesAreThoseOfATranslator) {
   std::mt19937_64 random(11);
   for (const ScalarType type : {ScalarType::float32, ScalarType::float64})
     for (const ValueDomain& domain : kDomains)
-      for (const int unused : {14, 0}) {  // as many bits as it takes, and too many
+      for (const int unused : {14, 0}) {  // the exact number of unused bits, and none
         const ValueTranslator translator(array_of(type), 0, domain);
         std::vector<std::uint64_t> words, indices;
         for (int i = 0; i < 1000; ++i)
@@ -112,10 +113,10 @@ TEST(LinearIndices, IndicesAreThoseOfATranslator) {
         std::int64_t its = 0;
         const bool is_one = linear_indices(type, std::span(&bits, 1), domain, std::span(&its, 1));
         const auto index = translator.index(bits);
-        // What is large it may leave to the translator.
+        // Large values may be left to the translator.
         if (is_one || (index && std::fabs(static_cast<double>(*index)) < kMost)) {
           ASSERT_TRUE(is_one && index) << scalar_as_double(type, bits);
-          ASSERT_EQ(translator.bits(its), bits);  // of a float several indices may be right
+          ASSERT_EQ(translator.bits(its), bits);  // several indices may be correct for a float
         }
       }
     }

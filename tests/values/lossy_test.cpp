@@ -1,5 +1,5 @@
-// What --abs, --rel, --bits and --array mean: words, names, who beats whom, bounds from ranges, and
-// the whole way through a .shm file.
+// The options --abs, --rel, --bits and --array: syntax, names, precedence, bounds from ranges, and
+// the complete round trip through a .shm file.
 #include "mesh/lossy.h"
 
 #include <gtest/gtest.h>
@@ -81,7 +81,7 @@ TEST(Lossy, FieldsAreWhatFloatsAndHasNoRole) {
       EXPECT_LT(array.quantization.step(), .0201);
     }
   }
-  lossy = named({"weight:abs=.125"});  // who is named may have a role
+  lossy = named({"weight:abs=.125"});  // an array that is named may have a role
   EXPECT_EQ(schema_of(mesh, lossy).arrays.back().quantization.max_abs, .125);
 }
 
@@ -95,7 +95,7 @@ TEST(Lossy, NamesBeatTheRest) {
   EXPECT_EQ(schema.arrays[1].quantization.bits, 9u);
   EXPECT_EQ(schema.arrays[1].quantization.minimum, (std::vector<double>{-0.0, 0, 0}));
   EXPECT_FALSE(schema.arrays[2].quantization.lossy());
-  // From 1/3 to the number of wedges, over all steps.
+  // The values go from 1/3 to the number of wedges, over all steps.
   const double most = static_cast<double>(mesh.mesh.block_cells[1]);
   EXPECT_NEAR(schema.arrays[5].quantization.max_abs, .001 * (most - 1.0 / 3), 1e-9);
 }
@@ -217,7 +217,7 @@ TEST(Lossy, ThroughShifts) {
       std::size_t bytes = 0;
       const CompareReport report = round_trip(mesh, options, &bytes);
       EXPECT_TRUE(report.equal()) << part << "\n" << words(report);
-      EXPECT_GE(report.measured.size(), 2u);  // 40 bits of a float32 round nothing
+      EXPECT_GE(report.measured.size(), 2u);  // 40 bits of a float32 do not round
       for (const MeasuredError& error : report.measured)
         EXPECT_LE(error.largest, error.promised) << error.what;
       EXPECT_GT(bytes, last);
@@ -226,8 +226,8 @@ TEST(Lossy, ThroughShifts) {
   }
 }
 
-// Steps follow the magnitudes that are there: near the distance of neighbouring floats neither the
-// bound nor the size suffers.
+// Quantization steps follow the magnitudes of the values: near the distance of neighbouring floats
+// neither the bound nor the size suffers.
 TEST(Lossy, TighterBoundsCostMoreButNotMoreThanLossless) {
   MemoryMesh mesh = grid_mesh(12, 12, 12);
   std::mt19937_64 random(1);

@@ -1,5 +1,5 @@
-// Neighbourhoods of cells that are no hexahedra, on lattices, where it is plain what they must be;
-// and in meshes that no one would make, where they must not name what is not there.
+// Neighbourhoods of cells other than hexahedra: on lattices, where the expected result is obvious;
+// and in random meshes, where they must not contain vertices that do not exist.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -25,8 +25,8 @@ struct TestedCell {
   std::vector<std::uint64_t> vertices;
 };
 
-/// Gives cells to a finder as a coder does: vertices die with their last cell, and their slots go
-/// to new ones after a rest.
+/// Passes cells to a finder as a coder does: vertices are finalized with their last cell, and their
+/// slots are reused after a rest.
 class Walk : public SeenNeighbours {
  public:
   explicit Walk(const std::vector<TestedCell>& mesh, Reach reach = Reach::farther) : reach_(reach) {
@@ -93,8 +93,8 @@ Point sum(std::initializer_list<std::pair<std::int32_t, std::uint64_t>> terms) {
   return p;
 }
 
-/// Each cube of the lattice, its corners in VTK's order, as cells of these positions; `layers` of
-/// cubes.
+/// Returns cells that divide each cube of the lattice; `parts` gives the corners of each cell in
+/// VTK's order. `layers`: number of layers of cubes.
 std::vector<TestedCell> cut_lattice(CellShape shape, const Parts& parts,
                                     std::uint64_t layers = kSide - 1) {
   std::vector<TestedCell> cells;
@@ -121,33 +121,34 @@ TEST(NeighbourhoodOfOthers, WedgesStandInALattice) {
   const Walk walk(cut_lattice(CellShape::wedge, kWedges));
   ASSERT_EQ(walk.vertices.size(), kSide * kSide * kSide);
   std::size_t lattices = 0, lines = 0, farther = 0;
-  for (const Seen& it : walk.vertices) {
-    EXPECT_EQ(it.around.kind, Neighbourhood::layered);
-    const Point self = place(it.element);
-    if (it.knows(Neighbourhood::kLattice)) {
+  for (const Seen& seen : walk.vertices) {
+    EXPECT_EQ(seen.around.kind, Neighbourhood::layered);
+    const Point self = place(seen.element);
+    if (seen.knows(Neighbourhood::kLattice)) {
       ++lattices;
-      EXPECT_EQ(sum({{1, it.at[0]},
-                     {1, it.at[1]},
-                     {1, it.at[2]},
-                     {-1, it.at[3]},
-                     {-1, it.at[4]},
-                     {-1, it.at[5]},
-                     {1, it.at[6]}}),
+      EXPECT_EQ(sum({{1, seen.at[0]},
+                     {1, seen.at[1]},
+                     {1, seen.at[2]},
+                     {-1, seen.at[3]},
+                     {-1, seen.at[4]},
+                     {-1, seen.at[5]},
+                     {1, seen.at[6]}}),
                 self);
     }
-    if (it.knows(3 * Neighbourhood::kNear | Neighbourhood::kDiagonal)) {
-      EXPECT_EQ(sum({{1, it.at[0]}, {1, it.at[1]}, {-1, it.at[3]}}), self);
+    if (seen.knows(3 * Neighbourhood::kNear | Neighbourhood::kDiagonal)) {
+      EXPECT_EQ(sum({{1, seen.at[0]}, {1, seen.at[1]}, {-1, seen.at[3]}}), self);
     }
-    if (it.knows(1 << kAtBeyond)) {
+    if (seen.knows(1 << kAtBeyond)) {
       ++lines;
-      EXPECT_EQ(sum({{2, it.at[0]}, {-1, it.at[kAtBeyond]}}), self);
+      EXPECT_EQ(sum({{2, seen.at[0]}, {-1, seen.at[kAtBeyond]}}), self);
     }
-    if (it.knows(1 << kAtFarther)) {
+    if (seen.knows(1 << kAtFarther)) {
       ++farther;
-      EXPECT_EQ(sum({{3, it.at[0]}, {-1, it.at[kAtFarther]}}), sum({{2, it.element}}));
+      EXPECT_EQ(sum({{3, seen.at[0]}, {-1, seen.at[kAtFarther]}}), sum({{2, seen.element}}));
     }
   }
-  // From the second layer on all vertices see two below; from the third three.
+  // From the second layer on, all vertices know the two vertices below; from the third layer on,
+  // three.
   EXPECT_EQ(lines, kSide * kSide * (kSide - 2));
   EXPECT_EQ(farther, kSide * kSide * (kSide - 3));
   EXPECT_GT(lattices, (kSide - 1) * (kSide - 1) * (kSide - 2));
@@ -156,23 +157,23 @@ TEST(NeighbourhoodOfOthers, WedgesStandInALattice) {
 TEST(NeighbourhoodOfOthers, TetrahedraSeeBehindTheirFace) {
   const auto mesh = cut_lattice(CellShape::tetrahedron, kTetrahedra);
   const Walk walk(mesh);
-  std::set<std::vector<std::uint64_t>> cells;  // so far
+  std::set<std::vector<std::uint64_t>> cells;  // added so far
   std::uint64_t added = 0;
   std::size_t behind = 0;
-  for (const Seen& it : walk.vertices) {
-    for (; added < it.cell; ++added) {
+  for (const Seen& seen : walk.vertices) {
+    for (; added < seen.cell; ++added) {
       auto corners = mesh[added].vertices;
       std::sort(corners.begin(), corners.end());
       cells.insert(corners);
     }
-    EXPECT_EQ(it.around.kind, Neighbourhood::simplex);
-    if (!it.knows(1 << kAtOpposite)) continue;
+    EXPECT_EQ(seen.around.kind, Neighbourhood::simplex);
+    if (!seen.knows(1 << kAtOpposite)) continue;
     ++behind;
-    ASSERT_TRUE(it.knows(7 * Neighbourhood::kNear | 7 * Neighbourhood::kDiagonal));
-    std::vector<std::uint64_t> other{it.at[0], it.at[1], it.at[2], it.at[kAtOpposite]};
+    ASSERT_TRUE(seen.knows(7 * Neighbourhood::kNear | 7 * Neighbourhood::kDiagonal));
+    std::vector<std::uint64_t> other{seen.at[0], seen.at[1], seen.at[2], seen.at[kAtOpposite]};
     std::sort(other.begin(), other.end());
     EXPECT_TRUE(cells.contains(other));
-    for (std::uint32_t i = 0; i < 3; ++i) EXPECT_EQ(it.at[kAtDiagonal + i], it.at[kAtOpposite]);
+    for (std::uint32_t i = 0; i < 3; ++i) EXPECT_EQ(seen.at[kAtDiagonal + i], seen.at[kAtOpposite]);
   }
   EXPECT_GT(behind, walk.vertices.size() / 2);
 }
@@ -181,16 +182,16 @@ TEST(NeighbourhoodOfOthers, QuadrilateralsAndTrianglesSeeAcrossTheirEdges) {
   const Walk quads(cut_lattice(CellShape::quad, {{0, 1, 2, 3}}, 1));
   ASSERT_EQ(quads.vertices.size(), kSide * kSide);
   std::size_t lines = 0, faces = 0;
-  for (const Seen& it : quads.vertices) {
-    EXPECT_EQ(it.around.kind, Neighbourhood::flat);
-    if (it.knows(3 * Neighbourhood::kNear | Neighbourhood::kDiagonal)) {
+  for (const Seen& seen : quads.vertices) {
+    EXPECT_EQ(seen.around.kind, Neighbourhood::flat);
+    if (seen.knows(3 * Neighbourhood::kNear | Neighbourhood::kDiagonal)) {
       ++faces;
-      EXPECT_EQ(sum({{1, it.at[0]}, {1, it.at[1]}, {-1, it.at[3]}}), place(it.element));
+      EXPECT_EQ(sum({{1, seen.at[0]}, {1, seen.at[1]}, {-1, seen.at[3]}}), place(seen.element));
     }
     for (std::uint32_t a = 0; a < 2; ++a)
-      if (it.knows(Neighbourhood::kBeyond << a)) {
+      if (seen.knows(Neighbourhood::kBeyond << a)) {
         ++lines;
-        EXPECT_EQ(sum({{2, it.at[a]}, {-1, it.at[kAtBeyond + a]}}), place(it.element));
+        EXPECT_EQ(sum({{2, seen.at[a]}, {-1, seen.at[kAtBeyond + a]}}), place(seen.element));
       }
   }
   EXPECT_GE(faces, (kSide - 1) * (kSide - 1));
@@ -198,11 +199,12 @@ TEST(NeighbourhoodOfOthers, QuadrilateralsAndTrianglesSeeAcrossTheirEdges) {
 
   const Walk triangles(cut_lattice(CellShape::triangle, {{0, 1, 2}, {0, 2, 3}}, 1));
   faces = 0;
-  for (const Seen& it : triangles.vertices)
-    if (it.knows(Neighbourhood::kDiagonal)) {
+  for (const Seen& seen : triangles.vertices)
+    if (seen.knows(Neighbourhood::kDiagonal)) {
       ++faces;
-      EXPECT_EQ(it.at[kAtDiagonal], it.at[kAtOpposite]);
-      const Point p = sum({{1, it.at[0]}, {1, it.at[1]}, {-1, it.at[3]}}), q = place(it.element);
+      EXPECT_EQ(seen.at[kAtDiagonal], seen.at[kAtOpposite]);
+      const Point p = sum({{1, seen.at[0]}, {1, seen.at[1]}, {-1, seen.at[3]}}),
+                  q = place(seen.element);
       EXPECT_LE(std::abs(p[0] - q[0]) + std::abs(p[1] - q[1]), 2);
     }
   EXPECT_GT(faces, (kSide - 1) * (kSide - 2));
@@ -217,17 +219,17 @@ TEST(NeighbourhoodOfOthers, APyramidSeesTheHexahedronBelow) {
   }
   const Walk walk(mesh);
   for (std::uint64_t c = 0; c < 25; ++c) {
-    const Seen& it = walk.vertices[2 * kSide * kSide + c];
+    const Seen& seen = walk.vertices[2 * kSide * kSide + c];
     const auto& below = mesh[c].vertices;
-    EXPECT_EQ(it.element, apex + c);
-    EXPECT_EQ(it.around.kind, Neighbourhood::simplex);
-    ASSERT_TRUE(it.knows(3 * Neighbourhood::kNear | 3 * Neighbourhood::kDiagonal |
-                         3 * Neighbourhood::kBeyond));
-    EXPECT_EQ(it.at[0], below[4]);
-    EXPECT_EQ(it.at[1], below[6]);
-    EXPECT_EQ(it.at[kAtDiagonal], below[5]);
-    EXPECT_EQ(it.at[kAtBeyond], below[0]);
-    EXPECT_EQ(it.at[kAtBeyond + 1], below[2]);
+    EXPECT_EQ(seen.element, apex + c);
+    EXPECT_EQ(seen.around.kind, Neighbourhood::simplex);
+    ASSERT_TRUE(seen.knows(3 * Neighbourhood::kNear | 3 * Neighbourhood::kDiagonal |
+                           3 * Neighbourhood::kBeyond));
+    EXPECT_EQ(seen.at[0], below[4]);
+    EXPECT_EQ(seen.at[1], below[6]);
+    EXPECT_EQ(seen.at[kAtDiagonal], below[5]);
+    EXPECT_EQ(seen.at[kAtBeyond], below[0]);
+    EXPECT_EQ(seen.at[kAtBeyond + 1], below[2]);
     EXPECT_EQ(walk.cells[25 + c].at[0], c);
   }
 }
@@ -258,11 +260,11 @@ TEST(NeighbourhoodOfOthers, LinesGoOn) {
   std::vector<TestedCell> mesh;
   for (std::uint64_t i = 0; i < 9; ++i) mesh.push_back({CellShape::line, {i, i + 1}});
   const Walk walk(mesh);
-  for (const Seen& it : walk.vertices) {
-    EXPECT_EQ(it.knows(Neighbourhood::kNear), it.element > 0);
-    EXPECT_EQ(it.knows(Neighbourhood::kBeyond), it.element > 1);
-    if (it.element > 1) {
-      EXPECT_EQ(it.at[kAtBeyond], it.element - 2);
+  for (const Seen& seen : walk.vertices) {
+    EXPECT_EQ(seen.knows(Neighbourhood::kNear), seen.element > 0);
+    EXPECT_EQ(seen.knows(Neighbourhood::kBeyond), seen.element > 1);
+    if (seen.element > 1) {
+      EXPECT_EQ(seen.at[kAtBeyond], seen.element - 2);
     }
   }
 }
@@ -271,18 +273,18 @@ TEST(NeighbourhoodOfOthers, CellsSeeTheCellsBehindTheirSides) {
   const auto mesh = cut_lattice(CellShape::wedge, kWedges);
   const Walk walk(mesh);
   const std::uint64_t layer = 2 * (kSide - 1) * (kSide - 1);
-  for (const Seen& it : walk.cells) {
-    EXPECT_EQ(it.around.kind, Neighbourhood::beside);
-    ASSERT_EQ(it.element, it.cell);
-    if (it.cell >= layer) {
-      EXPECT_EQ(it.at[0], it.cell - layer);
+  for (const Seen& seen : walk.cells) {
+    EXPECT_EQ(seen.around.kind, Neighbourhood::beside);
+    ASSERT_EQ(seen.element, seen.cell);
+    if (seen.cell >= layer) {
+      EXPECT_EQ(seen.at[0], seen.cell - layer);
     }
-    EXPECT_EQ(it.knows(Neighbourhood::kBeyond) && it.at[kAtBeyond] == it.cell - 2 * layer,
-              it.cell >= 2 * layer);
-    const bool second = it.cell % 2 == 1;
-    if (second) {  // of its cube
-      const auto near = std::span(it.at).first(3);
-      EXPECT_NE(std::find(near.begin(), near.end(), it.cell - 1), near.end());
+    EXPECT_EQ(seen.knows(Neighbourhood::kBeyond) && seen.at[kAtBeyond] == seen.cell - 2 * layer,
+              seen.cell >= 2 * layer);
+    const bool second = seen.cell % 2 == 1;
+    if (second) {  // the second half of its cube
+      const auto near = std::span(seen.at).first(3);
+      EXPECT_NE(std::find(near.begin(), near.end(), seen.cell - 1), near.end());
     }
   }
 }
@@ -298,7 +300,7 @@ TEST(NeighbourhoodOfOthers, ReachOnlyAdds) {
   }
 }
 
-// Cells of random shapes and vertices, degenerate ones among them, in windows that move on.
+// Cells of random shapes and vertices, including degenerate cells, in moving windows.
 TEST(NeighbourhoodOfOthers, NamesOnlyWhatIsThere) {
   using enum CellShape;
   constexpr std::array<std::pair<CellShape, std::size_t>, 12> kShapes = {{{hexahedron, 8},
@@ -323,26 +325,26 @@ TEST(NeighbourhoodOfOthers, NamesOnlyWhatIsThere) {
       const auto& [shape, nodes] = kShapes[random() % shapes];
       TestedCell cell{shape, {}};
       for (std::size_t i = 0; i < nodes; ++i)
-        cell.vertices.push_back(c / 3 + random() % window);  // older ones die
+        cell.vertices.push_back(c / 3 + random() % window);  // older vertices are finalized
       mesh.push_back(std::move(cell));
     }
     const Walk walk(mesh), again(mesh);
     std::set<std::uint64_t> born;
     for (std::size_t i = 0; i < walk.vertices.size(); ++i) {
-      const Seen& it = walk.vertices[i];
-      ASSERT_EQ(it.at, again.vertices[i].at);
-      ASSERT_EQ(it.around.known, again.vertices[i].around.known);
+      const Seen& seen = walk.vertices[i];
+      ASSERT_EQ(seen.at, again.vertices[i].at);
+      ASSERT_EQ(seen.around.known, again.vertices[i].around.known);
       for (std::uint32_t at = 0; at < 13; ++at)
-        if (it.knows(1u << at)) {
+        if (seen.knows(1u << at)) {
           ++known;
-          ASSERT_TRUE(born.contains(it.at[at])) << at;
+          ASSERT_TRUE(born.contains(seen.at[at])) << at;
         }
-      born.insert(it.element);
+      born.insert(seen.element);
     }
-    for (const Seen& it : walk.cells)
+    for (const Seen& seen : walk.cells)
       for (std::uint32_t at = 0; at < 13; ++at)
-        if (it.knows(1u << at)) {
-          ASSERT_LT(it.at[at], it.cell);
+        if (seen.knows(1u << at)) {
+          ASSERT_LT(seen.at[at], seen.cell);
         }
   }
   EXPECT_GT(known, 10000u);

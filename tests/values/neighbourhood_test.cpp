@@ -1,5 +1,5 @@
-// Neighbourhoods on grids, where it is plain what they must be, however the corners of a hexahedron
-// stand; and in meshes that no one would make, where they must not name what is not there.
+// Neighbourhoods on grids, where the expected result is obvious, for all rotations of hexahedra;
+// and in random meshes, where they must not contain vertices that do not exist.
 #include "codecs/shared/neighbourhood.h"
 
 #include <gtest/gtest.h>
@@ -23,14 +23,14 @@ Point plus(const Point& p, const Point& q, std::int32_t times) {
   return {p[0] + times * q[0], p[1] + times * q[1], p[2] + times * q[2]};
 }
 
-/// A cell by vertex numbers; of a hexahedron the coder's frame.
+/// A cell by vertex numbers; for a hexahedron, also its corners relative to the coder's frame.
 struct TestedCell {
   std::vector<std::uint64_t> vertices;
   bool hexahedral = true;
   std::array<std::uint8_t, 8> stored_corner{0, 1, 2, 3, 4, 5, 6, 7};
 };
 
-/// Gives slots to vertices as a coder does: those of vertices that are used no more go to new ones.
+/// Assigns slots to vertices as a coder does: slots of finalized vertices are reused.
 class Walk : public SeenNeighbours {
  public:
   explicit Walk(const std::vector<TestedCell>& mesh, bool as_stored = true,
@@ -50,7 +50,7 @@ class Walk : public SeenNeighbours {
       const std::uint64_t v = tested.vertices[i];
       if (slot_.contains(v)) return;
       std::uint32_t slot = next_slot_;
-      if (free_.size() <= slot_.size()) {  // they rest for a while
+      if (free_.size() <= slot_.size()) {  // slots rest for a while
         ++next_slot_;
       } else {
         slot = free_.front();
@@ -83,7 +83,7 @@ class Walk : public SeenNeighbours {
   bool as_stored_;
   Reach reach_;
   bool reuses_;  // slots
-  bool bare_;    // tells slots only
+  bool bare_;    // knows only slots
   std::map<std::uint64_t, std::uint64_t> last_;
   std::map<std::uint64_t, std::uint32_t> slot_;
   std::deque<std::uint32_t> free_;
@@ -96,12 +96,12 @@ bool same(const Seen& a, const Seen& b) {
          a.around.kind == b.around.kind && a.around.self == b.around.self;
 }
 
-/// nx x ny x nz cells, x fastest; corners of each turned by a random rotation, or mirrored.
+/// nx x ny x nz cells, x fastest; the corners of each cell are rotated or mirrored at random.
 enum class Turned { no, rotated, mirrored };
 struct Grid {
   Point size;
   std::vector<TestedCell> cells;
-  /// By cell and corner bits (of the stored corner, or of the frame): where it is.
+  /// Position by cell and corner bits (of the stored corners, and of the frame).
   std::vector<std::array<Point, 8>> stored, frame;
 
   Grid(const Point& n, Turned turned) : size(n) {
@@ -130,7 +130,7 @@ struct Grid {
                    at[1] + static_cast<std::int32_t>(bits >> 1 & 1),
                    at[2] + static_cast<std::int32_t>(bits >> 2)};
     };
-    // Which corner of the box is stored as which, and stands where in the frame.
+    // For each corner of the box, its index among the stored corners and in the frame.
     std::array<std::uint8_t, 8> box_of_stored{}, box_of_frame{};
     const auto& rotation = kRotations[turned == Turned::no ? 0 : random() % kRotationCount];
     const auto& other = kRotations[turned == Turned::no ? 0 : random() % kRotationCount];
@@ -158,21 +158,22 @@ struct Grid {
   }
 };
 
-/// Each thing that a vertex knows is where it should be; gives how many things are known.
+/// Checks that each known neighbour of a vertex has the expected position; returns the number of
+/// known neighbours.
 std::size_t expect_vertices(const Grid& grid, const Walk& walk, bool as_stored) {
   std::size_t known = 0;
-  for (const Seen& it : walk.vertices) {
-    const auto& corners = as_stored ? grid.stored[it.cell] : grid.frame[it.cell];
-    const Point self = grid.point(it.element);
-    const std::uint32_t bits = it.around.corner;
-    EXPECT_EQ(it.around.kind, Neighbourhood::lattice);
+  for (const Seen& seen : walk.vertices) {
+    const auto& corners = as_stored ? grid.stored[seen.cell] : grid.frame[seen.cell];
+    const Point self = grid.point(seen.element);
+    const std::uint32_t bits = seen.around.corner;
+    EXPECT_EQ(seen.around.kind, Neighbourhood::lattice);
     EXPECT_EQ(corners[bits], self);
     std::array<Point, 3> step{};
     for (std::uint32_t a = 0; a < 3; ++a) step[a] = plus(corners[bits ^ 1u << a], self, -1);
     const auto expect = [&](std::uint32_t at, const Point& where) {
-      if (!it.around.knows(1u << at)) return;
+      if (!seen.around.knows(1u << at)) return;
       ++known;
-      EXPECT_EQ(grid.point(it.at[at]), where) << at;
+      EXPECT_EQ(grid.point(seen.at[at]), where) << at;
     };
     const auto diagonal = [&](std::uint32_t a, std::uint32_t b) {
       return plus(plus(self, step[a], 1), step[b], 1);
@@ -194,10 +195,10 @@ TEST(Neighbourhood, OfVerticesOfAGrid) {
   const Grid grid({3, 3, 3}, Turned::no);
   const Walk walk(grid.cells, true, Reach::farther, false);
   expect_vertices(grid, walk, true);
-  for (const Seen& it : walk.vertices) {
-    const Point p = grid.point(it.element);
+  for (const Seen& seen : walk.vertices) {
+    const Point p = grid.point(seen.element);
     if (p[0] < 1 || p[1] < 1 || p[2] < 1) continue;
-    // One vertex comes with a cell inside of the grid: it looks at all of the others.
+    // A cell inside the grid introduces a single vertex, which sees all other corners.
     std::uint32_t wanted = 0;
     const bool lattice = p[0] >= 2 && p[1] >= 2 && p[2] >= 2;
     if (lattice) wanted |= Neighbourhood::kLattice;
@@ -205,14 +206,14 @@ TEST(Neighbourhood, OfVerticesOfAGrid) {
       wanted |= Neighbourhood::kBeyond << a;
       if (p[a] >= 3) wanted |= Neighbourhood::kFarther << a | Neighbourhood::kThird << a;
     }
-    EXPECT_EQ(it.around.known & wanted, wanted) << p[0] << p[1] << p[2];
+    EXPECT_EQ(seen.around.known & wanted, wanted) << p[0] << p[1] << p[2];
     for (std::uint32_t a = 0; a < 3; ++a) {
       if (p[a] < 3) {
-        EXPECT_FALSE(it.around.knows(Neighbourhood::kFarther << a)) << p[0] << p[1] << p[2];
+        EXPECT_FALSE(seen.around.knows(Neighbourhood::kFarther << a)) << p[0] << p[1] << p[2];
       }
     }
   }
-  // The first vertex knows nothing, the last one everything.
+  // The first vertex has no neighbours, the last one all.
   EXPECT_EQ(walk.vertices.front().around.known, 0);
   EXPECT_EQ(walk.vertices.back().around.known, 0xffff);
   const Point last = grid.point(walk.vertices.back().element);
@@ -225,26 +226,26 @@ TEST(Neighbourhood, FollowsTheCornersAsTheyStand) {
       expect_vertices(Grid({5, 4, 4}, Turned::no), Walk(Grid({5, 4, 4}, Turned::no).cells), true);
   for (Turned turned : {Turned::rotated, Turned::mirrored}) {
     const Grid grid({5, 4, 4}, turned);
-    // More or less is known as corners are born in another order.
+    // The number of known neighbours changes because corners are introduced in another order.
     EXPECT_GT(expect_vertices(grid, Walk(grid.cells, true), true), straight / 2);
     EXPECT_GT(expect_vertices(grid, Walk(grid.cells, false), false), straight / 2);
   }
 }
 
 TEST(Neighbourhood, OfTheCellsOfAGrid) {
-  const Grid grid({5, 4, 4}, Turned::no);  // more cells than the ring has at first
+  const Grid grid({5, 4, 4}, Turned::no);  // more cells than the initial size of the ring
   const Walk walk(grid.cells);
   ASSERT_EQ(walk.cells.size(), 80u);
-  for (const Seen& it : walk.cells) {
-    const Point p = grid.cell_at(it.cell);
-    ASSERT_EQ(it.element, it.cell);
+  for (const Seen& seen : walk.cells) {
+    const Point p = grid.cell_at(seen.cell);
+    ASSERT_EQ(seen.element, seen.cell);
     const auto has = [&](std::int32_t x, std::int32_t y, std::int32_t z) {
       return p[0] >= x && p[1] >= y && p[2] >= z;
     };
     const auto expect = [&](std::uint32_t at, std::int32_t x, std::int32_t y, std::int32_t z) {
-      ASSERT_EQ(it.around.knows(1u << at), has(x, y, z)) << at << ' ' << it.cell;
+      ASSERT_EQ(seen.around.knows(1u << at), has(x, y, z)) << at << ' ' << seen.cell;
       if (has(x, y, z)) {
-        EXPECT_EQ(grid.cell_at(it.at[at]), (Point{p[0] - x, p[1] - y, p[2] - z}));
+        EXPECT_EQ(grid.cell_at(seen.at[at]), (Point{p[0] - x, p[1] - y, p[2] - z}));
       }
     };
     for (std::int32_t d = 1; d <= 3; ++d) {
@@ -257,9 +258,9 @@ TEST(Neighbourhood, OfTheCellsOfAGrid) {
     expect(kAtDiagonal + 1, 1, 0, 1);
     expect(kAtDiagonal + 2, 0, 1, 1);
     expect(kAtOpposite, 1, 1, 1);
-    EXPECT_EQ(it.around.knows(Neighbourhood::kThird), has(2, 1, 1));
-    EXPECT_EQ(it.around.knows(Neighbourhood::kThird << 1), has(1, 2, 1));
-    EXPECT_EQ(it.around.knows(Neighbourhood::kThird << 2), has(1, 1, 2));
+    EXPECT_EQ(seen.around.knows(Neighbourhood::kThird), has(2, 1, 1));
+    EXPECT_EQ(seen.around.knows(Neighbourhood::kThird << 1), has(1, 2, 1));
+    EXPECT_EQ(seen.around.knows(Neighbourhood::kThird << 2), has(1, 1, 2));
   }
 }
 
@@ -267,24 +268,24 @@ TEST(Neighbourhood, OfTurnedCells) {
   for (Turned turned : {Turned::rotated, Turned::mirrored}) {
     const Grid grid({6, 4, 5}, turned);
     const Walk walk(grid.cells);
-    for (const Seen& it : walk.cells) {
-      const Point self = grid.cell_at(it.cell);
+    for (const Seen& seen : walk.cells) {
+      const Point self = grid.cell_at(seen.cell);
       std::uint32_t near = 0;
       for (std::uint32_t a = 0; a < 3; ++a) {
-        if (!it.around.knows(1u << a)) continue;
+        if (!seen.around.knows(1u << a)) continue;
         ++near;
-        const Point other = grid.cell_at(it.at[a]);
+        const Point other = grid.cell_at(seen.at[a]);
         const Point step = plus(other, self, -1);
         EXPECT_EQ(std::abs(step[0]) + std::abs(step[1]) + std::abs(step[2]), 1);
         // along the stored axis a
-        const auto& corners = grid.stored[it.cell];
+        const auto& corners = grid.stored[seen.cell];
         const Point axis = plus(corners[1u << a], corners[0], -1);
         EXPECT_EQ(std::abs(axis[0] * step[0] + axis[1] * step[1] + axis[2] * step[2]), 1);
-        if (it.around.knows(Neighbourhood::kBeyond << a)) {
-          EXPECT_EQ(grid.cell_at(it.at[kAtBeyond + a]), plus(self, step, 2));
+        if (seen.around.knows(Neighbourhood::kBeyond << a)) {
+          EXPECT_EQ(grid.cell_at(seen.at[kAtBeyond + a]), plus(self, step, 2));
         }
-        if (it.around.knows(Neighbourhood::kFarther << a)) {
-          EXPECT_EQ(grid.cell_at(it.at[kAtFarther + a]), plus(self, step, 3));
+        if (seen.around.knows(Neighbourhood::kFarther << a)) {
+          EXPECT_EQ(grid.cell_at(seen.at[kAtFarther + a]), plus(self, step, 3));
         }
       }
       EXPECT_EQ(near, static_cast<std::uint32_t>((self[0] > 0) + (self[1] > 0) + (self[2] > 0)));
@@ -293,7 +294,8 @@ TEST(Neighbourhood, OfTurnedCells) {
 }
 
 TEST(Neighbourhood, SlotsAndPlacesAreTakenAgain) {
-  // A bar longer than the ring; its vertices die behind the front, and their slots are reused.
+  // A bar longer than the ring; vertices are finalized when their layer is complete, and their
+  // slots are reused.
   const Grid grid({2, 2, 5000}, Turned::no);
   const Walk walk(grid.cells);
   const std::size_t known = expect_vertices(grid, walk, true);
@@ -302,19 +304,19 @@ TEST(Neighbourhood, SlotsAndPlacesAreTakenAgain) {
   EXPECT_LT(last.around.self, 100u);
   EXPECT_TRUE(last.around.knows(Neighbourhood::kLattice | Neighbourhood::kBeyond << 1));
   EXPECT_TRUE(last.around.knows(Neighbourhood::kThird << 2 | Neighbourhood::kBeyond << 2));
-  for (const Seen& it : walk.cells) {
-    const Point p = grid.cell_at(it.cell);
-    ASSERT_LT(it.around.self, 1u << 14);
+  for (const Seen& seen : walk.cells) {
+    const Point p = grid.cell_at(seen.cell);
+    ASSERT_LT(seen.around.self, 1u << 14);
     for (std::uint32_t a = 0; a < 3; ++a) {
       Point step{};
       step[a] = -1;
-      ASSERT_EQ(it.around.knows(1u << a), p[a] > 0) << it.cell;
+      ASSERT_EQ(seen.around.knows(1u << a), p[a] > 0) << seen.cell;
       if (p[a] > 0) {
-        ASSERT_EQ(grid.cell_at(it.at[a]), plus(p, step, 1));
+        ASSERT_EQ(grid.cell_at(seen.at[a]), plus(p, step, 1));
       }
-      ASSERT_EQ(it.around.knows(Neighbourhood::kFarther << a), p[a] > 2) << it.cell;
+      ASSERT_EQ(seen.around.knows(Neighbourhood::kFarther << a), p[a] > 2) << seen.cell;
       if (p[a] > 2) {
-        ASSERT_EQ(grid.cell_at(it.at[kAtFarther + a]), plus(p, step, 3));
+        ASSERT_EQ(grid.cell_at(seen.at[kAtFarther + a]), plus(p, step, 3));
       }
     }
   }
@@ -343,14 +345,14 @@ TEST(Neighbourhood, ReachOnlyAdds) {
   expect(far.cells, near.cells, kFar | kBeyond);
 }
 
-// Of a cell alone: parallel edges come in the order of their positions.
+// In a single cell, parallel edges come in the order of their positions.
 TEST(Neighbourhood, OfInnerNodes) {
   TestedCell cell;
   for (std::uint64_t v = 0; v < 27; ++v) cell.vertices.push_back(100 + v);
   cell.stored_corner = kRotations[5];
   const Walk walk({cell});
   ASSERT_EQ(walk.vertices.size(), 27u);
-  // The vertex that is stored as a corner, or another node.
+  // Returns the vertex stored at a position: a corner, or another node.
   const auto stored = [&](std::uint32_t position) {
     const auto& corners = cell.stored_corner;
     return 100u + (position < 8
@@ -359,36 +361,36 @@ TEST(Neighbourhood, OfInnerNodes) {
                        : position);
   };
   constexpr std::uint32_t kThird = Neighbourhood::kThird | Neighbourhood::kNear;
-  for (const Seen& it : walk.vertices) {
-    const std::uint64_t position = it.element - 100;
-    const Neighbourhood& around = it.around;
+  for (const Seen& seen : walk.vertices) {
+    const std::uint64_t position = seen.element - 100;
+    const Neighbourhood& around = seen.around;
     if (position < 8) {
       EXPECT_EQ(around.kind, Neighbourhood::lattice);
       EXPECT_FALSE(around.is_mid_node());
     } else if (position < 20) {
       EXPECT_EQ(around.kind, Neighbourhood::midpoint);
       const auto [one, two] = kEdgeCorners[position - 8];
-      EXPECT_EQ(it.at[kAtDiagonal], stored(one));
-      EXPECT_EQ(it.at[kAtDiagonal + 1], stored(two));
+      EXPECT_EQ(seen.at[kAtDiagonal], stored(one));
+      EXPECT_EQ(seen.at[kAtDiagonal + 1], stored(two));
       EXPECT_EQ(around.known & ~(7 * kThird), 3 * Neighbourhood::kDiagonal);
       for (std::uint32_t i = 0; i < 3; ++i) {
         EXPECT_EQ(around.knows(Neighbourhood::kNear << i), around.knows(kThird << i));
         if (around.knows(Neighbourhood::kNear << i)) {
-          EXPECT_LT(it.at[i], it.element);
+          EXPECT_LT(seen.at[i], seen.element);
         }
       }
     } else {
       EXPECT_EQ(around.kind, Neighbourhood::centre);
       EXPECT_EQ(around.corner, position == 26 ? 1 : 0);
-      const bool across = position < 26 && position % 2 == 1;  // the face across comes before
+      const bool across = position < 26 && position % 2 == 1;  // the opposite face comes before
       EXPECT_EQ(around.known, 0xffu << kAtDiagonal | (across ? kThird : 0));
       if (across) {
-        EXPECT_EQ(it.at[0], it.element - 1);
+        EXPECT_EQ(seen.at[0], seen.element - 1);
       }
       const MidNode* node = node_layout(CellShape::hexahedron, 27)->at(position);
       for (std::uint32_t i = 0; i < 4; ++i) {
-        EXPECT_EQ(it.at[kAtDiagonal + i], stored(node->middle[i]));
-        EXPECT_EQ(it.at[kAtBeyond + i], stored(node->corner[i]));
+        EXPECT_EQ(seen.at[kAtDiagonal + i], stored(node->middle[i]));
+        EXPECT_EQ(seen.at[kAtBeyond + i], stored(node->corner[i]));
       }
     }
   }
@@ -399,36 +401,36 @@ TEST(Neighbourhood, OfOtherCells) {
   first.hexahedral = second.hexahedral = third.hexahedral = false;
   first.vertices = {1, 2, 3, 4};
   second.vertices = {4, 5, 5, 6, 7};
-  third.vertices.resize(70);  // not all of them fit into masks
+  third.vertices.resize(70);  // too many for masks of 64 bits
   for (std::size_t i = 0; i < 70; ++i) third.vertices[i] = 10 + i;
   const Walk walk({first, second, third});
   ASSERT_EQ(walk.vertices.size(), 4u + 3u + 70u);
   EXPECT_EQ(walk.vertices[0].around.known, 0);
   for (std::size_t i = 1; i < 4; ++i) EXPECT_EQ(walk.vertices[i].at[0], i);
-  EXPECT_EQ(walk.vertices[4].at[0], 4u);  // behind one that is known of before
-  EXPECT_EQ(walk.vertices[5].at[0], 5u);  // stands behind the second 5
+  EXPECT_EQ(walk.vertices[4].at[0], 4u);  // follows a vertex that is already known
+  EXPECT_EQ(walk.vertices[5].at[0], 5u);  // follows the second 5
   EXPECT_EQ(walk.vertices[6].at[0], 6u);
   for (std::size_t i = 1; i < 70; ++i) {
-    const Seen& it = walk.vertices[7 + i];
-    EXPECT_EQ(it.around.kind, Neighbourhood::other);
-    EXPECT_EQ(it.around.known, i <= 64 ? Neighbourhood::kNear : 0u) << i;
+    const Seen& seen = walk.vertices[7 + i];
+    EXPECT_EQ(seen.around.kind, Neighbourhood::other);
+    EXPECT_EQ(seen.around.known, i <= 64 ? Neighbourhood::kNear : 0u) << i;
     if (i <= 64) {
-      EXPECT_EQ(it.at[0], 9 + i);
+      EXPECT_EQ(seen.at[0], 9 + i);
     }
   }
-  for (const Seen& it : walk.cells) {
-    EXPECT_EQ(it.around.kind, Neighbourhood::other);
-    EXPECT_EQ(it.around.known, 0);
+  for (const Seen& seen : walk.cells) {
+    EXPECT_EQ(seen.around.kind, Neighbourhood::other);
+    EXPECT_EQ(seen.around.known, 0);
   }
 }
 
 TEST(Neighbourhood, OfUnusedVertices) {
   NeighbourFinder finder(false);
   for (std::uint32_t slot : {0u, 7u, 100000u, 7u}) {
-    const Neighbourhood it = finder.unused_vertex(slot);
-    EXPECT_EQ(it.self, slot);
-    EXPECT_EQ(it.known, 0);
-    EXPECT_EQ(it.kind, Neighbourhood::other);
+    const Neighbourhood item = finder.unused_vertex(slot);
+    EXPECT_EQ(item.self, slot);
+    EXPECT_EQ(item.known, 0);
+    EXPECT_EQ(item.kind, Neighbourhood::other);
   }
 }
 
@@ -438,18 +440,18 @@ TEST(Neighbourhood, ARepeatedCornerIsNotItsOwnNeighbour) {
   needle.vertices = {8, 8, 8, 8, 8, 8, 8, 8};
   const Walk walk({wedge, needle});
   ASSERT_EQ(walk.vertices.size(), 7u);
-  for (const Seen& it : walk.vertices)
+  for (const Seen& seen : walk.vertices)
     for (std::uint32_t at = 0; at < 13; ++at)
-      if (it.around.knows(1u << at)) {
-        EXPECT_NE(it.at[at], it.element);
+      if (seen.around.knows(1u << at)) {
+        EXPECT_NE(seen.at[at], seen.element);
       }
-  const Seen& last = walk.vertices[5];  // position 6 is born last, at 7
+  const Seen& last = walk.vertices[5];  // position 6 is introduced last, at 7
   EXPECT_EQ(last.element, 5u);
-  EXPECT_TRUE(last.around.knows(Neighbourhood::kLattice));  // 6 stands at both corners by then
+  EXPECT_TRUE(last.around.knows(Neighbourhood::kLattice));  // vertex 6 is at both corners by then
   EXPECT_EQ(walk.vertices[6].around.known, 0);
 }
 
-// Cells of random vertices, degenerate ones and other shapes among them.
+// Cells of random vertices, including degenerate cells and other shapes.
 TEST(Neighbourhood, NamesOnlyWhatIsThere) {
   std::mt19937_64 random(11);
   for (int round = 0; round < 20; ++round) {
@@ -462,13 +464,13 @@ TEST(Neighbourhood, NamesOnlyWhatIsThere) {
                                     ? (random() % 10 == 0 ? (random() % 2 == 0 ? 20 : 27) : 8)
                                     : 1 + random() % 9;
       for (std::size_t i = 0; i < nodes; ++i)
-        cell.vertices.push_back(c / 2 + random() % window);  // older ones die
+        cell.vertices.push_back(c / 2 + random() % window);  // older vertices are finalized
       cell.stored_corner = kRotations[random() % kRotationCount];
       cells.push_back(std::move(cell));
     }
     const Walk walk(cells);
     const Walk again(cells, true, Reach::farther, true, true);
-    // Vertices that an edge of a hexahedron has joined so far.
+    // Pairs of vertices that are joined by an edge of a hexahedron so far.
     std::set<std::pair<std::uint64_t, std::uint64_t>> edges;
     std::uint64_t joined = 0;
     const auto join = [&](std::uint64_t cell) {
@@ -482,30 +484,30 @@ TEST(Neighbourhood, NamesOnlyWhatIsThere) {
     };
     std::set<std::uint64_t> born;
     for (std::size_t i = 0; i < walk.vertices.size(); ++i) {
-      const Seen& it = walk.vertices[i];
-      ASSERT_TRUE(same(it, again.vertices[i]));
-      join(it.cell);
+      const Seen& seen = walk.vertices[i];
+      ASSERT_TRUE(same(seen, again.vertices[i]));
+      join(seen.cell);
       for (std::uint32_t at = 0; at < 13; ++at)
-        if (it.around.knows(1u << at)) {
-          ASSERT_TRUE(born.contains(it.at[at])) << at;
+        if (seen.around.knows(1u << at)) {
+          ASSERT_TRUE(born.contains(seen.at[at])) << at;
         }
-      for (std::uint32_t a = 0; a < 3 && !it.around.is_mid_node(); ++a) {
-        if (it.around.knows(Neighbourhood::kBeyond << a)) {
-          ASSERT_TRUE(it.around.knows(Neighbourhood::kNear << a));
-          ASSERT_TRUE(edges.contains({it.at[a], it.at[kAtBeyond + a]}));
+      for (std::uint32_t a = 0; a < 3 && !seen.around.is_mid_node(); ++a) {
+        if (seen.around.knows(Neighbourhood::kBeyond << a)) {
+          ASSERT_TRUE(seen.around.knows(Neighbourhood::kNear << a));
+          ASSERT_TRUE(edges.contains({seen.at[a], seen.at[kAtBeyond + a]}));
         }
-        if (it.around.knows(Neighbourhood::kFarther << a)) {
-          ASSERT_TRUE(edges.contains({it.at[kAtBeyond + a], it.at[kAtFarther + a]}));
+        if (seen.around.knows(Neighbourhood::kFarther << a)) {
+          ASSERT_TRUE(edges.contains({seen.at[kAtBeyond + a], seen.at[kAtFarther + a]}));
         }
       }
-      born.insert(it.element);
+      born.insert(seen.element);
     }
     for (std::size_t i = 0; i < walk.cells.size(); ++i) {
-      const Seen& it = walk.cells[i];
-      ASSERT_TRUE(same(it, again.cells[i]));
+      const Seen& seen = walk.cells[i];
+      ASSERT_TRUE(same(seen, again.cells[i]));
       for (std::uint32_t at = 0; at < 13; ++at)
-        if (it.around.knows(1u << at)) {
-          ASSERT_LT(it.at[at], it.cell);
+        if (seen.around.knows(1u << at)) {
+          ASSERT_LT(seen.at[at], seen.cell);
         }
     }
   }

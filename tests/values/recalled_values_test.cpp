@@ -1,4 +1,5 @@
-// Magnitudes so far: ranks, the nearest one, and what came with each, as a plain list has them.
+// Sorted magnitudes of earlier values: ranks, the nearest magnitude, and the value stored with
+// each, compared with a plain list.
 #include "codecs/surface/values/recalled_values.h"
 
 #include <gtest/gtest.h>
@@ -54,7 +55,7 @@ TEST(SortedValues, BeginAnewWhereTheyAreTooMany) {
   SortedValues values;
   for (std::uint64_t i = 0; i < SortedValues::kMost; ++i) values.add(i * 3, 1.0);
   EXPECT_EQ(values.size(), SortedValues::kMost);
-  values.add(6, 2.0);  // one that is there
+  values.add(6, 2.0);  // an existing magnitude
   EXPECT_EQ(values.size(), SortedValues::kMost);
   EXPECT_EQ(values.nearest(6)->value, 2.0);
   values.add(7, 2.0);

@@ -1,4 +1,4 @@
-// What a NeighbourFinder finds for each new vertex and each cell that it is given, by their
+// Collects the results of a NeighbourFinder for each new vertex and each cell, as vertex and cell
 // numbers.
 #pragma once
 
@@ -15,7 +15,7 @@ namespace shm {
 struct Seen {
   std::uint64_t element = 0, cell = 0;
   Neighbourhood around;
-  std::array<std::uint64_t, 13> at{};  // vertex (of a cell: cell) numbers
+  std::array<std::uint64_t, 13> at{};  // numbers of vertices (for a cell: of cells)
 
   bool knows(std::uint32_t bits) const { return around.knows(bits); }
 };
@@ -25,7 +25,8 @@ class SeenNeighbours {
   std::vector<Seen> vertices, cells;
 
  protected:
-  /// Cell `number`, whose positions are these vertices. `live`: vertices on the surface.
+  /// Adds cell `number`, whose positions are these vertices. `live`: number of vertices on the
+  /// surface.
   void add(const CellTopology& cell, std::uint64_t number,
            std::span<const std::uint64_t> vertex_numbers, bool as_stored, std::uint64_t live,
            Reach reach) {
@@ -41,7 +42,7 @@ class SeenNeighbours {
   }
 
  private:
-  using Owners = std::map<std::uint32_t, std::uint64_t>;  // by slot
+  using Owners = std::map<std::uint32_t, std::uint64_t>;  // owner of each slot
   static void note(std::vector<Seen>& seen, const Neighbourhood& around, std::uint64_t cell,
                    const Owners& owner) {
     Seen it{owner.at(around.self), cell, around, {}};

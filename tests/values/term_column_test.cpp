@@ -1,4 +1,5 @@
-// Values told by terms: what a group takes over from the one before is the same in both directions.
+// Values encoded by terms: the state that a group inherits from the previous group is the same in
+// encoder and decoder.
 #include "codecs/patterns/term_column.h"
 
 #include <gtest/gtest.h>
@@ -19,8 +20,8 @@ namespace {
 
 using Bytes = std::vector<std::byte>;
 
-/// New vertices from this slot on, each of which has the one before for its term, the first one
-/// slot 0, too.
+/// Returns new vertices in consecutive slots from `first`. The term of each is the vertex before
+/// it; the first one refers to slot 0.
 std::vector<VertexTerms> chain(std::uint32_t first, std::uint32_t count) {
   std::vector<VertexTerms> vertices(count);
   for (std::uint32_t i = 0; i < count; ++i) {
@@ -32,7 +33,7 @@ std::vector<VertexTerms> chain(std::uint32_t first, std::uint32_t count) {
   return vertices;
 }
 
-/// Encodes groups of one column, and decodes them; all bits must come back. Returns their codecs.
+/// Encodes groups of one column and decodes them; all bits must come back. Returns their codecs.
 template <class T>
 std::vector<Codec> there_and_back(ScalarType type, const std::vector<std::vector<T>>& groups) {
   ArrayInfo info;
@@ -58,7 +59,7 @@ std::vector<Codec> there_and_back(ScalarType type, const std::vector<std::vector
   return codecs;
 }
 
-/// One of these in turn, in no order that terms would show.
+/// Returns a sequence of these values without an order that terms could predict.
 template <class T>
 std::vector<T> some_of(std::span<const T> words, std::size_t count) {
   std::vector<T> values;
@@ -71,7 +72,7 @@ std::vector<T> some_of(std::span<const T> words, std::size_t count) {
 }
 
 TEST(TermColumn, StatesBehindAShuffledGroupAreTranslatedToATable) {
-  // Of 0 the rank is 1, and so it is of the vertices that the shuffled group left.
+  // The rank of 0 is 1, and so is the state of the vertices that the shuffled group left.
   using Limits = std::numeric_limits<std::int64_t>;
   const std::vector<std::int64_t> words{Limits::min(), 0, 1, Limits::max() / 2, Limits::max()};
   std::vector<std::int64_t> names;
@@ -92,7 +93,8 @@ TEST(TermColumn, NansPassFromTableToTable) {
   EXPECT_EQ(codecs, (std::vector<Codec>{Codec::terms, Codec::terms}));
 }
 
-/// Elements without terms, with a reference; all bits must come back. Whether it was referred to.
+/// Codes elements without terms but with a reference; all bits must come back. Returns true if the
+/// encoder used the reference.
 bool refers(const std::vector<float>& values, const std::vector<float>& reference) {
   ArrayInfo info;
   info.type = ScalarType::float32;
@@ -108,7 +110,7 @@ bool refers(const std::vector<float>& values, const std::vector<float>& referenc
   EXPECT_TRUE(decoder.decode(elements, decoded, scratch));
   EXPECT_EQ(decoded, Bytes(bytes.begin(), bytes.end()));
   EXPECT_EQ(decoder.refers(), encoder.refers());
-  // Without what it refers to it cannot be decoded; what refers to nothing can.
+  // A group that refers to the reference cannot be decoded without it; other groups can.
   elements.reference = {};
   decoded.clear();
   EXPECT_TRUE(decoder.begin_group(Codec::terms, encoded, bytes.size(), scratch));
@@ -127,18 +129,19 @@ TEST(TermColumn, ReferencesAreTakenWhereTheyHelp) {
     shifted.push_back(before.back() + 100 + static_cast<float>(i) * .25f);
   }
   EXPECT_TRUE(refers(now, before));
-  EXPECT_TRUE(refers(shifted, before));  // by the change of the element before
+  EXPECT_TRUE(refers(shifted, before));  // predicted by the change of the previous element
   now[7] = before[8] = kNan;
   EXPECT_TRUE(refers(now, before));
   std::vector<float> ramp, noise;
-  for (const float it : before) {
+  for (const float value : before) {
     ramp.push_back(static_cast<float>(ramp.size()) * 1e-3f);
-    noise.push_back(it - 1024);
+    noise.push_back(value - 1024);
   }
   EXPECT_FALSE(refers(ramp, noise));
 }
 
-/// Values of three components, which differ little from those before, with all that is special.
+/// Returns values of three components that differ little from the previous element, with all
+/// special values.
 template <class T>
 std::vector<T> special_walk(std::size_t count, std::uint32_t seed) {
   using Limits = std::numeric_limits<T>;
@@ -158,7 +161,7 @@ std::vector<T> special_walk(std::size_t count, std::uint32_t seed) {
   return values;
 }
 
-/// In pieces of some hundred and some thousand; all bits must come back.
+/// Codes in pieces of several hundred and several thousand elements; all bits must come back.
 template <class T>
 void expect_back_in_pieces(ScalarType type, bool of_vertices) {
   constexpr std::size_t kCount = 5000;
@@ -202,11 +205,12 @@ TEST(TermColumn, ComponentsComeBackInPieces) {
   }
 }
 
-// Each component takes memory for every live vertex.
+// Each component needs memory for every live vertex.
 TEST(TermColumn, WideArraysAreLeftToZstd) {
   Schema schema;
   schema.blocks = {{1, "", CellShape::hexahedron, 8}};
-  for (const std::uint32_t components : {28u, 2u, 1u}) {  // 3 are of the coordinates
+  for (const std::uint32_t components :
+       {28u, 2u, 1u}) {  // 3 more components belong to the coordinates
     ArrayInfo& info = schema.arrays.emplace_back();
     info.name = "a" + std::to_string(components);
     info.type = ScalarType::float32;

@@ -1,5 +1,5 @@
-// Columns of values over a mesh: every bit comes back whatever the values are and however they are
-// encoded, what is predicted costs nearly nothing, and damaged bytes do no harm.
+// Columns of values over a mesh: every bit comes back for all values and codecs, predictable values
+// need almost no bytes, and damaged bytes are handled safely.
 #include "codecs/surface/values/value_column.h"
 
 #include <gtest/gtest.h>
@@ -37,14 +37,15 @@ Bytes packed(const std::vector<T>& values) {
   return bytes;
 }
 
-/// Vertices or cells of a grid, in the order in which they come.
+/// Vertices or cells of a grid, in coding order.
 struct Elements {
   TiledItems all;  // one tile
   std::vector<Point> points;
 
   std::size_t size() const { return all.items.size(); }
 
-  /// The elements [begin, end) as a group; its tiles end at some of `cuts`.
+  /// Returns the elements [begin, end) as a group, which is divided into tiles at those of `cuts`
+  /// inside it.
   TiledItems group(std::size_t begin, std::size_t end, const std::vector<std::size_t>& cuts) const {
     TiledItems part;
     part.items.assign(all.items.begin() + static_cast<std::ptrdiff_t>(begin),
@@ -103,11 +104,11 @@ const Elements& cells() {
 }
 
 struct Plan {
-  std::vector<std::size_t> groups, tiles;  // where they end, but for the last
+  std::vector<std::size_t> groups, tiles;  // ends of groups and tiles, except the last
   std::vector<char> covers;
   Level level = Level::standard;
   bool copies = true;
-  /// Of each group, where not all are encoded alike.
+  /// Level of each group, if the levels differ.
   std::function<Level(std::size_t)> level_of;
 };
 struct Coded {
@@ -119,12 +120,12 @@ bool covers(const Plan& plan, std::uint32_t block) {
   return plan.covers.empty() || plan.covers[block] != 0;
 }
 
-/// As columns want it.
+/// Converts the covered blocks to the form that columns expect.
 std::vector<std::uint32_t> covered_blocks(const Plan& plan) {
   std::vector<std::uint32_t> blocks;
   for (std::uint32_t b = 0; b < plan.covers.size(); ++b)
     if (plan.covers[b] != 0) blocks.push_back(b);
-  if (blocks.empty() && !plan.covers.empty()) blocks.push_back(99);  // one that no cell is of
+  if (blocks.empty() && !plan.covers.empty()) blocks.push_back(99);  // a block that no cell has
   return blocks;
 }
 
@@ -162,22 +163,22 @@ Coded encode(const ArrayInfo& info, const Elements& elements, const Bytes& value
   return coded;
 }
 
-/// Nothing where the bytes make no sense.
+/// Decodes the groups; nothing if the bytes are invalid.
 std::optional<Bytes> decode(const ArrayInfo& info, const Elements& elements, const Coded& coded,
                             const Plan& plan, std::uint64_t limit = 1 << 24) {
   Decoder decoder(info, covered_blocks(plan), {.copies = plan.copies});
   Bytes back;
-  bool good = true;
+  bool ok = true;
   for_each_group(elements, plan, [&](std::size_t g, const TiledItems& part) {
-    good = good && decoder.begin_group(coded.groups[g].codec, coded.groups[g].bytes, limit);
-    for (std::size_t t = 0; good && t < part.tile_begin.size(); ++t)
-      good = decoder.decode_tile(part.tile(t), back);
+    ok = ok && decoder.begin_group(coded.groups[g].codec, coded.groups[g].bytes, limit);
+    for (std::size_t t = 0; ok && t < part.tile_begin.size(); ++t)
+      ok = decoder.decode_tile(part.tile(t), back);
   });
-  if (!good) return std::nullopt;
+  if (!ok) return std::nullopt;
   return back;
 }
 
-/// Bytes that the values take; they come back.
+/// Returns the bytes needed for the values, and checks that they decode correctly.
 std::size_t expect_back(const ArrayInfo& info, const Elements& elements, const Bytes& values,
                         const Plan& plan = {}) {
   const Coded coded = encode(info, elements, values, plan);
@@ -279,10 +280,10 @@ TEST(ValueColumn, SpecialFloats) {
       }
 }
 
-// Each group is made of other numbers, so that states move from domain to domain.
+// Each group has numbers of another kind, so that states are translated between domains.
 TEST(ValueColumn, DomainsChange) {
   std::mt19937_64 random(3);
-  // A NaN whose index is the least there is.
+  // A NaN with the smallest possible index.
   const auto least = std::bit_cast<double>(~std::uint64_t{0});
   for (ScalarType type : {ScalarType::float32, ScalarType::float64})
     for (Level level : {Level::fast, Level::standard, Level::best})
@@ -318,7 +319,8 @@ TEST(ValueColumn, BlocksWithoutValues) {
       Plan plan = some_plan(cells(), random);
       plan.covers = covers;
       Elements some = cells();
-      // In some rounds blocks stand together: whole groups have no value.
+      // In every second round the cells of each block are consecutive, so that whole groups have no
+      // values.
       if (round % 2 == 0)
         for (std::size_t i = 0; i < some.size(); ++i)
           some.all.blocks[i] = static_cast<std::uint32_t>(i / 130 % 3);
@@ -341,7 +343,7 @@ TEST(ValueColumn, NoValuesAtAll) {
   EXPECT_TRUE(back.empty());
 }
 
-// Integers in a pattern that has nothing to do with the mesh.
+// Integers in a pattern that is unrelated to the mesh.
 TEST(ValueColumn, WhatRepeatsGoesUnderZstd) {
   std::mt19937_64 random(5);
   std::vector<std::int64_t> pattern(61);
@@ -357,7 +359,7 @@ TEST(ValueColumn, WhatRepeatsGoesUnderZstd) {
     EXPECT_EQ(coded.groups[0].codec, Codec::shuffled_zstd);
     EXPECT_LT(coded.groups[0].bytes.size(), 900u);
     expect_back(info, vertices(), packed(values), plan);
-    // Predicted, packed and mixed groups in turn know of each other.
+    // Predicted, packed and mixed groups alternate and use each other's states.
     for (std::size_t i = 300; i < 500; ++i) values[i] = static_cast<std::int64_t>(i);
     plan.groups = {100, 300, 500, 800};
     plan.level_of = [&](std::size_t g) { return static_cast<Level>(g % 3); };
@@ -366,7 +368,7 @@ TEST(ValueColumn, WhatRepeatsGoesUnderZstd) {
     plan.groups = {500};
     for (std::size_t i = 300; i < 500; ++i) values[i] = pattern[i % pattern.size()];
   }
-  // No more than the reader allows.
+  // A reader refuses more bytes than its limit.
   const Coded coded = encode(info, vertices(), packed(values), plan);
   EXPECT_FALSE(decode(info, vertices(), coded, plan, 100).has_value());
 }
@@ -380,7 +382,7 @@ TEST(ValueColumn, QuantizedKeepsThePromiseOrTheValue) {
                               ? Quantization::absolute(0.01, 2)
                               : Quantization{bits, {-50, -60}, {60, 50}, 0, 0};
       const Bytes values = values_of(vertices(), type, 2, [&](const Point& p, std::uint32_t c) {
-        if (random() % 40 == 0) return smooth(p, c) * 1e30;  // outside of the box
+        if (random() % 40 == 0) return smooth(p, c) * 1e30;  // outside the box
         if (random() % 40 == 0) return std::numeric_limits<double>::quiet_NaN();
         if (random() % 40 == 0) return -std::numeric_limits<double>::infinity();
         return smooth(p, c);
@@ -405,7 +407,7 @@ TEST(ValueColumn, QuantizedKeepsThePromiseOrTheValue) {
         const bool exact = std::memcmp(&values[i], &(*back)[i], width) == 0;
         ASSERT_TRUE(exact || std::fabs(before - after) <= promise) << before << ' ' << after;
       }
-      // What has been restored is quantized to itself (but for steps as fine as the rounding).
+      // Restored values are quantized to themselves (except for steps as fine as the rounding).
       if (bits <= 24) {
         expect_back(info, vertices(), *back, plan);
       }
@@ -442,7 +444,7 @@ TEST(ValueColumn, WhatIsPredictedCostsNearlyNothing) {
   }
 }
 
-// Two components that are the same, or opposite, cost what one does.
+// Two components that are equal, or opposite, need as many bytes as one component.
 TEST(ValueColumn, EqualComponentsCostNearlyNothing) {
   std::mt19937_64 random(7);
   std::vector<double> one, two, opposite;
@@ -459,16 +461,16 @@ TEST(ValueColumn, EqualComponentsCostNearlyNothing) {
             single + 300);
 }
 
-// A mirrored copy of a part: each value of the second half has stood in the first one among the
-// same others.
+// A mirrored copy of a part: each value of the second half occurred in the first half between the
+// same other values.
 TEST(ValueColumn, CopiesAreFound) {
   std::mt19937_64 random(8);
   const std::size_t half = vertices().size() / 2;
   Elements line;
   for (std::uint32_t i = 0; i < 2 * half; ++i) {
-    Neighbourhood it;
-    it.self = i;
-    line.all.items.push_back(it);
+    Neighbourhood item;
+    item.self = i;
+    line.all.items.push_back(item);
   }
   std::vector<double> once, again;
   for (std::size_t i = 0; i < half; ++i)
@@ -485,7 +487,7 @@ TEST(ValueColumn, CopiesAreFound) {
   EXPECT_LT(both, first + first / 4);
 }
 
-/// Noise that is the same, but for sign and some last bits, on both sides of a mirror.
+/// Returns noise that is equal on both sides of a mirror plane except for sign and some last bits.
 std::vector<double> mirrored(const Elements& elements, std::uint64_t seed, double apart) {
   std::map<Point, double> there;
   std::mt19937_64 random(seed);
@@ -511,7 +513,7 @@ TEST(ValueColumn, EarlierValuesAreRecalled) {
       plan.groups = {500};
       const std::size_t bytes =
           expect_back(info_of(ScalarType::float64), vertices(), packed(values), plan);
-      EXPECT_LT(bytes, values.size() * (apart == 0 ? 5 : 6));  // noise takes seven
+      EXPECT_LT(bytes, values.size() * (apart == 0 ? 5 : 6));  // noise needs seven
       for (double& v : values) v = static_cast<double>(static_cast<float>(v));
       expect_back(info_of(ScalarType::float64), vertices(), packed(values), plan);
       values[600] = std::numeric_limits<double>::quiet_NaN();
@@ -521,8 +523,8 @@ TEST(ValueColumn, EarlierValuesAreRecalled) {
     }
 }
 
-/// Values of three components; of nine elements in ten each is as one that stands so far before it,
-/// by where it stands in its cell.
+/// Returns values of three components. Nine in ten elements equal the element a fixed distance
+/// back, which depends on the corner of the cell.
 std::vector<double> standing_again(const Elements& elements, std::mt19937_64& random) {
   std::vector<double> values;
   for (std::size_t i = 0; i < elements.size(); ++i) {
@@ -535,7 +537,7 @@ std::vector<double> standing_again(const Elements& elements, std::mt19937_64& ra
   return values;
 }
 
-// Whole elements that stood before cost next to nothing, in later groups too.
+// Elements that occurred before need almost no bytes, in later groups too.
 TEST(ValueColumn, ElementsThatStoodBeforeAreCopied) {
   const ArrayInfo info = info_of(ScalarType::float64, 3);
   for (Level level : {Level::fast, Level::standard, Level::best}) {
@@ -546,14 +548,16 @@ TEST(ValueColumn, ElementsThatStoodBeforeAreCopied) {
     plan.groups = {400, 401, 800};
     plan.tiles = {100, 500, 700};
     const std::size_t bytes = expect_back(info, vertices(), values, plan);
-    const std::size_t told = vertices().size() / 10 + 24;  // the elements that are not
-    EXPECT_LT(bytes, told * 3 * 7 + vertices().size() / 8 * 2);
+    const std::size_t fresh =
+        vertices().size() / 10 + 24;  // the elements that did not occur before
+    EXPECT_LT(bytes, fresh * 3 * 7 + vertices().size() / 8 * 2);
     plan.copies = false;
     EXPECT_GT(expect_back(info, vertices(), values, plan), bytes + vertices().size() / 4);
   }
 }
 
-// In whatever groups and tiles, between groups of other values, NaNs and numbers of other kinds.
+// In all kinds of groups and tiles, between groups of other values, NaNs and other kinds of
+// numbers.
 TEST(ValueColumn, CopiesOfAllKindsOfValues) {
   std::mt19937_64 random(6);
   for (const Elements* elements : {&vertices(), &cells()})
@@ -576,7 +580,8 @@ TEST(ValueColumn, CopiesOfAllKindsOfValues) {
     }
 }
 
-// So they are where not all blocks have a value, tile after tile: what was tried leaves no trace.
+// Earlier values are recalled if only some blocks have values, tile after tile; trials leave no
+// trace.
 TEST(ValueColumn, EarlierValuesOnSomeBlocks) {
   Elements only;
   for (std::size_t i = 0; i < cells().size(); ++i)
@@ -595,7 +600,7 @@ TEST(ValueColumn, EarlierValuesOnSomeBlocks) {
   }
 }
 
-/// Bytes of the values with a reference; they come back.
+/// Returns the bytes of the values with a reference, and checks that they decode correctly.
 std::size_t expect_back_with(const ArrayInfo& info, const Elements& elements, const Bytes& values,
                              const Bytes& reference, const Plan& plan) {
   const std::size_t stride = scalar_bytes(info.type) * info.components;
@@ -618,7 +623,7 @@ std::size_t expect_back_with(const ArrayInfo& info, const Elements& elements, co
   return bytes;
 }
 
-// What was the same a step ago is the same again.
+// Elements that were equal one step ago are equal again.
 TEST(ValueColumn, PartnersAreFound) {
   for (double apart : {0.0, 0x1p-50})
     for (Level level : {Level::fast, Level::standard, Level::best}) {
@@ -630,7 +635,7 @@ TEST(ValueColumn, PartnersAreFound) {
       std::vector<double> now = mirrored(vertices(), 6, apart);
       const std::size_t bytes = expect_back_with(info_of(ScalarType::float64), vertices(),
                                                  packed(now), packed(before), plan);
-      EXPECT_LT(bytes, now.size() * (apart == 0 ? 9 : 11) / 2);  // noise takes seven
+      EXPECT_LT(bytes, now.size() * (apart == 0 ? 9 : 11) / 2);  // noise needs seven
       before[3] = before[700] = std::numeric_limits<double>::infinity();
       now[5] = now[800] = std::numeric_limits<double>::quiet_NaN();
       expect_back_with(info_of(ScalarType::float64), vertices(), packed(now), packed(before), plan);
@@ -641,7 +646,7 @@ TEST(ValueColumn, PartnersAreFound) {
     }
 }
 
-// A lone NaN or infinity does not make its neighbours dear.
+// A single NaN or infinity does not make its neighbours expensive.
 TEST(ValueColumn, NonFiniteNeighboursDoNotSpread) {
   std::vector<double> values(vertices().size(), 1.5);
   values[5] = std::numeric_limits<double>::infinity();
@@ -679,45 +684,45 @@ std::vector<Victim> victims() {
   std::mt19937_64 random(10);
   std::vector<Victim> all;
   for (int kind = 0; kind < 32; ++kind) {
-    Victim it;
-    it.elements = grid({4, 3, 3}, kind % 2 == 1);
-    it.plan = some_plan(it.elements, random);
-    it.plan.groups = {20};
-    it.plan.level = kind % 6 == 5 ? Level::best : Level::standard;
+    Victim victim;
+    victim.elements = grid({4, 3, 3}, kind % 2 == 1);
+    victim.plan = some_plan(victim.elements, random);
+    victim.plan.groups = {20};
+    victim.plan.level = kind % 6 == 5 ? Level::best : Level::standard;
     const ScalarType type = std::array{ScalarType::float64, ScalarType::int64, ScalarType::float32,
                                        ScalarType::uint8}[static_cast<std::size_t>(kind) / 2 % 4];
-    it.info = info_of(type, kind % 5 == 0 ? 3 : 1);
-    if (is_float(type) && kind % 8 >= 6) it.info.quantization = Quantization::absolute(0.1, 3);
-    const Bytes values =
-        values_of(it.elements, type, it.info.components, [&](const Point& p, std::uint32_t c) {
+    victim.info = info_of(type, kind % 5 == 0 ? 3 : 1);
+    if (is_float(type) && kind % 8 >= 6) victim.info.quantization = Quantization::absolute(0.1, 3);
+    const Bytes values = values_of(
+        victim.elements, type, victim.info.components, [&](const Point& p, std::uint32_t c) {
           switch (kind / 8) {
             case 0: return smooth(p, c);
             case 1: return std::round(smooth(p, c) * 10) / 10;
             case 2: return static_cast<double>(random() % 5) * 3.7;
-            default:  // about as large as some other one
+            default:  // about as large as some other value
               return std::sqrt(3.0 + static_cast<double>(random() % 20)) *
                      (1 + static_cast<double>(random() % 9) * 0x1p-50);
           }
         });
-    it.coded = encode(it.info, it.elements, values, it.plan);
-    it.values = values.size();
-    all.push_back(std::move(it));
+    victim.coded = encode(victim.info, victim.elements, values, victim.plan);
+    victim.values = values.size();
+    all.push_back(std::move(victim));
   }
   return all;
 }
 
-void expect_harmless(const Victim& it, const Coded& damaged) {
-  const auto back = decode(it.info, it.elements, damaged, it.plan, 1 << 16);
+void expect_harmless(const Victim& victim, const Coded& damaged) {
+  const auto back = decode(victim.info, victim.elements, damaged, victim.plan, 1 << 16);
   if (back) {
-    EXPECT_EQ(back->size(), it.values);
+    EXPECT_EQ(back->size(), victim.values);
   }
 }
 
 TEST(ValueColumn, DamagedBytesDoNoHarm) {
   std::mt19937_64 random(11);
-  for (const Victim& it : victims())
+  for (const Victim& victim : victims())
     for (int round = 0; round < 120; ++round) {
-      Coded damaged = it.coded;
+      Coded damaged = victim.coded;
       EncodedColumn& group = damaged.groups[random() % damaged.groups.size()];
       switch (round % 4) {
         case 0:
@@ -728,15 +733,15 @@ TEST(ValueColumn, DamagedBytesDoNoHarm) {
         case 2: group.bytes.resize(random() % (group.bytes.size() + 1)); break;
         default: group.codec = static_cast<Codec>(random() % 3);
       }
-      expect_harmless(it, damaged);
+      expect_harmless(victim, damaged);
     }
 }
 
 TEST(ValueColumn, RandomBytesDoNoHarm) {
   std::mt19937_64 random(12);
-  for (const Victim& it : victims())
+  for (const Victim& victim : victims())
     for (int round = 0; round < 120; ++round) {
-      Coded damaged = it.coded;
+      Coded damaged = victim.coded;
       for (EncodedColumn& group : damaged.groups) {
         group.codec = static_cast<Codec>(random() % 4 == 0 ? random() % 3 : 0);
         group.bytes.resize(random() % 60);
@@ -746,12 +751,12 @@ TEST(ValueColumn, RandomBytesDoNoHarm) {
                                      : shape == 1 ? random() & random() & random()
                                                   : random() | random() | random());
       }
-      expect_harmless(it, damaged);
+      expect_harmless(victim, damaged);
     }
 }
 
-// Groups of one element each that want another domain than the group before: translating what is
-// kept of very many others each time would be work out of all proportion.
+// Groups of one element each whose domain differs from that of the group before. Translating the
+// states of very many other elements for each group would be excessive work.
 TEST(ValueColumn, DomainsChangeInProportionToElements) {
   constexpr std::uint32_t kSlots = 1 << 16;
   constexpr int kGroups = 200;
@@ -775,7 +780,7 @@ TEST(ValueColumn, DomainsChangeInProportionToElements) {
   }
   EXPECT_GT(under_zstd, 0);
 
-  // Who does not care is refused, but not before.
+  // A writer that ignores this limit is refused, but not too early.
   const auto shared = std::make_shared<const ArrayInfo>(info);
   ScalarColumn<SplitEncoder> careless(shared, 0, true);
   ScalarColumn<SplitDecoder> reader(shared, 0, true);
@@ -798,16 +803,16 @@ TEST(ValueColumn, DomainsChangeInProportionToElements) {
   EXPECT_LE(changes, static_cast<int>(kMostMovesForEach) * kGroups / static_cast<int>(kSlots));
 }
 
-// Elements without a value count once, however often a writer tries what to do: else it would
-// change domains more often than readers allow.
+// An element without a value counts once, however many trials the writer makes: otherwise the
+// writer would change domains more often than readers allow.
 TEST(ValueColumn, TrialsCountNoElements) {
   constexpr std::uint32_t kSlots = 6000000;
   constexpr std::size_t kCovered = 64, kUncovered = 1000;
   TiledItems group;
   for (std::uint32_t i = 0; i < kCovered + kUncovered; ++i) {
-    Neighbourhood it;
-    it.self = i;
-    group.items.push_back(it);
+    Neighbourhood item;
+    item.self = i;
+    group.items.push_back(item);
     group.blocks.push_back(i < kUncovered ? 1 : 0);
   }
   group.tile_begin.push_back(kUncovered + kCovered / 4);

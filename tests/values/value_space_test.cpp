@@ -1,5 +1,5 @@
-// Value spaces, translators and the choice of a domain: every value has its index, in the order of
-// the values, and comes back from it; what has none is reported to have none.
+// Value spaces, translators and the choice of a domain: every value has an index, indices are in
+// the order of values, and a value comes back from its index; a value without an index is reported.
 
 #include <gtest/gtest.h>
 
@@ -78,7 +78,7 @@ void expect_ordered() {
   EXPECT_EQ(ordered_index(L::denorm_min()), 1);
   EXPECT_EQ(space.index(kNaN), 0);  // as a prediction
   EXPECT_EQ(space.index(-kNaN), 0);
-  // As a value a NaN keeps its bits.
+  // A NaN that is a value keeps its bits.
   for (T nan : {L::quiet_NaN(), L::signaling_NaN(), std::copysign(L::quiet_NaN(), T(-1))}) {
     const T back = ordered_value<T>(ordered_index(nan));
     EXPECT_EQ(std::memcmp(&back, &nan, sizeof(T)), 0);
@@ -113,7 +113,7 @@ TEST(DecimalSpace, IndicesComeBackInOrder) {
       EXPECT_GT(state, last);
       last = state;
     }
-    // Beyond the edges.
+    // Values beyond the limits.
     EXPECT_EQ(space.index(1e300), most);
     EXPECT_EQ(space.index(-kInfinity), -most);
     EXPECT_EQ(space.index(1e-300), 0);
@@ -132,7 +132,7 @@ TEST(RankSpace, FindsTheNearest) {
   const RankSpace<LinearSpace> space{{}, table};
   for (std::int64_t i = 1; i < 5; ++i) EXPECT_EQ(space.index(space.state(i)), i);
   EXPECT_EQ(space.index(4.0), 2);
-  EXPECT_EQ(space.index(5.0), 2);  // halfway: the lower one
+  EXPECT_EQ(space.index(5.0), 2);  // halfway: the lower index
   EXPECT_EQ(space.index(6.0), 3);
   EXPECT_EQ(space.index(1e300), 4);
   EXPECT_EQ(space.index(-1e9), 1);
@@ -241,7 +241,7 @@ TEST(ValueTranslator, Integers) {
   expect_back(natural, static_cast<std::uint64_t>(kLargestIndex));
   expect_odd(natural, static_cast<std::uint64_t>(kLargestIndex) + 1);
   expect_odd(natural, ~std::uint64_t{0});
-  // Bits in the low bytes, the sign is the type's.
+  // The bits are in the low bytes; the type determines the sign.
   EXPECT_EQ(translator(info_of(ScalarType::int8), DomainKind::integers).index(0xff), -1);
   EXPECT_EQ(translator(info_of(ScalarType::uint8), DomainKind::integers).index(0xff), 255);
   EXPECT_EQ(translator(info_of(ScalarType::int32), DomainKind::integers).index(0x80000000u),
@@ -273,7 +273,7 @@ TEST(ValueTranslator, Quantized) {
   }
 }
 
-// What is known of one domain is of use in another one.
+// States of one domain can be used in another.
 TEST(ValueTranslator, StatesMove) {
   const auto cents = translator(kDoubles, DomainKind::decimal, 2);
   const auto eighths = translator(kDoubles, DomainKind::binary, 3);
@@ -383,7 +383,7 @@ TEST(DomainChoice, SomeOddOnes) {
   EXPECT_TRUE(plans[0].domain.escapes);
 }
 
-/// Whatever the values are: a plan says each of them, or says that some are odd.
+/// A plan covers every value, or reports that some are odd.
 TEST(DomainChoice, EveryPlanSaysEveryValue) {
   std::mt19937_64 random(9);
   const std::vector<double> special = {
