@@ -31,6 +31,6 @@ class Choices {
 
 /// Returns automatic, or any codec of cells.
 inline shm::ConnectivityCodec any_codec(Choices& in) {
-  const std::uint32_t n = in.below(1 + std::size(shm::kConnectivityCodecs));
-  return n == 0 ? shm::ConnectivityCodec::automatic : shm::kConnectivityCodecs[n - 1].name;
+  const std::uint32_t n = in.below(1 + shm::cell_codecs().size());
+  return n == 0 ? shm::ConnectivityCodec::automatic : shm::cell_codecs()[n - 1].name;
 }

@@ -29,7 +29,7 @@ else:
     SHM = os.environ.get("SHM_TOOL", str(BUILT / "bin" / "shm"))
 os.environ["SHMFORMAT_LIBRARY"] = LIBRARY
 sys.path[:0] = [str(HERE), str(ROOT / "bindings" / "python"), str(ROOT / "tests" / "support")]
-from corpus_sample import SHARE, is_sampled  # noqa: E402
+from folder_test import SHARE, is_sampled  # noqa: E402
 from c_library_test import program_of_the_header  # noqa: E402
 
 CORPUS = Path(os.environ.get("SHM_CORPUS") or "/nowhere")

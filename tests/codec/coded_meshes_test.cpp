@@ -78,8 +78,8 @@ TEST(CodedMeshes, AreInTheCodecsThatAreRegistered) {
 // Every codec of cells has a name for callers, and no other codec has that name.
 TEST(CodedMeshes, AreInEveryCodecThatCallersName) {
   std::set<std::string> named, of_cells;
-  for (const NamedCodec& it : kConnectivityCodecs) {
-    EXPECT_EQ(registered_name(it.codec), it.word);
+  for (const CellCodec& it : cell_codecs()) {
+    EXPECT_EQ(registered_name(it.id), it.word);
     EXPECT_EQ(codec_name(it.name), it.word);
     EXPECT_TRUE(named.emplace(it.word).second) << it.word;
   }

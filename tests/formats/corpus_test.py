@@ -8,7 +8,7 @@ they are equal, and so does `diff`, with --match if the order changed; small fil
 formats, and `diff --match` reports only losses that the other format makes unavoidable; the streams of --json
 add up to the size of the output; the file is decompressed to its own format, and an independent reader (VTK,
 gmsh, netCDF's tools) finds source and result equal. Prints a table of the features that each file exercises.
-A file of an unknown format is a failure. SHM_SHARE limits the run to a sample (corpus_sample.py).
+A file of an unknown format is a failure. SHM_SHARE limits the run to a sample (folder_test.py).
 Exit code 0 if all checks succeed, 1 if one fails, 77 (skipped) if there is no corpus.
 """
 import concurrent.futures
@@ -20,7 +20,7 @@ import tempfile
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path.insert(0, os.path.join(os.path.dirname(HERE), "support"))
-from corpus_sample import sample_of  # noqa: E402
+from folder_test import sample_of  # noqa: E402
 
 ORACLES = {  # by source_format of `shm info`: (extension to decompress to, oracle)
     "vtk": (".vtk", "vtk_oracle.py"),

@@ -24,7 +24,7 @@ from unittest import mock
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path[:0] = [os.path.join(os.path.dirname(os.path.dirname(HERE)), "spec"), os.path.join(os.path.dirname(HERE), "support")]
-from corpus_sample import sample_of  # noqa: E402
+from folder_test import sample_of  # noqa: E402
 import reference_decoder  # noqa: E402
 import reference_decoder.columns  # noqa: E402
 import reference_decoder.file  # noqa: E402

@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include "codecs/shared/codec_id.h"
+#include "codecs/registry.h"
 #include "format/format.h"
 #include "support/file_surgery.h"
 #include "support/stepped_mesh.h"
@@ -68,7 +68,7 @@ inline bool can_be_in(const Schema& schema, ConnectivityCodec codec) {
 /// Returns the codecs that a Writer accepts for this schema, beginning with automatic.
 inline std::vector<ConnectivityCodec> codecs_for(const Schema& schema) {
   std::vector<ConnectivityCodec> codecs{ConnectivityCodec::automatic};
-  for (const NamedCodec& named : kConnectivityCodecs)
+  for (const CellCodec& named : cell_codecs())
     if (can_be_in(schema, named.name)) codecs.push_back(named.name);
   return codecs;
 }

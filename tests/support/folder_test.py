@@ -6,11 +6,26 @@ import shutil
 import subprocess
 import tempfile
 import unittest
+import zlib
 
 SANITIZED = "SHM_SANITIZED" in os.environ  # some ten times slower: the release takes all cases
 
+# Tests over the corpus use one file in SHARE, by a hash of its name and SEED.
+SHARE = int(os.environ.get("SHM_SHARE") or 1)
+SEED = os.environ.get("SHM_SEED", "")
+
 WRITERS = {"append", "compress", "convert", "decompress", "extract", "join", "layout", "preview", "repair", "split",
            "surface", "view"}
+
+
+def sample_of(paths):
+    """Returns the paths that belong to this run's sample. Every path is in the sample of some seeds."""
+    return [path for path in paths if is_sampled(path)]
+
+
+def is_sampled(path):
+    folder_and_name = "/".join(str(path).split(os.sep)[-2:])
+    return zlib.crc32(f"{SEED} {folder_and_name}".encode()) % SHARE == 0
 
 
 def lacks(tool, command):

@@ -23,33 +23,6 @@
 
 namespace shm {
 
-/// Converts numbers of `type`, as stored in memory, to type T, as static_cast does.
-template <class T>
-std::vector<T> numbers_as(ScalarType type, std::span<const std::byte> from) {
-  std::vector<T> to;
-  const auto convert = [&]<class From>(From) {
-    to.resize(from.size() / sizeof(From));
-    for (std::size_t i = 0; i < to.size(); ++i) {
-      From value;
-      std::memcpy(&value, from.data() + i * sizeof value, sizeof value);
-      to[i] = static_cast<T>(value);
-    }
-  };
-  switch (type) {
-    case ScalarType::int8: convert(std::int8_t{}); break;
-    case ScalarType::uint8: convert(std::uint8_t{}); break;
-    case ScalarType::int16: convert(std::int16_t{}); break;
-    case ScalarType::uint16: convert(std::uint16_t{}); break;
-    case ScalarType::int32: convert(std::int32_t{}); break;
-    case ScalarType::uint32: convert(std::uint32_t{}); break;
-    case ScalarType::int64: convert(std::int64_t{}); break;
-    case ScalarType::uint64: convert(std::uint64_t{}); break;
-    case ScalarType::float32: convert(float{}); break;
-    case ScalarType::float64: convert(double{}); break;
-  }
-  return to;
-}
-
 /// A mesh with its own numbering of vertices and cells, from 0. Values are raw bytes of the
 /// declared scalar types in host order. A plain value: several threads may call const members at
 /// once.

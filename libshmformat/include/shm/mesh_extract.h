@@ -19,42 +19,10 @@
 #include "shm/reader.h"
 #include "shm/schema.h"
 #include "shm/segment_reader.h"
+#include "shm/selection.h"
 #include "shm/step_reader.h"
 
 namespace shm {
-
-/// Selects cells: those that meet every given condition; without conditions, all cells.
-struct CellSelection {
-  struct Range {
-    std::uint64_t first = 0, end = 0;  ///< first, first + 1, ..., end - 1
-  };
-  /// Range of numbers as in MeshBlock::cell_numbers.
-  std::optional<Range> range{};
-  /// Single numbers of the same kind, ascending.
-  std::optional<std::vector<std::uint64_t>> numbers{};
-  /// Indices into Schema::blocks, ascending.
-  std::optional<std::vector<std::uint32_t>> blocks{};
-  /// Smallest x y z, largest x y z: selects cells with a vertex in this box or on its faces.
-  std::optional<std::array<double, 6>> box{};
-
-  bool all() const { return !range && !numbers && !blocks && !box; }
-};
-
-struct ExtractRequest {
-  CellSelection cells{};
-  /// If given: selects these vertices, by ascending numbers as in MeshBlock::vertex_numbers, and no
-  /// cells. Of the conditions for cells only a box may be given as well; it then selects vertices
-  /// in it.
-  std::optional<std::vector<std::uint64_t>> vertices{};
-  /// Indices of the requested static arrays; not given: all.
-  std::optional<std::vector<std::uint32_t>> arrays{};
-  /// Requests coordinates. If false, MeshBlock::xyz is empty unless a condition needs coordinates.
-  bool coordinates = true;
-  /// Also selects vertices that no cell uses, from all segments that are read for the cells and
-  /// from all segments without cells. (The Writer codes such vertices after the last cell, unless
-  /// it is given them earlier.) They are always included if all cells are selected.
-  bool unused_vertices = false;
-};
 
 /// The extractor skips segments that cannot contain selected cells according to the index, so a
 /// wrong index can hide cells (they are missing in the piece), but do nothing worse. The data that

@@ -16,16 +16,6 @@
 
 namespace shm {
 
-/// A segment as described by the index. Reading the segment fails if its contents disagree.
-struct SegmentInfo {
-  std::uint64_t first_cell = 0, cells = 0;       ///< in coding order
-  std::uint64_t first_vertex = 0, vertices = 0;  ///< vertices that the segment owns; stream numbers
-  std::uint64_t bytes = 0;                       ///< size of its groups in the file
-  /// Smallest x y z and largest x y z of its vertices, imported vertices included; +inf and -inf if
-  /// there are none.
-  std::array<double, 6> box{};
-};
-
 class SHM_API SegmentReader {
  public:
   /// Reads index and schema. `source` is borrowed and must outlive the SegmentReader.

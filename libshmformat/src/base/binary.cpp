@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "shm/reader.h"
+#include "shm/limits.h"
 
 namespace shm {
 

@@ -14,9 +14,9 @@
 #include "boundary/cell_sides.h"
 #include "boundary/side_table.h"
 #include "boundary/surface_builder.h"
-#include "shm/boundary_surface.h"
-#include "shm/reader.h"
+#include "shm/blocks.h"
 #include "shm/result.h"
+#include "shm/surface.h"
 
 namespace shm {
 

@@ -8,9 +8,8 @@
 #include <vector>
 
 #include "base/lists.h"
-#include "shm/boundary_surface.h"
-#include "shm/reader.h"
 #include "shm/schema.h"
+#include "shm/surface.h"
 
 namespace shm {
 

@@ -12,7 +12,7 @@
 #include "codecs/shared/codec_id.h"
 #include "codecs/shared/group_decoder.h"
 #include "codecs/shared/segment_encoder.h"
-#include "shm/reader.h"
+#include "shm/limits.h"
 #include "shm/schema.h"
 
 namespace shm {

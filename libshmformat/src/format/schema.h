@@ -13,7 +13,8 @@
 #include "base/binary.h"
 #include "base/packing.h"
 #include "format/format.h"
-#include "shm/reader.h"
+#include "shm/blocks.h"
+#include "shm/limits.h"
 #include "shm/schema.h"
 
 namespace shm {

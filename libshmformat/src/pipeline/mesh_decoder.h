@@ -14,7 +14,8 @@
 #include <vector>
 
 #include "pipeline/segment_decoder.h"
-#include "shm/reader.h"
+#include "shm/blocks.h"
+#include "shm/limits.h"
 
 namespace shm {
 

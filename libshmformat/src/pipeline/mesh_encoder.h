@@ -19,7 +19,7 @@
 #include "entropy/range_coder.h"
 #include "pipeline/choosing_encoder.h"
 #include "pipeline/spiral_reorderer.h"
-#include "shm/writer.h"
+#include "shm/options.h"
 
 namespace shm {
 

@@ -16,7 +16,8 @@
 
 #include "base/ordered_tasks.h"
 #include "codecs/shared/group_decoder.h"
-#include "shm/reader.h"
+#include "shm/blocks.h"
+#include "shm/limits.h"
 
 namespace shm {
 

@@ -20,7 +20,6 @@
 #include "format/format.h"
 #include "repair/decodable_parts.h"
 #include "shm/reader.h"
-#include "shm/segment_reader.h"
 
 namespace shm {
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "random/indexed_file.h"
-#include "shm/mesh_extract.h"
+#include "shm/selection.h"
 
 namespace shm {
 

@@ -9,7 +9,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include "shm/reader.h"
+#include "shm/blocks.h"
 #include "shm/schema.h"
 
 namespace shm {

@@ -7,6 +7,8 @@
 #include "format/chunk_list.h"
 #include "format/random_chunks.h"
 
+#include "shm/reader.h"
+
 namespace shm {
 
 using container::ChunkHeader;

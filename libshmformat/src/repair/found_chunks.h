@@ -13,7 +13,8 @@
 
 #include "format/chunk_scan.h"
 #include "format/format.h"
-#include "shm/damage.h"
+#include "shm/damage_report.h"
+#include "shm/limits.h"
 
 namespace shm {
 

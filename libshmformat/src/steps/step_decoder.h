@@ -11,7 +11,8 @@
 #include <utility>
 #include <vector>
 
-#include "shm/reader.h"
+#include "shm/blocks.h"
+#include "shm/limits.h"
 #include "steps/step_memory.h"
 #include "steps/step_parts.h"
 

@@ -18,7 +18,7 @@
 #include "codecs/shared/group_parts.h"
 #include "codecs/shared/neighbourhood.h"
 #include "format/schema.h"
-#include "shm/reader.h"
+#include "shm/blocks.h"
 #include "shm/result.h"
 
 namespace shm {

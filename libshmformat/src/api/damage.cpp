@@ -11,7 +11,7 @@
 #include "base/binary.h"
 #include "format/chunk_writer.h"
 #include "repair/found_chunks.h"
-#include "repair/index_builder.h"
+#include "api/index_builder.h"
 
 namespace shm {
 namespace {

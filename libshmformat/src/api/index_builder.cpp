@@ -1,4 +1,4 @@
-#include "repair/index_builder.h"
+#include "api/index_builder.h"
 
 #include <algorithm>
 #include <limits>

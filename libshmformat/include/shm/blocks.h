@@ -1,0 +1,147 @@
+// What a Reader yields: vertices and cells block by block, values of time steps, totals.
+// Plain values.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <map>
+#include <span>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "shm/schema.h"
+
+namespace shm {
+
+/// Converts numbers of `type`, as stored in memory, to type T, as static_cast does.
+template <class T>
+std::vector<T> numbers_as(ScalarType type, std::span<const std::byte> from) {
+  std::vector<T> to;
+  const auto convert = [&]<class From>(From) {
+    to.resize(from.size() / sizeof(From));
+    for (std::size_t i = 0; i < to.size(); ++i) {
+      From value;
+      std::memcpy(&value, from.data() + i * sizeof value, sizeof value);
+      to[i] = static_cast<T>(value);
+    }
+  };
+  switch (type) {
+    case ScalarType::int8: convert(std::int8_t{}); break;
+    case ScalarType::uint8: convert(std::uint8_t{}); break;
+    case ScalarType::int16: convert(std::int16_t{}); break;
+    case ScalarType::uint16: convert(std::uint16_t{}); break;
+    case ScalarType::int32: convert(std::int32_t{}); break;
+    case ScalarType::uint32: convert(std::uint32_t{}); break;
+    case ScalarType::int64: convert(std::int64_t{}); break;
+    case ScalarType::uint64: convert(std::uint64_t{}); break;
+    case ScalarType::float32: convert(float{}); break;
+    case ScalarType::float64: convert(double{}); break;
+  }
+  return to;
+}
+
+/// A run of vertices and cells in coding order. Cell i may use the vertices below
+/// `vertices_before_cell[i]` of this block and any earlier vertex that is not finalized.
+struct MeshBlock {
+  std::uint64_t first_vertex = 0;             ///< stream number of the first vertex
+  std::vector<std::uint64_t> vertex_numbers;  ///< original numbers (Order::keep) or stream numbers
+  std::vector<std::byte> xyz;                 ///< 3 coordinates each
+  std::uint64_t first_cell = 0;               ///< position in coding order of the first cell
+  std::vector<std::uint64_t>
+      cell_numbers;  ///< original numbers (Order::keep) or positions in coding order
+  std::vector<std::uint32_t> cell_blocks;
+  std::vector<std::uint64_t> corner_begin;  ///< cells + 1 offsets into corners
+  std::vector<std::uint64_t> corners;       ///< vertex numbers
+  std::vector<std::uint64_t> last_use;      ///< bit i: corner i is finalized by this cell
+  std::vector<std::uint64_t> vertices_before_cell;
+  /// Empty if each vertex occurs once, in the segment that owns it. If a segment is read on its
+  /// own: 1 for each vertex that an earlier segment owns, otherwise 0.
+  std::vector<std::uint8_t> imported;
+  /// Values of static arrays by array index: point arrays for each vertex, cell arrays for each
+  /// cell whose block they cover. Empty for stepped arrays.
+  std::vector<std::vector<std::byte>> arrays;
+
+  std::size_t vertex_count() const { return vertex_numbers.size(); }
+  std::size_t cell_count() const { return cell_blocks.size(); }
+};
+
+/// A segment as described by the index. Reading the segment fails if its contents disagree.
+struct SegmentInfo {
+  std::uint64_t first_cell = 0, cells = 0;       ///< in coding order
+  std::uint64_t first_vertex = 0, vertices = 0;  ///< vertices that the segment owns; stream numbers
+  std::uint64_t bytes = 0;                       ///< size of its groups in the file
+  /// Smallest x y z and largest x y z of its vertices, imported vertices included; +inf and -inf if
+  /// there are none.
+  std::array<double, 6> box{};
+};
+
+/// The values of a stepped array in one chunk group, in coding order of its elements.
+struct StepPiece {
+  std::uint32_t array = 0;
+  std::uint64_t step = 0;
+  std::uint64_t first = 0;  ///< position of the first element in the array's coding order
+  std::vector<std::byte> values;
+};
+struct StepTimes {
+  std::vector<double> times;
+};
+/// Totals of a whole file; the last item.
+struct Totals {
+  std::uint64_t vertices = 0, cells = 0, hexahedra = 0;
+  std::uint64_t max_active_vertices = 0;
+  std::vector<std::uint64_t> segment_starts;  ///< position in coding order of their first cells
+  /// Connectivity codec of each segment; automatic for a segment without cells.
+  std::vector<ConnectivityCodec> segment_connectivity;
+  std::uint64_t imported_vertices = 0;  ///< vertices coded again by segments that do not own them
+  std::uint64_t total_bytes = 0;
+  std::map<std::string, std::uint64_t> streams;  ///< as in SizeReport
+  std::uint64_t steps = 0;
+  std::vector<std::uint64_t> block_cells;
+  std::uint64_t trailing_bytes = 0;  ///< ignored bytes after the end record: a torn append
+};
+
+// Single events of MeshBlocks, for callers that keep only a small part of the mesh.
+
+struct VertexEvent {
+  std::uint64_t number;
+  std::span<const std::byte> xyz;  ///< 3 coordinates
+};
+struct CellEvent {
+  std::uint64_t number;
+  std::uint32_t block;
+  std::span<const std::uint64_t> corners;
+  std::uint64_t last_use;
+};
+struct FinalizeEvent {
+  std::uint64_t vertex;  ///< number of a vertex that no later cell uses
+};
+using Event = std::variant<VertexEvent, CellEvent, FinalizeEvent>;
+
+/// Calls `handler(event)` for each event of `block` in stream order: the vertices that a cell
+/// introduces, the cell, the vertices that it finalizes. Spans are valid during the call.
+template <class Handler>
+void for_each_event(const MeshBlock& block, ScalarType coordinate_type, Handler&& handler) {
+  const std::size_t xyz_bytes = 3 * scalar_bytes(coordinate_type);
+  std::size_t vertex = 0;
+  const auto emit_vertices_below = [&](std::size_t end) {
+    for (; vertex < end; ++vertex)
+      handler(Event{VertexEvent{block.vertex_numbers[vertex],
+                                std::span(block.xyz).subspan(vertex * xyz_bytes, xyz_bytes)}});
+  };
+  for (std::size_t cell = 0; cell < block.cell_count(); ++cell) {
+    emit_vertices_below(static_cast<std::size_t>(block.vertices_before_cell[cell]));
+    const auto begin = static_cast<std::size_t>(block.corner_begin[cell]);
+    const auto end = static_cast<std::size_t>(block.corner_begin[cell + 1]);
+    const auto corners = std::span(block.corners).subspan(begin, end - begin);
+    handler(Event{CellEvent{block.cell_numbers[cell], block.cell_blocks[cell], corners,
+                            block.last_use[cell]}});
+    for (std::size_t i = 0; i < corners.size() && i < 64; ++i)
+      if (block.last_use[cell] >> i & 1) handler(Event{FinalizeEvent{corners[i]}});
+  }
+  emit_vertices_below(block.vertex_count());
+}
+
+}  // namespace shm
