@@ -56,7 +56,7 @@ class Dll(unittest.TestCase):
         self.assertEqual(self.example("write_steps", "bar.shm"), (0, "", ""))
         code, _, why = self.example("write_steps", "bar.shm")
         self.assertEqual(code, 7)  # SHMF_OUTPUT
-        self.assertIn("is there already", why)
+        self.assertIn("exists already", why)
         self.assertEqual(self.example("first_array", "bar.shm"),
                          (0, "404 vertices, 100 cells\ntemperature: 300 to 310\n", ""))
 

@@ -112,7 +112,7 @@ class Library(unittest.TestCase):
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         again = self.example("write_steps", bar)
         self.assertEqual(again.returncode, 7)  # SHMF_OUTPUT: nothing is replaced by default
-        self.assertIn("is there already", again.stderr)
+        self.assertIn("exists already", again.stderr)
         done = self.example("first_array", bar)
         self.assertEqual(done.stdout, "404 vertices, 100 cells\ntemperature: 300 to 310\n", done.stderr)
         self.assertEqual(self.example("first_array", self.path / "none").returncode, 1)  # SHMF_IO
@@ -128,7 +128,7 @@ class Library(unittest.TestCase):
         self.assertEqual((done.stdout.strip(), done.stderr), ("temperature:  300.0 to 310.0", ""))
         again = run(self.path / "write_steps", bar)
         self.assertNotEqual(again.returncode, 0)
-        self.assertIn("is there already", again.stderr)
+        self.assertIn("exists already", again.stderr)
 
     def test_fortran_has_the_sizes_and_numbers_of_c(self):
         module = (FORTRAN / "shmformat.f90").read_text(encoding="utf-8")

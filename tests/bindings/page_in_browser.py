@@ -27,7 +27,7 @@ PAGE = SHM = FOLDER = None
 MESHES = {}
 FOUND = 24 << 10  # bytes that the package reads to open a file: its beginning and its end
 # Messages of the library for a file of another kind, an empty file, and a file without its end.
-FOREIGN, EMPTY, CUT = "this is no .shm file", "the file is too short", "end record"
+FOREIGN, EMPTY, CUT = "this is not a .shm file", "the file is too short", "end record"
 # Messages of the package about a server.
 NO_FILE, CLOSED = "there is no such file: the server answers 404", "the connection failed"
 

@@ -145,7 +145,7 @@ both("the boundary surface", async (options) => {
   const piece = await file.boundary({ select: { cells: [10, 13] } });
   assert.equal(piece.faceCount, 4 * 3 + 2);
   await assert.rejects(file.boundary({ maxBytes: 1000 }), failsWith("over limit", /./));
-  await assert.rejects(file.boundary({ arrays: [{ name: "pressure" }] }), failsWith("misuse", /say which/));
+  await assert.rejects(file.boundary({ arrays: [{ name: "pressure" }] }), failsWith("misuse", /choose one with step/));
   await file.close();
 });
 
@@ -195,7 +195,7 @@ both("a file of another kind on a server is recognized by its beginning", async 
     begin(mode);
     const foreign = url.replace("mesh.shm", "foreign");
     await assert.rejects(open(foreign, options),
-      failsWith("corrupt", /foreign: this is no .shm file$/));
+      failsWith("corrupt", /foreign: this is not a .shm file$/));
     assert.equal(counted.requests, 1);
     await assert.rejects(open(foreign, { ...options, damaged: true }), ShmError);
     assert.ok(counted.requests > 1);
@@ -211,9 +211,9 @@ both("a server that hides the size of a range is asked for it", async (options) 
 
 both("errors of servers are reported", async (options) => {
   begin("longer");
-  await assert.rejects(open(url, options), failsWith("io", /other bytes than it was asked for/));
+  await assert.rejects(open(url, options), failsWith("io", /other bytes than requested/));
   begin("others");
-  await assert.rejects(open(url, options), failsWith("io", /other bytes than it was asked for/));
+  await assert.rejects(open(url, options), failsWith("io", /other bytes than requested/));
   begin("half");
   await assert.rejects(open(url, options), failsWith("io", /mesh\.shm: the connection failed/));
   begin();
@@ -225,7 +225,7 @@ both("errors of servers are reported", async (options) => {
   await file.close();
   await assert.rejects(open(`${url}x`, options), failsWith("io", /no such file: the server answers 404$/));
   await assert.rejects(open(url.replace("mesh.shm", "secret"), options),
-    failsWith("io", /refuses to give it: it answers 403$/));
+    failsWith("io", /refuses access: it answers 403$/));
   await assert.rejects(open("http://127.0.0.1:9/x.shm", options), failsWith("io", /failed/));
 });
 
@@ -242,7 +242,7 @@ both("errors have the message of the library, and the position", async (options)
     arrays: [] });
   assert.equal(whole.cellCount, 1);
   await assert.rejects(file.read({ arrays: [{ name: "none" }] }), failsWith("misuse", /no array none/));
-  await assert.rejects(file.read({ arrays: [{ name: "pressure" }] }), failsWith("misuse", /say which/));
+  await assert.rejects(file.read({ arrays: [{ name: "pressure" }] }), failsWith("misuse", /choose one with step/));
   await assert.rejects(file.read({ arrays: [{ name: "pressure", step: 9 }] }),
     failsWith("misuse", /no values at step 9/));
   await file.close();

@@ -145,7 +145,7 @@ TEST_F(UcdTest, NamesWhatIsWrong) {
   EXPECT_EQ(written(*open(valid)), valid);
   expect_refused("\x07 binary", "binary", ErrorCode::unsupported);
   expect_refused("2 1 0 0 0\n1 0 0 0\n1 1 1 1\n1 0 line 1 1\n", "two nodes");
-  expect_refused("2 1 0 0 0\n1 0 0 0\n2 1 1 1\n1 0 line 1 3\n", "no node 3");
+  expect_refused("2 1 0 0 0\n1 0 0 0\n2 1 1 1\n1 0 line 1 3\n", "unknown node 3");
   expect_refused("2 1 0 0 0\n1 0 0 0\n2 1 1 1\n1 0 loop 1 2\n", "'loop'");
   expect_refused("2 1 0 0 0\n1 0 0 0\n2 1 1 x\n1 0 line 1 2\n", "nodes");
   expect_refused("2 1 2 0 0\n1 0 0 0\n2 1 1 1\n1 0 line 1 2\n1 1\na, b\n1 1\n2 1\n", "components");

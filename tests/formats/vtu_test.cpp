@@ -352,7 +352,7 @@ TEST_F(VtuTest, BrokenPolyhedra) {
     return tetrahedra("version=\"1.0\"", point_array("faces", faces, "Int64") +
                                              point_array("faceoffsets", ends, "Int64"));
   };
-  expect_failure(tetrahedra("version=\"1.0\"", ""), ErrorCode::corrupt, "no faces");
+  expect_failure(tetrahedra("version=\"1.0\"", ""), ErrorCode::corrupt, "no arrays of faces");
   expect_failure(with("4 3 0 1", "17 34"), ErrorCode::corrupt, "impossible end");
   expect_failure(with("9 3 0 1 2", "5 5"), ErrorCode::corrupt, "impossible number of faces");
   expect_failure(with("1 9 0 1 2", "5 5"), ErrorCode::corrupt, "beyond its end");
@@ -423,17 +423,17 @@ TEST_F(VtuTest, WrongHeads) {
 TEST_F(VtuTest, WrongArrays) {
   const auto with = [](const char* from, const char* to) { return replaced(kPlain, from, to); };
   expect_failure(with("0 .5 1e3 -1 nan", "0 .5 1e3 -1"), ErrorCode::truncated, "has 4 values");
-  expect_failure(with("0 .5 1e3", "0 x 1e3"), ErrorCode::corrupt, "'x' is not the number");
+  expect_failure(with("0 .5 1e3", "0 x 1e3"), ErrorCode::corrupt, "'x' is not a valid number");
   expect_failure(with("4 8<", "4 9<"), ErrorCode::truncated, "offsets end at 9");
   expect_failure(with("4 8<", "4 3<"), ErrorCode::corrupt, "less than before");
-  expect_failure(with("4 8<", "4 9223372036854775807<"), ErrorCode::corrupt, "not the number");
+  expect_failure(with("4 8<", "4 9223372036854775807<"), ErrorCode::corrupt, "not a valid number");
   expect_failure(with("10 10", "10"), ErrorCode::truncated, "1 types for 2 cells");
   expect_failure(with("1 2 3 4</DataArray>", "1 2 3 5</DataArray>"), ErrorCode::corrupt,
                  "point 5 of 5");
   expect_failure(with("1 2 3 4</DataArray>", "1 2 3 -1</DataArray>"), ErrorCode::corrupt,
                  "point -1");
   expect_failure(with("NumberOfPoints=\"5\"", "NumberOfPoints=\"-5\""), ErrorCode::corrupt,
-                 "no count");
+                 "is not a count");
   expect_failure(with("NumberOfPoints=\"5\"", "NumberOfPoints=\"999999999999999\""),
                  ErrorCode::truncated, "values");
   expect_failure(with("NumberOfPoints=\"5\"", "NumberOfPoints=\"18446744073709551615\""),
@@ -485,7 +485,8 @@ TEST_F(VtuTest, LyingHeadersOfCompressedArrays) {
   expect_failure(with(base64({0xffffffff, 32768, 0, size}, block)), ErrorCode::corrupt,
                  "more than the file can hold");
   expect_failure(with(base64({1, 0xffffffff, 0, size}, block)), ErrorCode::unsupported, "64 MiB");
-  expect_failure(with(base64({1, 20, 0, 0xffffffff}, block)), ErrorCode::corrupt, "more bytes");
+  expect_failure(with(base64({1, 20, 0, 0xffffffff}, block)), ErrorCode::corrupt,
+                 "impossible compressed size");
   expect_failure(with(base64({1, 20, 0, size + 9}, block)), ErrorCode::truncated, "within block 0");
   expect_failure(with(base64({1, 20})), ErrorCode::truncated, "header");
   expect_failure(with(base64({0, 0, 0})), ErrorCode::truncated, "has 0 values");

@@ -88,8 +88,8 @@ TEST_F(FileIo, NothingIsReplacedWhereThatIsRefused) {
     const auto refused = (*late)->commit();
     ASSERT_FALSE(refused);
     EXPECT_EQ(refused.error().code, ErrorCode::output);
-    EXPECT_EQ(refused.error().detail, "is there already");
-    EXPECT_EQ(FileSink::create(path("a"), how, refuse).error().detail, "is there already");
+    EXPECT_EQ(refused.error().detail, "exists already");
+    EXPECT_EQ(FileSink::create(path("a"), how, refuse).error().detail, "exists already");
     late->reset();
     sink->reset();
     EXPECT_EQ(file_content(path("a")), "first");

@@ -312,7 +312,7 @@ TEST(WholeMesh, FilesAreWrittenAndReadByName) {
   const auto back = read_file(path);
   ASSERT_TRUE(back) << back.error().message();
   EXPECT_EQ(*back, mesh);
-  EXPECT_EQ(write_file(path, mesh).error().detail, "is there already");
+  EXPECT_EQ(write_file(path, mesh).error().detail, "exists already");
   EXPECT_TRUE(write_file(path, mesh, {}, FileSink::Existing::replace));
   EXPECT_EQ(read_file(folder / "none").error().code, ErrorCode::io);
   std::ofstream(folder / "other") << "no mesh at all, but long enough to be looked at";

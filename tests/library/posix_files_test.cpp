@@ -84,7 +84,7 @@ TEST_F(FileIo, LinksStayAndLeadToTheNewFile) {
   EXPECT_EQ(FileSink::create(path("lost"), FileSink::Temporary::unnamed, FileSink::Existing::refuse)
                 .error()
                 .detail,
-            "is there already");
+            "exists already");
 }
 
 TEST_F(FileIo, ScratchFilesAreForTheUserAlone) {

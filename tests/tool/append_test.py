@@ -177,7 +177,7 @@ class AppendTest(FolderTest):
                  stderr="number of vertices: 64 in the source, 125")
         later = self.exodus("later.e", range(3, 6), title="another")
         self.shm("append", file, later, "--strict", code=6,
-                 stderr="shm: not in .*: another title")
+                 stderr="shm: not in .*: a different title")
         self.shm("append", later, file, code=3, stderr="is not a .shm file")
         self.shm("append", file, self.path("none.e"), code=3, stderr="none.e")
         self.shm("append", file, code=2, stderr="required")
@@ -221,7 +221,7 @@ class AppendTest(FolderTest):
         self.shm("convert", source, self.path("d.vtk"), stderr="(?s)not in.*")
         with_globals = self.packed(source)
         self.shm("append", with_globals, self.path("d.vtk"), "--all", code=3,
-                 stderr="vals_glo_var.*has a value at each step")
+                 stderr="vals_glo_var.*has a value for each step")
         self.shm("append", file, self.path("c.vtk"), stderr="")  # has no later step
 
     def test_gmsh(self):

@@ -338,7 +338,7 @@ class MpiTest(RanksTest):
         lines = self.write("lines.vtk", "# vtk DataFile Version 3.0\nt\nASCII\n"
                            "DATASET UNSTRUCTURED_GRID\nPOINTS 4 float\n0 0 0 1 0 0 1 1 0 2 2 0\n"
                            "CELLS 2 7\n2 0 1\n3 1 2 3\nCELL_TYPES 2\n4\n4\n")
-        self.expect_failure(3, "any number of vertices", "decompress", self.packed(lines), "-o",
+        self.expect_failure(3, "different numbers of vertices", "decompress", self.packed(lines), "-o",
                             self.path("out.e"))
         self.assertEqual(self.left(), [])
 

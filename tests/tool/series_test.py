@@ -207,7 +207,7 @@ class Files(SeriesTest):
         self.assertEqual(self.collection("run.pvd"), [(2.5, "run/run_0005.vtu")])
         self.shm("convert", "run.e", "x.pvd", "--format", "vtk", code=2, stderr="of VTU files")
         self.write("y", "a file")
-        self.shm("convert", "run.e", "y.pvd", code=4, stderr="y: is no folder")
+        self.shm("convert", "run.e", "y.pvd", code=4, stderr="y: is not a folder, but y.pvd needs one")
 
     def test_nothing_is_lost(self):
         """Existing files, inputs, and data that the files cannot store: all are detected before writing."""
@@ -479,7 +479,7 @@ class Meshes(SeriesTest):
         self.shm("compress", "a_%d.vtk", "-o", "a.shm", code=3, stderr="no file of this name")
         self.shm("compress", "c_%d.vtk", code=2, stderr="-o must name")
         self.exodus("e_0.e", range(2))
-        self.shm("info", "e_%d.e", code=3, stderr="e_0.e: holds time steps itself")
+        self.shm("info", "e_%d.e", code=3, stderr="e_0.e: contains time steps itself")
         self.assertEqual(sorted(os.listdir(self.directory.name)),
                          ["a_0.vtu", "a_1.vtu", "a_2.vtu", "c_0.vtk", "e_0.e"])
 
@@ -498,7 +498,8 @@ class Meshes(SeriesTest):
         good = [(0, "a_0.vtu"), (1, "a_1.vtu")]
         for sets, said in (([], "lists no files"), ([*good, (2, "a_2.vtu")], "a_2.vtu: cannot be"),
                            ([*good, (2, "")], "without a file"), ([("nan", "a_0.vtu")], "timestep is"),
-                           ([("", "a_0.vtu")], "timestep is ''"), ([*good, (3, ".")], "is no file"), ([*good, (3, "pipe")], "is no file"),
+                           ([("", "a_0.vtu")], "timestep is ''"), ([*good, (3, ".")], "is not a regular file"),
+                           ([*good, (3, "pipe")], "is not a regular file"),
                            ([*good, (1, "a_0.vtu")], "several parts"), ([(0, "b.pvd")], "b.pvd")):
             self.write("b.pvd", self.collection_of(sets))
             self.shm("info", "b.pvd", code=3, stderr=said)

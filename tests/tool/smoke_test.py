@@ -26,7 +26,7 @@ CALLS = {
     "extract": [["mesh.shm", "part.vtk", "--box", "0,0,0,0.2,0.2,0.2"]],
     "append": [["steps.shm", "step_1.vtk", "--time", "5"]],
     "repair": [["mesh.shm", "-o", "repaired.shm"]],
-    "join": [["mesh.shm", "moved.shm", "-o", "joined.shm"]],
+    "join": [["back.vtk", "free.shm", "-o", "joined.shm"]],
     "split": [["joined.shm", "-d", "members"]],
     "layout": [["mesh.vtk", "-o", "layout.svg"]],
     "preview": [["mesh.shm", "-o", "preview.png", "--size", "80x60"]],
@@ -51,6 +51,7 @@ class SmokeTest(FolderTest):
             text = file.read()
         for step in range(2):  # two steps of one mesh: the first value of the point array differs
             self.write(f"step_{step}.vtk", text.replace("\n0.0625\n", f"\n0.{step}25\n"))
+        os.mkdir(self.path("members"))
         self.write("page.html", '<script type="application/octet-stream" id="file" data-name=""></script>')
         help_text = self.shm("--help").decode()
         commands = re.findall(r"^  ([a-z]+)  ", help_text[help_text.index("Subcommands:"):], re.MULTILINE)

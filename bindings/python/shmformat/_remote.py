@@ -180,7 +180,7 @@ class _Fsspec:
         firsts, ends = zip(*ranges)
         bodies = self._system.cat_ranges([self._path] * len(ranges), list(firsts), list(ends), on_error="raise")
         if any(len(body) != end - first for body, (first, end) in zip(bodies, ranges)):
-            raise _error(self._url, "returns other bytes than requested")
+            raise _error(self._url, "the server returned other bytes than requested")
         return bodies
 
     def close(self) -> None:

@@ -372,7 +372,7 @@ function found(arrays, wanted) {
   const name = wanted.name ?? wanted.index;
   if (array === undefined) throw new ShmError("misuse", `no array ${name}`);
   if (array.steps !== null && wanted.step === undefined) {
-    throw new ShmError("misuse", `array ${name} has time steps: say which`);
+    throw new ShmError("misuse", `array ${name} has time steps: choose one with step`);
   }
   return array;
 }

@@ -85,7 +85,7 @@ class UrlBytes {
     file.url = file.name = url.href;
     const check = (first) => {
       if (!isDamaged && SIGNATURE.some((byte, i) => i < first.length && byte !== first[i])) {
-        throw file.error("this is no .shm file", { status: "corrupt" });
+        throw file.error("this is not a .shm file", { status: "corrupt" });
       }
     };
     const answer = await file.request([0, FRONT], signal);
@@ -118,7 +118,7 @@ class UrlBytes {
     const head = await this.ask({ method: "HEAD" }, signal);
     const size = head.headers.get("Content-Length");
     if (!head.ok || size === null || !/^\d+$/.test(size)) {
-      throw this.error("the server does not say how long the file is");
+      throw this.error("the server does not report the size of the file");
     }
     return Number(size);
   }
@@ -135,7 +135,7 @@ class UrlBytes {
       throw this.error(`there is no such file: the server answers ${status}`);
     }
     if (status === 401 || status === 403) {
-      throw this.error(`the server refuses to give it: it answers ${status}`);
+      throw this.error(`the server refuses access: it answers ${status}`);
     }
     throw this.error(`the server answers ${status}`);
   }
@@ -149,7 +149,7 @@ class UrlBytes {
     { cause });
   }
   otherBytes() {
-    return this.error("the server gives other bytes than it was asked for");
+    return this.error("the server returned other bytes than requested");
   }
   static versionOf(answer) {
     return answer.headers.get("ETag") ?? answer.headers.get("Last-Modified");
@@ -179,7 +179,7 @@ class UrlBytes {
         length += piece.value.length;
         if (length > most) {
           throw answer.status === 206 ? this.otherBytes() : this.error(
-            `the server answers no range requests, and this file has more than ${most} bytes`);
+            `the server does not support byte ranges, and this file has more than ${most} bytes`);
         }
         pieces.push(piece.value);
       }
@@ -210,7 +210,7 @@ class UrlBytes {
     }
     if (answer.status === 200) {
       await answer.body?.cancel();
-      throw this.error("the server no longer answers range requests");
+      throw this.error("the server no longer supports byte ranges");
     }
     await this.expect(answer);
     const range = answer.headers.get("Content-Range");

@@ -53,7 +53,7 @@ export function fileInside() {
 async function checkBeginning(file, name) {
   const first = new Uint8Array(await file.slice(0, SIGNATURE.length).arrayBuffer());
   if (first.length > 0 && SIGNATURE.some((byte, i) => byte !== first[i])) {
-    throw new Error(`${name}: this is no .shm file`);
+    throw new Error(`${name}: this is not a .shm file`);
   }
 }
 

@@ -172,9 +172,9 @@ void Parser::find_pieces(Node& grid) {
     next.first_cell += next.cells;
     // Checked before anything is unpacked.
     if (std::max(next.first_point, next.first_cell) > spool_.limits().most)
-      loader_.fail(
-          ErrorCode::over_limit, each,
-          "exceeds the limit for points or cells, " + std::to_string(spool_.limits().most));
+      loader_.fail(ErrorCode::over_limit, each,
+                   "the pieces so far have more points or cells than the limit of " +
+                       std::to_string(spool_.limits().most));
   }
   info_.vertices = next.first_point;
 }

@@ -98,7 +98,7 @@ std::string own_name(const std::string& path, const std::string& machine, int at
 }
 
 Error taken_error(const std::string& path) {
-  return Error{ErrorCode::output, "is there already", {}, kNoOffset, path};
+  return Error{ErrorCode::output, "exists already", {}, kNoOffset, path};
 }
 
 /// Flushes the folder, so that the name of `path` is on the disk, too. Some folders cannot be

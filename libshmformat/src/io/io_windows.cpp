@@ -179,7 +179,7 @@ void remove_leftovers(const std::string& path, const std::string& machine, std::
 }
 
 Error taken_error(const std::string& path) {
-  return Error{ErrorCode::output, "is there already", {}, kNoOffset, path};
+  return Error{ErrorCode::output, "exists already", {}, kNoOffset, path};
 }
 
 /// Renames as POSIX does: a process that has the old file open keeps it. Newer versions of Windows
