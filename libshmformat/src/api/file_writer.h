@@ -35,7 +35,7 @@ class Calls {
   Result<SizeReport> finish(Work&& work) {
     if (error_) return *error_;
     Result<SizeReport> report = work();
-    error_ = report ? misuse_error("the file is finished", "file") : report.error();
+    error_ = report ? misuse("the file is finished", "file") : report.error();
     return report;
   }
 

@@ -31,14 +31,13 @@ Result<void> check_start(const WriteOptions& options, const PartStart& start) {
         start.first_cell / options.segment_cells == start.segment)
       return {};
   } else if (options.restart_budget > 0) {
-    return misuse_error("parts need segment_cells or segment_starts, or no restart_budget",
-                        "options");
+    return misuse("parts need segment_cells or segment_starts, or no restart_budget", "options");
   } else if (start.segment == 0 && start.first_cell == 0) {
     return {};
   }
-  return misuse_error("segment " + std::to_string(start.segment) + " does not begin with cell " +
-                          std::to_string(start.first_cell),
-                      "part");
+  return misuse("segment " + std::to_string(start.segment) + " does not begin with cell " +
+                    std::to_string(start.first_cell),
+                "part");
 }
 
 }  // namespace
@@ -51,11 +50,8 @@ Result<void> place(PartChunks& chunks, std::uint32_t first) {
     if (left.size() < container::kShortHeaderBytes ||
         container::get(in, header) != container::HeaderState::good ||
         header.payload_bytes > left.size() - header.bytes())
-      return Error{ErrorCode::corrupt,
-                   "the bytes are not chunks of a part",
-                   "part",
-                   chunks.bytes.size() - left.size(),
-                   {}};
+      return corrupt("the bytes are not chunks of a part", "part",
+                     chunks.bytes.size() - left.size());
     header.sequence = first++;
     ByteWriter out;
     container::put(out, header);
@@ -86,7 +82,7 @@ class __attribute__((visibility("hidden"))) PartWriter::Impl {
   template <class Work>
   Result<void> in_phase(int phase, Work&& work) {
     return calls_.run([&]() -> Result<void> {
-      return phase == phase_ ? work() : misuse_error("the call is out of order", "part");
+      return phase == phase_ ? work() : misuse("the call is out of order", "part");
     });
   }
 
@@ -113,7 +109,7 @@ class __attribute__((visibility("hidden"))) PartWriter::Impl {
   Result<void> begin_steps(const PartSteps& steps) {
     const std::size_t arrays = schema_.arrays.size();
     if (steps.first_elements.size() != arrays || steps.elements.size() != arrays)
-      return misuse_error("first_elements and elements need a number for each array", "steps");
+      return misuse("first_elements and elements need a number for each array", "steps");
     std::vector<std::uint64_t> own(arrays);
     for (std::uint32_t a = 0; a < arrays; ++a) own[a] = elements_of(a);
     first_elements_ = steps.first_elements;
@@ -131,8 +127,8 @@ class __attribute__((visibility("hidden"))) PartWriter::Impl {
                           std::optional<StepReference> basis) {
     if (auto status = file_.check_step_values(array, {}); !status) return status;
     if (basis.has_value() == chooses(array) && elements_of(array) > 0)
-      return misuse_error("the part with the first element, and no other, chooses the reference",
-                          "steps");
+      return misuse("the part with the first element, and no other, chooses the reference",
+                    "steps");
     if (basis) steps_->choose(*basis);
     // Other writers have the other elements of this array; waiting parts must be written before
     // them.

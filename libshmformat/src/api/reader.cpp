@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "base/binary.h"
+#include "base/errors.h"
 #include "base/packing.h"
 #include "format/chunk_list.h"
 #include "format/format.h"
@@ -90,13 +91,8 @@ class __attribute__((visibility("hidden"))) Decoder::Impl {
   std::uint64_t elements_of(std::uint32_t array) const;
   std::map<std::string, std::uint64_t> streams() const;
   Result<std::vector<std::byte>> unpack(ByteReader& in, std::uint64_t limit) const;
-  Error wrong(ErrorCode code, std::string detail) const {
-    return Error{code, std::move(detail), section_, chunk_offset_, {}};
-  }
-  /// Returns the error of a total over all chunks. It has no offset, since no single chunk is the
-  /// cause.
-  static Error over_total(std::string detail) {
-    return Error{ErrorCode::over_limit, std::move(detail), "mesh", kNoOffset, {}};
+  Error wrong(std::string detail, ErrorCode code = ErrorCode::corrupt) const {
+    return Error{code, std::move(detail), section_, chunk_offset_};
   }
   std::size_t wanted() const;
   std::size_t header_wanted() const;
@@ -232,10 +228,11 @@ Result<void> Decoder::Impl::read_on() {
   return {};
 }
 
-/// Checks that everything decoded so far is within the limits.
+/// Checks that everything decoded so far is within the limits. The error has no offset, since no
+/// single chunk is the cause.
 Result<void> Decoder::Impl::count_block(const MeshBlock& block) {
   const auto over = [&](std::uint64_t limit, const std::string& what) {
-    return over_total("has more " + what + " than the limit of " + std::to_string(limit));
+    return over_limit("has more " + what + " than the limit of " + std::to_string(limit), "mesh");
   };
   if (mesh_->vertices() > limits_.max_vertices) return over(limits_.max_vertices, "vertices");
   if (mesh_->cells() > limits_.max_cells) return over(limits_.max_cells, "cells");
@@ -246,8 +243,9 @@ Result<void> Decoder::Impl::count_block(const MeshBlock& block) {
 
 Result<void> Decoder::Impl::count_bytes(std::uint64_t bytes) {
   if (bytes > limits_.max_decoded_bytes - decoded_bytes_)
-    return over_total("decodes to more than the limit of " +
-                      std::to_string(limits_.max_decoded_bytes) + " bytes");
+    return over_limit(
+        "decodes to more than the limit of " + std::to_string(limits_.max_decoded_bytes) + " bytes",
+        "mesh");
   decoded_bytes_ += bytes;
   return {};
 }
@@ -256,31 +254,25 @@ Result<Decoder::Progress> Decoder::Impl::missing() {
   if (!ended_) return Progress::need_input;
   const std::uint64_t end = offset_ + buffer_.size() - at_;
   if (state_ == State::start && end < container::kFileStartBytes)
-    return Error{ErrorCode::truncated,
-                 end == 0 ? "the file is empty" : "the file ends within its first 16 bytes",
-                 "signature",
-                 end,
-                 {}};
-  return Error{ErrorCode::truncated,
-               "the file ends here, within or before a chunk, without an end record",
-               section_,
-               end,
-               {}};
+    return truncated(end == 0 ? "the file is empty" : "the file ends within its first 16 bytes",
+                     "signature", end);
+  return truncated("the file ends here, within or before a chunk, without an end record", section_,
+                   end);
 }
 
 Result<void> Decoder::Impl::read_start() {
   ByteReader in(consume(container::kFileStartBytes));
-  if (!container::get(in, start_)) return wrong(ErrorCode::corrupt, "this is not a .shm file");
+  if (!container::get(in, start_)) return wrong("this is not a .shm file");
   if (!container::is_known_version(start_))
-    return wrong(ErrorCode::unsupported, "format version " + std::to_string(start_.major) + "." +
-                                             std::to_string(start_.minor) +
-                                             " is not one that this reader knows");
+    return wrong("format version " + std::to_string(start_.major) + "." +
+                     std::to_string(start_.minor) + " is not one that this reader knows",
+                 ErrorCode::unsupported);
   if ((start_.needed_features & container::kArchiveFeature) != 0)
-    return wrong(ErrorCode::unsupported, "is an archive of several files, each with its own mesh");
+    return wrong("is an archive of several files, each with its own mesh", ErrorCode::unsupported);
   if ((start_.needed_features & ~container::kKnownFeatures) != 0)
-    return wrong(ErrorCode::unsupported, "needs features " +
-                                             std::to_string(start_.needed_features) +
-                                             " that this reader does not know");
+    return wrong("needs features " + std::to_string(start_.needed_features) +
+                     " that this reader does not know",
+                 ErrorCode::unsupported);
   section_ = "chunk header";
   state_ = State::header;
   return {};
@@ -292,19 +284,19 @@ Result<void> Decoder::Impl::read_header() {
   ByteReader in(consume(wanted()));
   switch (container::get(in, header_)) {
     case container::HeaderState::good: break;
-    case container::HeaderState::bad_mark: return wrong(ErrorCode::corrupt, "no chunk begins here");
+    case container::HeaderState::bad_mark: return wrong("no chunk begins here");
     case container::HeaderState::bad_checksum:
-      return wrong(ErrorCode::corrupt, "checksum of the chunk header does not match");
+      return wrong("checksum of the chunk header does not match");
   }
   section_ = container::chunk_name(header_.kind);
   if (header_.sequence != next_sequence_++)
-    return wrong(ErrorCode::corrupt, "a chunk is missing or out of order before this one");
+    return wrong("a chunk is missing or out of order before this one");
   if (header_.payload_bytes > limits_.max_chunk_bytes)
-    return wrong(ErrorCode::over_limit, "a chunk of " + std::to_string(header_.payload_bytes) +
-                                            " bytes, the limit is " +
-                                            std::to_string(limits_.max_chunk_bytes));
+    return wrong("a chunk of " + std::to_string(header_.payload_bytes) + " bytes, the limit is " +
+                     std::to_string(limits_.max_chunk_bytes),
+                 ErrorCode::over_limit);
   if (!schema_ && header_.kind != static_cast<std::uint8_t>(ChunkKind::schema))
-    return wrong(ErrorCode::corrupt, "the first chunk is not the schema");
+    return wrong("the first chunk is not the schema");
   state_ = State::payload;
   return {};
 }
@@ -313,17 +305,17 @@ Result<void> Decoder::Impl::read_payload() {
   const auto payload = consume(static_cast<std::size_t>(header_.payload_bytes));
   state_ = State::header;
   if (checksum(payload) != header_.payload_checksum)
-    return wrong(ErrorCode::corrupt, "checksum of the chunk does not match");
+    return wrong("checksum of the chunk does not match");
   if (!container::is_known(header_)) {
     chunks_.add(header_);
     if ((header_.flags & container::kChunkOptional) != 0) return {};
-    return wrong(ErrorCode::unsupported,
-                 "this reader does not know the chunk, which is not optional");
+    return wrong("this reader does not know the chunk, which is not optional",
+                 ErrorCode::unsupported);
   }
   switch (static_cast<ChunkKind>(header_.kind)) {
     case ChunkKind::schema: chunks_.add(header_); return read_schema(payload);
     case ChunkKind::group:
-      if (step_values_) return wrong(ErrorCode::corrupt, "mesh groups come before step values");
+      if (step_values_) return wrong("mesh groups come before step values");
       look_at_group(payload);
       return mesh_->begin_group({{payload.begin(), payload.end()}, header_.version, chunk_offset_},
                                 header_.segment);
@@ -341,13 +333,13 @@ Result<void> Decoder::Impl::read_schema(std::span<const std::byte> payload) {
     if (payload.size() == schema_bytes_.size() &&
         std::equal(payload.begin(), payload.end(), schema_bytes_.begin()))
       return {};
-    return wrong(ErrorCode::corrupt, "the repeated schema differs from the first");
+    return wrong("the repeated schema differs from the first");
   }
   ByteReader in(payload);
   container::FileStart again;
   container::get_version(in, again);
   if (!in.ok() || again != start_)
-    return wrong(ErrorCode::corrupt, "version or features differ from the start of the file");
+    return wrong("version or features differ from the start of the file");
   const auto blob = unpack(in, limits_.max_chunk_bytes);
   if (!blob) return blob.error();
   ByteReader fields(*blob);
@@ -355,12 +347,12 @@ Result<void> Decoder::Impl::read_schema(std::span<const std::byte> payload) {
   ReadLimits limits = limits_;
   limits.max_unpacked_bytes = budget_.left(offset_);
   if (auto status = get(fields, *schema, limits); !status)
-    return wrong(status.error().code, status.error().detail);
+    return wrong(status.error().detail, status.error().code);
   budget_.take(bytes_of(*schema));
   schema->earlier_values = container::has_earlier_values(start_);
   if (auto status = check_schema(*schema, limits_); !status) {
     const bool limit = status.error().code == ErrorCode::over_limit;
-    return wrong(limit ? ErrorCode::over_limit : ErrorCode::corrupt, status.error().detail);
+    return wrong(status.error().detail, limit ? ErrorCode::over_limit : ErrorCode::corrupt);
   }
   schema_ = std::move(schema);
   schema_bytes_.assign(payload.begin(), payload.end());
@@ -375,13 +367,14 @@ Result<void> Decoder::Impl::read_schema(std::span<const std::byte> payload) {
 Result<std::vector<std::byte>> Decoder::Impl::unpack(ByteReader& in, std::uint64_t limit) const {
   const std::uint64_t size = stated_packed_size(in);
   if (container::has_bounded_blobs(start_) && size > most_unpacked(in.left()))
-    return wrong(ErrorCode::corrupt, "unpacks to more than its bytes may");
+    return wrong("unpacks to more than its bytes may");
   limit = std::min(limit, budget_.left(offset_));
   if (size > limit)
-    return wrong(ErrorCode::over_limit, "unpacks to " + std::to_string(size) +
-                                            " bytes, the limit is " + std::to_string(limit));
+    return wrong(
+        "unpacks to " + std::to_string(size) + " bytes, the limit is " + std::to_string(limit),
+        ErrorCode::over_limit);
   auto blob = get_packed(in, limit);
-  if (!blob) return wrong(ErrorCode::corrupt, "cannot be unpacked");
+  if (!blob) return wrong("cannot be unpacked");
   return std::move(*blob);
 }
 
@@ -408,7 +401,7 @@ void Decoder::Impl::look_at_group(std::span<const std::byte> payload) {
 }
 
 Result<void> Decoder::Impl::read_step_values(std::span<const std::byte> payload) {
-  if (!topology_) return wrong(ErrorCode::corrupt, "does not belong to a stepped array");
+  if (!topology_) return wrong("does not belong to a stepped array");
   if (!step_values_) {
     std::vector<std::uint64_t> elements(schema_->arrays.size());
     for (std::uint32_t a = 0; a < elements.size(); ++a) elements[a] = elements_of(a);
@@ -417,7 +410,7 @@ Result<void> Decoder::Impl::read_step_values(std::span<const std::byte> payload)
   ByteReader in(payload);
   std::vector<container::StepPart> parts;
   if (!container::get(in, parts, header_.version, payload.size()))
-    return wrong(ErrorCode::corrupt, "its header is invalid");
+    return wrong("its header is invalid");
   chunks_.add_step_values(header_, parts);
   if (auto status = read_part(parts[0], in.get_bytes(parts[0].bytes)); !status) return status;
   parts_.assign(parts.begin() + 1, parts.end());
@@ -440,7 +433,7 @@ Result<void> Decoder::Impl::read_part(const container::StepPart& part,
                                       std::span<const std::byte> bytes) {
   const container::StepHeader& header = part.header;
   auto piece = step_values_->read(header, bytes, offset_);
-  if (!piece) return wrong(piece.error().code, piece.error().detail);
+  if (!piece) return wrong(piece.error().detail, piece.error().code);
   if (auto status = count_bytes(piece->values.size()); !status) return status;
   if (array_names_.empty()) array_names_ = array_stream_names(*schema_);
   stream_bytes_[array_names_[header.array]] += bytes.size();
@@ -450,12 +443,11 @@ Result<void> Decoder::Impl::read_part(const container::StepPart& part,
 }
 
 Result<void> Decoder::Impl::read_step_times(std::span<const std::byte> payload) {
-  if (std::exchange(step_times_read_, true))
-    return wrong(ErrorCode::corrupt, "the file has step times twice");
+  if (std::exchange(step_times_read_, true)) return wrong("the file has step times twice");
   ByteReader in(payload);
   const auto blob = unpack(in, most_bytes_of_times(limits_));
   if (!blob) return blob.error();
-  if (blob->size() % 8 != 0) return wrong(ErrorCode::corrupt, "ends within a number");
+  if (blob->size() % 8 != 0) return wrong("ends within a number");
   StepTimes times;
   times.times.reserve(blob->size() / 8);
   budget_.take(blob->size());
@@ -470,7 +462,7 @@ Result<void> Decoder::Impl::read_step_times(std::span<const std::byte> payload) 
 Result<void> Decoder::Impl::read_extra(std::span<const std::byte> payload) {
   auto extras = get_extras(payload, header_.version,
                            std::min(limits_.max_extra_bytes, budget_.left(offset_)));
-  if (!extras) return wrong(extras.error().code, extras.error().detail);
+  if (!extras) return wrong(extras.error().detail, extras.error().code);
   for (const Extra& extra : *extras) budget_.take(bytes_of(extra));
   stream_bytes_["extras"] += payload.size();
   extras_ = std::move(*extras);  // all extras of the previous chunk have been taken
@@ -481,8 +473,7 @@ Result<void> Decoder::Impl::read_extra(std::span<const std::byte> payload) {
 Result<void> Decoder::Impl::read_index(std::span<const std::byte> payload) {
   ByteReader in(payload);
   container::Index index;
-  if (!container::get(in, index, header_.version, next_sequence_))
-    return wrong(ErrorCode::corrupt, "is invalid");
+  if (!container::get(in, index, header_.version, next_sequence_)) return wrong("is invalid");
   const auto held = this->held();
   const bool same =
       held && index.previous_index == held->previous_index && index.vertices == held->vertices &&
@@ -491,9 +482,8 @@ Result<void> Decoder::Impl::read_index(std::span<const std::byte> payload) {
       index.segments == held->segments && index.imported_vertices == held->imported_vertices &&
       index.block_cells == held->block_cells &&
       (index.version > 0 || index.streams == held->streams);
-  if (!same) return wrong(ErrorCode::corrupt, "does not match the contents of the file");
-  if (const auto difference = chunks_.difference(index.entries))
-    return wrong(ErrorCode::corrupt, *difference);
+  if (!same) return wrong("does not match the contents of the file");
+  if (const auto difference = chunks_.difference(index.entries)) return wrong(*difference);
   index_offset_ = chunk_offset_;
   section_ = "end record";
   state_ = State::trailer;
@@ -508,7 +498,7 @@ std::map<std::string, std::uint64_t> Decoder::Impl::streams() const {
 
 Result<container::Index> Decoder::Impl::held() const {
   if (step_values_ && !step_values_->is_complete())
-    return wrong(ErrorCode::corrupt, "step values of some groups are missing");
+    return wrong("step values of some groups are missing");
   container::Index held;
   held.vertices = mesh_->vertices();
   held.cells = mesh_->cells();
@@ -526,7 +516,7 @@ Result<void> Decoder::Impl::read_trailer() {
   ByteReader in(consume(container::kTrailerBytes));
   std::uint64_t stated = 0;
   if (!container::get_trailer(in, stated) || stated != index_offset_)
-    return wrong(ErrorCode::corrupt, "the last 16 bytes do not point to the index");
+    return wrong("the last 16 bytes do not point to the index");
   state_ = State::behind_end;
   return {};
 }

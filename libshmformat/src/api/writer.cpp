@@ -37,11 +37,11 @@ class __attribute__((visibility("hidden"))) Writer::Impl {
   Calls& calls() { return calls_; }
 
   Result<void> expect_mesh_open() const {
-    if (mesh_ended_) return misuse_error("the mesh has been ended", "mesh");
+    if (mesh_ended_) return misuse("the mesh has been ended", "mesh");
     return {};
   }
   Result<void> expect_mesh_ended() const {
-    if (!mesh_ended_) return misuse_error("call end_mesh before steps", "steps");
+    if (!mesh_ended_) return misuse("call end_mesh before steps", "steps");
     return {};
   }
 
@@ -52,8 +52,7 @@ class __attribute__((visibility("hidden"))) Writer::Impl {
                          std::span<const std::uint64_t> corners,
                          std::span<const std::uint64_t> last_uses, std::span<const std::byte> data);
   Result<void> add_mesh(const MeshArrays& mesh) {
-    if (!mesh_.is_new())
-      return misuse_error("a whole mesh cannot follow vertices or cells", "mesh");
+    if (!mesh_.is_new()) return misuse("a whole mesh cannot follow vertices or cells", "mesh");
     return feed_mesh(mesh_, schema_, mesh);
   }
   Result<void> end_mesh() {
@@ -97,7 +96,7 @@ Result<void> Writer::Impl::add_vertices(std::span<const std::uint64_t> numbers,
   const std::size_t data_bytes = point_data_bytes(schema_);
   if (xyz.size() / xyz_bytes != numbers.size() || xyz.size() % xyz_bytes != 0 ||
       data.size() != numbers.size() * data_bytes)
-    return misuse_error("xyz or data do not match the number of vertices", "mesh");
+    return misuse("xyz or data do not match the number of vertices", "mesh");
   for (std::size_t v = 0; v < numbers.size(); ++v)
     if (auto status = mesh_.add_vertex(numbers[v], xyz.subspan(v * xyz_bytes, xyz_bytes),
                                        data.subspan(v * data_bytes, data_bytes));
@@ -110,12 +109,12 @@ Result<void> Writer::Impl::add_cells(std::uint32_t block, std::size_t cells,
                                      std::span<const std::uint64_t> corners,
                                      std::span<const std::uint64_t> last_uses,
                                      std::span<const std::byte> data) {
-  if (block >= schema_.blocks.size()) return misuse_error("cells of an unknown block", "mesh");
+  if (block >= schema_.blocks.size()) return misuse("cells of an unknown block", "mesh");
   const std::size_t data_bytes = cell_data_bytes(schema_)[block];
   const std::size_t nodes = cells == 0 ? 0 : corners.size() / cells;
   if (cells * nodes != corners.size() || data.size() != cells * data_bytes ||
       (!last_uses.empty() && last_uses.size() != cells))
-    return misuse_error("corners, last_uses and data have inconsistent sizes", "mesh");
+    return misuse("corners, last_uses and data have inconsistent sizes", "mesh");
   for (std::size_t c = 0; c < cells; ++c)
     if (auto status = mesh_.add_cell(block, corners.subspan(c * nodes, nodes),
                                      last_uses.empty() ? 0 : last_uses[c],

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "base/binary.h"
+#include "base/errors.h"
 #include "base/packing.h"
 #include "codecs/shared/group_parts.h"
 #include "format/format.h"
@@ -115,13 +116,8 @@ class IndexedFile {
   /// Returns a group whose payload has zeros in place of the streams that are not wanted.
   Result<container::GroupChunk> read_group(std::size_t group, const DecodedParts& parts);
 
-  /// Returns an error about the bytes at `offset`.
-  static Error wrong(std::string detail, std::string section, std::uint64_t offset,
-                     ErrorCode code = ErrorCode::corrupt) {
-    return Error{code, std::move(detail), std::move(section), offset, {}};
-  }
   Error wrong_index(std::string detail) const {
-    return wrong(std::move(detail), "index", index_offset_);
+    return corrupt(std::move(detail), "index", index_offset_);
   }
 
  private:
