@@ -8,6 +8,7 @@
 #include "base/binary.h"
 #include "base/errors.h"
 #include "base/packing.h"
+#include "format/chunk_reader.h"
 #include "format/random_chunks.h"
 #include "format/schema.h"
 
@@ -58,12 +59,12 @@ Result<void> IndexedFile::open_damaged() {
     segments_.push_back({first.first_cell, 0, first.first_vertex, 0, 0, first.box});
     for (std::size_t g = first_group_[s]; g < first_group_[s + 1]; ++g) add_to_segment(groups_[g]);
   }
-  decoder_ = Decoder(limits_);
   look_at_beginning(decodable_->beginning);
-  if (auto status = decoder_.feed(decodable_->beginning); !status) return status;
-  const auto advanced = decoder_.advance();
-  if (decoder_.schema() == nullptr)
-    return advanced ? corrupt("is invalid", "schema") : advanced.error();
+  std::span<const std::byte> beginning(decodable_->beginning);
+  auto schema = container::ChunkReader(limits_).find_schema(beginning);
+  if (!schema) return schema.error();
+  if (!*schema) return corrupt("is invalid", "schema");
+  schema_ = std::make_unique<const Schema>(std::move(**schema));
   return {};
 }
 
@@ -371,7 +372,7 @@ void IndexedFile::look_at_beginning(std::span<const std::byte> bytes) {
   has_long_headers_ = container::header_bytes(first) == kLongHeaderBytes;
 }
 
-/// Reads the file start and the first chunk through a Decoder, which checks them.
+/// Reads the file start and the first chunk.
 Result<void> IndexedFile::read_schema() {
   if (index_.entries.empty() ||
       index_.entries[0].kind != static_cast<std::uint8_t>(ChunkKind::schema) ||
@@ -381,17 +382,25 @@ Result<void> IndexedFile::read_schema() {
     return wrong_index("does not list the schema");
   constexpr std::uint64_t kPiece = std::uint64_t{1} << 16;
   const std::uint64_t end = container::kFileStartBytes + index_.entries[0].bytes;
-  decoder_ = Decoder(limits_);
-  std::vector<std::byte> piece;
-  for (std::uint64_t position = 0; position < end; position += piece.size()) {
-    piece.resize(static_cast<std::size_t>(std::min(kPiece, end - position)));
+  container::ChunkReader file(limits_);
+  std::vector<std::byte> bytes;  // bytes that `file` has not read yet
+  for (std::uint64_t position = 0; position < end;) {
+    const std::size_t kept = bytes.size();
+    bytes.resize(kept + static_cast<std::size_t>(std::min(kPiece, end - position)));
+    const auto piece = std::span(bytes).subspan(kept);
     if (auto status = source_->read_at(position, piece); !status) return status;
     if (position == 0) look_at_beginning(piece);
-    if (auto status = decoder_.feed(piece); !status) return status;
-    if (auto progress = decoder_.advance(); !progress) return progress.error();
+    position += piece.size();
+    std::span<const std::byte> left(bytes);
+    auto schema = file.find_schema(left);
+    if (!schema) return schema.error();
+    if (*schema) {
+      schema_ = std::make_unique<const Schema>(std::move(**schema));
+      return {};
+    }
+    bytes.erase(bytes.begin(), bytes.end() - static_cast<std::ptrdiff_t>(left.size()));
   }
-  if (decoder_.schema() == nullptr) return wrong_index("lists a wrong length of the schema");
-  return {};
+  return wrong_index("lists a wrong length of the schema");
 }
 
 }  // namespace shm

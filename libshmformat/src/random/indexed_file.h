@@ -20,7 +20,6 @@
 #include "codecs/shared/group_parts.h"
 #include "format/format.h"
 #include "repair/decodable_parts.h"
-#include "shm/reader.h"
 
 namespace shm {
 
@@ -40,7 +39,7 @@ class IndexedFile {
   Result<void> open_damaged();
   /// Null unless the file is damaged.
   const DecodableParts* decodable() const { return decodable_.get(); }
-  const Schema& schema() const { return *decoder_.schema(); }
+  const Schema& schema() const { return *schema_; }
   const ReadLimits& limits() const { return limits_; }
   /// Totals of the whole file and all entries.
   const container::Index& index() const { return index_; }
@@ -138,7 +137,7 @@ class IndexedFile {
 
   RandomSource* source_;
   ReadLimits limits_;
-  Decoder decoder_;  // has read the schema
+  std::unique_ptr<const Schema> schema_;  // on the heap, since others keep a pointer to it
   std::uint64_t index_offset_ = 0;
   container::Index index_;
   bool has_long_headers_ = false;  // chunk headers are long even if short ones would do

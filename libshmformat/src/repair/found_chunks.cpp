@@ -6,9 +6,8 @@
 #include "base/binary.h"
 #include "base/errors.h"
 #include "format/chunk_list.h"
+#include "format/chunk_reader.h"
 #include "format/random_chunks.h"
-
-#include "shm/reader.h"
 
 namespace shm {
 
@@ -97,16 +96,12 @@ Result<void> FoundChunks::find_schema() {
     if (!payload) return payload.error();
     schema_payload_ = std::move(*payload);
     has_long_headers_ = chunk.header.is_long;
-    Decoder decoder(limits_);
-    if (auto status = decoder.feed(beginning()); !status) return status;
-    const auto advanced = decoder.advance();
-    if (decoder.schema() == nullptr) {
-      schema_payload_.clear();
-      if (!advanced && advanced.error().code == ErrorCode::unsupported) return advanced.error();
-      if (!advanced && advanced.error().code == ErrorCode::over_limit) return advanced.error();
-      return {};
-    }
-    schema_ = *decoder.schema();
+    const std::vector<std::byte> bytes = beginning();
+    std::span<const std::byte> left(bytes);
+    auto schema = container::ChunkReader(limits_).find_schema(left);
+    if (!schema && schema.error().code != ErrorCode::corrupt) return schema.error();
+    if (schema) schema_ = std::move(*schema);
+    if (!schema_) schema_payload_.clear();
   }
   return {};
 }
