@@ -24,9 +24,9 @@ namespace shm {
 class Calls {
  public:
   template <class Work>
-  Result<void> run(Work&& work) {
+  auto run(Work&& work) -> decltype(work()) {
     if (error_) return *error_;
-    Result<void> result = work();
+    auto result = work();
     if (!result) error_ = result.error();
     return result;
   }

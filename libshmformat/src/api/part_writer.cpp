@@ -80,8 +80,8 @@ class __attribute__((visibility("hidden"))) PartWriter::Impl {
 
   /// Runs `work` if no error has occurred and the writer is in phase `phase`.
   template <class Work>
-  Result<void> in_phase(int phase, Work&& work) {
-    return calls_.run([&]() -> Result<void> {
+  auto in_phase(int phase, Work&& work) {
+    return calls_.run([&]() -> decltype(work()) {
       return phase == phase_ ? work() : misuse("the call is out of order", "part");
     });
   }
@@ -95,12 +95,11 @@ class __attribute__((visibility("hidden"))) PartWriter::Impl {
     phase_ = kNumbered;
     return mesh_.give_out_part(numbers);
   }
-  Result<void> mesh_chunks(PartChunks& out) {
+  Result<PartChunks> mesh_chunks() {
     phase_ = kChunksTaken;
     container::Index totals = mesh_.totals();
     totals.cells -= start_.first_cell;
-    out = take(std::move(totals));
-    return {};
+    return take(std::move(totals));
   }
 
   std::uint64_t elements_of(std::uint32_t array) const {
@@ -146,17 +145,15 @@ class __attribute__((visibility("hidden"))) PartWriter::Impl {
   std::optional<StepReference> step_basis() const {
     return phase_ == kInStep ? steps_->chosen() : std::nullopt;
   }
-  Result<void> end_step(PartChunks& out) {
+  Result<PartChunks> end_step() {
     phase_ = kBetweenSteps;
-    if (auto status = file_.end_step_array(); !status) return status;
-    out = take({});
-    return {};
+    if (auto status = file_.end_step_array(); !status) return status.error();
+    return take({});
   }
-  Result<void> end_steps(PartChunks& out) {
+  Result<PartChunks> end_steps() {
     phase_ = kStepsTaken;
-    if (auto status = file_.write_parts(); !status) return status;
-    out = take({});
-    return {};
+    if (auto status = file_.write_parts(); !status) return status.error();
+    return take({});
   }
 
   enum Phase { kAdding, kEnded, kNumbered, kChunksTaken, kBetweenSteps, kInStep, kStepsTaken };
@@ -244,10 +241,7 @@ Result<void> PartWriter::set_imported_numbers(std::span<const std::uint64_t> num
   return impl_->in_phase(Impl::kEnded, [&] { return impl_->set_imported_numbers(numbers); });
 }
 Result<PartChunks> PartWriter::mesh_chunks() {
-  PartChunks out;
-  const auto status = impl_->in_phase(Impl::kNumbered, [&] { return impl_->mesh_chunks(out); });
-  if (!status) return status.error();
-  return out;
+  return impl_->in_phase(Impl::kNumbered, [&] { return impl_->mesh_chunks(); });
 }
 Result<void> PartWriter::begin_steps(const PartSteps& steps) {
   return impl_->in_phase(Impl::kChunksTaken, [&] { return impl_->begin_steps(steps); });
@@ -263,16 +257,10 @@ Result<void> PartWriter::add_step_values(std::span<const std::byte> values) {
 }
 std::optional<StepReference> PartWriter::step_basis() const { return impl_->step_basis(); }
 Result<PartChunks> PartWriter::end_step() {
-  PartChunks out;
-  const auto status = impl_->in_phase(Impl::kInStep, [&] { return impl_->end_step(out); });
-  if (!status) return status.error();
-  return out;
+  return impl_->in_phase(Impl::kInStep, [&] { return impl_->end_step(); });
 }
 Result<PartChunks> PartWriter::end_steps() {
-  PartChunks out;
-  const auto status = impl_->in_phase(Impl::kBetweenSteps, [&] { return impl_->end_steps(out); });
-  if (!status) return status.error();
-  return out;
+  return impl_->in_phase(Impl::kBetweenSteps, [&] { return impl_->end_steps(); });
 }
 
 }  // namespace shm
