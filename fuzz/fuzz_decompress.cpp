@@ -15,6 +15,7 @@
 #include "base/spool.h"
 #include "compression/decompress.h"
 #include "damaged_file.h"
+#include "files/mesh_files.h"
 #include "formats/formats.h"
 #include "transfer/translate.h"
 

@@ -6,7 +6,8 @@
 #include <utility>
 
 #include "base/failure.h"
-#include "transfer/format.h"
+#include "formats/formats.h"
+#include "interface/format.h"
 
 namespace shm::converters {
 namespace {

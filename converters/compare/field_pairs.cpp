@@ -6,8 +6,9 @@
 #include <set>
 #include <tuple>
 
+#include "formats/formats.h"
+#include "interface/format.h"
 #include "mesh/cell_cursor.h"
-#include "transfer/format.h"
 
 namespace shm::converters {
 namespace {

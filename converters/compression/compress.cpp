@@ -12,6 +12,8 @@
 #include "base/failure.h"
 #include "compression/mesh_feeder.h"
 #include "compression/step_feeder.h"
+#include "formats/formats.h"
+#include "interface/format.h"
 #include "mesh/coding_order.h"
 #include "mesh/vertex_compaction.h"
 #include "order/delay_trial.h"
@@ -19,7 +21,6 @@
 #include "order/reordered_mesh.h"
 #include "order/sample_mesh.h"
 #include "order/spooled_mesh.h"
-#include "transfer/format.h"
 
 namespace shm::converters {
 namespace {

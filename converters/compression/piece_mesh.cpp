@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "base/failure.h"
+#include "formats/formats.h"
 #include "sets/set_cells.h"
 
 namespace shm::converters {

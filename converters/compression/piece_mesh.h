@@ -14,11 +14,11 @@
 
 #include "base/spool.h"
 #include "compression/decompress.h"
+#include "interface/format.h"
 #include "mesh/coding_order.h"
 #include "mesh/mesh_source.h"
 #include "sets/transfer_sets.h"
 #include "shm/mesh_extract.h"
-#include "transfer/format.h"
 
 namespace shm::converters {
 

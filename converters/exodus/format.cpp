@@ -8,10 +8,10 @@
 #include "exodus/layout.h"
 #include "exodus/netcdf.h"
 #include "exodus/skeleton.h"
+#include "interface/format.h"
 #include "mesh/extra_index.h"
 #include "mesh/mesh_source.h"
 #include "sets/set_folders.h"
-#include "transfer/format.h"
 
 namespace shm::converters {
 namespace exodus {

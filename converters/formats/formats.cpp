@@ -8,8 +8,6 @@
 #include <utility>
 
 #include "base/failure.h"
-#include "compression/compress.h"
-#include "compression/decompress.h"
 #include "exodus/exodus.h"
 #include "exodus/parts/merged_mesh.h"
 #include "formats/unread_formats.h"
@@ -22,6 +20,7 @@ namespace shm::converters {
 namespace {
 
 constexpr std::size_t kHeadBytes = 4096;
+constexpr unsigned char kShmSignature[] = {0x89, 'S', 'H', 'M'};
 
 std::string list_of(std::string_view Format::*word) {
   std::string list;
@@ -98,7 +97,7 @@ std::span<const Format> formats() {
        .title = ".shm",
        .extensions = {".shm"},
        .looks_like = looks_like_shm,
-       .open = open_shm,
+       .open = nullptr,
        .write = nullptr},
   };
   return all;
@@ -106,6 +105,11 @@ std::span<const Format> formats() {
 
 bool is_foreign(const MeshInfo& info, const Format& format) {
   return format.capabilities != nullptr && info.schema.source_format != format.name;
+}
+
+bool looks_like_shm(std::span<const std::byte> head) {
+  return head.size() >= sizeof kShmSignature &&
+         std::memcmp(head.data(), kShmSignature, sizeof kShmSignature) == 0;
 }
 
 const Format* format_named(std::string_view name) {
@@ -156,26 +160,6 @@ const Format* format_of_file(const std::string& path) {
   return head.empty() || !unread_format(head).empty() ? nullptr : named;
 }
 
-std::unique_ptr<MeshSource> open_mesh(const std::string& path, Spool& spool,
-                                      const Progress& progress) {
-  if (const Format* format = format_of_file(path)) {
-    auto mesh = format->open(path, spool, progress);
-    require_within(spool.limits(), mesh->info(), path);
-    return mesh;
-  }
-  const std::vector<std::byte> head = head_of(path);
-  if (head.empty()) throw Failure(Error{ErrorCode::truncated, "is empty", {}, kNoOffset, path});
-  const std::string other(unread_format(head));
-  throw Failure(
-      Error{ErrorCode::unsupported,
-            other.empty()
-                ? "is not a mesh in a supported format: " + list_of(&Format::title)
-                : "is " + other + ", which is not read; " + list_of(&Format::title) + " files are",
-            {},
-            kNoOffset,
-            path});
-}
-
 std::vector<std::string> files_of_parts(const std::vector<std::string>& inputs) {
   if (inputs.size() != 1) return inputs;
   const std::size_t parts = count_of_parts(inputs.front());
@@ -194,6 +178,21 @@ std::unique_ptr<MeshSource> open_merged(const std::vector<std::string>& files, S
   return std::make_unique<MergedMesh>(files, spool);
 }
 
+const Format& input_format(const std::string& path) {
+  if (const Format* format = format_of_file(path)) return *format;
+  const std::vector<std::byte> head = head_of(path);
+  if (head.empty()) throw Failure(Error{ErrorCode::truncated, "is empty", {}, kNoOffset, path});
+  const std::string other(unread_format(head));
+  throw Failure(
+      Error{ErrorCode::unsupported,
+            other.empty()
+                ? "is not a mesh in a supported format: " + list_of(&Format::title)
+                : "is " + other + ", which is not read; " + list_of(&Format::title) + " files are",
+            {},
+            kNoOffset,
+            path});
+}
+
 const Format& output_format(const std::string& path, const std::string& format) {
   const Format* found = format.empty() ? format_of_name(path) : format_named(format);
   if (found != nullptr) return *found;
@@ -205,30 +204,6 @@ const Format& output_format(const std::string& path, const std::string& format) 
                       {},
                       kNoOffset,
                       path});
-}
-
-void write_mesh(MeshSource& mesh, OutputFile& output, const Format& format, Spool& spool) {
-  if (format.write == nullptr)
-    compress_mesh(mesh, output.sink(), {}, spool);
-  else
-    format.write(mesh, output.temporary(), spool);
-}
-
-void write_mesh(MeshSource& mesh, const std::string& path, const Format& format, Spool& spool) {
-  if (path == "-" && format.name == "shm") {
-    const auto sink = unwrap(FileSink::create(path), path);
-    compress_mesh(mesh, *sink, {}, spool);
-    return;
-  }
-  OutputFile output(path, spool.directory(), format.temporary);
-  try {
-    write_mesh(mesh, output, format, spool);
-  } catch (const Failure& failure) {
-    Error error = failure.error();
-    if (error.file == output.temporary()) error.file = path;
-    throw Failure(std::move(error));
-  }
-  output.commit();
 }
 
 }  // namespace shm::converters

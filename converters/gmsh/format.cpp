@@ -11,9 +11,9 @@
 #include "gmsh/gmsh.h"
 #include "gmsh/groups.h"
 #include "gmsh/plan.h"
+#include "interface/format.h"
 #include "mesh/extra_index.h"
 #include "mesh/mesh_source.h"
-#include "transfer/format.h"
 
 namespace shm::converters {
 namespace {

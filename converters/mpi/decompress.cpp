@@ -14,6 +14,7 @@
 #include "base/output_file.h"
 #include "compression/piece_mesh.h"
 #include "exodus/parts/owners.h"
+#include "files/mesh_files.h"
 #include "formats/formats.h"
 #include "mesh/blocks_by_id.h"
 #include "shm/mesh_extract.h"

@@ -10,8 +10,9 @@
 
 #include "archive/foreign_steps.h"
 #include "base/failure.h"
+#include "files/mesh_files.h"
 #include "formats/formats.h"
-#include "transfer/format.h"
+#include "interface/format.h"
 
 namespace shm::converters {
 namespace {

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <utility>
 
+#include "formats/formats.h"
 #include "mesh/blocks_by_id.h"
 #include "mesh/unique_names.h"
 

@@ -1,6 +1,8 @@
 #include "transfer/piece_output.h"
 
-#include "transfer/format.h"
+#include "formats/formats.h"
+#include "interface/format.h"
+#include "transfer/mesh_sets.h"
 
 namespace shm::converters {
 

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "base/failure.h"
+#include "formats/formats.h"
 #include "mesh/blocks_by_id.h"
 #include "mesh/chosen_steps.h"
 #include "mesh/forwarding_mesh.h"
@@ -16,6 +17,7 @@
 #include "sets/set_cells.h"
 #include "sets/transfer_sets.h"
 #include "transfer/joined_arrays.h"
+#include "transfer/mesh_sets.h"
 #include "transfer/own_steps.h"
 
 namespace shm::converters {

@@ -18,6 +18,7 @@
 #include "base/text_input.h"
 #include "compression/piece_mesh.h"
 #include "compression/set_sides.h"
+#include "files/mesh_files.h"
 #include "formats/formats.h"
 #include "series/step_files.h"
 #include "sets/set_cells.h"

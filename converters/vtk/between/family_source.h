@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "transfer/format.h"
+#include "interface/format.h"
 
 namespace shm::converters::vtk {
 

@@ -16,11 +16,11 @@
 #include "base/output_file.h"
 #include "base/progress.h"
 #include "base/spool.h"
+#include "interface/losses.h"
 #include "mesh/appended_extras.h"
 #include "mesh/chosen_steps.h"
 #include "mesh/mesh_source.h"
 #include "sets/transfer_sets.h"
-#include "transfer/losses.h"
 
 namespace shm::converters {
 
@@ -176,9 +176,9 @@ struct Format {
   std::string_view title;                      // name in messages
   std::array<std::string_view, 6> extensions;  // with the dot; unused entries are empty
   bool (*looks_like)(std::span<const std::byte> head);  // gets up to 4096 bytes
+  // Null for .shm, which open_mesh() and write_mesh() decode and encode.
   std::unique_ptr<MeshSource> (*open)(const std::string& path, Spool& spool,
                                       const Progress& progress);
-  // Null for .shm, which write_mesh() writes as it is encoded.
   void (*write)(MeshSource& mesh, const std::string& path, Spool& spool);
   const Capabilities* capabilities = nullptr;  // null: it can hold everything
   const SourceFormat* source = nullptr;        // null: a SourceFormat that overrides nothing
@@ -191,18 +191,5 @@ struct Format {
   // Throws Failure.
   void (*load)() = nullptr;
 };
-
-// Return the SourceFormat of the format that a mesh came from, or to which a role "format:..."
-// belongs. For an unknown format it is one that overrides nothing. Defined in formats/formats.cpp,
-// because they need the list of all formats, which is in a higher layer.
-const SourceFormat& source_format(const MeshInfo& info);
-const SourceFormat& format_of_role(std::string_view role);
-// Converts extras from a .shm file of any version to those that this version writes. Requires the
-// complete MeshInfo.
-void translate_old_extras(MeshInfo& info);
-
-// Returns the sets of a mesh: those of its format, and those of shm/sets.h, except sets that
-// consist of all blocks with the same name.
-std::vector<MeshSet> transfer_sets(const MeshInfo& info, Keys& used);
 
 }  // namespace shm::converters

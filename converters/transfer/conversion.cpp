@@ -1,4 +1,4 @@
-#include "formats/conversion.h"
+#include "transfer/conversion.h"
 
 #include <string>
 
