@@ -44,7 +44,7 @@ std::optional<std::uint64_t> rank_of(const std::vector<std::uint64_t>& sorted,
 
 bool is_number_map(const ArrayInfo& array) {
   if (array.role.empty()) return array.name == kVertexNumbers || array.name == kCellNumbers;
-  return format_of_role(array.role).is_number_map(array);
+  return role_of(array).is_number_map;
 }
 
 PieceMesh::PieceMesh(MeshExtractor& file, const PieceOptions& options, std::vector<Extra> extras,

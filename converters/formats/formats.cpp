@@ -30,11 +30,8 @@ std::string list_of(std::string_view Format::*word) {
 
 constexpr class NothingToAdd final : public SourceFormat {
 } kNothingToAdd;
-
-const SourceFormat& source_named(std::string_view name) {
-  const Format* format = format_named(name);
-  return format == nullptr || format->source == nullptr ? kNothingToAdd : *format->source;
-}
+constexpr Format kUnknownFormat;
+constexpr Role kUnknownRole;
 
 std::vector<std::byte> head_of(const std::string& path) {
   std::vector<std::byte> head(kHeadBytes);
@@ -78,14 +75,6 @@ bool is_another(const Format& format, std::span<const std::byte> head) {
 
 }  // namespace
 
-constinit const Capabilities kShmCapabilities = {
-    .sets = Capabilities::Sets::sets,
-    .every_step = true,
-    .partial_arrays = true,
-    .block_numbers = true,
-    .maps = &kExodusMaps,
-    .block = [](const BlockInfo& block) { return block.shape != CellShape::polyhedron; }};
-
 std::span<const Format> formats() {
   static const Format all[] = {
       kExodusFormat,
@@ -97,14 +86,20 @@ std::span<const Format> formats() {
        .title = ".shm",
        .extensions = {".shm"},
        .looks_like = looks_like_shm,
-       .open = nullptr,
-       .write = nullptr},
+       .holds_everything = true,
+       .capabilities =
+           {.sets = Capabilities::Sets::sets,
+            .every_step = true,
+            .partial_arrays = true,
+            .block_numbers = true,
+            .maps = &kExodusMaps,
+            .block = [](const BlockInfo& block) { return block.shape != CellShape::polyhedron; }}},
   };
   return all;
 }
 
 bool is_foreign(const MeshInfo& info, const Format& format) {
-  return format.capabilities != nullptr && info.schema.source_format != format.name;
+  return !format.holds_everything && info.schema.source_format != format.name;
 }
 
 bool looks_like_shm(std::span<const std::byte> head) {
@@ -118,18 +113,28 @@ const Format* format_named(std::string_view name) {
   return nullptr;
 }
 
-const SourceFormat& source_format(const MeshInfo& info) {
-  return source_named(info.schema.source_format);
+const Format& format_of(const MeshInfo& info) {
+  const Format* format = format_named(info.schema.source_format);
+  return format == nullptr ? kUnknownFormat : *format;
 }
 
-const SourceFormat& format_of_role(std::string_view role) {
-  return source_named(role.substr(0, role.find(':')));
+const SourceFormat& source_format(const MeshInfo& info) {
+  const Format& format = format_of(info);
+  return format.source == nullptr ? kNothingToAdd : *format.source;
+}
+
+const Role& role_of(const ArrayInfo& array) {
+  const std::string_view name = array.role;
+  const Format* format = format_named(name.substr(0, name.find(':')));
+  if (format == nullptr) return kUnknownRole;
+  for (const Role& role : format->roles)
+    if (role.name == name) return role;
+  return kUnknownRole;
 }
 
 void translate_old_extras(MeshInfo& info) {
-  const Format* format = format_named(info.schema.source_format);
-  if (format != nullptr && format->translate_old_extras != nullptr)
-    format->translate_old_extras(info);
+  const Format& format = format_of(info);
+  if (format.translate_old_extras != nullptr) format.translate_old_extras(info);
 }
 
 const Format* format_of_name(std::string_view path) {

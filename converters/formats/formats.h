@@ -20,10 +20,6 @@ namespace shm::converters {
 
 std::span<const Format> formats();
 
-// The features that a .shm file keeps of a mesh from another format: everything except faces of
-// polyhedra.
-extern const Capabilities kShmCapabilities;
-
 // Return null if no format has that name, or if the extension of `path` belongs to no format. Names
 // such as "out.e.4.0" and "out.e-s002" count as ".e".
 const Format* format_named(std::string_view name);
@@ -53,10 +49,13 @@ const Format& input_format(const std::string& path);
 // nor the name of the file decides.
 const Format& output_format(const std::string& path, const std::string& format);
 
-// Return the SourceFormat of the format that a mesh came from, or to which a role "format:..."
-// belongs. For an unknown format it is one that overrides nothing.
+// Return the format that a mesh came from, and how its extras are interpreted. For an unknown
+// format they are one with default values, and one that overrides nothing.
+const Format& format_of(const MeshInfo& info);
 const SourceFormat& source_format(const MeshInfo& info);
-const SourceFormat& format_of_role(std::string_view role);
+// Returns the meaning of an array's role; for an unknown role, and for none, one with default
+// values.
+const Role& role_of(const ArrayInfo& array);
 // Converts extras from a .shm file of any version to those that this version writes. Requires the
 // complete MeshInfo.
 void translate_old_extras(MeshInfo& info);

@@ -111,7 +111,7 @@ void Part::open() {
   whole_.step_times = unwrap(extractor_->step_times(), path);
   whole_.extras = unwrap(extractor_->extras(), path);
   translate_old_extras(whole_);
-  capabilities_ = *format_.capabilities;
+  capabilities_ = format_.capabilities;
   capabilities_.sibling = {};
 }
 
