@@ -80,6 +80,13 @@ class ExodusSource final : public SourceFormat {
            text_of_extra(*skeleton).find("\nD\tnum_dim\t2\n") != std::string::npos;
   }
 
+  // Sides of a side set whose members are not elements of the mesh.
+  bool needs_corner_order(const MeshInfo& info) const override {
+    return std::any_of(info.extras.begin(), info.extras.end(), [](const Extra& extra) {
+      return extra.key.starts_with("exodus/variable/side_ss");
+    });
+  }
+
   LossList losses(const MeshInfo& info, const Keys& used) const override {
     LossList losses;
     LossCollector of_variables(&losses);  // a set has several extras
@@ -119,7 +126,10 @@ bool is_short_enough(const std::string& name) {
 
 constexpr ExodusSource kSource;
 constexpr Role kRoles[] = {{.name = kExodusMaps.vertices_role, .is_number_map = true},
-                           {.name = kExodusMaps.cells_role, .is_number_map = true}};
+                           {.name = kExodusMaps.cells_role, .is_number_map = true},
+                           // The edges and faces of the elements of a block.
+                           {.name = "exodus:edgconn", .is_numbered = true, .is_by_place = true},
+                           {.name = "exodus:facconn", .is_numbered = true, .is_by_place = true}};
 
 }  // namespace
 }  // namespace exodus

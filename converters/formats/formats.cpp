@@ -68,6 +68,12 @@ bool is_extension(std::string_view part, std::string_view extension) {
                           part.find_first_not_of("0123456789", 2) == std::string_view::npos);
 }
 
+// Returns true if `name` is the word, followed by a number: "edgconn3".
+bool is_numbered(std::string_view name, std::string_view word) {
+  return name.size() > word.size() && name.starts_with(word) &&
+         name.find_first_not_of("0123456789", word.size()) == std::string_view::npos;
+}
+
 // Both CGNS files and Exodus files may be HDF5 files.
 bool is_another(const Format& format, std::span<const std::byte> head) {
   return format.name == kExodusFormat.name && is_cgns(head);
@@ -128,7 +134,7 @@ const Role& role_of(const ArrayInfo& array) {
   const Format* format = format_named(name.substr(0, name.find(':')));
   if (format == nullptr) return kUnknownRole;
   for (const Role& role : format->roles)
-    if (role.name == name) return role;
+    if (role.is_numbered ? is_numbered(name, role.name) : name == role.name) return role;
   return kUnknownRole;
 }
 

@@ -196,13 +196,15 @@ class GmshSource final : public SourceFormat {
 bool can_be_quoted(const std::string& name) { return quotable(name) == name; }
 
 constexpr GmshSource kGmshSource;
-constexpr Role kGmshRoles[] = {
-    {.name = "gmsh:node_tag", .is_number_map = true},
-    {.name = "gmsh:element_tag", .is_number_map = true},
-    {.name = "gmsh:node_entity", .is_private = true},  // rows of a table
-    {.name = "gmsh:element_node_data", .is_private = true, .loss = [](const std::string& array) {
-       return "view" + quoted(array) + " ($ElementNodeData)";
-     }}};
+constexpr Role kGmshRoles[] = {{.name = "gmsh:node_tag", .is_number_map = true},
+                               {.name = "gmsh:element_tag", .is_number_map = true},
+                               {.name = "gmsh:node_entity", .is_private = true},  // rows of a table
+                               {.name = "gmsh:element_node_data",
+                                .is_by_place = true,
+                                .is_private = true,
+                                .loss = [](const std::string& array) {
+                                  return "view" + quoted(array) + " ($ElementNodeData)";
+                                }}};
 
 }  // namespace
 

@@ -70,7 +70,9 @@ struct Capabilities {
 // The meaning of the arrays that have a role of a format.
 struct Role {
   std::string_view name;       // "format:..."
+  bool is_numbered = false;    // a number follows the name: "format:name3"
   bool is_number_map = false;  // the values are numbers of vertices or cells
+  bool is_by_place = false;    // a value for each corner, edge or face of a cell, in its order
   bool is_private = false;     // the array has no meaning in other formats
   // Names the loss of a private array, from the name of the array. Null: nothing is lost.
   std::string (*loss)(const std::string& array) = nullptr;
@@ -84,8 +86,8 @@ struct NamedGroup {
   std::optional<std::uint64_t> members;
 };
 
-// Interprets the extras of a mesh that came from a file of a certain format. A format without extras
-// of its own overrides nothing.
+// Interprets the extras of a mesh that came from a file of a certain format. A format without
+// extras of its own overrides nothing.
 class SourceFormat {
  public:
   SourceFormat(const SourceFormat&) = delete;
@@ -125,7 +127,8 @@ class SourceFormat {
   // Returns true if the mesh is two-dimensional, so that the sides of its triangles and quads are
   // edges.
   virtual bool is_flat(const MeshInfo&) const { return false; }
-  // Returns true if extras or blocks depend on the position of corners within a cell.
+  // Returns true if extras, other than side sets, or blocks depend on the position of corners
+  // within a cell.
   virtual bool needs_corner_order(const MeshInfo&) const { return false; }
 
   // Returns true if the values of an array are indices into a list of strings; strings() returns
