@@ -51,8 +51,4 @@ AppendedExtras appended_extras(const MeshInfo& old, const MeshInfo& more,
   return same_extras(old, extras);
 }
 
-AppendedExtras appended_extras_without_values(const MeshInfo& old, std::uint64_t steps) {
-  return source_format(old).lengthened_extras(old, steps);
-}
-
 }  // namespace shm::converters

@@ -26,6 +26,9 @@ namespace shm::converters {
 inline constexpr const char* kVertexNumbers = "shm_vertex_number";
 inline constexpr const char* kCellNumbers = "shm_cell_number";
 
+// Returns the schema, counts, times and extras of a file, called `name` in messages.
+MeshInfo info_of(MeshExtractor& file, const std::string& name);
+
 // Returns true if an array holds the numbers of vertices or cells in the source. Such arrays are
 // part of every piece.
 bool is_number_map(const ArrayInfo& array);

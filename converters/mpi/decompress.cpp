@@ -105,12 +105,7 @@ void Part::open() {
   require_no_archive(path);
   file_ = unwrap(FileRandomSource::open(path), path);
   extractor_.emplace(unwrap(MeshExtractor::open(*file_), path));
-  whole_.schema = extractor_->schema();
-  whole_.vertices = extractor_->vertices();
-  whole_.block_cells = extractor_->block_cells();
-  whole_.step_times = unwrap(extractor_->step_times(), path);
-  whole_.extras = unwrap(extractor_->extras(), path);
-  translate_old_extras(whole_);
+  whole_ = info_of(*extractor_, path);
   capabilities_ = format_.capabilities;
   capabilities_.sibling = {};
 }

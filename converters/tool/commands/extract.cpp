@@ -206,12 +206,7 @@ void Extraction::open() {
   }
   source_ = std::make_unique<CountedSource>(*source);
   extractor_.emplace(unwrap(MeshExtractor::open(*source_), path));
-  whole_.schema = extractor_->schema();
-  whole_.vertices = extractor_->vertices();
-  whole_.block_cells = extractor_->block_cells();
-  whole_.step_times = unwrap(extractor_->step_times(), path);
-  whole_.extras = unwrap(extractor_->extras(), path);
-  translate_old_extras(whole_);
+  whole_ = info_of(*extractor_, path);
 }
 
 void Extraction::choose_cells() {
