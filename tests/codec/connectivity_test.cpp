@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "support/test_mesh.h"
 #include "mesh/hexahedron.h"
+#include "support/test_mesh.h"
 
 namespace shm {
 namespace {

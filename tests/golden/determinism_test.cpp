@@ -16,6 +16,7 @@
 
 #include "base/binary.h"
 #include "base/packing.h"
+#include "codecs/shared/codec_id.h"
 #include "codecs/surface/mesh_streams.h"
 #include "support/feature_files.h"
 #include "support/file_surgery.h"

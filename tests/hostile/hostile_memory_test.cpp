@@ -4,6 +4,7 @@
 
 #include "base/binary.h"
 #include "base/packing.h"
+#include "codecs/shared/codec_id.h"
 #include "format/schema.h"
 #include "hostile/watched_memory.h"
 #include "support/hostile.h"

@@ -5,6 +5,7 @@
 
 #include "base/binary.h"
 #include "base/packing.h"
+#include "codecs/shared/codec_id.h"
 #include "hostile/watched_memory.h"
 #include "shm/appender.h"
 #include "support/hostile.h"

@@ -7,6 +7,7 @@
 
 #include "base/binary.h"
 #include "base/packing.h"
+#include "codecs/shared/codec_id.h"
 #include "format/schema.h"
 #include "steps/step_topology.h"
 #include "support/hostile.h"

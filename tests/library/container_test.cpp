@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/binary.h"
+#include "codecs/shared/codec_id.h"
 #include "format/chunk_writer.h"
 #include "format/format.h"
 #include "support/file_surgery.h"

@@ -5,8 +5,8 @@
 
 Every relative link of every document leads to a file, and its #anchor to a heading there. Every path
 in backticks that begins with a folder of this repository exists. README.md has at most 140 lines.
-docs/architecture.md has a line for every folder of sources, each room/unit that it names exists, and
-its picture of the layers shows each room above those that it may include by the table in rules_test.cpp.
+docs/architecture.md has a line for every folder of sources, each module/unit that it names exists, and
+its pictures of the layers show each module above those that it may include by the table in rules_test.cpp.
 Every section of the specification that a comment of the library cites exists. Every claim that
 scripts/claims measures occurs in its document with the same figure. Doxygen processes the public
 headers without a warning.
@@ -22,13 +22,16 @@ ROOT = Path(__file__).resolve().parents[2]
 README_LINES = 140
 FOLDERS = (".ci", "bench", "bindings", "cmake", "converters", "docs", "fuzz", "libshmformat", "packaging",
            "scripts", "spec", "tests")
-SOURCES = ("libshmformat/src", "converters")  # described by architecture.md
+# Trees of sources, with the headings of their tables in architecture.md.
+SOURCES = {"libshmformat/src": "Modules of the library", "converters": "Modules of the converters"}
 MAP = ROOT / "docs" / "architecture.md"
 
 LINK = re.compile(r"!?\[(?:[^\[\]]|\[[^\]]*\])*\]\(\s*<?([^)\s>]+)>?[^)]*\)")
 CODE = re.compile(r"(?<!`)`([^`]+)`(?!`)")
-ROW = re.compile(r"\| `([a-z]+(?:/[a-z]+)?)` \|")
-ALLOWED = re.compile(r'\{"([a-z/]+)",\s*\{((?:\s*"[a-z/]+",?)*)\s*\}\}')  # in rules_test.cpp
+ROW = re.compile(r"\| `([a-z]+(?:/[a-z]+)*)` \|")
+# In rules_test.cpp: the beginning of a tree, and a line of its table.
+TREE = re.compile(r'\{"([a-z/]+)",\s*\{\s*\{"')
+ALLOWED = re.compile(r'\{"([a-z/]+)",\s*\{((?:\s*"[a-z/]+",?)*)\s*\}\}')
 CITED = re.compile(r'spec: ((?:"[^"]+"[, /\n]*)+)')
 HEADING = re.compile(r"#{1,6}\s+(.*?)\s*#*$")
 
@@ -96,44 +99,70 @@ def missing_paths(code):
                 yield path
 
 
-def rooms():
-    """Returns the folders of sources by their name in the map, such as "vtk/xml"."""
+def modules(top):
+    """Returns the folders of sources below `top` by their name in the map, such as "vtk/xml"."""
     return {path.parent.relative_to(ROOT / top).as_posix(): path.parent
-            for top in SOURCES for path in (ROOT / top).rglob("*.*")
+            for path in (ROOT / top).rglob("*.*")
             if path.suffix in (".cpp", ".h") and path.parent != ROOT / top}
 
 
+def rows_below(heading, lines):
+    """Returns the first cell of each table row in the section, with its line."""
+    within = False
+    for number, line in lines:
+        if line.startswith("## "):
+            within = line == f"## {heading}"
+        elif within and (row := ROW.match(line)):
+            yield row[1], number
+
+
 def faults_of_map(lines):
-    folders = rooms()
-    listed = {row[1]: number for number, line in lines if (row := ROW.match(line))}
-    for room in sorted(set(folders) - set(listed)):
-        yield 1, f"no line for the folder {folders[room].relative_to(ROOT)}"
-    for room in sorted(set(listed) - set(folders)):
-        yield listed[room], f"there is no folder {room}"
+    trees = [modules(top) for top in SOURCES]
+    for folders, heading in zip(trees, SOURCES.values()):
+        listed = dict(rows_below(heading, lines))
+        for module in sorted(set(folders) - set(listed)):
+            yield 1, f"no line for the folder {folders[module].relative_to(ROOT)}"
+        for module in sorted(set(listed) - set(folders)):
+            yield listed[module], f"there is no folder {module}"
     for number, line in lines:
         for code in CODE.findall(line):
-            room, _, unit = code.rpartition("/")
-            if room in folders and unit and code not in folders \
-                    and not any(folders[room].glob(unit + ".*")):
-                yield number, f"there is no unit {code}"
+            module, _, unit = code.rpartition("/")
+            found = [any(folders[module].glob(unit + ".*")) for folders in trees if module in folders]
+            if found and unit and not any(code in folders for folders in trees) and found.count(True) != 1:
+                yield number, f"there is {'more than one' if any(found) else 'no'} unit {code}"
 
 
 def layers(text):
-    """Returns the line of each room in the pictures of the layers."""
-    picture = text.partition("\n## Layers\n")[2].partition("\n## ")[0]
-    return {room: number for number, line in enumerate(picture.splitlines())
-            if line.startswith("    ") for room in line.split()}
+    """Returns a dictionary for each picture of the layers: the line of each module in it."""
+    section = text.partition("\n## Layers\n")[2].partition("\n## ")[0]
+    numbered = enumerate(section.splitlines())
+    return [{module: number for number, line in lines for module in line.split()}
+            for is_picture, lines in itertools.groupby(numbered, lambda line: line[1].startswith("    "))
+            if is_picture]
+
+
+def allowed(rules):
+    """Returns the table of each tree in rules_test.cpp: pairs of a module and the modules that it may include."""
+    trees = list(TREE.finditer(rules))
+    ends = [tree.start() for tree in trees[1:]] + [len(rules)]
+    return {tree[1]: [(module, re.findall('"(.*?)"', others))
+                      for module, others in ALLOWED.findall(rules[tree.start():end])]
+            for tree, end in zip(trees, ends)}
 
 
 def faults_of_layers(text):
-    heights = layers(text)
-    table = ALLOWED.findall((ROOT / "tests/library/rules_test.cpp").read_text(encoding="utf-8"))
-    for room in sorted(set(heights) ^ {room for room, _ in table}):
-        yield 1, f"the room {room} is only in one of the picture of the layers and rules_test.cpp"
-    for room, may_include in table:
-        for lower in re.findall('"(.*?)"', may_include):
-            if heights.get(lower, 0) <= heights.get(room, 0):
-                yield 1, f"{room} may include {lower}, which the picture does not have below it"
+    pictures = layers(text)
+    tables = allowed((ROOT / "tests/library/rules_test.cpp").read_text(encoding="utf-8"))
+    if list(tables) != list(SOURCES) or len(pictures) != len(tables):
+        yield 1, f"there are {len(pictures)} pictures of the layers, and rules_test.cpp has {' and '.join(tables)}"
+        return
+    for heights, (top, table) in zip(pictures, tables.items()):
+        for module in sorted(set(heights) ^ {module for module, _ in table}):
+            yield 1, f"{top}: the module {module} is only in one of the picture of the layers and rules_test.cpp"
+        for module, may_include in table:
+            for lower in may_include:
+                if heights.get(lower, 0) <= heights.get(module, 0):
+                    yield 1, f"{top}: {module} may include {lower}, which the picture does not have below it"
 
 
 def faults_of_citations(text):

@@ -81,14 +81,14 @@ bool says(const std::string& code, const std::string& word) {
 // The modules of both trees, from the lowest to the highest, and the modules that each may include.
 // A folder without a line here is not a module. A module includes only modules above it in this
 // table.
-struct Room {
+struct Module {
   std::string folder;
   std::set<std::string> may_include;
 };
 
 struct Tree {
   std::string root;
-  std::vector<Room> rooms;
+  std::vector<Module> modules;
 };
 
 const std::vector<Tree>& trees() {
@@ -183,30 +183,30 @@ const std::vector<Tree>& trees() {
 std::string folder_of(const std::string& path) { return fs::path(path).parent_path().string(); }
 
 // A module may include only modules above it in the table, so that there are no cycles.
-TEST(Rules, RoomsIncludeOnlyWhatStandsAboveThem) {
+TEST(Rules, ModulesIncludeOnlyModulesAboveThem) {
   for (const Tree& tree : trees()) {
     std::set<std::string> above;
-    for (const Room& room : tree.rooms) {
-      for (const std::string& other : room.may_include)
-        EXPECT_TRUE(above.contains(other)) << room.folder << " may include " << other;
-      EXPECT_TRUE(above.insert(room.folder).second) << room.folder << " is listed twice";
+    for (const Module& module : tree.modules) {
+      for (const std::string& other : module.may_include)
+        EXPECT_TRUE(above.contains(other)) << module.folder << " may include " << other;
+      EXPECT_TRUE(above.insert(module.folder).second) << module.folder << " is listed twice";
     }
   }
 }
 
 // Includes between modules follow the table, and every source belongs to a module.
-TEST(Rules, EachRoomIncludesOnlyWhatItMay) {
+TEST(Rules, EachModuleIncludesOnlyWhatItMay) {
   for (const Tree& tree : trees()) {
-    std::map<std::string, const Room*> rooms;
-    for (const Room& room : tree.rooms) rooms[room.folder] = &room;
+    std::map<std::string, const Module*> modules;
+    for (const Module& module : tree.modules) modules[module.folder] = &module;
     for (const Source& source : sources_in(tree.root)) {
       const std::string folder = folder_of(source.path.substr(tree.root.size() + 1));
-      ASSERT_TRUE(rooms.contains(folder))
+      ASSERT_TRUE(modules.contains(folder))
           << source.path << " is in a folder without a line in the table";
       for (const std::string& header : source.quoted) {
         if (header.starts_with("shm/")) continue;
         const std::string other = folder_of(header);
-        EXPECT_TRUE(other == folder || rooms[folder]->may_include.contains(other))
+        EXPECT_TRUE(other == folder || modules[folder]->may_include.contains(other))
             << source.path << " includes " << header;
       }
     }
@@ -214,7 +214,7 @@ TEST(Rules, EachRoomIncludesOnlyWhatItMay) {
 }
 
 // A module is small enough to be seen at a glance, and none is created for a single file.
-TEST(Rules, RoomsHoldThreeToThirtyFiles) {
+TEST(Rules, ModulesHoldThreeToThirtyFiles) {
   for (const char* root : {"libshmformat/src", "libshmformat/include", "converters", "tests"}) {
     std::map<std::string, std::size_t> files;
     for (const auto& entry : fs::recursive_directory_iterator(fs::path(SHM_SOURCE_DIR) / root)) {
@@ -414,9 +414,9 @@ TEST(Rules, TheContainerKnowsNoHexahedra) {
 }
 
 TEST(Rules, TheCodersKnowNoChunks) {
-  for (const char* room :
+  for (const char* module :
        {"codecs/paper", "codecs/surface/cells", "codecs/surface/values", "entropy", "mesh"})
-    for (const Source& source : sources_in(std::string("libshmformat/src/") + room))
+    for (const Source& source : sources_in(std::string("libshmformat/src/") + module))
       for (const char* word : {"ChunkHeader", "ChunkKind", "ChunkWriter", "GroupHeader", "Index"})
         EXPECT_FALSE(says(source.code, word)) << source.path << " says " << word;
 }

@@ -1,6 +1,7 @@
 // read_summary: returns the same summary as a Reader, reads only headers, and detects damage among
 // them.
 #include "shm/summary.h"
+#include "codecs/shared/codec_id.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // The same mesh gives the same pixels on every machine, with every compiler and optimization. The
-// test runs in the same builds as determinism_test and on other machines. On a mismatch it prints
+// test runs in the same builds as determinism_tests and on other machines. On a mismatch it prints
 // the new table, which replaces the old one if the change is intended.
 #include <gtest/gtest.h>
 #include <xxhash.h>

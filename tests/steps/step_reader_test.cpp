@@ -1,6 +1,7 @@
 // StepReader: returns the same values as a Reader for one array at one step, reads only the bytes
 // that it needs, and refuses inconsistent files.
 #include "shm/step_reader.h"
+#include "codecs/shared/codec_id.h"
 
 #include <set>
 

@@ -12,6 +12,7 @@
 
 #include "base/binary.h"
 #include "base/packing.h"
+#include "codecs/shared/codec_id.h"
 #include "format/random_chunks.h"
 #include "support/feature_files.h"
 #include "support/file_surgery.h"

@@ -89,7 +89,7 @@ inline void join(MeshBlock& all, const MeshBlock& more) {
 }
 
 /// Number of threads of the Writers of write_mesh, unless its options give one. The bytes do not
-/// depend on it, which determinism_test checks by setting it.
+/// depend on it, which determinism_tests checks by setting it.
 inline unsigned writer_threads = 1;
 
 /// Writes `mesh` as a converter does: each vertex immediately before its first cell, with last uses

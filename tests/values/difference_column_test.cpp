@@ -1,6 +1,7 @@
 // Values encoded as differences along numbers: every bit comes back for all values and numbers,
 // smooth values need few bytes, error bounds hold, and damaged bytes are handled safely.
 #include "codecs/shifts/difference_column.h"
+#include "codecs/shared/codec_id.h"
 
 #include <gtest/gtest.h>
 

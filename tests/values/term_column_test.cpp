@@ -1,6 +1,7 @@
 // Values encoded by terms: the state that a group inherits from the previous group is the same in
 // encoder and decoder.
 #include "codecs/patterns/term_column.h"
+#include "codecs/shared/codec_id.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,7 @@
 // Columns of values over a mesh: every bit comes back for all values and codecs, predictable values
 // need almost no bytes, and damaged bytes are handled safely.
 #include "codecs/surface/values/value_column.h"
+#include "codecs/shared/codec_id.h"
 
 #include <gtest/gtest.h>
 

@@ -8,10 +8,10 @@
 #include <string>
 #include <utility>
 
+#include "api/index_builder.h"
 #include "base/binary.h"
 #include "format/chunk_writer.h"
 #include "repair/found_chunks.h"
-#include "api/index_builder.h"
 
 namespace shm {
 namespace {
