@@ -13,7 +13,7 @@
 
 #include "base/failure.h"
 #include "connectivity_coding.h"
-#include "formats/formats.h"
+#include "files/mesh_files.h"
 #include "shm/writer.h"
 
 namespace shm::bench {

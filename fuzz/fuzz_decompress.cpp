@@ -15,6 +15,7 @@
 #include "base/spool.h"
 #include "compression/decompress.h"
 #include "damaged_file.h"
+#include "files/mesh_files.h"
 #include "formats/formats.h"
 #include "transfer/translate.h"
 
@@ -34,7 +35,7 @@ void decompress(std::span<const std::byte> file, const Format& format,
   if (steps && steps->end > mesh.info().step_times.size()) steps.reset();
   std::optional<Translation> translation;
   if (is_foreign(mesh.info(), format))
-    translation.emplace(mesh, std::string(format.name), *format.capabilities, steps, spool);
+    translation.emplace(mesh, std::string(format.name), format.capabilities, steps, spool);
   OutputFile output(path, folder, format.temporary);
   write_mesh(translation ? translation->mesh() : mesh, output, format, spool);
 }

@@ -21,6 +21,7 @@
 #include <string_view>
 #include <vector>
 
+#include "files/mesh_files.h"
 #include "shm/sets.h"
 #include "support/coded_meshes.h"
 #ifdef SHM_SEEDS_OF_CONVERTERS

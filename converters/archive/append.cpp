@@ -10,6 +10,7 @@
 #include "compare/compare.h"
 #include "compression/decompress.h"
 #include "compression/step_feeder.h"
+#include "formats/formats.h"
 #include "mesh/coding_order.h"
 
 namespace shm::converters {
@@ -114,7 +115,7 @@ class Appending {
   }
 
   AppendedExtras join_extras() {
-    if (foreign_) return appended_extras_without_values(old(), outcome_.steps.size());
+    if (foreign_) return source_format(old()).lengthened_extras(old(), outcome_.steps.size());
     const MeshInfo& info = steps_->info();
     Renumbering to{{}, {}, info.vertices, info.cells()};
     std::optional<NumberTable> vertices, cells;

@@ -9,10 +9,10 @@
 
 #include "base/progress.h"
 #include "base/spool.h"
+#include "interface/losses.h"
 #include "mesh/mesh_source.h"
 #include "order/cell_orders.h"
 #include "shm/appender.h"
-#include "transfer/losses.h"
 
 namespace shm::converters {
 

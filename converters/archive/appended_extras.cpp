@@ -6,7 +6,8 @@
 #include <utility>
 
 #include "base/failure.h"
-#include "transfer/format.h"
+#include "formats/formats.h"
+#include "interface/format.h"
 
 namespace shm::converters {
 namespace {
@@ -48,10 +49,6 @@ AppendedExtras appended_extras(const MeshInfo& old, const MeshInfo& more,
   if (goes_on_from_the_start(old, more, steps)) return {true, extras, {}};
   if (auto joined = format.joined_extras(old, more, extras, steps)) return std::move(*joined);
   return same_extras(old, extras);
-}
-
-AppendedExtras appended_extras_without_values(const MeshInfo& old, std::uint64_t steps) {
-  return source_format(old).lengthened_extras(old, steps);
 }
 
 }  // namespace shm::converters

@@ -20,8 +20,4 @@ AppendedExtras appended_extras(const MeshInfo& old, const MeshInfo& more,
                                const std::vector<Extra>& extras,
                                std::span<const std::uint64_t> steps);
 
-// Returns the extras if the other file has another format, and so no values for the `steps`
-// additional steps.
-AppendedExtras appended_extras_without_values(const MeshInfo& old, std::uint64_t steps);
-
 }  // namespace shm::converters

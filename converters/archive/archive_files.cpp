@@ -9,6 +9,7 @@
 
 #include "base/failure.h"
 #include "base/output_file.h"
+#include "files/mesh_files.h"
 #include "formats/formats.h"
 
 namespace shm::converters {

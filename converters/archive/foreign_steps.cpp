@@ -8,7 +8,8 @@
 
 #include "base/failure.h"
 #include "compare/mesh_diff.h"
-#include "transfer/format.h"
+#include "formats/formats.h"
+#include "interface/format.h"
 
 namespace shm::converters {
 namespace {

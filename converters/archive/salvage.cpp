@@ -226,7 +226,7 @@ SalvageReport Salvage::run(ByteSink& sink, const Progress& progress) {
   tell_cells(piece);
   tell_static_arrays();
   tell_others();
-  Translation translation(piece, "shm", kShmCapabilities, std::nullopt, spool_);
+  Translation translation(piece, "shm", format_named("shm")->capabilities, std::nullopt, spool_);
   tell_words(translation);
   FromElsewhere mesh(translation.mesh(), whole_);
   CompressOptions options;

@@ -6,6 +6,7 @@
 #include <numeric>
 #include <optional>
 
+#include "base/disjoint_sets.h"
 #include "base/stored_value.h"
 #include "compare/point_tree.h"
 
@@ -79,25 +80,6 @@ struct Runs {
   }
 };
 
-class Groups {  // disjoint sets (union-find)
- public:
-  explicit Groups(std::size_t size) : parent_(size) {
-    std::iota(parent_.begin(), parent_.end(), 0);
-  }
-  std::uint32_t of(std::uint32_t x) {
-    while (parent_[x] != x) x = parent_[x] = parent_[parent_[x]];
-    return x;
-  }
-  void unite(std::uint32_t x, std::uint32_t y) {
-    x = of(x);
-    y = of(y);
-    parent_[std::max(x, y)] = std::min(x, y);
-  }
-
- private:
-  std::vector<std::uint32_t> parent_;
-};
-
 class SiteFinder {
  public:
   SiteFinder(MeshSource& a, MeshSource& b, double tolerance) : a_(a), b_(b), tolerance_(tolerance) {
@@ -140,7 +122,7 @@ class SiteFinder {
     const PointTree tree_a(left_a_.points), tree_b(left_b_.points);
     const auto runs_a = static_cast<std::uint32_t>(left_a_.points.size());
     const std::size_t runs = runs_a + left_b_.points.size();
-    Groups groups(runs);
+    DisjointSets groups(runs);
     // True if a run has too many neighbours to examine them all.
     std::vector<bool> crowded(runs, false);
     for (std::uint32_t i = 0; i < runs; ++i) {
@@ -157,7 +139,7 @@ class SiteFinder {
     const std::vector<bool> close = close_groups(groups, crowded);
     std::vector<std::uint32_t> site(runs, kNoSite);  // by group
     for (std::uint32_t i = 0; i < runs; ++i) {
-      const std::uint32_t group = groups.of(i);
+      const std::uint32_t group = groups.first(i);
       if (!close[group]) continue;
       if (site[group] == kNoSite) site[group] = sites_.count++;
       run_site(i) = site[group];
@@ -175,11 +157,11 @@ class SiteFinder {
   }
 
   // Returns, for each group, true if all its members are within the tolerance of each other.
-  std::vector<bool> close_groups(Groups& groups, const std::vector<bool>& crowded) const {
+  std::vector<bool> close_groups(DisjointSets& groups, const std::vector<bool>& crowded) const {
     std::vector<PlainPoint> low(crowded.size()), high(crowded.size());
     std::vector<bool> close(crowded.size(), true);
     for (std::uint32_t i = 0; i < crowded.size(); ++i) {
-      const std::uint32_t group = groups.of(i);  // the group's number is its lowest member
+      const std::uint32_t group = groups.first(i);
       const PlainPoint& point = run_point(i);
       if (crowded[i]) close[group] = false;
       if (i == group) low[group] = high[group] = point;

@@ -6,8 +6,9 @@
 #include <set>
 #include <tuple>
 
+#include "formats/formats.h"
+#include "interface/format.h"
 #include "mesh/cell_cursor.h"
-#include "transfer/format.h"
 
 namespace shm::converters {
 namespace {
@@ -140,7 +141,7 @@ class Pairing {
   bool pad(FieldPair& pair) const {
     const bool a_is_short = pair.a.parts.size() < pair.b.parts.size();
     const MeshInfo& wide = a_is_short ? b_ : a_;
-    if (one_format_ || !source_format(wide).has_padded_vectors()) return false;
+    if (one_format_ || !format_of(wide).capabilities.padded_vectors) return false;
     FieldSide& narrow = a_is_short ? pair.a : pair.b;
     pair.components =
         static_cast<std::uint32_t>(std::max(pair.a.parts.size(), pair.b.parts.size()));
@@ -151,7 +152,7 @@ class Pairing {
   // One format does not allow two arrays of the same name: there the second "v" is called "v (2)".
   void pair_numbered(const MeshInfo& repeated, Arrays& repeats, const MeshInfo& numbered,
                      Arrays& others, bool swapped) {
-    if (!source_format(numbered).has_unique_names()) return;
+    if (!format_of(numbered).capabilities.unique_names) return;
     ByName named = by_name(numbered, others);
     std::erase_if(repeats, [&](std::size_t index) {
       const ArrayInfo& array = repeated.schema.arrays[index];
@@ -229,7 +230,7 @@ class Pairing {
   // Pairs an array of block numbers of one mesh with the block ids of the other.
   void pair_block_ids(const MeshInfo& holder, Arrays& arrays, const MeshInfo& blocks,
                       bool swapped) {
-    if (source_format(blocks).has_blocks_by_type()) return;
+    if (format_of(blocks).capabilities.blocks_by_type) return;
     std::erase_if(arrays, [&](std::size_t index) {
       const ArrayInfo& array = holder.schema.arrays[index];
       if (array.name != kBlockIds || array.location != Location::cell || array.components != 1)

@@ -17,10 +17,11 @@
 #include "compare/piecewise.h"
 #include "compare/places.h"
 #include "compare/values.h"
+#include "formats/formats.h"
+#include "interface/format.h"
 #include "mesh/cell_cursor.h"
 #include "mesh/cell_rotations.h"
 #include "mesh/cell_store.h"
-#include "transfer/format.h"
 
 namespace shm::converters {
 namespace {

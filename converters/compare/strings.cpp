@@ -4,7 +4,8 @@
 #include <unordered_map>
 #include <utility>
 
-#include "transfer/format.h"
+#include "formats/formats.h"
+#include "interface/format.h"
 
 namespace shm::converters {
 

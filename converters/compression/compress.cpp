@@ -12,6 +12,8 @@
 #include "base/failure.h"
 #include "compression/mesh_feeder.h"
 #include "compression/step_feeder.h"
+#include "formats/formats.h"
+#include "interface/format.h"
 #include "mesh/coding_order.h"
 #include "mesh/vertex_compaction.h"
 #include "order/delay_trial.h"
@@ -19,7 +21,7 @@
 #include "order/reordered_mesh.h"
 #include "order/sample_mesh.h"
 #include "order/spooled_mesh.h"
-#include "transfer/format.h"
+#include "sets/set_folders.h"
 
 namespace shm::converters {
 namespace {
@@ -279,17 +281,19 @@ SizeReport compress_free(MeshSource& mesh, ByteSink& sink, const Schema& schema,
 }  // namespace
 
 bool needs_corner_order(const MeshInfo& info) {
-  if (source_format(info).needs_corner_order(info)) return true;
-  for (const Extra& extra : info.extras)
-    if (extra.key.find("side") != std::string::npos) return true;
-  for (const BlockInfo& block : info.schema.blocks)
-    if (block.shape == CellShape::hexahedron && block.nodes_per_cell != 8) return true;
-  // Values per corner, edge or face of a cell depend on the order of its corners.
-  for (const ArrayInfo& array : info.schema.arrays)
-    for (const std::string_view word : {"node", "corner", "edg", "fac"})
-      if (array.location == Location::cell && array.role.find(word) != std::string::npos)
-        return true;
-  return false;
+  const auto has_more_nodes = [](const BlockInfo& block) {
+    return block.shape == CellShape::hexahedron && block.nodes_per_cell != 8;
+  };
+  const auto is_by_place = [](const ArrayInfo& array) {
+    return array.location == Location::cell && role_of(array).is_by_place;
+  };
+  const std::vector<BlockInfo>& blocks = info.schema.blocks;
+  const std::vector<ArrayInfo>& arrays = info.schema.arrays;
+  return source_format(info).needs_corner_order(info) ||
+         std::any_of(info.extras.begin(), info.extras.end(),
+                     [](const Extra& extra) { return is_about_sides(extra.key); }) ||
+         std::any_of(blocks.begin(), blocks.end(), has_more_nodes) ||
+         std::any_of(arrays.begin(), arrays.end(), is_by_place);
 }
 
 Schema schema_for(MeshSource& mesh, const CompressOptions& options) {

@@ -8,15 +8,15 @@
 #include <variant>
 
 #include "base/failure.h"
+#include "formats/formats.h"
+#include "interface/format.h"
 #include "shm/summary.h"
-#include "transfer/format.h"
 
 namespace shm::converters {
 namespace {
 
 // First bytes of every .shm file (spec "Signature"), before the bytes that detect damage by text
 // mode. A file with such damage is still recognized here, so that the library can report it.
-constexpr unsigned char kSignature[] = {0x89, 'S', 'H', 'M'};
 
 std::uint64_t file_bytes(const std::string& path) {
   struct stat status {};
@@ -44,11 +44,6 @@ class WatchedSource final : public ByteSource {
 };
 
 }  // namespace
-
-bool looks_like_shm(std::span<const std::byte> head) {
-  return head.size() >= sizeof kSignature &&
-         std::memcmp(head.data(), kSignature, sizeof kSignature) == 0;
-}
 
 StagedMesh::StagedMesh(ByteSource& source, const std::string& name, Spool& spool,
                        const ReadLimits& limits, const ReadOptions& options)

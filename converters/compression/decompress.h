@@ -22,9 +22,6 @@
 
 namespace shm::converters {
 
-// Returns true if the file begins with the signature of the format.
-bool looks_like_shm(std::span<const std::byte> head);
-
 class StagedMesh final : public MeshSource {
  public:
   // Reads `source` to its end. Throws the library's error for a bad file, naming `name`, and

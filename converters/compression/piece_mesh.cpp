@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "base/failure.h"
+#include "formats/formats.h"
 #include "sets/set_cells.h"
 
 namespace shm::converters {
@@ -41,9 +42,20 @@ std::optional<std::uint64_t> rank_of(const std::vector<std::uint64_t>& sorted,
   return static_cast<std::uint64_t>(found - sorted.begin());
 }
 
+MeshInfo info_of(MeshExtractor& file, const std::string& name) {
+  MeshInfo info;
+  info.schema = file.schema();
+  info.vertices = file.vertices();
+  info.block_cells = file.block_cells();
+  info.step_times = unwrap(file.step_times(), name);
+  info.extras = unwrap(file.extras(), name);
+  translate_old_extras(info);
+  return info;
+}
+
 bool is_number_map(const ArrayInfo& array) {
   if (array.role.empty()) return array.name == kVertexNumbers || array.name == kCellNumbers;
-  return format_of_role(array.role).is_number_map(array);
+  return role_of(array).is_number_map;
 }
 
 PieceMesh::PieceMesh(MeshExtractor& file, const PieceOptions& options, std::vector<Extra> extras,

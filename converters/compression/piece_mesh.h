@@ -14,17 +14,20 @@
 
 #include "base/spool.h"
 #include "compression/decompress.h"
+#include "interface/format.h"
 #include "mesh/coding_order.h"
 #include "mesh/mesh_source.h"
 #include "sets/transfer_sets.h"
 #include "shm/mesh_extract.h"
-#include "transfer/format.h"
 
 namespace shm::converters {
 
 // Names of the arrays that hold the numbers of vertices and cells in the file, counted from 0.
 inline constexpr const char* kVertexNumbers = "shm_vertex_number";
 inline constexpr const char* kCellNumbers = "shm_cell_number";
+
+// Returns the schema, counts, times and extras of a file, called `name` in messages.
+MeshInfo info_of(MeshExtractor& file, const std::string& name);
 
 // Returns true if an array holds the numbers of vertices or cells in the source. Such arrays are
 // part of every piece.

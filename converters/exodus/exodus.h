@@ -79,8 +79,8 @@
 #include <string>
 
 #include "base/spool.h"
+#include "interface/format.h"
 #include "mesh/mesh_source.h"
-#include "transfer/format.h"
 
 namespace shm::converters {
 

@@ -8,10 +8,10 @@
 #include "exodus/layout.h"
 #include "exodus/netcdf.h"
 #include "exodus/skeleton.h"
+#include "interface/format.h"
 #include "mesh/extra_index.h"
 #include "mesh/mesh_source.h"
 #include "sets/set_folders.h"
-#include "transfer/format.h"
 
 namespace shm::converters {
 namespace exodus {
@@ -80,10 +80,11 @@ class ExodusSource final : public SourceFormat {
            text_of_extra(*skeleton).find("\nD\tnum_dim\t2\n") != std::string::npos;
   }
 
-  bool has_vectors_as_columns() const override { return true; }
-
-  bool is_number_map(const ArrayInfo& array) const override {
-    return array.role == kExodusMaps.vertices_role || array.role == kExodusMaps.cells_role;
+  // Sides of a side set whose members are not elements of the mesh.
+  bool needs_corner_order(const MeshInfo& info) const override {
+    return std::any_of(info.extras.begin(), info.extras.end(), [](const Extra& extra) {
+      return extra.key.starts_with("exodus/variable/side_ss");
+    });
   }
 
   LossList losses(const MeshInfo& info, const Keys& used) const override {
@@ -124,19 +125,11 @@ bool is_short_enough(const std::string& name) {
 }
 
 constexpr ExodusSource kSource;
-constexpr Capabilities kCapabilities = {.sets = Capabilities::Sets::sets,
-                                        .every_step = true,
-                                        .vectors = false,
-                                        .integers = false,
-                                        .partial_arrays = true,
-                                        .block_numbers = true,
-                                        .positive_numbers = true,
-                                        .unique_numbers = true,
-                                        .most_numbers = most_numbers,
-                                        .title_bytes = 80,
-                                        .maps = &kExodusMaps,
-                                        .block = has_element_type,
-                                        .name = is_short_enough};
+constexpr Role kRoles[] = {{.name = kExodusMaps.vertices_role, .is_number_map = true},
+                           {.name = kExodusMaps.cells_role, .is_number_map = true},
+                           // The edges and faces of the elements of a block.
+                           {.name = "exodus:edgconn", .is_numbered = true, .is_by_place = true},
+                           {.name = "exodus:facconn", .is_numbered = true, .is_by_place = true}};
 
 }  // namespace
 }  // namespace exodus
@@ -149,7 +142,20 @@ constinit const Format kExodusFormat = {
     .open = [](const std::string& path, Spool& spool,
                const Progress&) { return open_exodus(path, spool); },
     .write = [](MeshSource& mesh, const std::string& path, Spool&) { write_exodus(mesh, path); },
-    .capabilities = &exodus::kCapabilities,
+    .capabilities = {.sets = Capabilities::Sets::sets,
+                     .every_step = true,
+                     .vectors = false,
+                     .integers = false,
+                     .partial_arrays = true,
+                     .block_numbers = true,
+                     .positive_numbers = true,
+                     .unique_numbers = true,
+                     .most_numbers = exodus::most_numbers,
+                     .title_bytes = 80,
+                     .maps = &kExodusMaps,
+                     .block = exodus::has_element_type,
+                     .name = exodus::is_short_enough},
+    .roles = exodus::kRoles,
     .source = &exodus::kSource,
     .translate_old_extras = exodus::translate_old_extras,
     // HDF5 resolves the link in /proc to a file without a name, so its files need one.

@@ -8,8 +8,6 @@
 #include <utility>
 
 #include "base/failure.h"
-#include "compression/compress.h"
-#include "compression/decompress.h"
 #include "exodus/exodus.h"
 #include "exodus/parts/merged_mesh.h"
 #include "formats/unread_formats.h"
@@ -22,6 +20,7 @@ namespace shm::converters {
 namespace {
 
 constexpr std::size_t kHeadBytes = 4096;
+constexpr unsigned char kShmSignature[] = {0x89, 'S', 'H', 'M'};
 
 std::string list_of(std::string_view Format::*word) {
   std::string list;
@@ -31,11 +30,8 @@ std::string list_of(std::string_view Format::*word) {
 
 constexpr class NothingToAdd final : public SourceFormat {
 } kNothingToAdd;
-
-const SourceFormat& source_named(std::string_view name) {
-  const Format* format = format_named(name);
-  return format == nullptr || format->source == nullptr ? kNothingToAdd : *format->source;
-}
+constexpr Format kUnknownFormat;
+constexpr Role kUnknownRole;
 
 std::vector<std::byte> head_of(const std::string& path) {
   std::vector<std::byte> head(kHeadBytes);
@@ -72,20 +68,18 @@ bool is_extension(std::string_view part, std::string_view extension) {
                           part.find_first_not_of("0123456789", 2) == std::string_view::npos);
 }
 
+// Returns true if `name` is the word, followed by a number: "edgconn3".
+bool is_numbered(std::string_view name, std::string_view word) {
+  return name.size() > word.size() && name.starts_with(word) &&
+         name.find_first_not_of("0123456789", word.size()) == std::string_view::npos;
+}
+
 // Both CGNS files and Exodus files may be HDF5 files.
 bool is_another(const Format& format, std::span<const std::byte> head) {
   return format.name == kExodusFormat.name && is_cgns(head);
 }
 
 }  // namespace
-
-constinit const Capabilities kShmCapabilities = {
-    .sets = Capabilities::Sets::sets,
-    .every_step = true,
-    .partial_arrays = true,
-    .block_numbers = true,
-    .maps = &kExodusMaps,
-    .block = [](const BlockInfo& block) { return block.shape != CellShape::polyhedron; }};
 
 std::span<const Format> formats() {
   static const Format all[] = {
@@ -98,14 +92,25 @@ std::span<const Format> formats() {
        .title = ".shm",
        .extensions = {".shm"},
        .looks_like = looks_like_shm,
-       .open = open_shm,
-       .write = nullptr},
+       .holds_everything = true,
+       .capabilities =
+           {.sets = Capabilities::Sets::sets,
+            .every_step = true,
+            .partial_arrays = true,
+            .block_numbers = true,
+            .maps = &kExodusMaps,
+            .block = [](const BlockInfo& block) { return block.shape != CellShape::polyhedron; }}},
   };
   return all;
 }
 
 bool is_foreign(const MeshInfo& info, const Format& format) {
-  return format.capabilities != nullptr && info.schema.source_format != format.name;
+  return !format.holds_everything && info.schema.source_format != format.name;
+}
+
+bool looks_like_shm(std::span<const std::byte> head) {
+  return head.size() >= sizeof kShmSignature &&
+         std::memcmp(head.data(), kShmSignature, sizeof kShmSignature) == 0;
 }
 
 const Format* format_named(std::string_view name) {
@@ -114,18 +119,28 @@ const Format* format_named(std::string_view name) {
   return nullptr;
 }
 
-const SourceFormat& source_format(const MeshInfo& info) {
-  return source_named(info.schema.source_format);
+const Format& format_of(const MeshInfo& info) {
+  const Format* format = format_named(info.schema.source_format);
+  return format == nullptr ? kUnknownFormat : *format;
 }
 
-const SourceFormat& format_of_role(std::string_view role) {
-  return source_named(role.substr(0, role.find(':')));
+const SourceFormat& source_format(const MeshInfo& info) {
+  const Format& format = format_of(info);
+  return format.source == nullptr ? kNothingToAdd : *format.source;
+}
+
+const Role& role_of(const ArrayInfo& array) {
+  const std::string_view name = array.role;
+  const Format* format = format_named(name.substr(0, name.find(':')));
+  if (format == nullptr) return kUnknownRole;
+  for (const Role& role : format->roles)
+    if (role.is_numbered ? is_numbered(name, role.name) : name == role.name) return role;
+  return kUnknownRole;
 }
 
 void translate_old_extras(MeshInfo& info) {
-  const Format* format = format_named(info.schema.source_format);
-  if (format != nullptr && format->translate_old_extras != nullptr)
-    format->translate_old_extras(info);
+  const Format& format = format_of(info);
+  if (format.translate_old_extras != nullptr) format.translate_old_extras(info);
 }
 
 const Format* format_of_name(std::string_view path) {
@@ -156,26 +171,6 @@ const Format* format_of_file(const std::string& path) {
   return head.empty() || !unread_format(head).empty() ? nullptr : named;
 }
 
-std::unique_ptr<MeshSource> open_mesh(const std::string& path, Spool& spool,
-                                      const Progress& progress) {
-  if (const Format* format = format_of_file(path)) {
-    auto mesh = format->open(path, spool, progress);
-    require_within(spool.limits(), mesh->info(), path);
-    return mesh;
-  }
-  const std::vector<std::byte> head = head_of(path);
-  if (head.empty()) throw Failure(Error{ErrorCode::truncated, "is empty", {}, kNoOffset, path});
-  const std::string other(unread_format(head));
-  throw Failure(
-      Error{ErrorCode::unsupported,
-            other.empty()
-                ? "is not a mesh in a supported format: " + list_of(&Format::title)
-                : "is " + other + ", which is not read; " + list_of(&Format::title) + " files are",
-            {},
-            kNoOffset,
-            path});
-}
-
 std::vector<std::string> files_of_parts(const std::vector<std::string>& inputs) {
   if (inputs.size() != 1) return inputs;
   const std::size_t parts = count_of_parts(inputs.front());
@@ -194,6 +189,21 @@ std::unique_ptr<MeshSource> open_merged(const std::vector<std::string>& files, S
   return std::make_unique<MergedMesh>(files, spool);
 }
 
+const Format& input_format(const std::string& path) {
+  if (const Format* format = format_of_file(path)) return *format;
+  const std::vector<std::byte> head = head_of(path);
+  if (head.empty()) throw Failure(Error{ErrorCode::truncated, "is empty", {}, kNoOffset, path});
+  const std::string other(unread_format(head));
+  throw Failure(
+      Error{ErrorCode::unsupported,
+            other.empty()
+                ? "is not a mesh in a supported format: " + list_of(&Format::title)
+                : "is " + other + ", which is not read; " + list_of(&Format::title) + " files are",
+            {},
+            kNoOffset,
+            path});
+}
+
 const Format& output_format(const std::string& path, const std::string& format) {
   const Format* found = format.empty() ? format_of_name(path) : format_named(format);
   if (found != nullptr) return *found;
@@ -205,30 +215,6 @@ const Format& output_format(const std::string& path, const std::string& format) 
                       {},
                       kNoOffset,
                       path});
-}
-
-void write_mesh(MeshSource& mesh, OutputFile& output, const Format& format, Spool& spool) {
-  if (format.write == nullptr)
-    compress_mesh(mesh, output.sink(), {}, spool);
-  else
-    format.write(mesh, output.temporary(), spool);
-}
-
-void write_mesh(MeshSource& mesh, const std::string& path, const Format& format, Spool& spool) {
-  if (path == "-" && format.name == "shm") {
-    const auto sink = unwrap(FileSink::create(path), path);
-    compress_mesh(mesh, *sink, {}, spool);
-    return;
-  }
-  OutputFile output(path, spool.directory(), format.temporary);
-  try {
-    write_mesh(mesh, output, format, spool);
-  } catch (const Failure& failure) {
-    Error error = failure.error();
-    if (error.file == output.temporary()) error.file = path;
-    throw Failure(std::move(error));
-  }
-  output.commit();
 }
 
 }  // namespace shm::converters

@@ -5,25 +5,20 @@
 // its name decides only if the content does not.
 #pragma once
 
+#include <cstddef>
 #include <memory>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "base/output_file.h"
-#include "base/progress.h"
 #include "base/spool.h"
+#include "interface/format.h"
 #include "mesh/mesh_source.h"
-#include "transfer/format.h"
 
 namespace shm::converters {
 
 std::span<const Format> formats();
-
-// The features that a .shm file keeps of a mesh from another format: everything except faces of
-// polyhedra.
-extern const Capabilities kShmCapabilities;
 
 // Return null if no format has that name, or if the extension of `path` belongs to no format. Names
 // such as "out.e.4.0" and "out.e-s002" count as ".e".
@@ -35,10 +30,8 @@ const Format* format_of_name(std::string_view path);
 // file cannot be read.
 const Format* format_of_file(const std::string& path);
 
-// Opens a mesh of any format. Throws Failure: io if the file does not exist, unsupported if its
-// format is unknown.
-std::unique_ptr<MeshSource> open_mesh(const std::string& path, Spool& spool,
-                                      const Progress& progress = {});
+// Returns true if a file that begins with `head` is a .shm file.
+bool looks_like_shm(std::span<const std::byte> head);
 
 // Returns the files of a decomposed mesh. A single name NAME.COUNT stands for the files
 // NAME.COUNT.0 and so on if there is no file of that name; other inputs are returned unchanged.
@@ -49,17 +42,25 @@ std::vector<std::string> files_of_parts(const std::vector<std::string>& inputs);
 // contradict each other.
 std::unique_ptr<MeshSource> open_merged(const std::vector<std::string>& files, Spool& spool);
 
+// Returns the format for open_mesh(). Throws Failure: io if the file does not exist, truncated if
+// it is empty, unsupported if its format is unknown.
+const Format& input_format(const std::string& path);
 // Returns the format for write_mesh(). Throws Failure (misuse) if neither `format` (may be empty)
 // nor the name of the file decides.
 const Format& output_format(const std::string& path, const std::string& format);
 
+// Return the format that a mesh came from, and how its extras are interpreted. For an unknown
+// format they are one with default values, and one that overrides nothing.
+const Format& format_of(const MeshInfo& info);
+const SourceFormat& source_format(const MeshInfo& info);
+// Returns the meaning of an array's role; for an unknown role, and for none, one with default
+// values.
+const Role& role_of(const ArrayInfo& array);
+// Converts extras from a .shm file of any version to those that this version writes. Requires the
+// complete MeshInfo.
+void translate_old_extras(MeshInfo& info);
+
 // Returns true if a mesh must be translated for `format` because it came from another format.
 bool is_foreign(const MeshInfo& info, const Format& format);
-
-// Writes `mesh` to a temporary file, which then gets its name. "-" is standard output; it receives
-// a .shm file as it is encoded, and files of other formats at the end. Throws Failure.
-void write_mesh(MeshSource& mesh, const std::string& path, const Format& format, Spool& spool);
-// The same, but the caller commits the output.
-void write_mesh(MeshSource& mesh, OutputFile& output, const Format& format, Spool& spool);
 
 }  // namespace shm::converters

@@ -11,9 +11,9 @@
 #include "gmsh/gmsh.h"
 #include "gmsh/groups.h"
 #include "gmsh/plan.h"
+#include "interface/format.h"
 #include "mesh/extra_index.h"
 #include "mesh/mesh_source.h"
-#include "transfer/format.h"
 
 namespace shm::converters {
 namespace {
@@ -168,22 +168,6 @@ class GmshSource final : public SourceFormat {
            text_of_extra(*sections).find("ElementNodeData") != std::string::npos;
   }
 
-  bool has_padded_vectors() const override { return true; }  // 1, 3 or 9 components
-  bool has_unique_names() const override { return true; }
-
-  // gmsh:node_entity has rows of a table, and gmsh:element_node_data has values per corner in file
-  // order.
-  bool is_private(const ArrayInfo& array) const override {
-    return array.role == "gmsh:node_entity" || array.role == "gmsh:element_node_data";
-  }
-  std::string loss_of_private(const ArrayInfo& array) const override {
-    if (array.role != "gmsh:element_node_data") return {};
-    return "view" + quoted(array.name) + " ($ElementNodeData)";
-  }
-  bool is_number_map(const ArrayInfo& array) const override {
-    return array.role == "gmsh:node_tag" || array.role == "gmsh:element_tag";
-  }
-
   LossList losses(const MeshInfo& info, const Keys& used) const override {
     constexpr std::string_view kKnown[] = {"gmsh/mesh_format", "gmsh/byte_order", "gmsh/sections",
                                            "gmsh/section/",    "gmsh/nodes/",     "gmsh/elements/"};
@@ -212,14 +196,15 @@ class GmshSource final : public SourceFormat {
 bool can_be_quoted(const std::string& name) { return quotable(name) == name; }
 
 constexpr GmshSource kGmshSource;
-constexpr Capabilities kGmshCapabilities = {.sets = Capabilities::Sets::cells,
-                                            .every_step = true,
-                                            .integers = false,
-                                            .partial_arrays = true,
-                                            .block_numbers = true,
-                                            .positive_numbers = true,
-                                            .times = false,
-                                            .name = can_be_quoted};
+constexpr Role kGmshRoles[] = {{.name = "gmsh:node_tag", .is_number_map = true},
+                               {.name = "gmsh:element_tag", .is_number_map = true},
+                               {.name = "gmsh:node_entity", .is_private = true},  // rows of a table
+                               {.name = "gmsh:element_node_data",
+                                .is_by_place = true,
+                                .is_private = true,
+                                .loss = [](const std::string& array) {
+                                  return "view" + quoted(array) + " ($ElementNodeData)";
+                                }}};
 
 }  // namespace
 
@@ -231,7 +216,17 @@ constinit const Format kGmshFormat = {
     .open = [](const std::string& path, Spool& spool,
                const Progress&) { return open_gmsh(path, spool); },
     .write = [](MeshSource& mesh, const std::string& path, Spool&) { write_gmsh(mesh, path); },
-    .capabilities = &kGmshCapabilities,
+    .capabilities = {.sets = Capabilities::Sets::cells,
+                     .every_step = true,
+                     .padded_vectors = true,  // to 1, 3 or 9 components
+                     .unique_names = true,
+                     .integers = false,
+                     .partial_arrays = true,
+                     .block_numbers = true,
+                     .positive_numbers = true,
+                     .times = false,
+                     .name = can_be_quoted},
+    .roles = kGmshRoles,
     .source = &kGmshSource,
     .translate_old_extras = add_group_sets};
 

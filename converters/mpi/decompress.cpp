@@ -14,6 +14,7 @@
 #include "base/output_file.h"
 #include "compression/piece_mesh.h"
 #include "exodus/parts/owners.h"
+#include "files/mesh_files.h"
 #include "formats/formats.h"
 #include "mesh/blocks_by_id.h"
 #include "shm/mesh_extract.h"
@@ -104,13 +105,8 @@ void Part::open() {
   require_no_archive(path);
   file_ = unwrap(FileRandomSource::open(path), path);
   extractor_.emplace(unwrap(MeshExtractor::open(*file_), path));
-  whole_.schema = extractor_->schema();
-  whole_.vertices = extractor_->vertices();
-  whole_.block_cells = extractor_->block_cells();
-  whole_.step_times = unwrap(extractor_->step_times(), path);
-  whole_.extras = unwrap(extractor_->extras(), path);
-  translate_old_extras(whole_);
-  capabilities_ = *format_.capabilities;
+  whole_ = info_of(*extractor_, path);
+  capabilities_ = format_.capabilities;
   capabilities_.sibling = {};
 }
 

@@ -8,10 +8,10 @@
 #include <vector>
 
 #include "exodus/parts/ranks.h"
+#include "interface/losses.h"
 #include "mpi/uses.h"
 #include "shm/segment_reader.h"
 #include "tool/commands/convert.h"
-#include "transfer/losses.h"
 
 namespace shm::converters {
 

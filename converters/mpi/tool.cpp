@@ -8,7 +8,7 @@
 #include <string>
 
 #include "base/failure.h"
-#include "formats/formats.h"
+#include "files/mesh_files.h"
 #include "mpi/compress.h"
 #include "mpi/decompress.h"
 #include "mpi/mpi_ranks.h"

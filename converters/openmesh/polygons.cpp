@@ -4,10 +4,10 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <string>
 #include <tuple>
 
+#include "base/disjoint_sets.h"
 #include "picture/camera.h"
 
 namespace shm::converters {
@@ -152,31 +152,19 @@ class CornerJoiner {
   }
 
   void join_along_edges() {
-    first_.resize(polygons_.corners.size());
-    std::iota(first_.begin(), first_.end(), 0U);
+    fans_ = DisjointSets(polygons_.corners.size());
     for (std::size_t s = 0, end = 0; s < sides_.size(); s = end) {
       for (end = s + 1; end < sides_.size() && is_same_edge(sides_[s], sides_[end]);) ++end;
       if (end - s != 2) continue;
       const Side &a = sides_[s], &b = sides_[s + 1];
       const bool are_opposite = polygons_.corners[a.from] == polygons_.corners[b.to];
       if (!are_opposite || a.face == b.face || taken_out_[a.face] || taken_out_[b.face]) continue;
-      unite(a.from, b.to);
-      unite(a.to, b.from);
+      fans_.unite(a.from, b.to);
+      fans_.unite(a.to, b.from);
     }
   }
   static bool is_same_edge(const Side& a, const Side& b) {
     return a.low == b.low && a.high == b.high;
-  }
-
-  // Returns the first of the corners that are united with this corner.
-  std::uint32_t first(std::uint32_t corner) {
-    while (first_[corner] != corner) corner = first_[corner] = first_[first_[corner]];
-    return corner;
-  }
-  void unite(std::uint32_t a, std::uint32_t b) {
-    a = first(a);
-    b = first(b);
-    first_[std::max(a, b)] = std::min(a, b);
   }
 
   bool take_out_rejoined() {
@@ -185,7 +173,7 @@ class CornerJoiner {
     for (std::size_t f = 0; f < polygons_.face_count(); ++f) {
       firsts.clear();
       for (std::size_t c = polygons_.face_begin[f]; c < polygons_.face_begin[f + 1]; ++c)
-        firsts.push_back(first(static_cast<std::uint32_t>(c)));
+        firsts.push_back(fans_.first(static_cast<std::uint32_t>(c)));
       std::sort(firsts.begin(), firsts.end());
       if (std::adjacent_find(firsts.begin(), firsts.end()) == firsts.end()) continue;
       taken_out_[f] = any = true;
@@ -210,17 +198,17 @@ class CornerJoiner {
     for (const std::uint32_t c : uses)
       if (c != kNone) add(c);
     for (std::uint32_t c = 0; c < corners.size(); ++c) {
-      if (first(c) != c || numbers[c] != kNone) continue;
+      if (fans_.first(c) != c || numbers[c] != kNone) continue;
       add(c);
       ++polygons_.copies;
     }
-    for (std::uint32_t c = 0; c < corners.size(); ++c) corners[c] = numbers[first(c)];
+    for (std::uint32_t c = 0; c < corners.size(); ++c) corners[c] = numbers[fans_.first(c)];
   }
 
   Polygons& polygons_;
   std::vector<Side> sides_;
   std::vector<bool> taken_out_;
-  std::vector<std::uint32_t> first_;
+  DisjointSets fans_;
 };
 
 }  // namespace

@@ -24,7 +24,7 @@
 #include "base/failure.h"
 #include "base/output_file.h"
 #include "base/spool.h"
-#include "formats/formats.h"
+#include "files/mesh_files.h"
 #include "mesh/cell_table.h"
 #include "mesh/mesh_points.h"
 

@@ -8,7 +8,7 @@
 #include <system_error>
 
 #include "base/failure.h"
-#include "formats/formats.h"
+#include "files/mesh_files.h"
 #include "series/numbered_name.h"
 #include "shm/io.h"
 #include "vtk/xml/collection.h"

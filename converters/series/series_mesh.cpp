@@ -10,8 +10,9 @@
 
 #include "archive/foreign_steps.h"
 #include "base/failure.h"
+#include "files/mesh_files.h"
 #include "formats/formats.h"
-#include "transfer/format.h"
+#include "interface/format.h"
 
 namespace shm::converters {
 namespace {
@@ -97,8 +98,7 @@ class SeriesMesh final : public MeshSource {
 
   static void check_format(const MeshInfo& info, const std::string& path) {
     const Format* format = format_named(info.schema.source_format);
-    if (format == nullptr || format->capabilities == nullptr || format->capabilities->every_step ||
-        !info.step_times.empty())
+    if (format == nullptr || format->capabilities.every_step || !info.step_times.empty())
       refuse(path,
              "contains time steps itself, so it cannot be a file of a series; shm append joins the "
              "steps of such files");

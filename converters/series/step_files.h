@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "base/spool.h"
+#include "interface/format.h"
 #include "mesh/chosen_steps.h"
 #include "series/numbered_name.h"
-#include "transfer/format.h"
 
 namespace shm::converters {
 

@@ -31,6 +31,11 @@ std::optional<SetFolder> set_folder_of(std::string_view key) {
   return SetFolder{format, kind, number};
 }
 
+bool is_about_sides(std::string_view key) {
+  const auto set = set_folder_of(key);
+  return set && (set->kind == "side_set" || rest_of(key, *set) == "sides");
+}
+
 std::vector<SetFolder> set_folders(const MeshInfo& info) {
   std::vector<SetFolder> folders;
   std::map<std::tuple<std::string_view, std::string_view, std::string_view>, std::size_t> places;

@@ -27,6 +27,10 @@ struct SetFolder {
 // belongs to no set.
 std::optional<SetFolder> set_folder_of(std::string_view key);
 
+// Returns true if an extra with this key belongs to a set of sides of cells, or holds the sides of
+// the members of another set (those of Exodus edges and faces).
+bool is_about_sides(std::string_view key);
+
 // Returns the folders in the order of their first extras, without looking at the contents. The
 // result refers to `info`.
 std::vector<SetFolder> set_folders(const MeshInfo& info);

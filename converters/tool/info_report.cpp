@@ -9,10 +9,11 @@
 
 #include "base/failure.h"
 #include "base/stored_value.h"
+#include "formats/formats.h"
+#include "interface/format.h"
 #include "shm/segment_reader.h"
 #include "tool/progress_line.h"
 #include "tool/report.h"
-#include "transfer/format.h"
 #include "transfer/named_groups.h"
 
 namespace shm::converters {

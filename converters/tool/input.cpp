@@ -14,6 +14,7 @@
 #include "archive/archive_files.h"
 #include "base/failure.h"
 #include "base/unpacked.h"
+#include "files/mesh_files.h"
 #include "formats/formats.h"
 #include "series/open_series.h"
 

@@ -6,9 +6,7 @@
 namespace shm::converters {
 namespace {
 
-bool holds_every_step(const Format& format) {
-  return format.capabilities == nullptr || format.capabilities->every_step;
-}
+bool holds_every_step(const Format& format) { return format.capabilities.every_step; }
 
 // Returns the data that a file of `target` lacks and a file of `named` would have; empty if there
 // is none.

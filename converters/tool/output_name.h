@@ -5,8 +5,8 @@
 #include <optional>
 #include <string>
 
+#include "interface/format.h"
 #include "mesh/chosen_steps.h"
-#include "transfer/format.h"
 
 namespace shm::converters {
 

@@ -7,8 +7,8 @@
 #include <string>
 
 #include "base/spool.h"
+#include "interface/losses.h"
 #include "shm/result.h"
-#include "transfer/losses.h"
 
 namespace shm::converters {
 

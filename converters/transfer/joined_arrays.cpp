@@ -8,6 +8,7 @@
 #include <string_view>
 #include <utility>
 
+#include "formats/formats.h"
 #include "mesh/blocks_by_id.h"
 #include "mesh/unique_names.h"
 
@@ -48,7 +49,7 @@ bool alike(const ArrayInfo& a, const ArrayInfo& b) {
 }
 
 bool is_left_out(const ArrayInfo& array) {
-  return array.role == kBlockIdRole || format_of_role(array.role).is_private(array);
+  return array.role == kBlockIdRole || role_of(array).is_private;
 }
 
 }  // namespace

@@ -7,8 +7,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "interface/format.h"
 #include "mesh/forwarding_mesh.h"
-#include "transfer/format.h"
 
 namespace shm::converters {
 

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/text_input.h"
+#include "formats/formats.h"
 #include "mesh/mesh_source.h"
 #include "sets/set_folders.h"
 

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "transfer/format.h"
+#include "interface/format.h"
 
 namespace shm::converters {
 

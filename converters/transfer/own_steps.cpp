@@ -2,7 +2,8 @@
 
 #include <utility>
 
-#include "transfer/format.h"
+#include "formats/formats.h"
+#include "interface/format.h"
 
 namespace shm::converters {
 

@@ -1,6 +1,8 @@
 #include "transfer/piece_output.h"
 
-#include "transfer/format.h"
+#include "formats/formats.h"
+#include "interface/format.h"
+#include "transfer/mesh_sets.h"
 
 namespace shm::converters {
 
@@ -20,7 +22,7 @@ FromElsewhere::FromElsewhere(MeshSource& source, const MeshInfo& whole) : Forwar
   info_ = source.info();
   source_format(whole).mark_piece(whole, info_);
   // If blocks are cell types, writers need the source format to know that.
-  if (!source_format(info_).has_blocks_by_type()) info_.schema.source_format.clear();
+  if (!format_of(info_).capabilities.blocks_by_type) info_.schema.source_format.clear();
 }
 
 }  // namespace shm::converters

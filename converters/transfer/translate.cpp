@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "base/failure.h"
+#include "formats/formats.h"
 #include "mesh/blocks_by_id.h"
 #include "mesh/chosen_steps.h"
 #include "mesh/forwarding_mesh.h"
@@ -16,6 +17,7 @@
 #include "sets/set_cells.h"
 #include "sets/transfer_sets.h"
 #include "transfer/joined_arrays.h"
+#include "transfer/mesh_sets.h"
 #include "transfer/own_steps.h"
 
 namespace shm::converters {
@@ -115,7 +117,8 @@ Translation::Translation(MeshSource& source, const std::string& format, const Ca
   if (target_.block_numbers) split_blocks(blocks_elsewhere);
   choose_steps(steps);
   const std::vector<BlockInfo> blocks = mesh_->info().schema.blocks;
-  add(std::make_unique<JoinedArrays>(*mesh_, source_.has_vectors_as_columns() && target.vectors,
+  add(std::make_unique<JoinedArrays>(*mesh_,
+                                     !format_of(from_).capabilities.vectors && target.vectors,
                                      !target.block_numbers, target.maps));
   report_numbers(blocks);
   report_arrays();
@@ -167,8 +170,8 @@ void Translation::split_blocks(const std::vector<BlocksById::Key>& first) {
 
 void Translation::report_arrays() {
   for (const ArrayInfo& array : from_.schema.arrays)
-    if (std::string loss = format_of_role(array.role).loss_of_private(array); !loss.empty())
-      losses_.push_back(std::move(loss));
+    if (const Role& role = role_of(array); role.loss != nullptr)
+      losses_.push_back(role.loss(array.name));
   const MeshInfo& info = mesh_->info();
   bool any_stepped = false;
   if (!target_.partial_arrays) check_filling(info);
@@ -219,8 +222,8 @@ void Translation::report_blocks() {
                                                    : std::to_string(block.nodes_per_cell)) +
                         " nodes)");
   }
-  const bool numbered =
-      !source_.has_blocks_by_type() || BlocksById::array_of_ids(from_) < from_.schema.arrays.size();
+  const bool numbered = !format_of(from_).capabilities.blocks_by_type ||
+                        BlocksById::array_of_ids(from_) < from_.schema.arrays.size();
   if (numbered && !fit)
     losses_.push_back(std::string("numbers of blocks (each must be above 0") +
                       (target_.unique_numbers ? " and another)" : ")"));

@@ -14,11 +14,11 @@
 #include <vector>
 
 #include "base/spool.h"
+#include "interface/format.h"
+#include "interface/losses.h"
 #include "mesh/blocks_by_id.h"
 #include "mesh/chosen_steps.h"
 #include "mesh/mesh_source.h"
-#include "transfer/format.h"
-#include "transfer/losses.h"
 
 namespace shm::converters {
 

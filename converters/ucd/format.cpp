@@ -10,8 +10,6 @@ class UcdSource final : public SourceFormat {
 };
 
 constexpr UcdSource kUcdSource;
-constexpr Capabilities kUcdCapabilities = {
-    .integers = false, .block_numbers = true, .times = false, .title_bytes = 0};
 
 }  // namespace
 
@@ -23,7 +21,7 @@ constinit const Format kUcdFormat = {
     .open = [](const std::string& path, Spool& spool,
                const Progress&) { return open_ucd(path, spool); },
     .write = [](MeshSource& mesh, const std::string& path, Spool&) { write_ucd(mesh, path); },
-    .capabilities = &kUcdCapabilities,
+    .capabilities = {.integers = false, .block_numbers = true, .times = false, .title_bytes = 0},
     .source = &kUcdSource};
 
 }  // namespace shm::converters

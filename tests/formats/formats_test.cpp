@@ -1,5 +1,6 @@
 // Formats by name, and output files that appear completely or not at all.
 #include "formats/formats.h"
+#include "files/mesh_files.h"
 
 #include <gtest/gtest.h>
 

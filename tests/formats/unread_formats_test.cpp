@@ -1,5 +1,6 @@
 // Files of unsupported formats are recognized by name and not mistaken for others.
 #include "formats/unread_formats.h"
+#include "files/mesh_files.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +9,6 @@
 
 #include "base/failure.h"
 #include "base/spool.h"
-#include "formats/formats.h"
 #include "support/temporary_folder.h"
 
 namespace shm::converters {

@@ -5,6 +5,7 @@
 
 #include <string>
 
+#include "files/mesh_files.h"
 #include "formats/formats.h"
 #include "support/vtk_fixture.h"
 #include "vtk/between/vtk_from_vtu.h"

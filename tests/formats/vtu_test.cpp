@@ -1,5 +1,6 @@
 // VTU files: round trips, comparison by VTK itself, and hostile files.
 #include "vtk/xml/vtu.h"
+#include "files/mesh_files.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>

@@ -1,7 +1,7 @@
 // Rules for modules (folders of sources), checked by reading the #include lines and a few words:
 // the modules that each module may include, the number of files in a module, that only one file
-// uses the headers of each operating system, and that the library neither prints nor reads clock,
-// locale or environment.
+// uses the headers of each operating system, that a module defines the functions of its headers,
+// and that the library neither prints nor reads clock, locale or environment.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -12,6 +12,7 @@
 #include <set>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace {
@@ -136,40 +137,45 @@ const std::vector<Tree>& trees() {
            {"mesh", {"base"}},
            {"order", {"base", "mesh"}},
            {"sets", {"base", "mesh"}},
-           {"transfer", {"base", "mesh", "sets"}},
-           {"exodus", {"base", "mesh", "sets", "transfer"}},
+           {"interface", {"base", "mesh", "sets"}},
+           {"exodus", {"base", "mesh", "sets", "interface"}},
            {"exodus/parts", {"base", "mesh", "sets", "exodus"}},
-           {"gmsh", {"base", "mesh", "sets", "transfer"}},
-           {"ucd", {"base", "mesh", "transfer"}},
+           {"gmsh", {"base", "mesh", "sets", "interface"}},
+           {"ucd", {"base", "mesh", "interface"}},
            {"vtk", {"base", "mesh"}},
-           {"vtk/between", {"base", "mesh", "transfer", "vtk"}},
-           {"vtk/legacy", {"base", "mesh", "transfer", "vtk", "vtk/between"}},
-           {"vtk/xml", {"base", "mesh", "transfer", "vtk", "vtk/between"}},
-           {"compression", {"base", "mesh", "order", "sets", "transfer"}},
-           {"compare", {"base", "mesh", "order", "transfer", "compression"}},
+           {"vtk/between", {"base", "mesh", "interface", "vtk"}},
+           {"vtk/legacy", {"base", "mesh", "interface", "vtk", "vtk/between"}},
+           {"vtk/xml", {"base", "mesh", "interface", "vtk", "vtk/between"}},
            {"formats",
-            {"base", "mesh", "transfer", "compression", "exodus", "exodus/parts", "gmsh", "ucd",
-             "vtk/legacy", "vtk/xml"}},
-           {"archive", {"base", "mesh", "order", "transfer", "compression", "compare", "formats"}},
-           {"series", {"base", "mesh", "transfer", "compare", "formats", "archive", "vtk/xml"}},
+            {"base", "mesh", "interface", "exodus", "exodus/parts", "gmsh", "ucd", "vtk/legacy",
+             "vtk/xml"}},
+           {"transfer", {"base", "mesh", "sets", "interface", "formats"}},
+           {"compression", {"base", "mesh", "order", "sets", "interface", "formats"}},
+           {"files", {"base", "mesh", "interface", "formats", "compression"}},
+           {"compare", {"base", "mesh", "order", "interface", "formats", "compression"}},
+           {"archive",
+            {"base", "mesh", "order", "interface", "formats", "transfer", "compression", "files",
+             "compare"}},
+           {"series",
+            {"base", "mesh", "interface", "formats", "files", "compare", "archive", "vtk/xml"}},
            {"tool",
-            {"base", "picture", "mesh", "order", "sets", "transfer", "compression", "compare",
-             "formats", "archive", "series"}},
+            {"base", "picture", "mesh", "order", "sets", "interface", "formats", "transfer",
+             "compression", "files", "compare", "archive", "series"}},
            {"tool/help", {}},
-           {"tool/running", {"base", "transfer", "formats", "archive", "tool", "tool/help"}},
+           {"tool/running", {"base", "interface", "formats", "archive", "tool", "tool/help"}},
            {"tool/shown",
-            {"base", "picture", "mesh", "transfer", "compression", "formats", "archive", "tool"}},
+            {"base", "picture", "mesh", "interface", "compression", "archive", "tool"}},
            {"tool/drawing",
-            {"base", "picture", "openmesh", "mesh", "order", "transfer", "compression", "formats",
-             "archive", "series", "tool", "tool/running", "tool/shown"}},
+            {"base", "picture", "openmesh", "mesh", "order", "interface", "compression", "archive",
+             "series", "tool", "tool/running", "tool/shown"}},
            {"tool/commands",
-            {"base", "mesh", "order", "sets", "transfer", "compression", "compare", "formats",
-             "archive", "series", "tool", "tool/help", "tool/running", "tool/shown",
-             "tool/drawing"}},
+            {"base", "mesh", "order", "sets", "interface", "formats", "transfer", "compression",
+             "files", "compare", "archive", "series", "tool", "tool/help", "tool/running",
+             "tool/shown", "tool/drawing"}},
            {"mpi",
-            {"base", "mesh", "sets", "transfer", "exodus", "exodus/parts", "compression", "formats",
-             "tool", "tool/running", "tool/commands"}},
-           {"programs", {"base", "mesh", "formats"}},
+            {"base", "mesh", "sets", "interface", "formats", "transfer", "exodus", "exodus/parts",
+             "compression", "files", "tool", "tool/running", "tool/commands"}},
+           {"programs", {"base", "mesh", "files"}},
        }},
   };
   return all;
@@ -238,6 +244,136 @@ TEST(Rules, OnlyTheTopModuleIncludesVerbs) {
     for (const std::string& header : source.quoted)
       EXPECT_TRUE(!header.starts_with("shm/") || values.contains(header))
           << path << " includes " << header;
+  }
+}
+
+/// The free functions that a source declares, and those that it defines with external linkage, with
+/// their namespaces: "shm::converters::open_mesh". Reads statements of namespaces and skips the
+/// bodies of everything else. Templates, operators and members are left out.
+class FreeFunctions {
+ public:
+  std::set<std::string> declared, defined;
+
+  explicit FreeFunctions(const Source& source) : code_(without_literals(source.code)) {
+    std::string statement;
+    for (at_ = 0; at_ < code_.size(); ++at_) {
+      const char c = code_[at_];
+      depth_ += (c == '(') - (c == ')');
+      if (c == '#' && blank(statement)) {
+        skip_directive();
+      } else if (depth_ > 0 || (c != ';' && c != '{' && c != '}')) {
+        statement += c;
+      } else {
+        end(statement, c);
+        statement.clear();
+      }
+    }
+  }
+
+ private:
+  static bool blank(const std::string& text) {
+    return text.find_first_not_of(" \n") == std::string::npos;
+  }
+
+  /// Replaces the contents of strings and characters, which may have braces.
+  static std::string without_literals(const std::string& code) {
+    std::string out;
+    for (std::size_t i = 0; i < code.size(); ++i) {
+      const char quote = code[i];
+      out += quote;
+      const bool separator = i > 0 && std::isdigit(static_cast<unsigned char>(code[i - 1])) != 0;
+      if (quote != '"' && (quote != '\'' || separator)) continue;
+      if (quote == '"' && i > 0 && code[i - 1] == 'R') {
+        const std::string tail = ')' + code.substr(i + 1, code.find('(', i) - i - 1) + '"';
+        const std::size_t close = code.find(tail, i);
+        if (close == std::string::npos) break;
+        i = close + tail.size() - 1;
+      } else {
+        for (++i; i < code.size() && code[i] != quote; ++i) i += code[i] == '\\';
+      }
+      out += quote;
+    }
+    return out;
+  }
+
+  void skip_directive() {
+    while (at_ < code_.size() && (code_[at_] != '\n' || code_[at_ - 1] == '\\')) ++at_;
+  }
+
+  void end(const std::string& statement, char with) {
+    if (with == '}') {
+      if (!namespaces_.empty()) namespaces_.pop_back();
+    } else if (with == '{' && says(statement, "namespace")) {
+      std::istringstream words(statement);
+      std::string name;
+      while (words >> name) continue;
+      namespaces_.push_back(name);  // "namespace" if it has no name
+    } else if (with == '{' && says(statement, "extern") &&
+               statement.find('(') == std::string::npos) {
+      namespaces_.push_back("");  // extern "C"
+    } else {
+      if (const std::string name = function_in(statement); !name.empty())
+        (with == '{' ? defined : declared).insert(name);
+      if (with == '{') skip_body();
+    }
+  }
+
+  void skip_body() {
+    for (int open = 1; open > 0 && ++at_ < code_.size();)
+      open += (code_[at_] == '{') - (code_[at_] == '}');
+  }
+
+  /// The name with its namespaces; empty if the statement is no free function, or an internal one.
+  std::string function_in(const std::string& statement) const {
+    for (const char* other :
+         {"template", "operator", "static", "using", "class", "struct", "friend"})
+      if (says(statement, other)) return {};
+    std::size_t end = 0;
+    for (int angles = 0; end < statement.size(); ++end) {
+      const char c = statement[end];
+      if (c == '=') return {};  // a variable
+      angles += (c == '<') - (c == '>');
+      if (c == '(' && angles == 0) break;
+    }
+    std::size_t begin = std::min(end, statement.size());
+    const auto in_name = [](char c) {
+      return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == ':' || c == '~';
+    };
+    while (begin > 0 && in_name(statement[begin - 1])) --begin;
+    const std::string name = statement.substr(begin, end - begin);
+    // Constructors and calls of macros have no type before the name.
+    if (end == statement.size() || name.empty() || blank(statement.substr(0, begin)) ||
+        name.find(':') != std::string::npos)
+      return {};
+    std::string full;
+    for (const std::string& outer : namespaces_) {
+      if (outer == "namespace") return {};
+      if (!outer.empty()) full += outer + "::";
+    }
+    return full + name;
+  }
+
+  const std::string code_;
+  std::size_t at_ = 0;
+  int depth_ = 0;  // of parentheses
+  std::vector<std::string> namespaces_;
+};
+
+// A function that a header declares is defined in the same module, so that the includes show all
+// modules that a module depends on.
+TEST(Rules, ModulesDefineWhatTheirHeadersDeclare) {
+  for (const Tree& tree : trees()) {
+    std::set<std::pair<std::string, std::string>> declared, defined;  // (folder, function)
+    for (const Source& source : sources_in(tree.root)) {
+      const FreeFunctions functions(source);
+      for (const std::string& name : functions.defined) defined.emplace(source.folder(), name);
+      if (!source.name().ends_with(".h")) continue;
+      for (const std::string& name : functions.declared) declared.emplace(source.folder(), name);
+    }
+    EXPECT_GT(declared.size(), 50u) << tree.root;
+    for (const auto& function : declared)
+      EXPECT_TRUE(defined.contains(function))
+          << function.first << " declares " << function.second << " and does not define it";
   }
 }
 

@@ -193,6 +193,31 @@ TEST(RoundTrip, SideSetsKeepCornerOrder) {
   EXPECT_TRUE(round_trip(mesh, options_of(Order::stream, 5)).equal());
 }
 
+TEST(RoundTrip, OnlyDataByPlaceKeepsCornerOrder) {
+  const auto with_role = [](const std::string& role) {
+    MemoryMesh mesh = grid_mesh(2, 1, 1);
+    mesh.add_array<std::int32_t>({"a", Location::cell, ScalarType::int32, 1, false, {}, role, {}},
+                                 {{1, 2}});
+    return needs_corner_order(mesh.info());
+  };
+  for (const char* role : {"exodus:edgconn1", "exodus:facconn12", "gmsh:element_node_data"})
+    EXPECT_TRUE(with_role(role)) << role;
+  for (const char* role : {"", "exodus:edgconn", "exodus:surface", "gmsh:element_tag", "x:node"})
+    EXPECT_FALSE(with_role(role)) << role;
+
+  const auto with_extra = [](const std::string& key) {
+    MemoryMesh mesh = grid_mesh(2, 1, 1);
+    mesh.mesh.schema.source_format = "exodus";
+    mesh.add_extra<std::int64_t>(key, ScalarType::int64, Reference::nothing, {1});
+    return needs_corner_order(mesh.info());
+  };
+  for (const char* key : {"mesh/side_set/0/sides", "exodus/edge_set/0/sides",
+                          "exodus/variable/side_ss1", "exodus/variable/side_ss1/2"})
+    EXPECT_TRUE(with_extra(key)) << key;
+  for (const char* key : {"mesh/node_set/0/members", "exodus/variable/ss_side_cnt_global"})
+    EXPECT_FALSE(with_extra(key)) << key;
+}
+
 TEST(RoundTrip, QuantizedCoordinates) {
   MemoryMesh mesh = rich_mesh();
   const double odd = std::numeric_limits<double>::quiet_NaN();

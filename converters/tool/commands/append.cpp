@@ -9,8 +9,8 @@
 #include "archive/parity.h"
 #include "base/failure.h"
 #include "base/output_file.h"
-#include "formats/conversion.h"
 #include "formats/formats.h"
+#include "interface/format.h"
 #include "order/cell_order_file.h"
 #include "series/open_series.h"
 #include "tool/input.h"
@@ -18,7 +18,7 @@
 #include "tool/report.h"
 #include "tool/running/options.h"
 #include "tool/step_choice.h"
-#include "transfer/format.h"
+#include "transfer/conversion.h"
 
 namespace shm::converters {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "base/failure.h"
 #include "base/unpacked.h"
-#include "formats/conversion.h"
+#include "files/mesh_files.h"
 #include "formats/formats.h"
 #include "series/open_series.h"
 #include "series/step_files.h"
@@ -17,6 +17,7 @@
 #include "tool/removal.h"
 #include "tool/report.h"
 #include "tool/running/options.h"
+#include "transfer/conversion.h"
 
 namespace shm::converters {
 

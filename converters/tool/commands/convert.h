@@ -3,9 +3,9 @@
 
 #include <string>
 
+#include "interface/format.h"
 #include "tool/running/command.h"
 #include "tool/step_choice.h"
-#include "transfer/format.h"
 
 namespace shm::converters {
 

@@ -18,6 +18,7 @@
 #include "base/text_input.h"
 #include "compression/piece_mesh.h"
 #include "compression/set_sides.h"
+#include "files/mesh_files.h"
 #include "formats/formats.h"
 #include "series/step_files.h"
 #include "sets/set_cells.h"
@@ -205,12 +206,7 @@ void Extraction::open() {
   }
   source_ = std::make_unique<CountedSource>(*source);
   extractor_.emplace(unwrap(MeshExtractor::open(*source_), path));
-  whole_.schema = extractor_->schema();
-  whole_.vertices = extractor_->vertices();
-  whole_.block_cells = extractor_->block_cells();
-  whole_.step_times = unwrap(extractor_->step_times(), path);
-  whole_.extras = unwrap(extractor_->extras(), path);
-  translate_old_extras(whole_);
+  whole_ = info_of(*extractor_, path);
 }
 
 void Extraction::choose_cells() {
@@ -219,7 +215,7 @@ void Extraction::choose_cells() {
   if (!options_.blocks.empty()) cells.blocks = blocks_of(options_.blocks, whole_.schema.blocks);
   if (!options_.box.empty()) cells.box = box_of(options_.box);
   if (!options_.arrays.empty()) how_.arrays = arrays_of(options_.arrays, whole_.schema.arrays);
-  if (format_.capabilities != nullptr) how_.maps = format_.capabilities->maps;
+  if (!format_.holds_everything) how_.maps = format_.capabilities.maps;
   how_.flat = source_format(whole_).is_flat(whole_);
 }
 
@@ -253,8 +249,7 @@ void Extraction::choose_set() {
 void Extraction::choose_steps() {
   const std::size_t steps = whole_.step_times.size();
   steps_ = options_.steps.in(whole_.step_times);
-  const bool every_step =
-      !files_.is_one_file() || format_.capabilities == nullptr || format_.capabilities->every_step;
+  const bool every_step = !files_.is_one_file() || format_.capabilities.every_step;
   if (steps_ && steps_->size() > 1 && !every_step)
     wrong_use("--step " + options_.steps.words + " is " + std::to_string(steps_->size()) +
               " steps, but a file of format " + std::string(format_.name) +
@@ -322,8 +317,7 @@ void Extraction::stage() {
 // Returns the piece as the target format can store it. A sibling format gets no shortcut, because
 // the extras of the source describe the whole mesh.
 Translation Extraction::translated(std::optional<StepRange> step, Spool& spool) {
-  Capabilities capabilities =
-      format_.capabilities != nullptr ? *format_.capabilities : kShmCapabilities;
+  Capabilities capabilities = format_.capabilities;
   capabilities.sibling = {};
   return {*layers_.back(), std::string(format_.name), capabilities, step, spool};
 }

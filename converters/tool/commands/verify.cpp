@@ -14,7 +14,7 @@
 #include "archive/parity.h"
 #include "base/lenient_source.h"
 #include "compare/compare.h"
-#include "formats/formats.h"
+#include "files/mesh_files.h"
 #include "order/cell_order_file.h"
 #include "shm/damage.h"
 #include "shm/summary.h"

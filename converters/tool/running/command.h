@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "interface/format.h"
 #include "tool/destination.h"
 #include "tool/support.h"
-#include "transfer/format.h"
 
 namespace CLI {
 class App;

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "interface/format.h"
 #include "shm/result.h"
-#include "transfer/format.h"
 
 namespace shm::converters {
 

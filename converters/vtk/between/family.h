@@ -13,8 +13,8 @@
 #include <string_view>
 #include <utility>
 
+#include "interface/losses.h"
 #include "mesh/mesh_source.h"
-#include "transfer/losses.h"
 #include "vtk/words.h"
 
 namespace shm::converters::vtk {

@@ -125,12 +125,6 @@ std::map<std::int64_t, std::string> FamilySource::block_names(const MeshInfo& in
   return names;
 }
 
-bool FamilySource::is_private(const ArrayInfo& array) const { return array.role == kStringRole; }
-
-std::string FamilySource::loss_of_private(const ArrayInfo& array) const {
-  return is_private(array) ? "strings of " + quoted_array(array.name) : std::string();
-}
-
 bool FamilySource::has_strings(const ArrayInfo& array) const {
   return array.role == kStringRole && array.type == ScalarType::uint32;
 }

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "transfer/format.h"
+#include "interface/format.h"
 
 namespace shm::converters::vtk {
 
@@ -30,10 +30,6 @@ class FamilySource : public SourceFormat {
   // Names from field data that block_names_extra() made.
   std::map<std::int64_t, std::string> block_names(const MeshInfo& info, Keys& used) const override;
 
-  bool has_blocks_by_type() const override { return true; }
-  // True for strings: indices into a list.
-  bool is_private(const ArrayInfo& array) const override;
-  std::string loss_of_private(const ArrayInfo& array) const override;
   bool has_strings(const ArrayInfo& array) const override;
   std::vector<std::string> strings(const MeshInfo& info, std::size_t array) const override;
   bool is_list_of_strings(std::string_view key) const override;

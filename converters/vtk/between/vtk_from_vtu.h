@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "interface/losses.h"
 #include "mesh/mesh_source.h"
-#include "transfer/losses.h"
 #include "vtk/between/family.h"
 #include "vtk/words.h"
 

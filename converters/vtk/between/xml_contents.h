@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "interface/losses.h"
 #include "mesh/mesh_source.h"
-#include "transfer/losses.h"
 #include "vtk/xml_words.h"
 
 namespace shm::converters::vtu {

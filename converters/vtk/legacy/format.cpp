@@ -9,6 +9,7 @@
 #include "vtk/between/family_source.h"
 #include "vtk/between/vtk_from_vtu.h"
 #include "vtk/legacy/vtk.h"
+#include "vtk/strings.h"
 #include "vtk/words.h"
 
 namespace shm::converters {
@@ -110,11 +111,11 @@ class LegacySource final : public FamilySource {
 };
 
 constexpr LegacySource kSource;
-constexpr Capabilities kCapabilities = {.sets = Capabilities::Sets::arrays,
-                                        .title_bytes = 255,
-                                        .block = has_cell_type,
-                                        .sibling = "vtu",
-                                        .losses_of_sibling = losses_in_vtk};
+// Both VTK formats have this role.
+constexpr Role kRoles[] = {
+    {.name = kStringRole, .is_private = true, .loss = [](const std::string& array) {
+       return "strings of " + quoted_array(array);
+     }}};
 
 }  // namespace
 }  // namespace vtk
@@ -126,7 +127,13 @@ constinit const Format kVtkFormat = {.name = "vtk",
                                      .open = [](const std::string& path, Spool& spool,
                                                 const Progress&) { return open_vtk(path, spool); },
                                      .write = write_vtk,
-                                     .capabilities = &vtk::kCapabilities,
+                                     .capabilities = {.sets = Capabilities::Sets::arrays,
+                                                      .blocks_by_type = true,
+                                                      .title_bytes = 255,
+                                                      .block = vtk::has_cell_type,
+                                                      .sibling = "vtu",
+                                                      .losses_of_sibling = vtk::losses_in_vtk},
+                                     .roles = vtk::kRoles,
                                      .source = &vtk::kSource};
 
 }  // namespace shm::converters

@@ -101,10 +101,6 @@ class XmlSource final : public vtk::FamilySource {
 };
 
 constexpr XmlSource kSource;
-constexpr Capabilities kCapabilities = {.sets = Capabilities::Sets::arrays,
-                                        .block = vtk::has_cell_type,
-                                        .sibling = "vtk",
-                                        .losses_of_sibling = losses_in_vtu};
 
 }  // namespace
 }  // namespace vtu
@@ -116,7 +112,11 @@ constinit const Format kVtuFormat = {.name = "vtu",
                                      .open = [](const std::string& path, Spool& spool,
                                                 const Progress&) { return open_vtu(path, spool); },
                                      .write = write_vtu,
-                                     .capabilities = &vtu::kCapabilities,
+                                     .capabilities = {.sets = Capabilities::Sets::arrays,
+                                                      .blocks_by_type = true,
+                                                      .block = vtk::has_cell_type,
+                                                      .sibling = "vtk",
+                                                      .losses_of_sibling = vtu::losses_in_vtu},
                                      .source = &vtu::kSource};
 
 }  // namespace shm::converters

@@ -1,4 +1,4 @@
-#include "formats/conversion.h"
+#include "transfer/conversion.h"
 
 #include <string>
 
@@ -7,7 +7,7 @@
 namespace shm::converters {
 
 bool holds_one_step(const MeshInfo& info, const Format& format, bool chosen) {
-  if (format.capabilities == nullptr || format.capabilities->every_step) return false;
+  if (format.capabilities.every_step) return false;
   return chosen || is_foreign(info, format) || !source_format(info).describes_steps(info);
 }
 
@@ -16,7 +16,7 @@ Conversion::Conversion(MeshSource& mesh, const Format& format, std::optional<Ste
     : format_(format), mesh_(&mesh) {
   const MeshInfo& info = mesh.info();
   if (is_foreign(info, format)) {
-    translate(mesh, *format.capabilities, steps, spool);
+    translate(mesh, format.capabilities, steps, spool);
     return;
   }
   const std::uint64_t count = info.step_times.size();
@@ -33,7 +33,7 @@ void Conversion::keep_format(MeshSource& mesh, StepRange steps, Spool& spool) {
     mesh_ = own_.get();
     return;
   }
-  Capabilities target = format_.capabilities != nullptr ? *format_.capabilities : kShmCapabilities;
+  Capabilities target = format_.capabilities;
   target.sibling = {};  // the source's extras describe all of its steps
   translate(mesh, target, steps, spool);
   mesh_ = &elsewhere_.emplace(*mesh_, mesh.info());

@@ -7,9 +7,9 @@
 #include <optional>
 
 #include "base/spool.h"
+#include "interface/format.h"
+#include "interface/losses.h"
 #include "mesh/chosen_steps.h"
-#include "transfer/format.h"
-#include "transfer/losses.h"
 #include "transfer/own_steps.h"
 #include "transfer/piece_output.h"
 #include "transfer/translate.h"

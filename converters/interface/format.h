@@ -16,11 +16,11 @@
 #include "base/output_file.h"
 #include "base/progress.h"
 #include "base/spool.h"
+#include "interface/losses.h"
 #include "mesh/appended_extras.h"
 #include "mesh/chosen_steps.h"
 #include "mesh/mesh_source.h"
 #include "sets/transfer_sets.h"
-#include "transfer/losses.h"
 
 namespace shm::converters {
 
@@ -33,17 +33,22 @@ struct NumberMaps {
   std::string_view original_role;
 };
 
-// The features of meshes from other formats that a format can represent.
+// The features that the meshes of a format can have. A writer keeps these features of meshes from
+// other formats.
 struct Capabilities {
   // How node sets, side sets and groups of elements are represented: as sets, as arrays (see
   // set_arrays.h), or as cells of their own (see set_cells.h).
   enum class Sets { sets, arrays, cells };
   Sets sets = Sets::arrays;
-  bool every_step = false;      // false: one time step per file
-  bool vectors = true;          // arrays with several components; false: one array per component
+  bool every_step = false;  // false: one time step per file
+  // Arrays with several components; false: one array per component, v_x, v_y, v_z.
+  bool vectors = true;
+  bool padded_vectors = false;  // vectors are padded with zeros to an allowed number of components
+  bool unique_names = false;    // array names are unique: the second "v" becomes "v (2)"
   bool integers = true;         // false: all values are floating-point
   bool partial_arrays = false;  // cell arrays on some blocks; false: the other blocks get NaN or 0
   bool block_numbers = false;   // has blocks; false: block numbers are an array
+  bool blocks_by_type = false;  // the number of a block is the number of a cell type
   bool positive_numbers = false, unique_numbers = false;
   // Largest numbers that blocks and sets may have; null: no limit.
   struct MostNumbers {
@@ -62,6 +67,17 @@ struct Capabilities {
   LossList (*losses_of_sibling)(const MeshInfo& info) = nullptr;
 };
 
+// The meaning of the arrays that have a role of a format.
+struct Role {
+  std::string_view name;       // "format:..."
+  bool is_numbered = false;    // a number follows the name: "format:name3"
+  bool is_number_map = false;  // the values are numbers of vertices or cells
+  bool is_by_place = false;    // a value for each corner, edge or face of a cell, in its order
+  bool is_private = false;     // the array has no meaning in other formats
+  // Names the loss of a private array, from the name of the array. Null: nothing is lost.
+  std::string (*loss)(const std::string& array) = nullptr;
+};
+
 // A named group of a mesh, for display.
 struct NamedGroup {
   std::string kind;  // "node set", "side set", "physical volume", ...
@@ -70,8 +86,8 @@ struct NamedGroup {
   std::optional<std::uint64_t> members;
 };
 
-// Interprets the extras and roles of a mesh that came from a file of a certain format. A format
-// without extras of its own overrides nothing.
+// Interprets the extras of a mesh that came from a file of a certain format. A format without
+// extras of its own overrides nothing.
 class SourceFormat {
  public:
   SourceFormat(const SourceFormat&) = delete;
@@ -111,24 +127,9 @@ class SourceFormat {
   // Returns true if the mesh is two-dimensional, so that the sides of its triangles and quads are
   // edges.
   virtual bool is_flat(const MeshInfo&) const { return false; }
-  // Returns true if extras or blocks depend on the position of corners within a cell.
+  // Returns true if extras, other than side sets, or blocks depend on the position of corners
+  // within a cell.
   virtual bool needs_corner_order(const MeshInfo&) const { return false; }
-  // Returns true if a vector is stored as one array per component: v_x, v_y, v_z.
-  virtual bool has_vectors_as_columns() const { return false; }
-  // Returns true if vectors are padded with zeros to a number of components that the format
-  // supports.
-  virtual bool has_padded_vectors() const { return false; }
-  // Returns true if array names are unique: the second "v" becomes "v (2)".
-  virtual bool has_unique_names() const { return false; }
-  // Returns true if the number of a block is the number of a cell type.
-  virtual bool has_blocks_by_type() const { return false; }
-
-  // For an array with a role of this format. is_private() returns true if the array has no meaning
-  // in other formats; loss_of_private() names the resulting loss (empty: none); is_number_map()
-  // returns true if the array holds numbers of vertices or cells.
-  virtual bool is_private(const ArrayInfo&) const { return false; }
-  virtual std::string loss_of_private(const ArrayInfo&) const { return {}; }
-  virtual bool is_number_map(const ArrayInfo&) const { return false; }
 
   // Returns true if the values of an array are indices into a list of strings; strings() returns
   // this list.
@@ -175,13 +176,18 @@ struct Format {
   std::string_view name;                       // as in --format, and the source_format of meshes
   std::string_view title;                      // name in messages
   std::array<std::string_view, 6> extensions;  // with the dot; unused entries are empty
-  bool (*looks_like)(std::span<const std::byte> head);  // gets up to 4096 bytes
+  // Gets up to 4096 bytes.
+  bool (*looks_like)(std::span<const std::byte> head) = nullptr;
+  // Null for .shm, which open_mesh() and write_mesh() decode and encode.
   std::unique_ptr<MeshSource> (*open)(const std::string& path, Spool& spool,
-                                      const Progress& progress);
-  // Null for .shm, which write_mesh() writes as it is encoded.
-  void (*write)(MeshSource& mesh, const std::string& path, Spool& spool);
-  const Capabilities* capabilities = nullptr;  // null: it can hold everything
-  const SourceFormat* source = nullptr;        // null: a SourceFormat that overrides nothing
+                                      const Progress& progress) = nullptr;
+  void (*write)(MeshSource& mesh, const std::string& path, Spool& spool) = nullptr;
+  // Meshes of all formats are stored unchanged, with their extras, as in .shm files. The
+  // capabilities are then those for a mesh without the extras of its format.
+  bool holds_everything = false;
+  Capabilities capabilities = {};
+  std::span<const Role> roles = {};
+  const SourceFormat* source = nullptr;  // null: a SourceFormat that overrides nothing
   // Converts extras written by older versions of shm to the extras that the format's reader creates
   // now. Null: they are the same.
   void (*translate_old_extras)(MeshInfo& info) = nullptr;
@@ -191,18 +197,5 @@ struct Format {
   // Throws Failure.
   void (*load)() = nullptr;
 };
-
-// Return the SourceFormat of the format that a mesh came from, or to which a role "format:..."
-// belongs. For an unknown format it is one that overrides nothing. Defined in formats/formats.cpp,
-// because they need the list of all formats, which is in a higher layer.
-const SourceFormat& source_format(const MeshInfo& info);
-const SourceFormat& format_of_role(std::string_view role);
-// Converts extras from a .shm file of any version to those that this version writes. Requires the
-// complete MeshInfo.
-void translate_old_extras(MeshInfo& info);
-
-// Returns the sets of a mesh: those of its format, and those of shm/sets.h, except sets that
-// consist of all blocks with the same name.
-std::vector<MeshSet> transfer_sets(const MeshInfo& info, Keys& used);
 
 }  // namespace shm::converters

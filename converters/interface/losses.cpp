@@ -1,4 +1,4 @@
-#include "transfer/losses.h"
+#include "interface/losses.h"
 
 #include <algorithm>
 

@@ -1,7 +1,10 @@
-#include "transfer/format.h"
+#include "transfer/mesh_sets.h"
 
 #include <algorithm>
 #include <utility>
+
+#include "formats/formats.h"
+#include "sets/transfer_sets.h"
 
 namespace shm::converters {
 
