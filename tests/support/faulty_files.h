@@ -73,7 +73,7 @@ class FaultyFiles {
     return std::find_if(files_.begin(), files_.end(), [&](auto& it) { return it.name == name; })
         ->bytes;
   }
-  /// Returns the file `name` with its parts changed by `change` and with correct checksums.
+  /// Returns the feature file `name` with its parts changed by `change` and with correct checksums.
   Bytes with(const std::string& name, const std::function<void(FileParts&)>& change,
              Numbering numbering = Numbering::anew) const {
     FileParts parts = take_apart(file(name));
@@ -379,8 +379,9 @@ class FaultyFiles {
         }));
   }
 
-  /// Groups with correct checksums and a bitstream that no writer produces: from a fixed sequence
-  /// of changes, the first that makes the bitstream undecodable.
+  /// Files with correct checksums and one bitstream that cannot be decoded. The test applies a
+  /// fixed sequence of changes to the bitstream, one at a time, and stores the first that makes it
+  /// undecodable.
   void bitstreams() {
     broken_bitstreams({"keep",
                        "stream_turned",
@@ -658,7 +659,7 @@ class FaultyFiles {
     ByteWriter large;
     large.put_u8(3);
     const Bytes frame = zstd_compress(Bytes((1u << 20) + 1), 3);
-    large.put_bytes(std::span(frame).subspan(4));  // without the magic number
+    large.put_bytes(std::span(frame).subspan(4));  // the frame without its magic number
     of("more than 2^20 bytes that are packed with the dictionary.", large.bytes);
     ByteWriter unknown;
     unknown.put_u8(4);
@@ -666,7 +667,7 @@ class FaultyFiles {
     unknown.put_bytes(Bytes(4));
     of("a packed blob of method 4.", unknown.bytes);
   }
-  /// Returns the head of an extra without values.
+  /// Returns the beginning of a chunk of extras, before the values.
   static Bytes extras_head() {
     ByteWriter out;
     for (const std::uint8_t byte : std::initializer_list<std::uint8_t>{0, 2, 0, 0, 1, 0})
@@ -674,7 +675,7 @@ class FaultyFiles {
     return std::move(out.bytes);
   }
 
-  /// Indices whose entries are wrong in one field each.
+  /// Indexes that each have one wrong field in one entry.
   void entries_of_indices() {
     using container::IndexEntry;
     using container::StepEntry;

@@ -1,4 +1,4 @@
-"""Sample meshes for Python tests: grids of hexahedra in legacy VTK and, as text for ncgen, in Exodus."""
+"""Creates sample meshes for Python tests: grids of hexahedra in legacy VTK, and in Exodus as text for ncgen."""
 import random
 
 
@@ -76,8 +76,8 @@ def mixed_vtk(n):
 
 
 def exodus_text(steps, n, title="steps", first_node_moved=False):
-    """Returns the CDL of an Exodus file of n*n*n hexahedra in two blocks, with a node set, and global, nodal and
-    element variables at these steps. The values at a step depend on the step only."""
+    """Returns the CDL text of an Exodus file of n*n*n hexahedra in two blocks, with a node set, and with global,
+    nodal and element variables at these steps. The values at a step depend only on the step."""
     m = n + 1
     half = n * n * (n // 2)
     cells = hexahedra(n, first_node=1)

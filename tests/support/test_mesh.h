@@ -37,10 +37,11 @@ struct TestCell {
 
 struct TestMesh {
   Schema schema;
-  std::vector<std::byte> xyz;  // by vertex
+  std::vector<std::byte> xyz;  // coordinates of all vertices, packed
   std::uint64_t vertices = 0;
   std::vector<TestCell> cells;
-  std::vector<std::vector<std::byte>> arrays;  // static arrays, by element in input order
+  std::vector<std::vector<std::byte>>
+      arrays;  // packed values of each static array, by element in input order
 
   void set_points(const std::vector<std::array<double, 3>>& points) {
     xyz.clear();
@@ -88,12 +89,13 @@ inline void join(MeshBlock& all, const MeshBlock& more) {
   for (std::size_t a = 0; a < more.arrays.size(); ++a) add(all.arrays[a], more.arrays[a]);
 }
 
-/// Number of threads of the Writers of write_mesh, unless its options give one. The bytes do not
-/// depend on it, which determinism_tests checks by setting it.
+/// Number of threads of the Writers in write_mesh(), unless the options set another number. The
+/// written bytes do not depend on the number of threads; determinism_tests sets this variable to
+/// check that.
 inline unsigned writer_threads = 1;
 
-/// Writes `mesh` as a converter does: each vertex immediately before its first cell, with last uses
-/// marked. `after_mesh` may write step values.
+/// Writes `mesh` as a converter does: each vertex immediately before the first cell that uses it,
+/// with last uses marked. `after_mesh` may write step values.
 inline Result<SizeReport> write_mesh(const TestMesh& mesh, ByteSink& sink,
                                      WriteOptions options = {},
                                      const std::function<Result<void>(Writer&)>& after_mesh = {}) {
@@ -119,7 +121,7 @@ inline Result<SizeReport> write_mesh(const TestMesh& mesh, ByteSink& sink,
     return last[v] == ~std::uint64_t{0} && v % 2 == 0 ? writer->add_unused_vertex(v, xyz, data)
                                                       : writer->add_vertex(v, xyz, data);
   };
-  // Writes some unused vertices early, between cells; the others at the end.
+  // Writes some unused vertices early, between cells, and the rest at the end.
   std::uint64_t next_unused = 0;
   std::vector<std::uint64_t> next(mesh.schema.arrays.size());
   for (std::uint64_t c = 0; c < mesh.cells.size(); ++c) {
@@ -170,7 +172,8 @@ inline Result<ReadBack> read_mesh(std::span<const std::byte> bytes) {
   }
 }
 
-/// Compares the eight corners of two hexahedra up to every proper rotation, without reflections.
+/// Returns true if the corners of two hexahedra are equal up to a rotation; a reflection is not
+/// allowed.
 inline bool same_up_to_rotation(std::span<const std::uint64_t> a,
                                 std::span<const std::uint64_t> b) {
   constexpr std::array<int, 8> bits = {0, 1, 3, 2, 4, 5, 7, 6};
@@ -223,7 +226,7 @@ inline std::vector<std::byte> expect_round_trip(const TestMesh& mesh, WriteOptio
   const auto is_exact = [&](std::size_t array) {
     return !mesh.schema.arrays[array].per_step && !mesh.schema.arrays[array].quantization.lossy();
   };
-  // Maps a position in coding order to the number in the source.
+  // Maps a position in coding order to the number of the vertex or cell in the source.
   const bool keep = mesh.schema.order == Order::keep;
   const std::size_t xyz_bytes = 3 * scalar_bytes(mesh.schema.coordinate_type);
   std::vector<std::uint64_t> first_element(mesh.cells.size() + 1);
@@ -394,7 +397,7 @@ inline TestMesh cut_into_eight(std::uint64_t n, ScalarType type = ScalarType::fl
   return mesh;
 }
 
-/// Returns the grid wrapped around an axis: a ring whose first and last layers meet.
+/// Returns a grid wrapped around an axis: a ring whose first and last layers meet.
 inline TestMesh ring(std::uint64_t around, std::uint64_t out, std::uint64_t up, ScalarType type) {
   TestMesh mesh;
   mesh.schema = hexahedra_schema(type);

@@ -307,7 +307,8 @@ def sample_polydata():
     return mesh
 
 
-# Returns the nodes of a cell; those of voxels and pixels in the order of hexahedra and quads.
+# Returns the nodes of a cell. The nodes of voxels and pixels are in the order of hexahedra and
+# quads.
 def nodes_of(grid, cell):
     ids = grid.GetCell(cell).GetPointIds()
     nodes = [ids.GetId(i) for i in range(ids.GetNumberOfIds())]
@@ -319,8 +320,8 @@ def nodes_of(grid, cell):
     return nodes
 
 
-# Returns kind and nodes of each cell, with voxels and pixels as hexahedra and quads; None for the
-# cells at `places`.
+# Returns the kind and the nodes of each cell, with voxels and pixels converted to hexahedra and
+# quads. The entries of the cells at `places` are None.
 def cells_of(grid, places=()):
     kinds = {vtk.VTK_VOXEL: vtk.VTK_HEXAHEDRON, vtk.VTK_PIXEL: vtk.VTK_QUAD}
     return [None if c in places else
