@@ -1,7 +1,6 @@
-// The program whose instructions instructions_test.py counts: encodes and decodes three generated
-// meshes in memory, at each level, in one thread. Prints a line for each time that counted_run()
-// returns, in that order: mesh, hexahedra, level, "encode" or "decode". Compares the decoded
-// meshes.
+// The program whose instructions instructions_test.py counts. It encodes and decodes three
+// generated meshes in memory, at each level, in one thread, and compares the decoded meshes. After
+// each call of counted_run(), it prints a line: mesh, hexahedra, level, "encode" or "decode".
 #include <algorithm>
 #include <array>
 #include <cstddef>

@@ -221,7 +221,7 @@ TEST(MidNodes, CostNothingOnAGrid) {
 }
 
 TEST(MidNodeNumbers, RulesThatFitAreFound) {
-  // Two edges of a quad: the numbers of the second are 100 more than those of the first.
+  // The vertex numbers on the second edge of the quad are 100 more than those on the first edge.
   CellTopology cell;
   cell.layout = node_layout(CellShape::quad, 8);
   std::vector<std::uint64_t> numbers(8);

@@ -86,7 +86,7 @@ TEST(Mixing, CluesAndHistoryArePutToUse) {
     copies[i] = noise[i];
     waves[i] = i / 3 % 2 == 0;
   }
-  // A clue reveals the decision; or the coder's own last decisions do.
+  // Either a clue or the last decisions of the coder reveal the next decision.
   EXPECT_LT(coded(copies, [&](std::size_t i) { return noise[i] ? 1 : 2; }).size(), 60u);
   EXPECT_LT(coded(waves, [](std::size_t) { return 0; }).size(), 60u);
 }

@@ -1,4 +1,4 @@
-// Reading and writing whole meshes: the content comes back unchanged, in both orders.
+// Tests that whole meshes are read back unchanged, in both orders.
 #include "shm/mesh.h"
 
 #include <filesystem>
@@ -117,7 +117,8 @@ TEST(WholeMesh, OptionsAreThoseOfWriterAndReader) {
   EXPECT_EQ(*one, *two);
 }
 
-// Arrays that the caller owns, with 32-bit numbers, and blocks that give the number of corners.
+// The caller can pass its own arrays with 32-bit numbers, and blocks that state the number of
+// corners.
 TEST(WholeMesh, ArraysOfSomebodyElseAreTheSameMesh) {
   const Mesh mesh = sample(Order::keep, 0);
   const std::vector<std::uint32_t> corners(mesh.corners.begin(), mesh.corners.end());
@@ -141,7 +142,7 @@ TEST(WholeMesh, ArraysOfSomebodyElseAreTheSameMesh) {
   EXPECT_EQ(sink.bytes, expected.bytes);
 }
 
-// Adding many elements in one call or one in each call gives the same file.
+// Adding many elements in one call writes the same file as adding them one by one.
 TEST(WholeMesh, BatchesAreAsSingleCalls) {
   Schema schema;
   schema.order = Order::stream;

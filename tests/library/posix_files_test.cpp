@@ -288,7 +288,7 @@ TEST(Sockets, ShortReadsInOddSizes) {
   }
 }
 
-// The library's own sinks and sources, interrupted by signals.
+// Uses the library's own sinks and sources while signals interrupt system calls.
 TEST_F(FileIo, MeshesGoThroughPipes) {
   const std::vector<std::byte> mesh = packed_mesh();
   ASSERT_EQ(::mkfifo(path("pipe").c_str(), 0600), 0);

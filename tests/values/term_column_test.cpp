@@ -1,5 +1,5 @@
-// Values encoded by terms: the state that a group inherits from the previous group is the same in
-// encoder and decoder.
+// Tests of values encoded by terms: the state that a group inherits from the previous group is the
+// same in encoder and decoder.
 #include "codecs/patterns/term_column.h"
 
 #include <gtest/gtest.h>
@@ -20,8 +20,8 @@ namespace {
 
 using Bytes = std::vector<std::byte>;
 
-/// Returns new vertices in consecutive slots from `first`. The term of each is the vertex before
-/// it; the first one refers to slot 0.
+/// Returns new vertices in consecutive slots from `first`. The term of each vertex is the previous
+/// vertex; the term of the first vertex refers to slot 0.
 std::vector<VertexTerms> chain(std::uint32_t first, std::uint32_t count) {
   std::vector<VertexTerms> vertices(count);
   for (std::uint32_t i = 0; i < count; ++i) {
@@ -33,7 +33,8 @@ std::vector<VertexTerms> chain(std::uint32_t first, std::uint32_t count) {
   return vertices;
 }
 
-/// Encodes groups of one column and decodes them; all bits must come back. Returns their codecs.
+/// Encodes groups of one column and decodes them; all bits must be restored. Returns the codecs of
+/// the groups.
 template <class T>
 std::vector<Codec> there_and_back(ScalarType type, const std::vector<std::vector<T>>& groups) {
   ArrayInfo info;

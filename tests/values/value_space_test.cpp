@@ -1,5 +1,6 @@
-// Value spaces, translators and the choice of a domain: every value has an index, indices are in
-// the order of values, and a value comes back from its index; a value without an index is reported.
+// Tests of value spaces, translators and the choice of a domain: every value has an index, indices
+// are in the order of values, and each value can be computed from its index. A value without an
+// index is reported.
 
 #include <gtest/gtest.h>
 
