@@ -1,5 +1,5 @@
-// Polygons of surfaces as halfedge structures can store them: which faces stay connected, are
-// separated, or are left out, and how polygons are split.
+// Tests of the conversion of surfaces to polygons that halfedge structures can store: which faces
+// stay connected, are separated, or are left out, and how polygons are split.
 #include <gtest/gtest.h>
 
 #include <algorithm>
