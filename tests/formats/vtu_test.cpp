@@ -1,4 +1,4 @@
-// VTU files: round trips, comparison by VTK itself, and hostile files.
+// Tests of VTU files: round trips, comparison by VTK itself, and hostile files.
 #include "vtk/xml/vtu.h"
 
 #include <gtest/gtest.h>
@@ -493,7 +493,7 @@ TEST_F(VtuTest, LyingHeadersOfCompressedArrays) {
 }
 
 TEST_F(VtuTest, BombsStayWithinTheirBlocks) {
-  // 64 MiB of zeros in 64 KiB, for an array of five floats: only the first block is read.
+  // The data of an array of five floats is 64 MiB of zeros in 64 KiB; only the first block is read.
   const std::vector<std::byte> zeros(vtu::kMostBlockBytes);
   const auto packed = vtu::compress(vtu::Compressor::zlib, zeros.data(), zeros.size());
   const std::string block(reinterpret_cast<const char*>(packed.data()), packed.size());

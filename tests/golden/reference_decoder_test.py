@@ -66,7 +66,7 @@ def content(path):
 
 
 def without_trailing(path):
-    """Returns the bytes of a file without the bytes after the mesh, e.g. parity: the golden text contains only their number."""
+    """Returns the bytes of a file without those after the mesh, e.g. parity: the golden text contains only their number."""
     trailing = int(content(path[:-4] + ".txt").rsplit(b"trailing bytes ", 1)[1])
     data = content(path)
     return data[: len(data) - trailing]
@@ -193,7 +193,7 @@ class BothAgree(unittest.TestCase):
 
 class Generated(BothAgree):
     def test_mesh_of_two_tiles(self):
-        """The mesh has more cells than fit into a tile, and enough decisions to exercise rare states of a mixer's tables."""
+        """The mesh has more cells than fit into a tile, and enough decisions for rare states of a mixer's tables."""
         with tempfile.TemporaryDirectory() as scratch:
             mesh = os.path.join(scratch, "mesh.vtk")
             subprocess.run([ARGUMENTS.shm_make_mesh, "ogrid", "5000", mesh, "--fields", "basic"], check=True,

@@ -40,7 +40,7 @@ class AskingFilesTest(FolderTest):
                         ["extract", name, "piece.shm", "--cells", "0:1", "-f"],
                         ["repair", name, "-o", "whole.shm", "-f"], ["join", name, "-o", "joined.shm", "-f"],
                         ["append", name, "more.vtk", "-o", "longer.shm", "-f"], ["diff", name, "more.vtk"]]
-            if name.startswith(("components", "stepped", "sheet", "larger")):  # slow; the other commands read in the same way
+            if name.startswith(("components", "stepped", "sheet", "larger")):  # slow, and read in the same way by the rest
                 commands = commands[:4]
             for words in commands:
                 memory, code = self.peak(*words)

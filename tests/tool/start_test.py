@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Libraries that the tool loads: few when it starts, those of a format only for a file of that format; and its
-message if one of them cannot be loaded.
+"""Tests which libraries the tool loads: few when it starts, and those of a format only for a file of that format.
+Also tests the message if a library cannot be loaded.
 
 Usage: start_test.py PATH_OF_SHM     (exit code 77, skipped, if the tool is linked to all libraries)
 """
