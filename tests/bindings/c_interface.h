@@ -71,7 +71,7 @@ struct Wanted {
   }
 };
 
-/// Asks for the sizes, then reads everything in one call.
+/// Asks for the sizes of the targets, then reads all data in one call.
 inline shmf_status read_all(shmf_file* file, std::vector<Wanted>& wanted, shmf_error& why) {
   std::vector<shmf_target> targets;
   for (const Wanted& it : wanted) targets.push_back(it.target);

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The C interface as C programs use it.
+"""Tests the C interface as C programs use it.
 
   c_library_test.py LIBSHMFORMAT_C.SO
 

@@ -1,8 +1,8 @@
-"""The plugin in ParaView: its reader gives the same data as ParaView's own reader of Exodus files.
+"""Tests the plugin in ParaView: its reader returns the same data as ParaView's own reader of Exodus files.
 
     pvpython paraview_check.py FOLDER [--loaded]
 
-FOLDER contains pairs of an Exodus file and its .shm file, `x.e` and `x.shm`; `two` and `run` are those of
+FOLDER contains pairs of an Exodus file and its .shm file, `x.e` and `x.shm`; `two` and `run` are the meshes of
 tests/support/sample_meshes.py. With --loaded, ParaView has loaded the plugin as usual; otherwise the plugin's own
 load() does. scripts/test-paraview creates the files and runs this script in both ways.
 """
