@@ -30,8 +30,8 @@ inline std::size_t zstd_unpack(Bytes in, Room out) {
   return checked(size, !ZSTD_isError(size));
 }
 
-/// Groups the bytes of numbers of `width` bytes: first all first bytes, then all second bytes, and
-/// so on; and back.
+/// to_planes() groups the bytes of numbers of `width` bytes: first all first bytes, then all second
+/// bytes, and so on. from_planes() restores the numbers.
 inline void to_planes(Bytes in, std::size_t width, std::byte* out) {
   const std::size_t count = in.size() / width;
   for (std::size_t b = 0; b < width; ++b)

@@ -1,4 +1,4 @@
-"""Generated source files for bench/whole, by family. Deterministic.
+"""Generates source files for bench/whole, by family. The output is deterministic.
 
     bench/whole_files.py FOLDER [FAMILY ...]     writes them, with a folder for each family
 
@@ -152,13 +152,13 @@ def write_broken_vtk(path, cells, steps, kind=np.float64):
 
 @dataclass
 class Repeating:
-    """A mesh and, for each node and cell, the number of the one whose values it repeats."""
+    """A mesh and, for each node and cell, the number of the node or cell whose values it repeats."""
     points: np.ndarray
     corners: np.ndarray
     node_like: np.ndarray
     cell_like: np.ndarray
     node_sign: np.ndarray  # sign of odd variables at each node
-    rounded: np.ndarray = None  # nodes whose values repeat up to the last bits
+    rounded: np.ndarray = None  # nodes whose values are repeated except for the last bits
 
 
 def lattice_indices(cells):
@@ -377,7 +377,7 @@ def around(nodes, normal):
 
 
 def truncated_octahedron():
-    """Returns the faces, each with its nodes in steps of the lattice."""
+    """Returns the faces, each as the positions of its nodes in lattice steps."""
     signed = {tuple(np.array(order) * signs) for order in
               ((0, 1, 2), (0, 2, 1), (1, 0, 2), (1, 2, 0), (2, 0, 1), (2, 1, 0))
               for signs in np.ndindex(2, 2, 2) for signs in [2 * np.array(signs) - 1]}
@@ -407,7 +407,7 @@ def octahedra(count):
               for j in range(side) for i in range(2 * side) if k * 4 * side * side < count]
     points, cells = cells_of_lattice(truncated_octahedron(), places[:count])
     random = np.random.default_rng(4)
-    points += .1 * random.random(points.shape)  # so that no two edges are alike
+    points += .1 * random.random(points.shape)  # so that no two edges are equal
     return .25 * points, cells
 
 
