@@ -313,8 +313,8 @@ int run(int argc, char** argv) {
 
 int main(int argc, char** argv) {
 #if defined(__GLIBC__)
-  // The process keeps freed memory, here the buffers of zstd, as in a program that handles one mesh
-  // after the other: new pages would take a third of the time of reading.
+  // The process does not return freed memory (here the buffers of zstd) to the system, like a
+  // program that handles many meshes. With new pages, reading would take a third more time.
   mallopt(M_MMAP_MAX, 0);
   mallopt(M_TRIM_THRESHOLD, std::numeric_limits<int>::max());
 #endif

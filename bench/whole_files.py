@@ -23,7 +23,8 @@ import meshes
 from mesh_writers import (HEX_SIDES, VTK_POLYGON, VTK_POLYHEDRON, Exodus, write_ascii_vtk, write_msh,
                           write_vtu)
 
-HEXAGON = [(0, -2), (1, -1), (1, 1), (0, 2), (-1, 1), (-1, -1)]  # in units of half its width and half its side
+# Corners of a hexagon, in units of half its width and half its side.
+HEXAGON = [(0, -2), (1, -1), (1, 1), (0, 2), (-1, 1), (-1, -1)]
 NOISE = 1e-5  # relative to the size of a field
 STEP_SIZES = [(1, (20, 18, 16), 8, 3), (2, (20, 18, 16), 6, 3), (11, (16, 12, 10), 5, 2),
               (100, (12, 6, 6), 4, 2)]  # steps, cells, number of nodal and of cell variables
@@ -98,7 +99,7 @@ def curved_block(cells):
 
 
 def broken_arrays(points, corners, time=0):
-    """Returns two point fields that agree on coincident nodes and one that does not; and a cell field."""
+    """Returns a cell field and three point fields, of which two agree on coincident nodes."""
     random = np.random.default_rng(5)
     waves = [Waves(random) for _ in range(3)]
     random = np.random.default_rng([6, int(time * 10)])
@@ -157,8 +158,10 @@ class Repeating:
     corners: np.ndarray
     node_like: np.ndarray
     cell_like: np.ndarray
-    node_sign: np.ndarray  # sign of odd variables at each node
-    rounded: np.ndarray = None  # nodes whose values are repeated except for the last bits
+    # Sign of odd variables at each node.
+    node_sign: np.ndarray
+    # Nodes whose values are repeated except for the last bits.
+    rounded: np.ndarray = None
 
 
 def lattice_indices(cells):

@@ -208,7 +208,7 @@ TEST(CBoundary, RefusesWhatMakesNoSense) {
   EXPECT_EQ(status_of(options, "1000 bytes"), SHMF_OVER_LIMIT);
   options.struct_size = 0;
   EXPECT_EQ(status_of(options, "struct_size"), SHMF_MISUSE);
-  // A caller compiled with an older header knows fewer members.
+  // The options have fewer members for a caller that was compiled with an older header.
   options = WantedArrays().options();
   options.max_bytes = 1;
   options.struct_size = offsetof(shmf_boundary_options, max_bytes);

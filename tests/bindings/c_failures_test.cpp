@@ -1,5 +1,4 @@
-// Tests that the C interface returns a status and does not leak if memory runs out, for a failure
-// at each allocation.
+// Tests that the C interface returns a status and does not leak memory, whichever allocation fails.
 #include <gtest/gtest.h>
 
 #include <cstdlib>

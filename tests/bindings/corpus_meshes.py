@@ -43,13 +43,20 @@ class Seen:
     corners: np.ndarray
     types: np.ndarray
     steps: list = field(default_factory=list)
-    blocks: np.ndarray | None = None  # index of the block of each cell
-    sets: list | None = None  # (number, name, members)
-    times: np.ndarray | None = None  # of the steps
-    block_ids: np.ndarray | None = None  # for each cell, the name of its block in the source
-    first: bool = False  # `steps` contains only the first step
-    more: bool = False  # there may be arrays that .shm files do not store
-    joined: bool = False  # merges several arrays into one, and converts float32 to float64
+    # Index of the block of each cell.
+    blocks: np.ndarray | None = None
+    # Number, name and members of each set.
+    sets: list | None = None
+    # Time of each step.
+    times: np.ndarray | None = None
+    # Name that the source has for the block of each cell.
+    block_ids: np.ndarray | None = None
+    # True if `steps` contains only the first step.
+    first: bool = False
+    # True if there may be arrays that .shm files do not store.
+    more: bool = False
+    # True if the reader merges several arrays into one, and converts float32 to float64.
+    joined: bool = False
 
 
 def by_own_types(offsets, corners, types):
@@ -134,7 +141,7 @@ def by_c(output, steps):
         else:
             mesh[what] = values
     if max(stepped, default=0) >= steps:
-        raise ValueError("read_all gives values of steps that the file does not have")
+        raise ValueError("read_all prints values of steps that the file does not have")
     return Seen(mesh["points"].reshape(-1, 3), mesh["offsets"], mesh["corners"], mesh["types"],
                 [static | stepped.get(step, {}) for step in range(steps)], blocks=mesh["blocks"], sets=sets)
 
@@ -281,7 +288,8 @@ def by_meshio(path, kind):
 
 
 # By Gmsh's cell type: VTK's type, and the position of each of VTK's nodes in Gmsh's order.
-EDGES = [*range(8), 8, 11, 13, 9, 16, 18, 19, 17, 10, 12, 14, 15]  # of hexahedra, after the corners
+# Positions of the edge nodes of hexahedra in Gmsh's order, after the eight corners.
+EDGES = [*range(8), 8, 11, 13, 9, 16, 18, 19, 17, 10, 12, 14, 15]
 OF_GMSH = {1: (3, 2), 2: (5, 3), 3: (QUAD, 4), 4: (10, 4), 5: (HEXAHEDRON, 8), 6: (13, 6), 7: (14, 5), 8: (21, 3), 10: (28, 9),
            12: (29, [*EDGES, 22, 23, 21, 24, 20, 25, 26]), 16: (23, 8), 17: (25, EDGES), 36: (POLY_VERTEX, 16),
            92: (POLY_VERTEX, 64)}

@@ -37,7 +37,7 @@ from c_library_test import program_of_the_header  # noqa: E402
 CORPUS = Path(os.environ.get("SHM_CORPUS") or "/nowhere")
 EXCEPTIONS = HERE / "corpus_exceptions.tsv"
 SKIPPED = "SHM_CORPUS is not a folder, so that no corpus file was read"
-# Independent readers for each format, as named by `shm info`.
+# Independent readers for each format; the names of formats are as printed by `shm info`.
 OTHERS = {"exodus": ("vtk", "meshio"), "vtk": ("vtk", "meshio"), "vtu": ("vtk", "meshio"), "ucd": ("vtk", "meshio"),
           "gmsh": ("gmsh", "meshio")}
 PROGRAMS = None  # folder of read_all and of the example in the introduction of shmformat.h

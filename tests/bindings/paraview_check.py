@@ -42,7 +42,7 @@ def parts_of(collection):
 
 
 def of_exodus(name):
-    """Converts the names that ParaView's own reader gives to unnamed blocks and sets; all in lower case."""
+    """Converts the names of unnamed blocks and sets in ParaView's own reader to ours; all in lower case."""
     for theirs, own in (("block_", "block "), ("nodelist_", "node set "), ("surface_", "side set ")):
         if name.startswith(theirs) and name[len(theirs):].isdigit():
             return own + name[len(theirs):]
@@ -64,7 +64,7 @@ def shape_of(grid):
 
 
 def times_of(reader):
-    """Returns the times of a reader as a list; ParaView gives a single time as a plain number."""
+    """Returns the times of a reader as a list; ParaView returns a single time as a plain number."""
     return np.atleast_1d(reader.TimestepValues).tolist()
 
 

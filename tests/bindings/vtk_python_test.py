@@ -417,7 +417,7 @@ class Sets(Case):
                 for key, part in parts.items():
                     (types, *own), (their_types, *theirs) = sides_of(part), sides_of(exodus.sets[key])
                     self.assertTrue(all(map(np.array_equal, own, theirs)), key)
-                    # VTK's reader takes edges of three nodes for triangles.
+                    # VTK's reader treats edges of three nodes as triangles.
                     self.assertTrue(((types == their_types) | (types == 21) & (their_types == 5)).all(), key)
                     if len(types):
                         self.assertEqual(part.GetNumberOfPoints(), exodus.sets[key].GetNumberOfPoints(), key)

@@ -22,7 +22,7 @@ TEST(OpenFaces, ASecondCellClosesAFace) {
   add(faces, {0, 1, 2, 3});
   EXPECT_EQ(faces.vertex(0).faces, 3);
   add(faces, {1, 2, 3, 4});
-  EXPECT_EQ(faces.behind()[3], 0u);  // found across the face 0 2 1 of the new cell
+  EXPECT_EQ(faces.behind()[3], 0u);  // cell 0 is across face 0 2 1 of the new cell
   EXPECT_EQ(faces.behind()[0], OpenFaces::kNever);
   EXPECT_EQ(faces.find(std::array<std::uint32_t, 3>{3, 1, 2}), kNone);
   EXPECT_NE(faces.find(std::array<std::uint32_t, 3>{1, 0, 2}), kNone);
@@ -138,7 +138,7 @@ const Parts kWedges = {{0, 1, 2, 4, 5, 6}, {0, 2, 3, 4, 6, 7}};
 const Parts kTetrahedra = {{0, 1, 2, 6}, {0, 2, 3, 6}, {0, 3, 7, 6},
                            {0, 7, 4, 6}, {0, 4, 5, 6}, {0, 5, 1, 6}};
 
-/// Divides each hexahedron of the mesh into cells with the corners given by `parts`.
+/// Divides each hexahedron of the mesh into cells. `parts` contains the corners of each cell.
 TestMesh cut(TestMesh mesh, CellShape shape, const Parts& parts) {
   mesh.schema.blocks[0].shape = shape;
   mesh.schema.blocks[0].nodes_per_cell = static_cast<std::uint32_t>(parts[0].size());

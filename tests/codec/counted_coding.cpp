@@ -96,7 +96,7 @@ bool count(const char* name, const shm::Mesh& mesh) {
     if (!counted([&, level = level] { return encode(sink, mesh, level); }) ||
         !counted([&] { return decode(sink.bytes, back); }) || back.corners != mesh.corners ||
         back.xyz != mesh.xyz || back.arrays != mesh.arrays || back.steps != mesh.steps) {
-      std::fprintf(stderr, "%s does not come back at level %s\n", name, word);
+      std::fprintf(stderr, "%s is not restored correctly at level %s\n", name, word);
       return false;
     }
     for (const char* way : {"encode", "decode"})

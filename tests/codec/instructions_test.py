@@ -33,7 +33,7 @@ def instructions_of(profile, library):
             if line.startswith("ob="):
                 ours = os.path.realpath(line[3:].strip()) == library
             elif line.startswith("calls="):
-                of_call = True  # the next line gives the instructions of the called function
+                of_call = True  # the next line states the instructions of the called function
             elif line[:1].isdigit():
                 if ours and not of_call:
                     total += int(line.split()[1])

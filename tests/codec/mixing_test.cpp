@@ -1,5 +1,5 @@
-// The mixing coder: stretch and squash, encoding and decoding, its cost on noise, its gain on
-// patterns, and its exact bytes.
+// Tests of the mixing coder: stretch and squash, encoding and decoding, the size of coded noise and
+// of coded patterns, and exact bytes.
 #include "entropy/mixing.h"
 
 #include <gtest/gtest.h>
@@ -112,7 +112,7 @@ TEST(Mixing, NumbersInTreesAndRunsBothWays) {
 }
 
 TEST(Mixing, EveryClueIsATableEntryOfItsOwnUntilTheTableIsFull) {
-  // More clues than the table holds: entries are replaced, and coding still works.
+  // More clues than entries in the table: entries are replaced, and coding must still work.
   const auto bits = random_bits(300000, .3);
   const auto bytes = coded(bits, [](std::size_t i) { return i; });
   EXPECT_LT(8. * static_cast<double>(bytes.size()), 300000 * .8813 * 1.03);

@@ -26,7 +26,7 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path.insert(0, os.path.join(os.path.dirname(HERE), "support"))
 from folder_test import sample_of  # noqa: E402
 
-ORACLES = {  # by source_format of `shm info`: (extension to decompress to, oracle)
+ORACLES = {  # key: source_format of `shm info`; value: extension for decompress, and the oracle
     "vtk": (".vtk", "vtk_oracle.py"),
     "gmsh": (".msh", "gmsh_oracle.py"),
     "exodus": (".e", "exodus_oracle.py"),

@@ -83,7 +83,7 @@ constexpr std::array<double, 12> kY{0, 0, 1, 1, 0, 0, 1, 1, 0, 1, 0, 1};
 constexpr std::array<double, 12> kZ{0, 0, 0, 0, 1, 1, 1, 1, 0, 0, 1, 1};
 
 // Creates two hexahedra, a null block, polygons and polyhedra, and all kinds of sets, maps and
-// variables. `mode` as for ex_create.
+// variables. `mode`: argument of ex_create.
 void make_rich_file(const std::string& path, int mode) {
   SCOPED_TRACE(path);
   ex_opts(0);
@@ -725,7 +725,7 @@ TEST(Exodus, RefusesDamagedStructure) {
     if (whole[i].key.rfind("/name") == whole[i].key.size() - 5) continue;
     mesh.mesh.extras[i].data.clear();
     EXPECT_THROW(write_exodus(mesh, folder / "copy.e"), Failure) << whole[i].key;
-    // Without these extras, the id follows from the number of the set, and all factors are 1.
+    // Without these extras, the id is the number of the set, and all factors are 1.
     if (whole[i].key.starts_with("mesh/") &&
         (whole[i].key.ends_with("/id") || whole[i].key.ends_with("/factors")))
       continue;

@@ -305,7 +305,7 @@ TEST_F(GmshTest, BinaryIsTheSameInEitherByteOrder) {
     for (const bool big : {false, true}) {
       const std::string binary = in_binary(file, big);
       MemoryMesh mesh = open_text(binary);
-      // The binary file contains $Entities as ASCII text, so that it gives no names.
+      // The binary file contains $Entities as ASCII text, from which the reader takes no names.
       for (std::size_t b = 0; b < mesh.info_.schema.blocks.size(); ++b)
         if (file != kVersion2) mesh.info_.schema.blocks[b].name = text.info_.schema.blocks[b].name;
       EXPECT_EQ(mesh.info_.vertices, text.info_.vertices);

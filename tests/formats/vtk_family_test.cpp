@@ -69,7 +69,7 @@ few 1 3 int
 
 class VtkFamilyTest : public VtkTest {
  protected:
-  // Writes the mesh to a file of the other format, which must be readable.
+  // Writes the mesh in the other format to a file, which must be readable.
   void write_other(MeshSource& mesh) {
     const bool legacy = mesh.info().schema.source_format == "vtk";
     const std::string out = path(legacy ? "out.vtu" : "out.vtk");

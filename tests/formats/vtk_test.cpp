@@ -521,7 +521,8 @@ TEST_F(VtkTest, EveryTruncationIsSurvived) {
     for (std::size_t length = 0; length < whole.size(); ++length) {
       const std::string file = write_file("cut.vtk", whole.substr(0, length));
       Spool spool(directory_.string());
-      // Before CELL_TYPES is complete there is no mesh; after it, a text may be valid when cut.
+      // A file without the complete CELL_TYPES contains no mesh. After CELL_TYPES, a truncated text
+      // may be valid.
       if (length < types && whole.find("CELLS") < length) {
         EXPECT_THROW(open_vtk(file, spool), Failure) << length;
       } else {

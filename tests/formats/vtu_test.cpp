@@ -336,7 +336,7 @@ TEST_F(VtuTest, PolyhedraAsListsOfFaces) {
   EXPECT_NE(back.find("0 1 2 3 4 5"), std::string::npos) << back;
   EXPECT_NE(back.find("3 6 9 12 15 18"), std::string::npos) << back;
   EXPECT_EQ(find_extra(open_text(own)->info(), "vtu/data/0"), nullptr);
-  // One face is shared: the tables are kept as they are.
+  // One face is shared, so that the tables are stored unchanged.
   const std::string shared = tables(
       "0 1 2 3 3 4 5 6", "4 8", "0 1 2 0 1 3 0 2 3 1 2 3 1 2 4 1 3 4 2 3 4", "3 6 9 12 15 18 21");
   back = round_trip_text(shared);

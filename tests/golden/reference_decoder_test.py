@@ -46,8 +46,10 @@ SETTINGS = [options.split() for options in (
     "--order keep --codec patterns", "--order stream --level fast --segment-cells 41 --key-steps 3",
     "--order stream --codec patterns --segment-cells 29",
     "--order keep --rel 1e-3", "--order stream --bits 12 --level best")]
-SECONDS = 25  # for all small files together
-LARGEST = 60000  # bytes of a small file
+# Time in seconds for all small files together.
+SECONDS = 25
+# Largest size in bytes of a small file.
+LARGEST = 60000
 ARGUMENTS = None
 
 

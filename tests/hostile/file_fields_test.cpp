@@ -78,7 +78,7 @@ TEST(FileFields, LeaveNoByteOut) {
   }
 }
 
-// Replacing a field by its own value gives the same file, except for packed data.
+// If a field is replaced by its own value, the file does not change, except for packed data.
 TEST(FileFields, PutBackAreTheSame) {
   for (const FeatureFile& file : files()) {
     const std::string text = text_of(decode_in_pieces(file.bytes));

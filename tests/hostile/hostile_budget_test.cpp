@@ -88,8 +88,8 @@ TEST(Budget, WhatIsRefusedIsNamed) {
   says("empty extras", "takes more than the limit of ");
 }
 
-// A caller can raise the limit. With a limit of 0, a reader still gets the memory that follows from
-// the size of the file.
+// A caller can raise the limit. With a limit of 0, a reader may still use the memory that is
+// proportional to the size of the file.
 TEST(Budget, IsTheCallers) {
   const auto of = [](std::size_t count, std::uint64_t most) {
     ByteWriter head;
@@ -171,8 +171,8 @@ TEST(Budget, SparingColumnsGiveTheSame) {
     SCOPED_TRACE(file.name);
     if (file.name == "archive") continue;
     const std::string usual = text_of(decode_in_pieces(file.bytes));
-    // A limit of 0 makes each column try to save memory; the memory that follows from the size of
-    // the file is sufficient.
+    // With a limit of 0, each column tries to save memory. The memory that is proportional to the
+    // size of the file is sufficient.
     EXPECT_TRUE(sparingly(file.bytes, 0) == usual);
     EXPECT_TRUE(sparingly(file.bytes, 4000) == usual);
   }

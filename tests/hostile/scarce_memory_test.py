@@ -15,7 +15,8 @@ sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."
 from folder_test import tell
 
 SHM = SCARCE = None
-FALLS = 24  # failing allocations for each command and kind
+# Number of failing allocations for each command and kind.
+FALLS = 24
 # Commands in which allocations of C libraries fail too. Commands that use netCDF and HDF5 are left
 # out, because these crash without memory.
 WITHOUT_NETCDF = {"compress", "decompress", "info", "verify", "against", "convert", "diff", "extract", "join", "split",

@@ -73,7 +73,8 @@ TEST(WholeMesh, StreamRenumbersAllAlike) {
     return std::vector(m.xyz.begin() + static_cast<std::ptrdiff_t>(24 * v),
                        m.xyz.begin() + static_cast<std::ptrdiff_t>(24 * v + 24));
   };
-  // The set still refers to the same points, and their data moved with them.
+  // The set still refers to the same points, although these have other numbers and their data was
+  // reordered.
   for (std::size_t i = 0; i < 3; ++i) {
     std::int64_t before = 0, after = 0;
     std::memcpy(&before, &mesh.extras[0].data[8 * i], 8);

@@ -1,4 +1,5 @@
-// NumberSet: returns all numbers that were added, and reports any number that was added twice.
+// Tests of NumberSet: it returns all numbers that were added, and reports any number that was added
+// twice.
 #include "random/number_set.h"
 
 #include <gtest/gtest.h>

@@ -59,8 +59,8 @@ TEST(Raster, CornersGoRoundEitherWay) {
   EXPECT_EQ(image_of(one).pixels, image_of(other).pixels);
 }
 
-/// Each triangle is drawn alone and counts its samples; together they cover each sample of the
-/// square once.
+/// Each triangle is drawn into a separate raster, which counts its samples. Together the triangles
+/// cover each sample of the square once.
 TEST(Raster, SharedEdgesLeaveNoGapAndNoDouble) {
   constexpr std::uint32_t kSide = 12;
   PlainRandom random(7);

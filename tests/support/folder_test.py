@@ -52,8 +52,10 @@ def tell(what, **numbers):
 class FolderTest(unittest.TestCase):
     """Tests that write into a folder which is removed at the end of each test."""
 
-    NEEDS = ()  # programs that the tests need; if one is missing, the tests are skipped
-    tool, timeout = "shm", 120  # the timeout of one run of the tool, in seconds
+    # Programs that the tests need. If a program is missing, the tests are skipped.
+    NEEDS = ()
+    # The timeout, in seconds, is that of one run of the tool.
+    tool, timeout = "shm", 120
 
     def shm(self, *words, code=0, **how):
         """Runs the tool and checks its exit code. Returns its output as bytes, with standard error if `code` is not 0."""

@@ -304,7 +304,7 @@ inline std::array<double, 3> warped(double x, double y, double z) {
 }
 
 /// Returns nx * ny * nz hexahedra of the unit cube in scanline order. Cells for which `skip(i, j,
-/// k)` returns true are left out; their vertices stay and may be unused.
+/// k)` returns true are left out. Their vertices are not removed, and may be unused.
 inline TestMesh grid(std::uint64_t nx, std::uint64_t ny, std::uint64_t nz,
                      ScalarType type = ScalarType::float32, Warp warp = straight,
                      bool (*skip)(std::uint64_t, std::uint64_t, std::uint64_t) = nullptr) {
@@ -337,10 +337,10 @@ inline bool porous(std::uint64_t i, std::uint64_t j, std::uint64_t k) {
   return (i * 7 + j * 13 + k * 29) % 11 < 3;
 }
 
-/// Returns a cube of n * n * n hexahedra in which the cells that `porous` selects, and some of the
-/// resulting cells, are divided into eight. A divided cell is removed, its eight parts are appended
-/// at the end, and each divided cell gets vertices of its own in the middle of its edges, of its
-/// faces and of the cell.
+/// Returns a cube of n * n * n hexahedra. The cells that `porous` selects, and some of the
+/// resulting cells, are divided into eight. A divided cell is removed, and its eight parts are
+/// appended at the end. Each divided cell has separate new vertices in the middle of its edges, of
+/// its faces and of the cell.
 inline TestMesh cut_into_eight(std::uint64_t n, ScalarType type = ScalarType::float32) {
   constexpr std::array<std::array<std::size_t, 3>, 8> kCorners = {
       {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}}};

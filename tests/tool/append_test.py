@@ -110,8 +110,9 @@ class AppendTest(FolderTest):
         self.assertEqual(self.bytes(file), before)
         bare = self.packed(self.exodus("bare.e", range(3)))
         self.shm("append", bare, whole)
-        end = len(self.bytes(bare)) - 16  # parity begins here
-        for at in range(100, end, 211 if SANITIZED else 41):  # also in parts that append only copies
+        # Parity begins at `end`. Some of the damaged bytes are in parts that append only copies.
+        end = len(self.bytes(bare)) - 16
+        for at in range(100, end, 211 if SANITIZED else 41):
             with open(file, "wb") as damaged:
                 damaged.write(before[:at] + bytes([before[at] ^ 1]) + before[at + 1:])
             self.shm("append", file, self.path("more.e"), code=3, stderr=".")

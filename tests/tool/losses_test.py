@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Tests that data that an output cannot store is reported. If the output name belongs to a format that stores more
-than the format in --format, the tool reports an error before it does any work.
+"""Tests that the tool reports data that an output cannot store. If the output name belongs to a format that stores
+more than the format in --format, the tool reports an error before it does any work.
 
 Usage: losses_test.py PATH_OF_SHM
 """

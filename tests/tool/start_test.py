@@ -21,7 +21,7 @@ NETCDF, EXODUS, ARCHIVE = "netcdf", "exo", "archive"
 
 
 def needed():
-    """Returns the names of the libraries that are loaded before main()."""
+    """Returns the names of the libraries that the system loads before main()."""
     text = subprocess.run(["ldd", SHM], capture_output=True, text=True, check=True).stdout
     return [os.path.basename(line.split()[0]) for line in text.splitlines() if ".so" in line and "vdso" not in line]
 

@@ -81,7 +81,7 @@ TEST(Lossy, FieldsAreWhatFloatsAndHasNoRole) {
       EXPECT_LT(array.quantization.step(), .0201);
     }
   }
-  lossy = named({"weight:abs=.125"});  // an array that is named may have a role
+  lossy = named({"weight:abs=.125"});  // an array with a role is quantized only if it is named
   EXPECT_EQ(schema_of(mesh, lossy).arrays.back().quantization.max_abs, .125);
 }
 

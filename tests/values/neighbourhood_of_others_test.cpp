@@ -94,7 +94,7 @@ Point sum(std::initializer_list<std::pair<std::int32_t, std::uint64_t>> terms) {
   return p;
 }
 
-/// Returns cells that divide each cube of the lattice; `parts` gives the corners of each cell in
+/// Returns cells that divide each cube of the lattice; `parts` contains the corners of each cell in
 /// VTK's order. `layers`: number of layers of cubes.
 std::vector<TestedCell> cut_lattice(CellShape shape, const Parts& parts,
                                     std::uint64_t layers = kSide - 1) {

@@ -94,8 +94,8 @@ TEST(TermColumn, NansPassFromTableToTable) {
   EXPECT_EQ(codecs, (std::vector<Codec>{Codec::terms, Codec::terms}));
 }
 
-/// Codes elements without terms but with a reference; all bits must come back. Returns true if the
-/// encoder used the reference.
+/// Codes elements without terms but with a reference, and checks that all bits are restored.
+/// Returns true if the encoder used the reference.
 bool refers(const std::vector<float>& values, const std::vector<float>& reference) {
   ArrayInfo info;
   info.type = ScalarType::float32;
@@ -162,7 +162,8 @@ std::vector<T> special_walk(std::size_t count, std::uint32_t seed) {
   return values;
 }
 
-/// Codes in pieces of several hundred and several thousand elements; all bits must come back.
+/// Codes in pieces of several hundred and several thousand elements, and checks that all bits are
+/// restored.
 template <class T>
 void expect_back_in_pieces(ScalarType type, bool of_vertices) {
   constexpr std::size_t kCount = 5000;
