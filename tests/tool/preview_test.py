@@ -356,8 +356,8 @@ class PreviewTest(FolderTest):
         os.remove(self.path("mesh.vtk"))
         # These faults are in data that a picture of blocks does not need and therefore does not
         # read.
-        unseen = re.compile("Index: |Step values: |Parts of step values: |A group behind step values"
-                            "|The sequence of the second chunk|Of the last group .*: stream array"
+        unseen = re.compile("Index: |Step values: |Parts of step values: |A group after step values"
+                            "|The sequence of the second chunk|Last group of .*: stream array"
                             "|Extras: a blob|Step times: of 2.24 |Old index: another first element of step values"
                             "|Group and index: a box")
         lines = [line.split(" ", 2) for line in (GOLDEN / "faulty" / "list.txt").read_text().splitlines()]
