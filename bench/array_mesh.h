@@ -17,7 +17,7 @@ namespace shm::bench {
 struct MeshArray {
   ArrayInfo info;
   std::vector<std::vector<std::byte>>
-      steps;  // values of each step, in the mesh's order; one step if static
+      steps;  // values of each step, in the mesh's order; a static array has one step
   std::size_t stride() const { return scalar_bytes(info.type) * info.components; }
 };
 

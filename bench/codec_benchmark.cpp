@@ -1,4 +1,5 @@
-// Speed of the Writer and the Decoder for a bent lattice in memory, without files and converters.
+// Measures the speed of the Writer and the Decoder for a bent lattice in memory, without files and
+// converters.
 #include <benchmark/benchmark.h>
 
 #include <array>

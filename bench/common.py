@@ -1,4 +1,4 @@
-"""Shared parts of the benchmark scripts: paths, building, meshes, tables."""
+"""Code shared by the benchmark scripts: paths, building, meshes, tables."""
 import os
 import re
 import subprocess
@@ -45,7 +45,7 @@ def make_mesh(family, cells, path, *options, tools=BIN):
 
 
 class Cost:
-    """Processor seconds and peak memory of processes that ran one after the other."""
+    """Sum of processor seconds and largest peak memory of processes that ran one after the other."""
 
     def __init__(self):
         self.seconds = 0.0

@@ -1,4 +1,4 @@
-// Parsing of the command line of a benchmark program.
+// Parses the command line of a benchmark program.
 #pragma once
 
 #include <charconv>

@@ -74,7 +74,8 @@ Waves turbulence(std::size_t count, double low, double high, unsigned seed) {
     wave.phase = 2 * std::numbers::pi * uniform();
     wave.height = std::pow(n / low, -5. / 6);
     const double turning = (2 * uniform() - 1) * std::pow(n, 2. / 3);
-    wave.speed = wave.k[0] + turning;  // the flow: one unit of length per unit of time, along x
+    wave.speed =
+        wave.k[0] + turning;  // the flow moves by one unit of length per unit of time, along x
     waves.waves.push_back(wave);
   }
   return waves;

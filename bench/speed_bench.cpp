@@ -130,7 +130,7 @@ class Ours final : public Method {
 
 // Others
 
-/// Numbers of `width` bytes (4 or 8), in rows of `columns`.
+/// An array of numbers of `width` bytes (4 or 8), in rows of `columns` numbers.
 struct RawArray {
   std::vector<std::byte> bytes;
   std::size_t width = 4, columns = 1;

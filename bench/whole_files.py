@@ -27,7 +27,7 @@ from mesh_writers import (HEX_SIDES, VTK_POLYGON, VTK_POLYHEDRON, Exodus, write_
 HEXAGON = [(0, -2), (1, -1), (1, 1), (0, 2), (-1, 1), (-1, -1)]
 NOISE = 1e-5  # relative to the size of a field
 STEP_SIZES = [(1, (20, 18, 16), 8, 3), (2, (20, 18, 16), 6, 3), (11, (16, 12, 10), 5, 2),
-              (100, (12, 6, 6), 4, 2)]  # steps, cells, number of nodal and of cell variables
+              (100, (12, 6, 6), 4, 2)]  # number of steps, cells along each axis, number of nodal and of cell variables
 NODE_VARIABLES = ("disp_x", "disp_y", "temp", "pressure", "vel_x", "vel_y", "vel_z", "concentration")
 CELL_VARIABLES = ("stress_xx", "von_mises", "damage")
 ODD = ("disp_x", "vel_x")  # these change sign in a mirror
@@ -73,7 +73,7 @@ class Source:
 
 
 class Waves:
-    """A smooth field that moves, the mean of `count` random waves."""
+    """A smooth field that moves. It is the mean of `count` random waves."""
 
     def __init__(self, random, count=10):
         self.vectors = random.normal(size=(count, 3)) * 4
@@ -186,11 +186,11 @@ def mirrored(cells, rounded=False, copied=False):
                      cell_at + np.where(ci < half, nx - 1 - ci, ci), side)
     if rounded:
         mesh.rounded = i < half
-    if copied:  # first the half at x >= 0, then the other half in the same order
+    if copied:  # first come the nodes at x >= 0, then the other half in the same order
         nodes = np.concatenate([np.flatnonzero(i >= half), mesh_copy(i, half, at)])
         order = np.concatenate([np.flatnonzero(ci >= half), nx - 1 - ci[ci >= half] + cell_at[ci >= half]])
-        # Mirrored corners, with the order around each face reversed, since volumes would otherwise
-        # be negative.
+        # The corners are mirrored, with the order around each face reversed, since volumes would
+        # otherwise be negative.
         mesh.corners[ci < half] = mesh.corners[ci < half][:, [1, 2, 3, 0, 5, 6, 7, 4]]
         renumber(mesh, nodes, order)
     return mesh

@@ -122,7 +122,7 @@ std::vector<shm::FeatureFile> more_files() {
     (void)writer->finish();
     files.push_back({"zeros", std::move(sink.bytes)});
   }
-  {  // sets of each kind, and an invalid set of each kind
+  {  // this file has a set of each kind, and an invalid set of each kind
     using Kind = shm::MeshSet::Kind;
     std::vector<shm::MeshSet> sets = {{Kind::nodes, 7, "inlet", {0, 3, 5}, {}, {}, {1, .5, 2}},
                                       {Kind::sides, -1, "", {0, 4, 4}, {1, 6, 2}, {}, {}},

@@ -1,5 +1,5 @@
-// main() for a fuzz target without a fuzzer: runs it once for each given file, and for each file of
-// each given folder. For compilers without libFuzzer, and for debuggers.
+// main() for a fuzz target without a fuzzer: runs the target once for each given file, and for each
+// file of each given folder. It is used with compilers without libFuzzer, and with debuggers.
 #include <algorithm>
 #include <cstdint>
 #include <cstdio>

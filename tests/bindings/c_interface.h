@@ -1,5 +1,5 @@
-// Shared code of the tests of the C interface: handles that close themselves, targets with their
-// own memory, and a file with every kind of data.
+// Shared code of the tests of the C interface: handles that free what they refer to, targets with
+// their own memory, and a file with every kind of data.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -432,7 +432,7 @@ class Page(unittest.TestCase):
         for segment, part, most in (("", 1, 12), ("&segment=4", 1 / 8, 6)):
             Ranges.sent = Ranges.requests = 0
             self.go(f"{PAGE.as_uri()}?url={address}{segment}")
-            print(f"of {whole} bytes on a server{segment and ', for a segment'}: {Ranges.sent} were fetched by "
+            print(f"{Ranges.sent} of {whole} bytes on a server{segment and ', for a segment,'} were fetched by "
                   f"{Ranges.requests} requests")
             self.assertIn(f"{cells:,} cells", self.text())
             self.assertLess(Ranges.sent, part * whole + FOUND)

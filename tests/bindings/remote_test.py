@@ -90,7 +90,7 @@ class Handler(http.server.BaseHTTPRequestHandler):
 
 class Server(http.server.ThreadingHTTPServer):
     def handle_error(self, *_):
-        pass  # connections that the client closes during an answer
+        pass  # ignores connections that the client closes during an answer
 
 
 class Remote(unittest.TestCase):

@@ -1,4 +1,4 @@
-// The range coder, adaptive bits and the models based on them, encoding and decoding.
+// Tests of the range coder, adaptive bits and the models based on them, in encoding and decoding.
 #include "entropy/range_coder.h"
 
 #include <gtest/gtest.h>

@@ -14,7 +14,8 @@
 namespace shm::converters {
 namespace {
 
-// Two polyhedra with one of each kind of item in addition to points and cells.
+// The mesh consists of two polyhedra, with one of each kind of item in addition to points and
+// cells.
 const char* const kLegacy = R"(# vtk DataFile Version 4.2
 a title
 ASCII

@@ -76,7 +76,7 @@ Bytes with_words(const char* name, const std::function<void(PatternWords&)>& lie
       name);
 }
 
-/// Source and position of a node in a pattern.
+/// Returns the source or the position of a node in a pattern.
 std::byte& op(PatternWords& words, std::size_t pattern, std::size_t node, std::size_t which) {
   return words.ops[(2 * node + which) * static_cast<std::size_t>(words.patterns) + pattern];
 }

@@ -72,7 +72,7 @@ void expect_shifts_refuse_lies(const char* name) {
       [](Shift& s) { s[kBirths] = s[kImports] = 0; },  // no vertex is introduced
       [](Shift& s) {
         s[kImports] &= s[kImports] - 1;
-      },                                      // introduced here although an earlier segment has it
+      },  // a vertex that this segment introduces although an earlier segment has it
       [](Shift& s) { s[kImports] = 0; },      // all of them
       [](Shift& s) { s[kImports] = 0xff; },   // imported although this segment introduced it
       [](Shift& s) { s[kLastUse] = 0xff; },   // used later

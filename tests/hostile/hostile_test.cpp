@@ -111,7 +111,7 @@ TEST(Hostile, NoShmFileAtAll) {
   Bytes bytes = file("keep");
   bytes[0] = std::byte{0x88};
   EXPECT_EQ(code_of(bytes), ErrorCode::corrupt);
-  // Effect of a transfer as text: CR LF becomes LF.
+  // A transfer as text changes CR LF to LF.
   bytes = file("keep");
   bytes.erase(bytes.begin() + 4);
   EXPECT_EQ(code_of(bytes), ErrorCode::corrupt);

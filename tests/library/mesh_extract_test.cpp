@@ -573,10 +573,10 @@ TEST(MeshExtract, ReadsWhatItNeeds) {
       EXPECT_LT(static_cast<double>(head + source.bytes),
                 1.2 * static_cast<double>(segments[2].bytes) + static_cast<double>(head));
       EXPECT_LT(head, bytes.size() / 10);
-      // One cell: its group and the groups before it in its segment are read.
+      // For one cell, only its group and the groups before it in its segment are read.
       EXPECT_LT(bytes_of(source, *file, cells(segments[2].first_cell, segments[2].first_cell + 1)),
                 segments[2].bytes * 6 / 10);
-      // A box in the middle of the layers of the same segment.
+      // Requests a box in the middle of the layers of the same segment.
       ExtractRequest in;
       const double low = segments[2].box[2], high = segments[2].box[5];
       in.cells.box = {-100, -100, low + .4 * (high - low), 100, 100, low + .6 * (high - low)};

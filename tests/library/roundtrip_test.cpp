@@ -483,7 +483,7 @@ TEST(Events, FollowTheGrammar) {
   EXPECT_EQ(cells, back->totals.cells);
 }
 
-// Several thousand small meshes with degenerate and irregular cells of every kind.
+// Tests several thousand small meshes with degenerate and irregular cells of every kind.
 TEST(RoundTrip, RandomSmallMeshes) {
   const auto codecs = codecs_for(hexahedra_schema()), without_delay = codecs_without_delay();
   for (std::uint64_t seed = 0; seed < 3000; seed += every(13)) {

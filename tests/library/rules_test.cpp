@@ -29,7 +29,7 @@ struct Source {
   std::string name() const { return fs::path(path).filename().string(); }
 };
 
-/// The header between `open` and `close` of an #include line.
+/// Returns the header between `open` and `close` of an #include line.
 std::string header_in(const std::string& line, char open, char close) {
   const std::size_t begin = line.find(open), end = line.rfind(close);
   return begin == std::string::npos || end <= begin ? "" : line.substr(begin + 1, end - begin - 1);

@@ -288,7 +288,7 @@ TEST(Picture, FacesTooNarrowForSamplesAreDrawnByTheirEdges) {
 
 TEST(Picture, AnyAxisGoesUp) {
   // If the axes of a box are exchanged and another axis points up, the picture can be the same: 3
-  // wide and 2 high.
+  // units wide and 2 high.
   const DrawnSurface box = DrawnSurface::box(1, {3, 1, 2});  // seen from -y: 3 wide, 2 high
   const Picture upright = draw(box, small(Vector{0, -1, 0}));
   const auto covered = [](std::array<double, 3> sides, Vector from, std::size_t up) {

@@ -276,7 +276,8 @@ inline void add_glued(std::vector<Family>& all) {
   all.push_back({"torus of 2", torus(2, 2, 2)});
   all.push_back({"torus of 3 x 2 x 1", torus(3, 2, 1)});
   all.push_back({"torus of 6 x 5 x 4", torus(6, 5, 4)});
-  // Each cell shares two faces with the cell before it (first mesh), or all six (second mesh).
+  // In the first mesh, each cell shares two faces with the previous cell; in the second mesh, all
+  // six.
   std::vector<Corners> two_faces, all_faces;
   for (std::uint64_t c = 0; c < 30; ++c) {
     const std::uint64_t v = 2 * c;

@@ -93,7 +93,7 @@ inline TestMesh with_order(TestMesh mesh, Order order, bool corner_order, std::u
 inline TestMesh shuffled(TestMesh mesh) {
   PlainRandom random(3);
   random.shuffle(mesh.cells);
-  for (TestCell& cell : mesh.cells)  // rotate by multiples of 90 degrees around one axis
+  for (TestCell& cell : mesh.cells)  // rotates cells by multiples of 90 degrees around one axis
     for (std::uint64_t n = random.below(4); n > 0; --n) {
       std::rotate(cell.corners.begin(), cell.corners.begin() + 1, cell.corners.begin() + 4);
       std::rotate(cell.corners.begin() + 4, cell.corners.begin() + 5, cell.corners.begin() + 8);

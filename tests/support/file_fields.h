@@ -308,8 +308,8 @@ class FieldWalk {
 struct Section {
   std::vector<std::byte> bytes;
   std::vector<Field> fields;
-  std::size_t bytes_behind =
-      0;  ///< number of bytes after the fields, whose meaning the fields describe
+  /// Number of bytes after the fields. The fields describe the meaning of these bytes.
+  std::size_t bytes_behind = 0;
   /// Replaces these fields in the file by other bytes.
   std::function<void(FileParts&, const std::vector<std::byte>&)> put{};
 

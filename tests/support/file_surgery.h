@@ -33,10 +33,10 @@ struct Chunk {
 struct FileParts {
   container::FileStart start;
   std::vector<std::byte>
-      members;  ///< bytes of the members of an archive, before the list of members
+      members;  ///< bytes of the members of an archive, without the list of members
   std::vector<Chunk> chunks;
   std::optional<std::uint64_t>
-      index_offset{};  ///< the offset in the trailer; last_offset() if not set
+      index_offset{};  ///< the offset that the trailer contains; last_offset() if not set
 
   /// Returns the offset of the last chunk; 0 if there are no chunks.
   std::uint64_t last_offset() const {

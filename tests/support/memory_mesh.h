@@ -191,7 +191,7 @@ inline MemoryMesh rich_mesh() {
       for (std::uint64_t k = 0; k < 3 + i; ++k) corners.push_back(k % 90);
       mesh.add_cell(polygons, corners);
     }
-    if (i % 40 == 20) {  // repeated corners, some of them not used by any other cell
+    if (i % 40 == 20) {  // some of the repeated corners are not used by any other cell
       const auto& c = cells[i];
       const std::uint64_t p = mesh.mesh.vertices, q = p + 1;
       mesh.add_point(1.5, 2.5, static_cast<double>(i));

@@ -119,7 +119,7 @@ data: time_whole = {text([step * .5 for step in steps])} ; eb_status = 1, 1 ; eb
 """
 
 
-# Two hexahedra in two blocks, three steps, a node set and a side set.
+# A mesh of two hexahedra in two blocks, with three steps, a node set and a side set.
 TWO_BLOCKS = """netcdf two {
 dimensions: len_string = 33 ; len_line = 81 ; four = 4 ; len_name = 33 ; time_step = UNLIMITED ;
   num_dim = 3 ; num_nodes = 12 ; num_elem = 2 ; num_el_blk = 2 ; num_el_in_blk1 = 1 ;

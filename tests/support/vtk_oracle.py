@@ -177,8 +177,8 @@ def numbers(kind, name, components, tuples):
     return array
 
 
-# Number of nodes of the VTK cell types other than the linear ones; for types with any number of
-# nodes, an example.
+# Number of nodes of each VTK cell type that is not linear. For types with any number of nodes, the
+# number is an example.
 HIGHER_CELLS = {21: 3, 22: 6, 23: 8, 24: 10, 25: 20, 26: 15, 27: 13, 28: 9, 29: 27, 30: 6, 31: 12,
                 32: 18, 33: 24, 34: 7, 35: 4, 36: 7, 37: 19, 41: 6, 4: 3, 1: 1, 3: 2, 5: 3, 10: 4,
                 13: 6, 15: 10, 16: 12, 68: 4, 69: 10, 70: 16, 71: 20, 72: 64, 73: 40, 74: 30,

@@ -31,7 +31,7 @@ N = 8  # cells per side
 
 
 class Grid:
-    """Hexahedra of two blocks and, in the last layer, wedges; number maps, three steps, sets."""
+    """Hexahedra of two blocks and, in the last layer, wedges, with number maps, three steps and sets."""
 
     def __init__(self):
         m = N + 1

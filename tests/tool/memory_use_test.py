@@ -18,7 +18,7 @@ from folder_test import FolderTest, forced
 SHM = "shm"
 MB = 1 << 20
 
-# README.md, "Memory": memory of a run with one float32 field on cells.
+# Figures of README.md, section "Memory": memory of a run with one float32 field on cells.
 BASE = {"compress": 42 * MB, "verify": 27 * MB, "decompress": 27 * MB}
 FOR_ACTIVE_VERTEX = {"compress": 1100, "verify": 500, "decompress": 500}
 FOR_MEMORY_OPTION = 16 * MB

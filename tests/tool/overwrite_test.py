@@ -138,7 +138,7 @@ class OverwriteTest(FolderTest):
         (self.folder / "out").mkdir()
         (self.folder / "out" / "more.vtk").write_text("mine")
         self.expect_refusal("split", "all.shm", "-d", "out", reason="more.vtk: exists already")
-        # An archive with the name of its member.
+        # The archive has the name of its member.
         (self.folder / "all.shm").rename(self.folder / "out" / "mesh.vtk")
         self.expect_refusal("split", "out/mesh.vtk", "-d", "out", "-f", reason="an input")
 

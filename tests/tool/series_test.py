@@ -241,7 +241,7 @@ def grid_at(step, **how):
     for i in range(12):
         points.InsertNextPoint(i // 4 + (how.get("moved", 0) if i == 5 else 0), i % 4 in (1, 2), i % 4 > 1)
     if step > 0:
-        points.GetData().GetRange(-1)  # VTK then writes the range, and other programs do not
+        points.GetData().GetRange(-1)  # makes VTK write the range, which other programs do not write
     grid.SetPoints(points)
     for cell in range(how.get("cells", 2)):
         corners = [4 * cell + i for i in (0, 1, 2, 3, 4, 5, 6, 7)]
@@ -274,7 +274,7 @@ def grid_at(step, **how):
 
 
 class Meshes(SeriesTest):
-    """Files of one step each, read as one mesh with steps."""
+    """Files of one step each, which are read as one mesh with steps."""
 
     def vtk_file(self, file, step, mode="appended", **how):
         if file.endswith(".vtk"):

@@ -138,7 +138,7 @@ class SetsTest(FolderTest):
         self.shm("verify", grown)
         self.shm("decompress", grown, "-o", self.path("grown.e"))
         self.assertEqual(len(json.loads(self.shm("info", self.path("grown.e"), "--json"))["step_times"]), 6)
-        # Except for the steps, it equals the old file.
+        # Except for the steps, the file equals the old file.
         self.shm("convert", self.path("grown.e"), self.path("first.e"), "--step", "0:3")
         self.assertEqual(self.sets(self.path("first.e")), self.sets(exodus))
         self.shm("diff", self.path("first.e"), exodus)

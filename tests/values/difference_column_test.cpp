@@ -101,7 +101,7 @@ std::vector<DifferenceColumn::Encoded> expect_back(const ArrayInfo& info,
 constexpr std::uint64_t kRow = 21, kLayer = 21 * 17;
 const Lags kLags = {1, kRow, kLayer};
 
-/// Numbers of a grid in rows and layers.
+/// Returns the numbers of a grid in rows and layers.
 Numbers in_rows(std::uint64_t layers = 13, std::uint64_t first = 0) {
   Numbers numbers(kLayer * layers);
   std::iota(numbers.begin(), numbers.end(), first);

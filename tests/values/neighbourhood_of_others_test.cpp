@@ -301,7 +301,8 @@ TEST(NeighbourhoodOfOthers, ReachOnlyAdds) {
   }
 }
 
-// Cells of random shapes and vertices, including degenerate cells, in moving windows.
+// The meshes consist of cells of random shapes and vertices in moving windows, including degenerate
+// cells.
 TEST(NeighbourhoodOfOthers, NamesOnlyWhatIsThere) {
   using enum CellShape;
   constexpr std::array<std::pair<CellShape, std::size_t>, 12> kShapes = {{{hexahedron, 8},

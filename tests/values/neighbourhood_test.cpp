@@ -202,7 +202,8 @@ TEST(Neighbourhood, OfVerticesOfAGrid) {
   for (const Seen& seen : walk.vertices) {
     const Point p = grid.point(seen.element);
     if (p[0] < 1 || p[1] < 1 || p[2] < 1) continue;
-    // A cell inside the grid introduces a single vertex, which sees all other corners.
+    // A cell inside the grid introduces a single vertex, whose neighbourhood contains all other
+    // corners.
     std::uint32_t wanted = 0;
     const bool lattice = p[0] >= 2 && p[1] >= 2 && p[2] >= 2;
     if (lattice) wanted |= Neighbourhood::kLattice;
@@ -237,7 +238,8 @@ TEST(Neighbourhood, FollowsTheCornersAsTheyStand) {
 }
 
 TEST(Neighbourhood, OfTheCellsOfAGrid) {
-  const Grid grid({5, 4, 4}, Turned::no);  // more cells than the initial size of the ring
+  const Grid grid({5, 4, 4},
+                  Turned::no);  // the grid has more cells than the initial size of the ring
   const Walk walk(grid.cells);
   ASSERT_EQ(walk.cells.size(), 80u);
   for (const Seen& seen : walk.cells) {

@@ -37,7 +37,7 @@ Bytes packed(const std::vector<T>& values) {
   return bytes;
 }
 
-/// Vertices or cells of a grid, in coding order.
+/// The vertices or cells of a grid, in coding order.
 struct Elements {
   TiledItems all;  // one tile
   std::vector<Point> points;
