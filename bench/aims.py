@@ -1,12 +1,12 @@
-"""Aims for the sizes of values, compared with the results of bench/values: its table "acceptance".
+"""Compares the results of bench/values with aims for the sizes of values, for its table "acceptance".
 
-All figures are bits: per vertex for coordinates, per value for fields. The figures of the prototype come
-from a throw-away coder of the same design: the first from its faster mode, the second from the best of
-all its experiments. They were measured on the corpus, and on generated meshes of the same kinds (not
-always of the same size). Level default should reach the first figure, level best the second.
+All figures are bits: per vertex for coordinates, per value for fields. The figures of the prototype come from a
+throw-away coder of the same design: the first figure from its faster mode, the second from the best of all its
+experiments. They were measured on the corpus, and on generated meshes of the same kinds (not always of the same
+size). Level default should reach the first figure, level best the second.
 """
 
-# The prototype's annulus is unknown, except that zstd found its layers to repeat.
+# The annulus of the prototype is unknown, except that zstd found its layers to repeat.
 PROTOTYPE_MADE = {
     ("coordinates", "grid 15^3", "float32"): (.25, .15),
     ("coordinates", "straight annulus", "float32"): (.18, .07),
@@ -24,7 +24,8 @@ PROTOTYPE_MADE = {
     ("lossy", "cell velocity", "float32, 0.0001"): (1.28, 1),
     ("lossy", "cell turbulence", "float32, 0.0001"): (7.67, 7.67),
 }
-# Over all time steps, the best of all columns, which was zstd for integers.
+# Figures over all time steps, from the best column of the prototype's table; for integers this
+# column was zstd.
 PROTOTYPE_REAL = {"coordinates float64": 22, "coordinates float32": 21.4, "cell floats": 8.7,
                   "point floats": 17.4, "cell ints": .04, "point ints": .13}
 ROUNDED_KIND, ROUNDED_AIM = "coordinates, 16 bits", 8.5

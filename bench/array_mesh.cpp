@@ -107,7 +107,7 @@ class VertexOrder final : public CodingOrder {
   std::vector<std::uint64_t> vertices;
 };
 
-/// Returns values that are in the mesh's order in coding order. The result may be stored in `room`.
+/// Reorders values from the mesh's order to coding order. The result may be stored in `room`.
 std::span<const std::byte> in_order(const ArrayInfo& info, const std::vector<std::byte>& values,
                                     const VertexOrder& order, std::vector<std::byte>& room) {
   if (info.location != Location::point) return values;
@@ -230,8 +230,8 @@ SizeReport write_series(
   return unwrap(writer.finish());
 }
 
-/// Copies values of `bytes` each to the places given by `numbers`. A copy of a known size is one
-/// instruction.
+/// Copies values of `bytes` bytes each to the positions in `numbers`. If the size is a constant,
+/// the copy of a value is one instruction.
 template <std::size_t kBytes>
 void scatter_known(const std::byte* values, std::size_t bytes,
                    std::span<const std::uint64_t> numbers, std::vector<std::byte>& out) {

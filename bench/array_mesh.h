@@ -1,6 +1,6 @@
 // A whole mesh of any format in memory, with cells of all shapes and all its arrays. Functions
-// write it with a Writer and read it with a Reader, without any file format. Order::keep, no delay
-// buffer.
+// write it with a Writer and read it with a Reader, without any file format, in Order::keep without
+// a delay buffer.
 #pragma once
 
 #include <cstddef>
@@ -16,7 +16,8 @@ namespace shm::bench {
 
 struct MeshArray {
   ArrayInfo info;
-  std::vector<std::vector<std::byte>> steps;  // values in the mesh's order; one if static
+  std::vector<std::vector<std::byte>>
+      steps;  // values of each step, in the mesh's order; a static array has one step
   std::size_t stride() const { return scalar_bytes(info.type) * info.components; }
 };
 
@@ -31,7 +32,7 @@ struct ArrayMesh {
   std::vector<std::uint64_t> corners;
   std::vector<std::uint64_t> last_use;    // as in Writer::add_cell
   std::vector<std::uint64_t> births;      // vertices in the order of their first use
-  std::vector<std::uint64_t> births_end;  // for each cell: number of births up to and including it
+  std::vector<std::uint64_t> births_end;  // number of births up to and including each cell
   std::vector<MeshArray> arrays;
 
   std::size_t cells() const { return cell_blocks.size(); }
@@ -56,8 +57,8 @@ SizeReport write(const ArrayMesh& mesh, std::span<const MeshArray* const> arrays
                  Level level);
 void read(std::span<const std::byte> file, ReadBack& into);
 
-/// Writes the mesh and stepped arrays. Requests one step at a time by values(array, step), in the
-/// mesh's order: all arrays of a step, then the next step.
+/// Writes the mesh and stepped arrays. Requests the values by values(array, step), in the mesh's
+/// order: first all arrays of a step, then the next step.
 SizeReport write_series(
     const ArrayMesh& mesh, std::span<const ArrayInfo> arrays, std::uint64_t steps,
     const std::function<std::vector<std::byte>(std::size_t, std::uint64_t)>& values, ByteSink& sink,

@@ -1,4 +1,4 @@
-// The hexahedra of a file of any format in memory, and a function that writes them with a Writer.
+// The hexahedra of a file of any format, in memory, and a function that writes them with a Writer.
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,5 @@
-// Speed of the Writer and the Decoder for a bent lattice in memory, without files and converters.
+// Measures the speed of the Writer and the Decoder for a bent lattice in memory, without files and
+// converters.
 #include <benchmark/benchmark.h>
 
 #include <array>
@@ -13,8 +14,8 @@
 
 namespace {
 
-// A lattice of n x n x n cells, written layer by layer as a solver would: vertices just before the
-// first cell that uses them, finalized by the last one.
+// A lattice of n x n x n cells, written layer by layer as a solver would. Each vertex is written
+// just before the first cell that uses it, and is finalized by the last cell that uses it.
 class Lattice {
  public:
   explicit Lattice(std::uint64_t n) : n_(n), m_(n + 1) {}

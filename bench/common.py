@@ -1,4 +1,4 @@
-"""Shared parts of the benchmark scripts: paths, building, meshes, tables."""
+"""Code shared by the benchmark scripts: paths, building, meshes, tables."""
 import os
 import re
 import subprocess
@@ -45,14 +45,15 @@ def make_mesh(family, cells, path, *options, tools=BIN):
 
 
 class Cost:
-    """Processor seconds and peak memory of processes that ran one after the other."""
+    """Sum of processor seconds and largest peak memory of processes that ran one after the other."""
 
     def __init__(self):
         self.seconds = 0.0
         self.peak = 0
 
     def run(self, *command, stdout=None):
-        # Run by time(1), which is small: the peak memory of a child starts with that of its parent.
+        # time(1) runs the command, because it is small: the peak memory of a child process begins
+        # with that of its parent.
         with tempfile.NamedTemporaryFile("r") as report:
             process = subprocess.Popen(["/usr/bin/time", "-q", "-o", report.name, "-f", "%M",
                                         *(str(word) for word in command)], stdout=stdout,

@@ -1,7 +1,7 @@
 // connectivity_bench [--corners FILE] [--seconds S] [--codecs-only] MESH: encodes and decodes the
-// connectivity of a mesh with each codec and each level, and measures processor time. JSON on
-// standard output. The mesh consists of the corners of its hexahedra, one block after the other.
-// All numbers and the order of cells must be restored, which is checked.
+// connectivity of a mesh with each codec and each level, and measures processor time. Writes JSON
+// to standard output. The mesh consists of the corners of its hexahedra, one block after the other.
+// Checks that all numbers and the order of cells are restored.
 //   codecs  only the coders of connectivity and vertex numbers
 //   levels  whole Writer and Reader with all coordinates zero: the cost for a user of the library
 // --corners: also writes the corners as raw int32, for other compressors.

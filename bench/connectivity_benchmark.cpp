@@ -1,5 +1,5 @@
-// Speed of connectivity for each codec of hexahedra: corners and original numbers, encoded and
-// decoded, without geometry. Reports cells per second and bits per cell.
+// Measures the speed of each codec of hexahedra: encodes and decodes corners and original numbers,
+// without geometry. Reports cells per second and bits per cell.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -47,8 +47,8 @@ Mesh grid(std::uint32_t n) {
   return mesh;
 }
 
-/// A cylinder: a square core of n x n columns, then n rings around it. Each block is numbered from
-/// bottom to top before the next one.
+/// Returns a cylinder: a square core of n x n columns, then n rings around it. Each block is
+/// numbered from bottom to top, one block after the other.
 Mesh o_grid(std::uint32_t n) {
   const std::uint32_t m = n + 1, around = 4 * n, core = m * m;
   std::vector<std::uint32_t> rim;  // the core's boundary, counter-clockwise

@@ -1,4 +1,4 @@
-// Coding of connectivity only: hexahedra through a codec and back, with the numbers of Order::keep,
+// Encodes and decodes only connectivity: hexahedra in one codec, with the numbers of Order::keep,
 // without values.
 #pragma once
 
@@ -45,7 +45,8 @@ inline Schema hexahedra_schema() {
   return schema;
 }
 
-/// `corners`: eight for each hexahedron, all < `vertices`.
+/// Encodes hexahedra. `corners`: eight vertex numbers for each hexahedron, all less than
+/// `vertices`.
 inline Streams encode(std::span<const std::uint32_t> corners,
                       std::span<const std::uint8_t> last_use, std::uint64_t vertices,
                       ConnectivityCodec codec) {

@@ -52,7 +52,7 @@ inline std::uint64_t status_bytes(const std::string& name) {
 
 /// Returns the peak increase of resident memory while `run` works.
 inline std::uint64_t memory_of(const std::function<void()>& run) {
-  malloc_trim(0);  // memory freed by earlier runs would be reused without being counted
+  malloc_trim(0);  // otherwise memory freed by earlier runs would be reused without being counted
   if (std::FILE* file = std::fopen("/proc/self/clear_refs", "w")) {
     std::fputs("5", file);  // resets the peak
     std::fclose(file);

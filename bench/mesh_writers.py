@@ -1,5 +1,5 @@
 """Writes files as simulation codes do: Exodus II through netCDF, legacy VTK as text, VTU, Gmsh MSH 4.1.
-Deterministic. meshes.py writes binary legacy VTK."""
+The output is deterministic. meshes.py writes binary legacy VTK."""
 import base64
 import struct
 import zlib
@@ -16,7 +16,7 @@ XML_TYPES = {"float64": "Float64", "int32": "Int32", "int64": "Int64", "uint8": 
 
 
 class Exodus:
-    """One Exodus file, laid out as libexodusII does: first dimensions, then the data.
+    """Writes one Exodus file, laid out as by libexodusII: first dimensions, then the data.
 
     `blocks`: (id, name, corners from 0, one row per hexahedron); for polygons and polyhedra (id, name, list of
     arrays): the nodes of each polygon, or the faces of each polyhedron. `faces`: the nodes of each face.
@@ -184,8 +184,8 @@ def write_ascii_vtk(path, title, points, corners, point_arrays=None, cell_arrays
 
 def write_vtu(path, points, cells, kinds, faces=None, point_arrays=None, cell_arrays=None,
               form="ascii"):
-    """`cells`: the points of each cell. `faces`: for each cell its faces as in VTK, in one row. `form`: ascii, raw
-    (appended), or zlib (inline base64, which VTK writes by default)."""
+    """Writes a VTU file. `cells`: the points of each cell. `faces`: for each cell its faces as in VTK, in one row.
+    `form`: ascii, raw (appended), or zlib (inline base64, which VTK writes by default)."""
     appended = []
 
     def array(name, values, components=1):

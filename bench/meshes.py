@@ -1,4 +1,4 @@
-"""Meshes and fields for the benchmarks, in NumPy. Deterministic."""
+"""Meshes and fields for the benchmarks, in NumPy. The results are deterministic."""
 import numpy as np
 
 VTK_HEXAHEDRON = 12
@@ -102,9 +102,9 @@ EDGES = [(0, 1), (0, 3), (0, 4), (1, 2), (1, 5), (2, 3), (2, 6), (3, 7), (4, 5),
 
 
 def cut_into_eight(n, levels, with_cut=False):
-    """Returns n * n * n hexahedra, of which those near two planes are cut into eight, `levels` times. As in LaGriT,
-    new cells come after all others, and each cut cell gets 19 vertices of its own, in its middle and in those of
-    its sides and edges; they are not merged with equal vertices of its neighbours.
+    """Returns n * n * n hexahedra. Cells near two planes are cut into eight, `levels` times. As in LaGriT, new cells
+    come after all other cells. Each cut cell has 19 new vertices, in the middle of the cell, of its sides and of its
+    edges; these are not merged with equal vertices of neighbours.
     with_cut: keeps the cells that were cut, as LaGriT does until they are removed."""
     size = 1 << levels
     points = np.rint(grid(n)[0] * n * size).astype(np.int64)

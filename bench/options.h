@@ -1,4 +1,4 @@
-// Parsing of the command line of a benchmark program.
+// Parses the command line of a benchmark program.
 #pragma once
 
 #include <charconv>
@@ -28,7 +28,8 @@ void set_from(std::string_view text, std::vector<T>& to) {
   set_from(text, to.emplace_back());
 }
 
-/// A flag if `to` is a bool; otherwise an option with a value. A vector collects all values.
+/// A flag if `to` is a bool; otherwise an option with a value. If `to` is a vector, it receives all
+/// values.
 struct Option {
   std::string_view name;
   bool is_flag;

@@ -1,14 +1,14 @@
 // peers_bench --type TYPE [--components N] [--steps N] [--seconds S] [--quick] [--bound B]... FILE:
-// compresses one raw array with other compressors. A line of JSON for each on standard output.
-// Lossless without --bound; otherwise with methods that keep each value within B. Reports processor
+// compresses one raw array with other compressors, and prints a line of JSON for each. Without
+// --bound, the compressors are lossless; otherwise their errors are at most B. Reports processor
 // time of one thread, the fastest of the runs during S seconds, in memory. All results are decoded
 // and compared.
 //   zstd, xz, blosc   the bytes unchanged, or as byte planes ("shuffle")
 //   fpzip, zfp, SZ    one component after the other, including the time to transpose; fpzip
 //                     treats the steps as a second dimension
-// "SZ-like" is our own code, because there is no package: the difference of a value to the restored
-// value before it, in steps of two bounds; byte planes of these through zstd -19; values that would
-// exceed the bound are stored exactly.
+// "SZ-like" is our own code, because there is no package. It codes the difference of a value to the
+// previous restored value, in units of twice the bound; zstd -19 compresses the byte planes of
+// these differences. Values that would exceed the bound are stored exactly.
 #include <fpzip.h>
 #include <lzma.h>
 #include <zfp.h>
@@ -32,7 +32,7 @@
 namespace shm::bench {
 namespace {
 
-/// Values of `steps` times, each with all elements, each with all components.
+/// The values of an array by step, element and component, in this order.
 struct RawArray {
   std::vector<std::byte> bytes;
   std::size_t value_bytes = 4, components = 1, steps = 1;
@@ -47,8 +47,8 @@ struct Peer {
   std::function<std::size_t(Bytes, Room)> encode, decode;
 };
 
-/// Transpositions: bytes grouped by significance; and one component after the other, each with all
-/// its steps.
+/// Transpositions of an array: bytes grouped by significance; and one component after the other,
+/// each with all its steps.
 template <class T>
 void to_components(Bytes in, std::size_t components, T* out) {
   const std::size_t count = in.size() / sizeof(T) / components;
@@ -183,7 +183,8 @@ Peer zfp_peer(const RawArray& array, double bound) {
 
 constexpr std::int32_t kEscape = std::numeric_limits<std::int32_t>::min();
 
-/// Returns the restored value that is `steps` away from the one before.
+/// Returns the restored value that is `steps` quantization steps away from the previous restored
+/// value.
 template <class T>
 T moved(T last, std::int32_t steps, double step) {
   return static_cast<T>(static_cast<double>(last) + steps * step);
@@ -193,7 +194,8 @@ T prediction_from(T value) {
   return std::isfinite(value) ? value : T{0};
 }
 
-/// Returns slightly less than two bounds, because the restored value is rounded to T.
+/// Returns the quantization step. It is slightly less than twice the bound, because the restored
+/// value is rounded to T.
 template <class T>
 double sz_step(std::span<const T> values, double bound) {
   double largest = 0;

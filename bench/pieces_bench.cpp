@@ -1,7 +1,7 @@
-// pieces_bench FILE: measures the bytes that a MeshExtractor reads of a .shm file for pieces of it.
-// JSON on standard output: bytes of index and schema, and for each segment its own bytes, and the
-// bytes read for its cells with all static arrays, for its cells with coordinates only, and for its
-// first cell.
+// pieces_bench FILE: measures the bytes that a MeshExtractor reads from a .shm file for pieces of
+// the mesh. Prints JSON: the size in bytes of index and schema and, for each segment, its own size
+// and the bytes read for its cells with all static arrays, for its cells with coordinates only, and
+// for its first cell.
 //
 // pieces_bench FILE --way WAY: reads the whole file in one thread, and prints the number of cells
 // or faces. WAY is reader (everything, by a Reader), cells (a MeshExtractor without arrays),

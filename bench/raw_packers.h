@@ -1,5 +1,5 @@
-// Other compressors of raw arrays, from memory to memory in this thread: zstd and, if available,
-// Blosc.
+// Functions that call other compressors of raw arrays, from memory to memory in this thread: zstd
+// and, if available, Blosc.
 #pragma once
 
 #include <zstd.h>
@@ -30,8 +30,8 @@ inline std::size_t zstd_unpack(Bytes in, Room out) {
   return checked(size, !ZSTD_isError(size));
 }
 
-/// Groups the bytes of numbers of `width` bytes: first all first bytes, then all second bytes, and
-/// so on; and back.
+/// to_planes() groups the bytes of numbers of `width` bytes: first all first bytes, then all second
+/// bytes, and so on. from_planes() restores the numbers.
 inline void to_planes(Bytes in, std::size_t width, std::byte* out) {
   const std::size_t count = in.size() / width;
   for (std::size_t b = 0; b < width; ++b)
@@ -44,7 +44,7 @@ inline void from_planes(Bytes in, std::size_t width, std::byte* out) {
 }
 
 #ifdef SHM_HAS_BLOSC
-/// Blosc at level 5 with byte planes and zstd, in this thread.
+/// Packs with Blosc at level 5 with byte planes and zstd, in this thread.
 inline std::size_t blosc_pack(Bytes in, std::size_t width, Room out) {
   const int size = blosc_compress_ctx(5, BLOSC_SHUFFLE, width, in.size(), in.data(), out.data(),
                                       out.size(), "zstd", 0, 1);

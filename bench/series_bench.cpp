@@ -1,9 +1,9 @@
 // series_bench [--steps N] [--key-steps N] [--travel N] [--every N] [--fast] [--speed] MESH:
 // measures a time series of five float32 fields in one file, and in one file per step (only every
-// N-th is written, and counted N times); and reading one array at one step. JSON on standard
-// output. The series is written next to MESH, and removed. --speed: measures instead only the steps
-// from memory to memory, in one thread, compared with zstd -3 of the values of each array at each
-// step, unchanged and as byte planes.
+// N-th is written, and counted N times). Also measures reading one array at one step. Writes JSON
+// to standard output. The series is written next to MESH, and removed. --speed: measures instead
+// only the steps from memory to memory, in one thread, compared with zstd -3 of the values of each
+// array at each step, unchanged and as byte planes.
 #include <array>
 #include <chrono>
 #include <cmath>
@@ -74,14 +74,15 @@ Waves turbulence(std::size_t count, double low, double high, unsigned seed) {
     wave.phase = 2 * std::numbers::pi * uniform();
     wave.height = std::pow(n / low, -5. / 6);
     const double turning = (2 * uniform() - 1) * std::pow(n, 2. / 3);
-    wave.speed = wave.k[0] + turning;  // the flow: one unit of length per unit of time, along x
+    wave.speed =
+        wave.k[0] + turning;  // the flow moves by one unit of length per unit of time, along x
     waves.waves.push_back(wave);
   }
   return waves;
 }
 
-/// Two smooth point fields and three cell fields: a smooth one that travels, one with a front,
-/// turbulence.
+/// Two smooth point fields and three cell fields: a smooth field that travels, a field with a
+/// front, and turbulence.
 class Fields {
  public:
   explicit Fields(const ArrayMesh& mesh) : points_(mesh.vertices) {
@@ -223,7 +224,7 @@ void tell_zstd(const char* name, std::span<const MeshArray> arrays, Pack&& pack,
               out);
 }
 
-/// Measures only the steps: the series minus the mesh.
+/// Measures only the steps: the cost of the series minus the cost of the mesh.
 void tell_speed(const ArrayMesh& mesh, const Fields& fields, std::uint64_t steps,
                 const std::function<double(std::uint64_t)>& time_of, Level level) {
   std::vector<MeshArray> arrays;
@@ -293,7 +294,7 @@ int run(int argc, char** argv) {
   const Level level = fast ? Level::fast : Level::standard;
   const ArrayMesh mesh = load_arrays(path);
   const Fields fields(mesh);
-  // During a hundred steps the fields travel by this number of hundredths of the mesh.
+  // `travel`: distance that the fields travel during a hundred steps, in hundredths of the mesh.
   const auto time_of = [&](std::uint64_t step) {
     return static_cast<double>(step * travel) * 1e-4;
   };

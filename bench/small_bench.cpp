@@ -47,7 +47,8 @@ struct SmallMesh {
     return schema;
   }
   bool is_of_cells(std::uint64_t array) const { return array >= arrays / 2; }
-  /// A curved mesh, computed without functions whose last bit differs between machines.
+  /// Returns a point of a curved mesh, computed without functions whose last bit differs between
+  /// machines.
   std::array<double, 3> point(std::uint64_t v) const {
     const std::uint64_t n = side + 1;
     const double x = of_side(v % n), y = of_side(v / n % n), z = of_side(v / n / n);

@@ -1,20 +1,20 @@
 // speed_bench [--level fast|default|best]... [--turns N] [--seconds S] MESH: compresses and
-// decompresses the hexahedra of a mesh of any format from memory to memory, in one thread: with our
-// library at each level, order kept, and with other compressors of the raw arrays, which are int32
-// corners, one hexahedron after the other, and coordinates as they are stored. Lines of JSON on
-// standard output: the mesh, then each method with its bytes and the least processor seconds of its
-// runs.
+// decompresses the hexahedra of a mesh of any format from memory to memory, in one thread, order
+// kept. Uses our library at each level, and other compressors of the raw arrays, which are int32
+// corners, one hexahedron after the other, and coordinates as they are stored. Writes lines of JSON
+// to standard output: the mesh, then each method with its bytes and the least processor seconds of
+// its runs.
 //   zstd -3        each of the two arrays
 //   column delta   the arrays column by column (eight of corners, three of coordinates): the
-//                  difference of each number to the one before it (for coordinates, of their bits;
-//                  or unchanged if that is smaller); zigzag, byte planes, zstd -3. The smaller
-//                  variant is determined in advance, and its time is not counted
+//                  difference of each number to the previous number (for coordinates, of their
+//                  bits; or unchanged if that is smaller); zigzag, byte planes, zstd -3. The
+//                  smaller variant is determined in advance, which is not part of the measured time
 //   blosc          each of the arrays: byte planes in blocks, zstd; if libblosc was found
 // All methods take turns on the mesh, so that a disturbance affects all of them: N turns (8), fewer
 // if a method has used S seconds (1), but at least one. Runs of less than a millisecond are
-// repeated within a turn. The decoded data is compared after the first turn. Our methods go from a
+// repeated within a turn. The decoded data is compared after the first turn. Our methods convert a
 // Mesh to a MemorySink and back, and create the Mesh in memory that the process already has; the
-// others fill existing memory.
+// other methods fill existing memory.
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -130,7 +130,7 @@ class Ours final : public Method {
 
 // Others
 
-/// Numbers of `width` bytes (4 or 8), in rows of `columns`.
+/// An array of numbers of `width` bytes (4 or 8), in rows of `columns` numbers.
 struct RawArray {
   std::vector<std::byte> bytes;
   std::size_t width = 4, columns = 1;
@@ -179,8 +179,8 @@ class Others final : public Method {
   std::array<std::size_t, 2> sizes_{};
 };
 
-/// Packs column after column, in planes of one byte of each number: each number as its difference
-/// to the one before it, or unchanged.
+/// Packs column after column, in planes of one byte of each number. A number is represented by its
+/// difference to the previous number, or unchanged.
 template <class T>
 void to_column_planes(const RawArray& array, bool differences, std::byte* out) {
   const std::size_t count = array.bytes.size() / sizeof(T);
@@ -313,8 +313,8 @@ int run(int argc, char** argv) {
 
 int main(int argc, char** argv) {
 #if defined(__GLIBC__)
-  // The process keeps freed memory, here the buffers of zstd, as in a program that handles one mesh
-  // after the other: new pages would take a third of the time of reading.
+  // The process does not return freed memory (here the buffers of zstd) to the system, like a
+  // program that handles many meshes. With new pages, reading would take a third more time.
   mallopt(M_MMAP_MAX, 0);
   mallopt(M_TRIM_THRESHOLD, std::numeric_limits<int>::max());
 #endif

@@ -1,7 +1,7 @@
 // threads_bench [--segments N] [--threads T] MESH: measures how much faster the library is with
-// threads. Whole Writer, Reader and SegmentReaders, from memory to memory, without any file format.
-// Reports wall-clock time, the fastest of three runs, as JSON on standard output. The machine must
-// otherwise be idle.
+// threads. Runs the Writer, the Reader and SegmentReaders on the whole mesh, from memory to memory,
+// without any file format. Reports wall-clock time, the fastest of three runs, as JSON on standard
+// output. The machine must otherwise be idle.
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -40,7 +40,8 @@ std::uint64_t cells_read(std::span<const std::byte> file, unsigned threads) {
   return cells;
 }
 
-/// Each thread takes the next segment that no other thread has taken.
+/// Counts the cells of all segments. Each thread takes the next segment that no other thread has
+/// taken.
 std::uint64_t cells_of_segments(std::span<const std::byte> file, unsigned threads) {
   std::atomic<std::size_t> next = 0;
   std::atomic<std::uint64_t> cells = 0;

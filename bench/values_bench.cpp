@@ -1,17 +1,19 @@
 // values_bench [--level fast|default|best]... [--seconds S] [--stepped NAME]... [--like FILE.shm]
 // [--sizes | --dump FOLDER] MESH
 //
-// Measures the cost of the values of a mesh of any format in a .shm file. Lines of JSON on standard
-// output. From memory to memory through Writer and Reader, order kept, one thread, processor time;
-// all results are decoded and compared.
+// Measures the cost of the values of a mesh of any format in a .shm file, and writes lines of JSON
+// to standard output. The Writer and the Reader run from memory to memory, in one thread, with
+// order kept. Times are processor time. All results are decoded and compared.
 //
 // For each level, reports for the coordinates and each array the bytes of its stream and the
 // seconds that it adds to the mesh: the median of several runs, each next to a run with the mesh
-// only. For an array: the mesh with the array, minus the mesh only. For coordinates: the mesh with
-// its coordinates repeated as a point array, minus the mesh; if the bytes of that array show that
-// it is coded differently, the mesh minus the same mesh with all coordinates zero ("timed":
-// "zeros"). A time of less than a hundredth of the mesh's time is reported as a hundredth. Memory:
-// of the whole Writer or Reader, in addition to the raw arrays, including the packed bytes.
+// only. For an array, this is the time for the mesh with the array minus the time for the mesh
+// only. For coordinates, it is the time for the mesh with its coordinates repeated as a point
+// array, minus the time for the mesh. If the bytes of that array show that it is coded differently,
+// it is the time for the mesh minus the time for the same mesh with all coordinates zero ("timed":
+// "zeros"). A time of less than a hundredth of the mesh's time is reported as a hundredth. The
+// reported memory is that of the whole Writer or Reader, in addition to the raw arrays, including
+// the packed bytes.
 //   --stepped NAME  the arrays NAME.0, NAME.1, ... are time steps of one array NAME
 //   --like FILE     quantizes coordinates and arrays as in FILE, by their names
 //   --sizes         all arrays in one file; no times

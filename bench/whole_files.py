@@ -1,4 +1,4 @@
-"""Generated source files for bench/whole, by family. Deterministic.
+"""Generates source files for bench/whole, by family. The output is deterministic.
 
     bench/whole_files.py FOLDER [FAMILY ...]     writes them, with a folder for each family
 
@@ -23,10 +23,11 @@ import meshes
 from mesh_writers import (HEX_SIDES, VTK_POLYGON, VTK_POLYHEDRON, Exodus, write_ascii_vtk, write_msh,
                           write_vtu)
 
-HEXAGON = [(0, -2), (1, -1), (1, 1), (0, 2), (-1, 1), (-1, -1)]  # in units of half its width and half its side
+# Corners of a hexagon, in units of half its width and half its side.
+HEXAGON = [(0, -2), (1, -1), (1, 1), (0, 2), (-1, 1), (-1, -1)]
 NOISE = 1e-5  # relative to the size of a field
 STEP_SIZES = [(1, (20, 18, 16), 8, 3), (2, (20, 18, 16), 6, 3), (11, (16, 12, 10), 5, 2),
-              (100, (12, 6, 6), 4, 2)]  # steps, cells, number of nodal and of cell variables
+              (100, (12, 6, 6), 4, 2)]  # number of steps, cells along each axis, number of nodal and of cell variables
 NODE_VARIABLES = ("disp_x", "disp_y", "temp", "pressure", "vel_x", "vel_y", "vel_z", "concentration")
 CELL_VARIABLES = ("stress_xx", "von_mises", "damage")
 ODD = ("disp_x", "vel_x")  # these change sign in a mirror
@@ -72,7 +73,7 @@ class Source:
 
 
 class Waves:
-    """A smooth field that moves, the mean of `count` random waves."""
+    """A smooth field that moves. It is the mean of `count` random waves."""
 
     def __init__(self, random, count=10):
         self.vectors = random.normal(size=(count, 3)) * 4
@@ -98,7 +99,7 @@ def curved_block(cells):
 
 
 def broken_arrays(points, corners, time=0):
-    """Returns two point fields that agree on coincident nodes and one that does not; and a cell field."""
+    """Returns a cell field and three point fields, of which two agree on coincident nodes."""
     random = np.random.default_rng(5)
     waves = [Waves(random) for _ in range(3)]
     random = np.random.default_rng([6, int(time * 10)])
@@ -152,13 +153,15 @@ def write_broken_vtk(path, cells, steps, kind=np.float64):
 
 @dataclass
 class Repeating:
-    """A mesh and, for each node and cell, the number of the one whose values it repeats."""
+    """A mesh and, for each node and cell, the number of the node or cell whose values it repeats."""
     points: np.ndarray
     corners: np.ndarray
     node_like: np.ndarray
     cell_like: np.ndarray
-    node_sign: np.ndarray  # sign of odd variables at each node
-    rounded: np.ndarray = None  # nodes whose values repeat up to the last bits
+    # Sign of odd variables at each node.
+    node_sign: np.ndarray
+    # Nodes whose values are repeated except for the last bits.
+    rounded: np.ndarray = None
 
 
 def lattice_indices(cells):
@@ -183,11 +186,11 @@ def mirrored(cells, rounded=False, copied=False):
                      cell_at + np.where(ci < half, nx - 1 - ci, ci), side)
     if rounded:
         mesh.rounded = i < half
-    if copied:  # first the half at x >= 0, then the other half in the same order
+    if copied:  # first come the nodes at x >= 0, then the other half in the same order
         nodes = np.concatenate([np.flatnonzero(i >= half), mesh_copy(i, half, at)])
         order = np.concatenate([np.flatnonzero(ci >= half), nx - 1 - ci[ci >= half] + cell_at[ci >= half]])
-        # Mirrored corners, with the order around each face reversed, since volumes would otherwise
-        # be negative.
+        # The corners are mirrored, with the order around each face reversed, since volumes would
+        # otherwise be negative.
         mesh.corners[ci < half] = mesh.corners[ci < half][:, [1, 2, 3, 0, 5, 6, 7, 4]]
         renumber(mesh, nodes, order)
     return mesh
@@ -377,7 +380,7 @@ def around(nodes, normal):
 
 
 def truncated_octahedron():
-    """Returns the faces, each with its nodes in steps of the lattice."""
+    """Returns the faces, each as the positions of its nodes in lattice steps."""
     signed = {tuple(np.array(order) * signs) for order in
               ((0, 1, 2), (0, 2, 1), (1, 0, 2), (1, 2, 0), (2, 0, 1), (2, 1, 0))
               for signs in np.ndindex(2, 2, 2) for signs in [2 * np.array(signs) - 1]}
@@ -407,7 +410,7 @@ def octahedra(count):
               for j in range(side) for i in range(2 * side) if k * 4 * side * side < count]
     points, cells = cells_of_lattice(truncated_octahedron(), places[:count])
     random = np.random.default_rng(4)
-    points += .1 * random.random(points.shape)  # so that no two edges are alike
+    points += .1 * random.random(points.shape)  # so that no two edges are equal
     return .25 * points, cells
 
 

@@ -1,4 +1,4 @@
-// The input as a sequence of choices for a target, taken byte by byte.
+// Treats the input of a target as a sequence of choices, which are taken byte by byte.
 #pragma once
 
 #include <cstdint>
@@ -7,7 +7,7 @@
 
 #include "format/format.h"
 
-/// Takes bytes from the input; zeros after its end.
+/// Takes bytes from the input; returns zeros after its end.
 class Choices {
  public:
   explicit Choices(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}

@@ -1,8 +1,8 @@
-// Damage with valid checksums. Takes a .shm file apart, replaces numbers and texts in any field
-// (support/file_fields.h), damages bitstreams, packed blobs or the contents of zstd frames, loses
-// and repeats chunks and parts of them, and then updates lengths, numbers and checksums, so that
-// the code after these checks is reached. An input is one byte for the target, a file, and a number
-// of bytes that the target chooses (a script of calls).
+// Damages a .shm file but keeps its checksums valid. Splits the file into chunks, replaces numbers
+// and texts in any field (support/file_fields.h), damages bitstreams, packed blobs or the contents
+// of zstd frames, removes or repeats chunks and parts of chunks, and then updates lengths, numbers
+// and checksums, so that the code after these checks is reached. An input is one byte for the
+// target, a file, and a number of bytes that the target chooses (a script of calls).
 #pragma once
 
 #include <zstd.h>
@@ -45,7 +45,7 @@ inline void mutate(Bytes& bytes, std::size_t room) {
   if (bytes.empty()) return;
   bytes.resize(LLVMFuzzerMutate(reinterpret_cast<std::uint8_t*>(bytes.data()), size, bytes.size()));
 }
-/// The same, without changing the length.
+/// Does the same as mutate() without changing the length.
 inline void mutate_in_place(Bytes& bytes) {
   const std::size_t size = bytes.size();
   mutate(bytes, 0);
@@ -69,8 +69,8 @@ inline void mutate_packed(Bytes& payload, std::size_t head, Random& random, std:
   payload = std::move(out.bytes);
 }
 
-/// Damages the contents of the last zstd frame in `bytes`, which must end at their end. Returns
-/// false if there is no such frame.
+/// Damages the contents of the last zstd frame in `bytes`. The frame must end at the end of
+/// `bytes`. Returns false if there is no such frame.
 inline bool mutate_frame(Bytes& bytes) {
   constexpr std::byte kMagic[] = {std::byte{0x28}, std::byte{0xb5}, std::byte{0x2f},
                                   std::byte{0xfd}};
@@ -111,7 +111,7 @@ inline bool mutate_field(shm::FileParts& parts, std::size_t c, Random& random) {
   return true;
 }
 
-/// Changes the data after the fields: loses a bitstream, repeats one or damages one.
+/// Changes the data after the fields: removes, repeats or damages a bitstream.
 inline void mutate_group(shm::Chunk& chunk, Random& random, std::size_t room) {
   auto group = shm::take_group_apart(chunk.payload, chunk.header.version);
   if (!group || group->streams.empty()) return mutate(chunk.payload, room);
@@ -139,7 +139,7 @@ inline void mutate_group(shm::Chunk& chunk, Random& random, std::size_t room) {
   chunk.payload = shm::put_group_together(std::move(*group));
 }
 
-/// Does the same for the parts of step values.
+/// Removes, repeats or damages a part of step values.
 inline void mutate_steps(shm::Chunk& chunk, Random& random, std::size_t room) {
   auto parts = shm::take_steps_apart(chunk);
   if (!parts) return mutate(chunk.payload, room);
@@ -198,7 +198,7 @@ inline Bytes mutated_file(std::span<const std::byte> file, Random& random, std::
   if (random() % 4 != 0) shm::list_anew(parts);
   std::uint32_t sequence = 0;
   for (shm::Chunk& chunk : parts.chunks) chunk.header.sequence = sequence++;
-  // A wrong field of the index, or one that contradicts the index, including numbers of chunks.
+  // Replaces a field of the index, or a field of another chunk, which then contradicts the index.
   const std::size_t chunks = parts.chunks.size();
   if (random() % 4 == 0)
     mutate_field(parts, random() % 2 == 0 && chunks > 0 ? chunks - 1 : random() % (chunks + 1),

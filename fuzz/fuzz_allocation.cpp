@@ -1,7 +1,8 @@
-// Memory that runs out: the n-th allocation of the library or of zstd fails, and in some runs all
-// later allocations too. Checks the guarantees of shm/result.h: the call throws std::bad_alloc or
-// returns an Error; nothing leaks, and objects can be destroyed. A call that succeeds nevertheless
-// must have the same result as with enough memory. The first byte chooses the allocations.
+// Tests that the library handles a lack of memory: the n-th allocation of the library or of zstd
+// fails, and in some runs all later allocations, too. Checks the guarantees of shm/result.h: the
+// call throws std::bad_alloc or returns an Error; nothing leaks, and objects can be destroyed. A
+// call that succeeds nevertheless must have the same result as with enough memory. The first byte
+// chooses the allocations.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -21,7 +22,8 @@
 
 namespace {
 
-// Per thread: allocations so far, the one that fails, and whether all later ones fail, too.
+// For each thread: the number of allocations so far, the number of the allocation that fails, and
+// whether all later allocations fail, too.
 thread_local std::uint64_t allocations = 0, fails_at = ~std::uint64_t{0};
 thread_local bool fails_on = false, armed = false;
 
@@ -34,7 +36,7 @@ bool fails() {
 }  // namespace
 
 // Calls of malloc and calloc by the program and by statically linked code (zstd) come here if the
-// linker supports that (--wrap); otherwise only those of operator new fail.
+// linker supports that (--wrap); otherwise only calls of operator new fail.
 #ifdef SHM_WRAPPED_MALLOC
 extern "C" {
 void* __real_malloc(std::size_t bytes);

@@ -1,5 +1,5 @@
-// Feeds any bytes to the Decoder. The outcome is an item, an error, or a request for more; never a
-// crash, and never memory out of proportion to the input.
+// Feeds any bytes to the Decoder. The result must be an item, an error, or a request for more
+// bytes. The Decoder must never crash, or use memory out of proportion to the input.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>

@@ -33,7 +33,7 @@ Bytes some_values(std::uint64_t elements, const shm::ArrayInfo& info, std::uint8
   return values;
 }
 
-/// Returns false if the old file contradicts itself, or cannot take more data.
+/// Returns false if the old file is inconsistent, or cannot accept more data.
 bool append(shm::RandomSource& old, std::uint8_t how, shm::ByteSink& sink) {
   shm::AppendOptions options;
   options.level = static_cast<shm::Level>(how % 3);

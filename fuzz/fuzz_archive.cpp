@@ -1,7 +1,7 @@
-// An archive with a wrong list of members and valid checksums: names that lead out of the folder,
-// sizes that do not fit, damaged members. Checks the guarantees of ArchiveReader on names and
-// places; each member is readable or is refused. ArchiveWriter must accept a member name only if a
-// reader would.
+// Reads an archive with a wrong list of members and valid checksums: names that lead out of the
+// folder, sizes that do not fit, damaged members. Checks the guarantees of ArchiveReader on names
+// and positions; each member is readable or is refused. ArchiveWriter must accept a member name
+// only if a reader would.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>

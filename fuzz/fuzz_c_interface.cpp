@@ -1,7 +1,7 @@
-// The C interface with damaged files: from memory, or from functions that fail, report a wrong size
-// or return other bytes later; with targets that are too small, and calls in any order. The outcome
-// is a status, and on success the guaranteed results; never a crash, and never a byte beyond the
-// target. The first byte chooses the calls.
+// Calls the C interface with damaged files: from memory, or from functions that fail, report a
+// wrong size or return other bytes later; with targets that are too small, and calls in any order.
+// A call must return a status and, on success, the guaranteed results. It must never crash, or
+// write a byte beyond the target. The first byte chooses the calls.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>

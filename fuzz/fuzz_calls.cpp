@@ -1,7 +1,7 @@
-// Calls of the public classes for a damaged file, in any order, including wrong ones. Only the
-// preconditions that the documentation marks "must hold" are met. The outcome is a value or an
-// error; never a crash, and never memory out of proportion. An input is a byte, a file, and a
-// script; the first byte is the length of the script.
+// Calls the public classes with a damaged file, in any order, including wrong calls. Only the
+// preconditions that the documentation marks "must hold" are met. A call must return a value or an
+// error; it must never crash, or use memory out of proportion to the input. An input is a byte, a
+// file, and a script; the first byte is the length of the script.
 #include <unistd.h>
 
 #include <algorithm>
@@ -266,7 +266,7 @@ class Caller {
     return extra;
   }
 
-  /// Returns the schema of the file if it can be read, otherwise another one.
+  /// Returns the schema of the file if it can be read, otherwise another schema.
   shm::Schema schema() const {
     if (segments_) return segments_->schema();
     shm::Schema schema;

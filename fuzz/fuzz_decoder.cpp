@@ -1,8 +1,9 @@
-// Damage with valid checksums (damaged_file.h). The target feeds the Decoder in pieces whose sizes
-// depend on the input. The outcome is an item, an error or a request for more; never a crash, never
-// memory out of proportion, and always the same for all piece sizes. If both read_summary and the
-// Decoder accept the file, their counts must agree; sets of the file can be written again. An input
-// is one byte, the random seed of the piece sizes, and a file.
+// Damages a file but keeps its checksums valid (damaged_file.h), and feeds it to the Decoder in
+// pieces whose sizes depend on the input. The result must be an item, an error or a request for
+// more bytes, and the same for all piece sizes. The Decoder must never crash, or use memory out of
+// proportion to the input. If both read_summary and the Decoder accept the file, their counts must
+// agree; sets of the file can be written again. An input is one byte, the random seed of the piece
+// sizes, and a file.
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>

@@ -1,6 +1,6 @@
-// Converts a hostile .shm file to every format. Its extras, which describe words and layout of the
-// source file, its roles, sets and names control the writers. The outcome is a whole file or a
-// Failure.
+// Converts a hostile .shm file to every format. The writers depend on its extras, which describe
+// words and layout of the source file, and on its roles, sets and names. The result must be a whole
+// file or a Failure.
 #include <unistd.h>
 
 #include <cstddef>
@@ -23,7 +23,7 @@ namespace {
 
 using namespace shm::converters;
 
-/// Does the same as `shm decompress`, but never gives the file its name.
+/// Does the same as `shm decompress`, but never renames the temporary file to its final name.
 void decompress(std::span<const std::byte> file, const Format& format,
                 std::optional<StepRange> steps) {
   static const std::string folder = std::filesystem::temp_directory_path().string();

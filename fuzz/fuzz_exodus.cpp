@@ -1,6 +1,7 @@
-// Reads any bytes as an Exodus file: the outcome is a whole mesh or a Failure. The mutator takes
-// classic netCDF headers apart, damages dimensions, attributes, types and places, or numbers in the
-// data, and puts them together again, so that the code after netCDF's own checks is reached.
+// Reads any bytes as an Exodus file: the result must be a whole mesh or a Failure. The mutator
+// parses classic netCDF headers, damages dimensions, attributes, types and offsets, or numbers in
+// the data, and writes the header and the data again, so that the code after netCDF's own checks is
+// reached.
 //
 // HDF5 files (netCDF-4) are refused here: the behaviour of HDF5 for hostile bytes is not tested
 // (README.md).
@@ -31,7 +32,7 @@ namespace {
 using Random = std::minstd_rand;
 using Bytes = std::vector<std::uint8_t>;
 
-/// Big-endian numbers of a classic header. Reads zeros after the end.
+/// Reads big-endian numbers of a classic header; returns zeros after its end.
 class Input {
  public:
   explicit Input(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
@@ -280,7 +281,7 @@ void mutate_variable(Classic& file, Random& random) {
   }
 }
 
-/// Changes a number of 4 bytes in the data: ids, node numbers, counts.
+/// Changes a number of 4 bytes in the data, such as an id, a node number or a count.
 void mutate_data(Classic& file, Random& random) {
   if (file.data.size() < 4) return;
   const std::size_t at = random() % (file.data.size() / 4) * 4;

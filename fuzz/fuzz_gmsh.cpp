@@ -1,4 +1,4 @@
-// Reads any bytes as a Gmsh file: the outcome is a whole mesh or a Failure.
+// Reads any bytes as a Gmsh file: the result must be a whole mesh or a Failure.
 #include "gmsh/gmsh.h"
 
 #include <cstddef>

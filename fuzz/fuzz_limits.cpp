@@ -1,6 +1,7 @@
-// Memory within the limits. Reads damaged files with small ReadLimits, some of which the first byte
-// chooses. Counts all memory allocated meanwhile, which must not exceed the sum that the limits
-// allow. With sanitizers this includes memory of zstd; otherwise only that of operator new.
+// Tests that the used memory stays within the limits. Reads damaged files with small ReadLimits,
+// some of which the first byte chooses. Counts all memory that is allocated while reading, which
+// must not exceed the sum that the limits allow. With sanitizers the count includes memory of zstd;
+// otherwise only memory of operator new.
 #include <malloc.h>
 
 #include <algorithm>
@@ -55,7 +56,7 @@ void on_free_of(const volatile void* memory) {
 }
 #endif
 
-/// Returns the peak of the memory that `work` allocates.
+/// Returns the largest number of bytes that `work` has allocated at any time.
 template <class Work>
 std::size_t memory_of(Work&& work) {
 #ifdef SHM_FUZZ_HOOKS
@@ -81,7 +82,8 @@ shm::ReadLimits limits_of(std::uint8_t choice) {
   return limits;
 }
 
-/// Returns the sum that these limits allow. The fixed part is for tables of columns and of zstd.
+/// Returns the number of bytes that these limits allow. The fixed part is for tables of columns and
+/// of zstd.
 std::uint64_t allowed(const shm::ReadLimits& limits, std::size_t file) {
   constexpr std::uint64_t kTables = std::uint64_t{64} << 20, kPerComponent = 12 << 10;
   constexpr std::uint64_t kPerVertex = 1 << 10, kPerIndexByte = 64;

@@ -1,4 +1,4 @@
-// Parity after a file, with packets that have wrong contents and valid checksums. Their contents
+// Reads a file followed by parity packets that have wrong contents and valid checksums. The packets
 // are checked, damage is healed if possible, and healed data must match its checksums.
 #include "archive/parity.h"
 
@@ -45,7 +45,7 @@ void check_and_heal(shm::RandomSource& source) {
   expect(healed.size() == shape.protected_bytes);
   Bytes all(static_cast<std::size_t>(healed.size()));
   expect(bool(healed.read_at(0, all)));
-  // Read again in pieces that cross the borders of blocks.
+  // Reads the data again in pieces that cross the borders of blocks.
   for (std::size_t at = 0; at < all.size(); at += 1000) {
     Bytes piece(std::min<std::size_t>(1500, all.size() - at));
     expect(bool(healed.read_at(at, piece)));

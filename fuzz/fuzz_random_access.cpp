@@ -1,6 +1,6 @@
-// Reads damaged files with valid checksums by their index: segments, steps, pieces. The outcome is
-// a value or an error; never a crash, and never memory out of proportion. The first byte chooses
-// the piece.
+// Reads damaged files with valid checksums by their index: segments, steps, pieces. Each call must
+// return a value or an error; it must never crash, or use memory out of proportion to the input.
+// The first byte chooses the piece.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -114,7 +114,7 @@ void read_pieces(shm::Result<shm::MeshExtractor> reader, std::uint8_t which) {
   }
 }
 
-/// Checks that boundary surfaces are valid, read by the index and front to back.
+/// Checks that boundary surfaces are valid, whether the file is read by the index or front to back.
 void find_boundary(const std::vector<std::byte>& bytes, std::uint8_t which) {
   const shm::ReadLimits limits = shm_fuzz::small_limits();
   shm::BoundaryOptions options;
@@ -134,8 +134,8 @@ void find_boundary(const std::vector<std::byte>& bytes, std::uint8_t which) {
   }
 }
 
-/// Checks that a file is restored as its damage report says, with a rebuilt index if all chunks can
-/// be decoded.
+/// Checks that a file is restored as its damage report states, with a rebuilt index if all chunks
+/// can be decoded.
 void judge(shm::RandomSource& source) {
   const shm::ReadLimits limits = shm_fuzz::small_limits();
   const auto report = shm::find_damage(source, limits);

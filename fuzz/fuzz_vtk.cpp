@@ -1,4 +1,4 @@
-// Reads any bytes as a legacy VTK file: the outcome is a whole mesh or a Failure.
+// Reads any bytes as a legacy VTK file: the result must be a whole mesh or a Failure.
 #include "vtk/legacy/vtk.h"
 
 #include <cstddef>

@@ -1,4 +1,4 @@
-// Reads any bytes as a VTU file: the outcome is a whole mesh or a Failure.
+// Reads any bytes as a VTU file: the result must be a whole mesh or a Failure.
 #include "vtk/xml/vtu.h"
 
 #include <cstddef>

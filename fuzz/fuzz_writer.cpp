@@ -1,6 +1,6 @@
-// Any mesh is written with the Writer and read back; the input chooses schema, options, cells and
-// values. The mesh must be restored exactly, and writing it again, also with threads, must give the
-// same bytes. Invalid calls must be refused without harm to the writer.
+// Writes any mesh with the Writer and reads it back; the input chooses schema, options, cells and
+// values. The mesh must be restored exactly, and writing it again, also with threads, must result
+// in the same bytes. Invalid calls must be refused without harm to the writer.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -17,7 +17,7 @@
 
 namespace {
 
-/// Adds a run of scalars: smooth, repeated, or with any bits.
+/// Adds a run of scalars: smooth values, repeated values, or any bits.
 void add_values(std::vector<std::byte>& out, shm::ScalarType type, std::size_t count, Choices& in) {
   const std::size_t width = shm::scalar_bytes(type);
   const std::uint32_t how = in.below(3);
@@ -96,8 +96,8 @@ shm::WriteOptions make_options(Choices& in) {
   return options;
 }
 
-/// The same with time steps, or with rounding: the written file must be readable, and its steps
-/// must contain the given values, in any order.
+/// Writes the mesh with time steps, or with rounding. The written file must be readable, and its
+/// steps must contain the given values, in any order.
 void with_more(shm::TestMesh mesh, const shm::WriteOptions& options, Choices& in) {
   if (in.flag())
     mesh.schema.coordinate_quantization =

@@ -1,14 +1,15 @@
 // make_seeds DIR SOURCE_DIR: writes the seeds of the fuzz targets into folders below DIR.
 // SOURCE_DIR is the folder of this project.
 //   shm      the golden files of all versions, and one small file for each feature of the current
-//            format, each after the byte that sets the piece sizes
+//            format, each preceded by the byte that sets the piece sizes
 //   calls    some of these, followed by a script of calls (fuzz_calls)
-//   archive  archives, after a byte
+//   archive  archives, each preceded by a byte
 //   writer   choices (fuzz_writer)
 // With converters also
 //   parity   files with parity
 //   exodus, gmsh, ucd, vtk, vtu   some of the feature files in these formats
-//   converted   these, and the corpus of the targets of these formats, compressed, after a byte
+//   converted   .shm files, compressed from the seeds and the corpus of the targets of these
+//               formats, each preceded by a byte
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -67,7 +68,7 @@ std::vector<Golden> golden_files(const path& folder) {
   return files;
 }
 
-/// An array on few cells with time steps, in several segments and groups.
+/// Returns a file with an array on few cells with time steps, in several segments and groups.
 shm::FeatureFile steps_on_few_cells(shm::Order order, shm::ConnectivityCodec codec) {
   shm::TestMesh mesh = shm::bent_grid(4, 4, 3);
   mesh.schema.blocks.push_back({2, "few", shm::CellShape::hexahedron, 8});
@@ -95,7 +96,7 @@ shm::FeatureFile steps_on_few_cells(shm::Order order, shm::ConnectivityCodec cod
           written(stepped)};
 }
 
-/// Copies of the file with damage at various places, which checksums detect.
+/// Adds copies of the file with damage at various places, which checksums detect.
 void add_damaged(const shm::FeatureFile& file, std::vector<shm::FeatureFile>& out) {
   constexpr std::size_t kPlaces = 12;
   for (std::size_t i = 1; i < kPlaces; ++i) {
@@ -106,7 +107,7 @@ void add_damaged(const shm::FeatureFile& file, std::vector<shm::FeatureFile>& ou
   }
 }
 
-/// Files with features that the feature files lack, because they would be too large there.
+/// Returns files with features that the feature files lack, because they would be too large there.
 std::vector<shm::FeatureFile> more_files() {
   std::vector<shm::FeatureFile> files;
   {  // packs to far less than a thirtieth
@@ -122,7 +123,7 @@ std::vector<shm::FeatureFile> more_files() {
     (void)writer->finish();
     files.push_back({"zeros", std::move(sink.bytes)});
   }
-  {  // sets of each kind, and an invalid set of each kind
+  {  // this file has a set of each kind, and an invalid set of each kind
     using Kind = shm::MeshSet::Kind;
     std::vector<shm::MeshSet> sets = {{Kind::nodes, 7, "inlet", {0, 3, 5}, {}, {}, {1, .5, 2}},
                                       {Kind::sides, -1, "", {0, 4, 4}, {1, 6, 2}, {}, {}},
@@ -189,7 +190,7 @@ void write_choices(const path& folder) {
   }
 }
 
-/// Random calls, several scripts for each file.
+/// Writes random calls: several scripts for each file.
 void write_calls(const path& folder, const std::vector<shm::FeatureFile>& features) {
   shm::PlainRandom random(11);
   for (const shm::FeatureFile& feature : features)
@@ -226,7 +227,7 @@ void write_formats(const path& folder, const std::vector<shm::FeatureFile>& feat
   }
 }
 
-/// .shm files from other formats, with the words and layouts of these.
+/// Writes .shm files from other formats, with the words and layouts of these formats.
 void write_converted(const path& folder, const path& seeds) {
   using namespace shm::converters;
   std::vector<path> files;

@@ -1,5 +1,5 @@
 // Defines every operator new and delete of a program by two functions, which the including file
-// defines before:
+// must define before:
 //   void* taken(std::size_t bytes)   null if there is no memory
 //   void given_back(void* memory)    not null
 // Include this in one source file of a program.

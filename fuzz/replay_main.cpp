@@ -1,5 +1,5 @@
-// main() for a fuzz target without a fuzzer: runs it once for each given file, and for each file of
-// each given folder. For compilers without libFuzzer, and for debuggers.
+// main() for a fuzz target without a fuzzer: runs the target once for each given file, and for each
+// file of each given folder. It is used with compilers without libFuzzer, and with debuggers.
 #include <algorithm>
 #include <cstdint>
 #include <cstdio>
@@ -10,7 +10,7 @@
 #include <vector>
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size);
-/// Needed by the mutators; nothing is mutated here.
+/// The mutators need this function; it changes nothing here.
 extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t*, std::size_t size, std::size_t) {
   return size;
 }

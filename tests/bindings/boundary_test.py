@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""The boundary surface equals that of VTK's vtkGeometryFilter, for generated meshes and for the corpus.
+"""Checks that the boundary surface equals the result of VTK's vtkGeometryFilter, for generated meshes and the corpus.
 
   boundary_test.py LIBSHMFORMAT_C.SO SHM [--all]      SHM: path of the tool; SHM_CORPUS: folder of the corpus
 
-Of the corpus only small files are read; with --all, every file. Faces are compared as sets of vertices, of cells without
-their second-order nodes. VTK's filter hides a face if any other cell, of any dimension, has all of its vertices, and
+Only small files of the corpus are read; with --all, every file. Faces are compared as sets of vertices, without the
+second-order nodes of cells. VTK's filter hides a face if any other cell, of any dimension, has all of its vertices, and
 counts a cell that has a vertex twice as two cells. Only such faces may be missing from VTK's result; each must be a side
 of exactly one cell.
 """
@@ -46,7 +46,7 @@ POLYGON, POLYHEDRON = 7, 42
 
 
 def faces_of(nodes):
-    """Returns the faces of a polyhedron; an empty list if its nodes are not faces that each end with their first vertex."""
+    """Returns the faces of a polyhedron; an empty list unless its nodes are faces that each end with their first vertex."""
     faces, at = [], 0
     while at < len(nodes):
         if nodes[at] not in nodes[at + 1:]:
@@ -58,7 +58,7 @@ def faces_of(nodes):
 
 
 class Grid:
-    """The cells of a mesh that have a geometry, given by their corners: as a VTK grid and as lists."""
+    """The cells of a mesh that have a geometry, as a VTK grid and as lists of corners."""
 
     def __init__(self, mesh):
         cells = mesh.cells
@@ -121,7 +121,7 @@ class Grid:
         return odd
 
     def reasons(self, faces):
-        """For faces that VTK does not have, returns whether a single volume cell has each, and whether VTK hides it."""
+        """Returns for each face that VTK lacks whether exactly one volume cell has it, and whether VTK hides it."""
         at = defaultdict(list)
         wanted = {vertex for face in faces for vertex in face}
         for cell, (_, nodes) in enumerate(self.cells):

@@ -1,4 +1,4 @@
-"""Headless Chromium, controlled through a pipe: messages of the DevTools protocol, each ended by a zero byte."""
+"""Controls headless Chromium through a pipe, with messages of the DevTools protocol that each end with a zero byte."""
 import base64
 import json
 import os
@@ -112,7 +112,7 @@ class Browser:
         return time.monotonic() - began
 
     def processor_seconds(self):
-        """Returns the processor time of all of its processes that still exist."""
+        """Returns the processor time in seconds of all processes of the browser that still exist."""
         of, taken = {}, {}
         for stat in Path("/proc").glob("[0-9]*/stat"):
             try:
@@ -144,7 +144,7 @@ class Browser:
             self.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button=button, buttons=held, clickCount=1)
 
     def touch(self, *fingers):
-        """Touches the page with fingers, given as lists of positions of equal length: down, moves, up."""
+        """Touches the page with fingers. A finger is a list of positions, all of equal length: its first touch, then moves."""
         for i, places in enumerate(zip(*fingers)):
             self.call("Input.dispatchTouchEvent", type="touchMove" if i else "touchStart",
                       touchPoints=[{"x": x, "y": y, "id": finger} for finger, (x, y) in enumerate(places)])

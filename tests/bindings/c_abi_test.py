@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""The binary interface of the C library is unchanged.
+"""Checks that the binary interface of the C library is unchanged.
 
     c_abi_test.py              compares
     c_abi_test.py --renew      updates bindings/c/shmformat.abi: until the format is 1.0, only on purpose, in a
-                               commit of its own
+                               separate commit
 
 The declarations of the header are compiled as a library of empty functions, which abidw describes. (The library's own
 sources include the header, so that the compiler checks that they agree with it; c_library_test.py checks that they

@@ -1,5 +1,5 @@
-// The boundary surface through the C interface: it equals the library's result, for whole files and
-// for pieces; and errors of wrong calls.
+// Tests of the boundary surface through the C interface: it equals the library's result, for whole
+// files and for pieces, and wrong calls return errors.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -46,7 +46,7 @@ CBoundary found(shmf_file* file, const WantedArrays& wanted = {},
   return CBoundary(boundary);
 }
 
-/// Returns the surface that a caller sees, as the library's type.
+/// Converts the surface that a caller of the C interface receives to the library's type.
 BoundarySurface seen(const shmf_boundary* boundary, std::size_t arrays) {
   shmf_surface told{};
   told.struct_size = sizeof told;
@@ -87,7 +87,7 @@ TEST(CBoundary, IsWhatTheLibraryFinds) {
     const CBoundary whole = found(file.get(), kAll);
     EXPECT_TRUE(seen(whole.get(), 7) == expected(bytes, kAll));
     EXPECT_GT(seen(whole.get(), 7).face_count(), 100u);
-    // Without options, and after the file is closed.
+    // Finds the boundary without options.
     shmf_boundary* plain = nullptr;
     ASSERT_EQ(shmf_find_boundary(file.get(), nullptr, nullptr, &plain, nullptr), SHMF_OK);
     const CBoundary owner(plain);
@@ -208,7 +208,7 @@ TEST(CBoundary, RefusesWhatMakesNoSense) {
   EXPECT_EQ(status_of(options, "1000 bytes"), SHMF_OVER_LIMIT);
   options.struct_size = 0;
   EXPECT_EQ(status_of(options, "struct_size"), SHMF_MISUSE);
-  // A caller compiled with an older header knows fewer members.
+  // The options have fewer members for a caller that was compiled with an older header.
   options = WantedArrays().options();
   options.max_bytes = 1;
   options.struct_size = offsetof(shmf_boundary_options, max_bytes);

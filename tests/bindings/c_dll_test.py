@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""The C library for Windows, as C programs use it there.
+"""Tests the C library for Windows with C programs for Windows.
 
   c_dll_test.py SHMFORMAT_C.DLL IMPORT_LIBRARY RUNNER
 
 RUNNER runs a Windows program on this machine. The library exports exactly the functions that the header declares, and
-depends only on libraries of the system. The examples compile with its C compiler: one writes a file, which it
+depends only on libraries of the system. The examples compile with a C compiler for Windows: one writes a file, which it
 does not replace by default, and the other reads it.
 """
 import re

@@ -1,5 +1,4 @@
-// The C interface if memory runs out, at each allocation in turn: it returns a status and does not
-// leak.
+// Tests that the C interface returns a status and does not leak memory, whichever allocation fails.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -11,8 +10,8 @@
 
 namespace {
 
-// Number of further allocations that succeed; negative: all. After these, one allocation fails or
-// all fail.
+// Number of further allocations that succeed; negative if all succeed. After these, a single
+// allocation fails, or all later allocations fail.
 long allowed = -1;
 bool for_good = true, has_failed = false;
 
@@ -45,7 +44,7 @@ namespace shm {
 namespace {
 
 /// Calls `work` repeatedly with more and more memory until it succeeds. Either a single allocation
-/// fails, or all later ones fail too.
+/// fails, or all later allocations fail, too.
 template <class Work>
 void with_little_memory(Work&& work) {
   for (const bool all : {true, false}) {

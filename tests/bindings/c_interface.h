@@ -1,5 +1,5 @@
-// Shared code of the tests of the C interface: handles that close themselves, targets with their
-// own memory, and a file with every kind of data.
+// Shared code of the tests of the C interface: handles that free what they refer to, targets with
+// their own memory, and a file with every kind of data.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -71,7 +71,7 @@ struct Wanted {
   }
 };
 
-/// Asks for the sizes, then reads everything in one call.
+/// Asks for the sizes of the targets, then reads all data in one call.
 inline shmf_status read_all(shmf_file* file, std::vector<Wanted>& wanted, shmf_error& why) {
   std::vector<shmf_target> targets;
   for (const Wanted& it : wanted) targets.push_back(it.target);

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The C interface as C programs use it.
+"""Tests the C interface as C programs use it.
 
   c_library_test.py LIBSHMFORMAT_C.SO
 
@@ -24,7 +24,7 @@ MESH = ROOT / "tests" / "golden" / "0.10" / "keep.shm"
 MOST_BYTES = 2_500_000
 LIBRARY = None
 
-# The program around the example in the introduction of the header.
+# This program is put around the example in the introduction of the header.
 PROGRAM = r"""
 #include <inttypes.h>
 #include <stdio.h>

@@ -1,5 +1,5 @@
-// Reading through the C interface: it returns the same data as the library, for every golden file;
-// and errors of wrong calls.
+// Tests of reading through the C interface: it returns the same data as the library, for every
+// golden file, and wrong calls return errors.
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -303,7 +303,7 @@ TEST(CInterface, WrongTargetsAreMisuseBeforeAnyIsFilled) {
   refused({SHMF_POINTS, 0}, 400000, "no type 0");
 }
 
-// The index gives the number of cells of each block, which determines the size of an array.
+// The index states the number of cells of each block, which determines the size of an array.
 TEST(CInterface, AnIndexThatLiesAboutBlocksIsCorrupt) {
   const Bytes bytes = two_blocks_file();
   for (const int more : {-1, 1}) {
@@ -312,7 +312,8 @@ TEST(CInterface, AnIndexThatLiesAboutBlocksIsCorrupt) {
       index.block_cells[1] -= static_cast<std::uint64_t>(more);
     });
     const File file = opened(inconsistent);
-    for (const std::uint32_t array : {2u, 5u}) {  // static, and at steps: both on block 1
+    for (const std::uint32_t array :
+         {2u, 5u}) {  // a static array and a stepped array, both on block 1
       std::vector<Wanted> wanted{{SHMF_VALUES, SHMF_FLOAT64, array}};
       shmf_error why{};
       EXPECT_EQ(read_all(file.get(), wanted, why), SHMF_CORRUPT) << array << ", " << more;
@@ -361,7 +362,8 @@ TEST(CInterface, CallsFromWithinACallAreMisuse) {
   EXPECT_EQ(shmf_verify(file.get(), nullptr, nullptr), SHMF_OK);
 }
 
-// A caller may have been compiled with a header that had fewer members, or will have more.
+// The caller may have been compiled with an older or a newer header, whose structs have fewer or
+// more members.
 TEST(CInterface, StructsMayBeShorterAndLonger) {
   const Bytes bytes = two_blocks_file();
   const File file = opened(bytes);

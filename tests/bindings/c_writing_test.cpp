@@ -1,4 +1,4 @@
-// Writing through the C interface: it writes the same files as the library.
+// Tests that the C interface writes the same files as the library.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -118,7 +118,7 @@ TEST(CInterface, WhatItWritesIsWhatTheLibraryWrites) {
           given(SHMF_POINTS, SHMF_FLOAT64, mesh.xyz),
           given(SHMF_CORNERS, narrow ? SHMF_INT32 : SHMF_UINT64, narrow ? few : many),
           given(SHMF_CELL_BLOCKS, SHMF_INT32, blocks)};
-      // Blocks give the number of corners of their cells.
+      // Blocks state the number of corners of their cells.
       if (!narrow) arrays.push_back(given(SHMF_CORNER_BEGIN, SHMF_INT64, begin));
       for (std::uint32_t a = 0; a < mesh.arrays.size(); ++a)
         if (!mesh.schema.arrays[a].per_step)
@@ -281,7 +281,7 @@ TEST_F(CWriterOfPaths, NothingIsReplacedUnaskedAndNothingHalfDoneIsLeft) {
   EXPECT_NE(std::string(why.message).find("none"), std::string::npos);
 }
 
-// Appending steps gives the same file as writing them in one run.
+// Appending steps results in the same file as writing them in one run.
 TEST_F(CWriterOfPaths, StepsAreAppended) {
   for (const Order order : {Order::keep, Order::stream}) {
     const Mesh mesh = sample(order);

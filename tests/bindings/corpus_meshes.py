@@ -1,4 +1,4 @@
-"""Meshes as read by different readers, converted to one form, so that any two can be compared.
+"""Reads meshes with different readers and converts them to one form, so that any two can be compared.
 
 Each reading function returns a Seen. If an independent reader cannot read a file, it raises Refused.
 """
@@ -24,8 +24,8 @@ import shmformat.meshio
 import shmformat.vtk
 
 vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
-# Second-order cell types by linear type and number of nodes, because some writers store the linear
-# type.
+# Second-order cell types by linear type and number of nodes. Some writers store the linear type for
+# these cells.
 HIGHER = {(12, 20): 25, (12, 27): 29, (13, 15): 26}
 POLY_VERTEX, PIXEL, QUAD, VOXEL, HEXAHEDRON = 2, 8, 9, 11, 12
 
@@ -36,20 +36,27 @@ class Refused(Exception):
 
 @dataclass
 class Seen:
-    """Cells in VTK's form; `steps` has the arrays of each time step by location ("point", "cell") and name. Without
-    time steps, it has one entry."""
+    """A mesh with cells in VTK's form. `steps` contains the arrays of each time step by location ("point", "cell") and
+    name; one entry if there are no time steps."""
     points: np.ndarray
     offsets: np.ndarray
     corners: np.ndarray
     types: np.ndarray
     steps: list = field(default_factory=list)
-    blocks: np.ndarray | None = None  # index of the block of each cell
-    sets: list | None = None  # (number, name, members)
-    times: np.ndarray | None = None  # of the steps
-    block_ids: np.ndarray | None = None  # for each cell, the name of its block in the source
-    first: bool = False  # `steps` contains only the first step
-    more: bool = False  # there may be arrays that .shm files do not store
-    joined: bool = False  # merges several arrays into one, and converts float32 to float64
+    # Index of the block of each cell.
+    blocks: np.ndarray | None = None
+    # Number, name and members of each set.
+    sets: list | None = None
+    # Time of each step.
+    times: np.ndarray | None = None
+    # Name that the source has for the block of each cell.
+    block_ids: np.ndarray | None = None
+    # True if `steps` contains only the first step.
+    first: bool = False
+    # True if there may be arrays that .shm files do not store.
+    more: bool = False
+    # True if the reader merges several arrays into one, and converts float32 to float64.
+    joined: bool = False
 
 
 def by_own_types(offsets, corners, types):
@@ -134,7 +141,7 @@ def by_c(output, steps):
         else:
             mesh[what] = values
     if max(stepped, default=0) >= steps:
-        raise ValueError("read_all gives values of steps that the file does not have")
+        raise ValueError("read_all prints values of steps that the file does not have")
     return Seen(mesh["points"].reshape(-1, 3), mesh["offsets"], mesh["corners"], mesh["types"],
                 [static | stepped.get(step, {}) for step in range(steps)], blocks=mesh["blocks"], sets=sets)
 
@@ -143,7 +150,7 @@ def by_c(output, steps):
 
 
 def arrays_of(grid, without=""):
-    """Returns the numeric arrays that have a name; of several arrays with one name, the first."""
+    """Returns the numeric arrays that have a name; if several arrays have the same name, the first of them."""
     found = {}
     for place, data in (("point", grid.GetPointData()), ("cell", grid.GetCellData())):
         for index in range(data.GetNumberOfArrays()):
@@ -214,7 +221,7 @@ def by_vtu(paths):
 
 
 def by_vtks_exodus(path):
-    """Reads the blocks in the order of the file: VTK sorts them by number."""
+    """Reads an Exodus file with VTK. Restores the order of blocks in the file, because VTK sorts them by number."""
     reader = vtkExodusIIReader()
     reader.SetFileName(str(path))
     reader.ApplyDisplacementsOff()
@@ -254,7 +261,7 @@ def grids_of(tree):
 
 
 def joined(blocks):
-    """Joins the arrays of all blocks; NaN, or 0, for blocks without an array of that name."""
+    """Joins the arrays of all blocks by name, with NaN, or 0, for blocks without an array of that name."""
     found = {}
     for at, (_, arrays) in enumerate(blocks):
         for key, values in arrays.items():
@@ -268,7 +275,7 @@ def joined(blocks):
 
 
 def by_meshio(path, kind):
-    """Reads a file with meshio. `kind`: the format as given by `shm info`."""
+    """Reads a file with meshio. `kind`: the format as printed by `shm info`."""
     kind = {"ucd": "avsucd"}.get(kind, kind)
     try:
         with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
@@ -280,15 +287,16 @@ def by_meshio(path, kind):
     return seen
 
 
-# Gmsh's cells: VTK's type, and the position of each of VTK's nodes in Gmsh's order.
-EDGES = [*range(8), 8, 11, 13, 9, 16, 18, 19, 17, 10, 12, 14, 15]  # of hexahedra, after the corners
+# By Gmsh's cell type: VTK's type, and the position of each of VTK's nodes in Gmsh's order.
+# Positions of the edge nodes of hexahedra in Gmsh's order, after the eight corners.
+EDGES = [*range(8), 8, 11, 13, 9, 16, 18, 19, 17, 10, 12, 14, 15]
 OF_GMSH = {1: (3, 2), 2: (5, 3), 3: (QUAD, 4), 4: (10, 4), 5: (HEXAHEDRON, 8), 6: (13, 6), 7: (14, 5), 8: (21, 3), 10: (28, 9),
            12: (29, [*EDGES, 22, 23, 21, 24, 20, 25, 26]), 16: (23, 8), 17: (25, EDGES), 36: (POLY_VERTEX, 16),
            92: (POLY_VERTEX, 64)}
 
 
 def by_gmsh(path, mesh):
-    """Reads a file with Gmsh. It returns items in its own order: they are sorted as in `mesh`, by its tags."""
+    """Reads a file with Gmsh, which returns items in its own order, and sorts them by Gmsh's tags as in `mesh`."""
     gmsh.initialize(["gmsh"], False)
     try:
         gmsh.option.setNumber("General.Terminal", 0)
@@ -316,7 +324,7 @@ def by_gmsh(path, mesh):
 
 
 def from_meshio(meshes):
-    """Converts meshes of meshio, which are one mesh at several steps."""
+    """Converts meshes of meshio that represent one mesh at several steps."""
     sizes, corners, types = [], [], []
     for block in meshes[0].cells:
         data = np.asarray(block.data)
@@ -373,7 +381,7 @@ def different_arrays(seen, theirs, ours, roles):
         for part, column in zip(parts, native(values).reshape(-1, len(parts)).T if len(parts) > 1 else [values]):
             if not same_values(column.reshape(-1), ours[part].reshape(-1), seen.joined):
                 wrong.append(f"{part[0]}/{part[1]} differs, {values.dtype} against {ours[part].dtype}")
-    return wrong + [f"{place}/{name} is in the .shm file alone" for place, name in sorted(left)]
+    return wrong + [f"{place}/{name} is only in the .shm file" for place, name in sorted(left)]
 
 
 def parts_of(key, values, ours):

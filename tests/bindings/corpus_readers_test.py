@@ -1,13 +1,15 @@
 #!/usr/bin/env python3
-"""Every mesh of the corpus, as a .shm file, gives the same data in all readers.
+"""Checks that all readers read the same data from the .shm file of every mesh of the corpus.
 
   corpus_readers_test.py LIBSHMFORMAT_C.SO SHM        SHM: path of the tool; SHM_CORPUS: folder of the corpus
 
-Each file is compressed once. The data that the Python package reads from it, all arrays at all steps, is compared bit for
-bit with the source as read by VTK, meshio and Gmsh; with the same .shm file as read by a pipeline of VTK, by meshio and by
-programs in C (read_all.c, and the example of the header); and with VTK's view of the .vtu files that `shm decompress`
-writes. Points are compared in the precision of the reader. corpus_exceptions.tsv lists files that a reader does not read,
-and justified differences; an unneeded line in it is a failure. Exit code 77 (skipped) if there is no corpus.
+Each file is compressed once. The Python package reads all arrays at all steps. This data is compared bit for bit with
+- the source as read by VTK, meshio and Gmsh,
+- the same .shm file as read by a pipeline of VTK, by meshio and by programs in C (read_all.c, and the example of the
+  header),
+- VTK's view of the .vtu files that `shm decompress` writes.
+Points are compared in the precision of the reader. corpus_exceptions.tsv lists files that a reader does not read, and
+justified differences; an unneeded line in it is a failure. Exit code 77 (skipped) if there is no corpus.
 `pytest corpus_readers_test.py` takes the paths from SHMFORMAT_LIBRARY and SHM_TOOL, by default those of build/release.
 """
 import multiprocessing
@@ -35,7 +37,7 @@ from c_library_test import program_of_the_header  # noqa: E402
 CORPUS = Path(os.environ.get("SHM_CORPUS") or "/nowhere")
 EXCEPTIONS = HERE / "corpus_exceptions.tsv"
 SKIPPED = "SHM_CORPUS is not a folder, so that no corpus file was read"
-# Independent readers for each format, as named by `shm info`.
+# Independent readers for each format; the names of formats are as printed by `shm info`.
 OTHERS = {"exodus": ("vtk", "meshio"), "vtk": ("vtk", "meshio"), "vtu": ("vtk", "meshio"), "ucd": ("vtk", "meshio"),
           "gmsh": ("gmsh", "meshio")}
 PROGRAMS = None  # folder of read_all and of the example in the introduction of shmformat.h
@@ -63,7 +65,7 @@ def header_example(folder, mesh):
 
 
 def compare_file(name):
-    """Compares one file. Returns the differences by reader, as (subject, sentence); ("all", ...) if it reads nothing."""
+    """Compares one file. Returns (subject, sentence) of each difference by reader; ("all", ...) if the reader fails."""
     import corpus_meshes as meshes
     import shmformat
     source, found = CORPUS / name, {}

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""meshio with .shm files: round trips of meshes. (corpus_readers_test.py tests those of the corpus.)
+"""Tests round trips of meshes through .shm files with meshio. (corpus_readers_test.py tests the meshes of the corpus.)
 
     meshio_test.py LIBSHMFORMAT_C.SO
 """

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""The page shm.html in headless Chromium: its pictures of real meshes, and the bytes that it fetches.
+"""Tests the page shm.html in headless Chromium: its pictures of real meshes, and the bytes that it fetches.
 
   page_in_browser.py PAGE SHM FOLDER HEXAHEDRA SECOND_ORDER MIXED [TEST...]
 
 PAGE: shm.html; SHM: the tool; FOLDER: for generated files; then three .shm files: of hexahedra, of second-order cells, of
-several shapes; TEST: names of tests as for unittest, by default all. Prints its measurements; scripts/test-web runs it.
-Needs the program chromium.
+several shapes; TEST: names of tests as for unittest, by default all. The script prints its measurements.
+scripts/test-web runs it. Needs the program chromium.
 """
 import functools
 import http.server
@@ -53,7 +53,7 @@ CONTRASTS = """(() => {
 
 
 def bent_bar(path, side, warmer=0, rough=0):
-    """Writes a legacy VTK file of side x side x 4 side hexahedra, curved. `warmer`: added to the values of vertices above
+    """Writes a curved bar of side x side x 4*side hexahedra as legacy VTK. `warmer`: added to the values of vertices above
     the middle; `rough`: largest random change of coordinates. Returns the number of cells."""
     chance = random.Random(side)
     nodes = [(x, y, z) for z in range(4 * side + 1) for y in range(side + 1) for x in range(side + 1)]
@@ -77,7 +77,7 @@ def bent_bar(path, side, warmer=0, rough=0):
 
 @functools.cache
 def long_file():
-    """Creates a file of 131 thousand hexahedra in eight segments, of more than a megabyte; returns it and its cells."""
+    """Creates a file of 131 thousand hexahedra in eight segments, larger than a megabyte. Returns its path and cell count."""
     source, packed = FOLDER / "long.vtk", FOLDER / "long.shm"
     cells = bent_bar(source, 32, rough=.25)
     subprocess.run([SHM, "compress", source, "-fqo", packed, "--segment-cells", str(cells // 8)], check=True)
@@ -171,7 +171,7 @@ class Page(unittest.TestCase):
         return self.browser.run(f"document.getElementById({json.dumps(name)}).textContent")
 
     def drawn(self):
-        """Counts the colours of the picture except the background."""
+        """Counts the pixels of each colour in the picture, except those of the background."""
         _, _, found = self.browser.picture("#picture")
         counts = Counter(found)
         ground = (255, 255, 255)
@@ -222,8 +222,8 @@ class Page(unittest.TestCase):
         before = self.browser.processor_seconds()
         seconds = self.open(packed)
         processor = self.browser.processor_seconds() - before
-        print(f"{cells} hexahedra are seen after {seconds:.2f} s, of at most {MOST_SECONDS}; "
-              f"{processor:.2f} s of processors")
+        print(f"{cells} hexahedra are visible after {seconds:.2f} s, of at most {MOST_SECONDS}; "
+              f"{processor:.2f} s of processor time")
         self.assertIn(f"{cells:,} cells", self.text())
         faces = 2 * 21 * 21 + 4 * 21 * 84
         self.assertIn(f"{faces:,} faces", self.text())
@@ -359,7 +359,7 @@ class Page(unittest.TestCase):
         package = FOLDER / "small"
         shutil.copytree(PAGE.parent, package, dirs_exist_ok=True)
         decoder = (package / "shmformat.wasm").read_bytes()
-        # The maximum of its memory in pages of 64 KiB: replaces 65536 by 144.
+        # Limits the memory of the decoder: replaces the maximum of 65536 pages of 64 KiB by 144.
         at = decoder.index(bytes([0x80, 0x80, 0x04]), 8)
         (package / "shmformat.wasm").write_bytes(decoder[:at] + bytes([0x90, 0x81, 0x00]) + decoder[at + 3:])
         source = Path(__file__).resolve().parents[2] / "bindings" / "web"
@@ -432,7 +432,7 @@ class Page(unittest.TestCase):
         for segment, part, most in (("", 1, 12), ("&segment=4", 1 / 8, 6)):
             Ranges.sent = Ranges.requests = 0
             self.go(f"{PAGE.as_uri()}?url={address}{segment}")
-            print(f"of {whole} bytes on a server{segment and ', for a segment'}: {Ranges.sent} were fetched by "
+            print(f"{Ranges.sent} of {whole} bytes on a server{segment and ', for a segment,'} were fetched by "
                   f"{Ranges.requests} requests")
             self.assertIn(f"{cells:,} cells", self.text())
             self.assertLess(Ranges.sent, part * whole + FOUND)

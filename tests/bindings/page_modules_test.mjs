@@ -1,8 +1,8 @@
-// Computations of the page before it draws: cameras, colours, numbers, surfaces, choices.
+// Tests computations of the page before it draws: cameras, colours, numbers, surfaces, choices.
 //
 //     node page_modules_test.mjs
 //
-// SHM_PAGE: a folder with its modules; SHM_COLOURS: {blocks, values, none} of converters/picture.
+// SHM_PAGE: a folder with the page's modules; SHM_COLOURS: {blocks, values, none} of converters/picture.
 import assert from "node:assert/strict";
 import { pathToFileURL } from "node:url";
 import test from "node:test";

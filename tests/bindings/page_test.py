@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The page shm.html is a single small file without references to other files, and its modules compute correctly.
+"""Checks that the page shm.html is a single small file without references to other files, and that its modules work.
 
   page_test.py PACKAGE
 

@@ -1,8 +1,8 @@
-"""The plugin in ParaView: its reader gives the same data as ParaView's own reader of Exodus files.
+"""Tests the plugin in ParaView: its reader returns the same data as ParaView's own reader of Exodus files.
 
     pvpython paraview_check.py FOLDER [--loaded]
 
-FOLDER contains pairs of an Exodus file and its .shm file, `x.e` and `x.shm`; `two` and `run` are those of
+FOLDER contains pairs of an Exodus file and its .shm file, `x.e` and `x.shm`; `two` and `run` are the meshes of
 tests/support/sample_meshes.py. With --loaded, ParaView has loaded the plugin as usual; otherwise the plugin's own
 load() does. scripts/test-paraview creates the files and runs this script in both ways.
 """
@@ -42,7 +42,7 @@ def parts_of(collection):
 
 
 def of_exodus(name):
-    """Converts the names that ParaView's own reader gives to unnamed blocks and sets; all in lower case."""
+    """Converts the names of unnamed blocks and sets in ParaView's own reader to ours; all in lower case."""
     for theirs, own in (("block_", "block "), ("nodelist_", "node set "), ("surface_", "side set ")):
         if name.startswith(theirs) and name[len(theirs):].isdigit():
             return own + name[len(theirs):]
@@ -64,7 +64,7 @@ def shape_of(grid):
 
 
 def times_of(reader):
-    """Returns the times of a reader as a list; ParaView gives a single time as a plain number."""
+    """Returns the times of a reader as a list; ParaView returns a single time as a plain number."""
     return np.atleast_1d(reader.TimestepValues).tolist()
 
 

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""The Python package: its arrays are NumPy arrays, and written meshes come back unchanged.
+"""Tests the Python package: its arrays are NumPy arrays, and written meshes are restored unchanged.
 
   python_test.py LIBSHMFORMAT_C.SO SHM        SHM: path of the tool
 
 The golden tests compare golden files of all kinds with the output of shm_text, and corpus_readers_test.py compares the
-corpus with other readers. Here, arrays have the right shape, type and owner, the bytes read from sources are counted,
-and errors are reported.
+corpus with other readers. This test checks the shape, type and owner of arrays, the number of bytes that are read from
+sources, and errors.
 """
 import gc
 import io
@@ -117,7 +117,7 @@ class Reading(FolderTest):
                 self.assertFalse(np.shares_memory(array, other), i)
 
     def hundred_arrays(self, steps):
-        """Writes a file with a hundred cell arrays, 4000 incompressible bytes each per step; returns it and one array."""
+        """Writes a hundred cell arrays of 4000 incompressible bytes per step. Returns the path and the values of one array."""
         points, cells = bar(500)  # with fewer cells, several steps would share a chunk
         values = np.random.default_rng(2).random((100, steps, 500))
         shmformat.write(self.path("a.shm"), points, cells, step_times=np.arange(float(steps)), level="fast",
@@ -145,7 +145,7 @@ class Reading(FolderTest):
         made, values = self.hundred_arrays(10)
         source = Counted(made.read_bytes())
         mesh = shmformat.open(source)
-        for step in (7, 9):  # one step in eight does not refer to others
+        for step in (7, 9):  # one step in eight does not refer to other steps
             before = source.given
             self.assertTrue(np.array_equal(mesh.cell_data["a50"][step], values[step]))
             self.assertLess(source.given - before, 8 * 4000)

@@ -1,5 +1,5 @@
-/* Writes all of a .shm file: for each array a line "WHAT TYPE STEP BYTES NAME", followed by its
- * values. */
+/* Writes all data of a .shm file: for each array a line "WHAT TYPE STEP BYTES NAME", followed by
+ * its values. */
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -30,7 +30,7 @@ static shmf_target want(int32_t what, int32_t type, uint32_t array) {
   return (shmf_target){sizeof(shmf_target), what, type, array, SHMF_FILL, 0, NULL, 0, 0};
 }
 
-/* Writes the mesh and all arrays without steps, read in one pass. */
+/* Reads the mesh and all arrays without steps in one pass, and writes them. */
 static int put_mesh(shmf_file* file, const shmf_info* info, shmf_array* arrays) {
   shmf_target* all = calloc(5 + (size_t)info->arrays, sizeof *all);
   size_t count = 5;

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Files on a server: few requests, only for required data, and clear errors.
+"""Tests files on a server: few requests, only for required data, and clear errors.
 
   remote_test.py LIBSHMFORMAT_C.SO SHM        SHM: path of the tool
 
@@ -90,7 +90,7 @@ class Handler(http.server.BaseHTTPRequestHandler):
 
 class Server(http.server.ThreadingHTTPServer):
     def handle_error(self, *_):
-        pass  # connections that the client closes during an answer
+        pass  # ignores connections that the client closes during an answer
 
 
 class Remote(unittest.TestCase):
@@ -141,7 +141,7 @@ class Remote(unittest.TestCase):
         self.assertEqual(self.server.connections, 1)
 
     def asks(self, call):
-        """Returns the number of requests and bytes of `call`, and its result."""
+        """Runs `call`. Returns the number of requests and of bytes that it caused, and its result."""
         given, asked = self.server.given, len(self.server.asked)
         result = call()
         return len(self.server.asked) - asked, self.server.given - given, result
@@ -237,7 +237,7 @@ class Remote(unittest.TestCase):
         self.server.mode, self.server.good = "fails", len(self.server.asked)
         self.fails("the connection failed", mesh.verify)
         self.server.mode = ""
-        mesh.verify()  # once the server works again, so does the mesh
+        mesh.verify()  # the mesh can be used again once the server works
 
     def test_a_file_that_changes_is_told(self):
         mesh = self.open()

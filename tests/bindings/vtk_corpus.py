@@ -1,4 +1,4 @@
-"""Exodus files of the corpus: their sets as VTK's own reader gives them, and their .shm files."""
+"""Compresses the Exodus files of the corpus, and reads their sets with VTK's own reader."""
 import os
 import subprocess
 from pathlib import Path
@@ -27,7 +27,7 @@ def exodus_files(shm, packed):
 
 
 class Exodus:
-    """Contents of a file as VTK's reader gives them. `sets`: grids by kind and number, None if empty."""
+    """Contents of a file as VTK's reader returns them. `sets`: grids by kind and number, None if empty."""
 
     def __init__(self, name):
         reader = vtkExodusIIReader()

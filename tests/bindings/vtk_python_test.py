@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""The reader and the writer for VTK pipelines.
+"""Tests the reader and the writer for VTK pipelines.
 
   vtk_python_test.py LIBSHMFORMAT_C.SO SHM        SHM: path of the tool
 
-Arrays belong to VTK and outlive the reader; disabled arrays are not read; steps, pieces, blocks and sets are those of
+Arrays belong to VTK and outlive the reader; disabled arrays are not read; steps, pieces, blocks and sets agree with
 the file. Sets of the Exodus files of the corpus (SHM_CORPUS), and sides of all shapes, equal those of VTK's own reader
 of Exodus files. (corpus_readers_test.py tests the rest of the corpus.)
 """
@@ -183,8 +183,8 @@ class Vtk(Case):
 
 
 def sides_of(grid):
-    """Returns (types, offsets of the points of each cell, points cell by cell) of a grid, which may be None; as 32-bit
-    floats, which VTK's reader of Exodus files uses."""
+    """Returns (types, offsets of the points of each cell, points cell by cell) of a grid, which may be None. The points
+    are 32-bit floats, as in VTK's reader of Exodus files."""
     if grid is None or grid.GetNumberOfCells() == 0:
         return np.zeros(0, np.uint8), np.zeros(1, int), np.zeros((0, 3), np.float32)
     points = vtk_to_numpy(grid.GetPoints().GetData()).astype(np.float32)
@@ -410,14 +410,14 @@ class Sets(Case):
         compared = {"node": 0, "side": 0}
         for source in exodus_files(SHM, self.path("a.shm")):
             if source.name == "libmesh__nontrivial_elem_num_map.exo":
-                continue  # quads in space: their sides are edges in Exodus, and those of shells in .shm files
+                continue  # quads in space: their sides are edges in Exodus, but sides of shells in .shm files
             with self.subTest(source=source.name):
                 parts, exodus = self.read_sets(), Exodus(str(source))
                 self.assertEqual(set(parts), set(exodus.sets))
                 for key, part in parts.items():
                     (types, *own), (their_types, *theirs) = sides_of(part), sides_of(exodus.sets[key])
                     self.assertTrue(all(map(np.array_equal, own, theirs)), key)
-                    # VTK's reader takes edges of three nodes for triangles.
+                    # VTK's reader treats edges of three nodes as triangles.
                     self.assertTrue(((types == their_types) | (types == 21) & (their_types == 5)).all(), key)
                     if len(types):
                         self.assertEqual(part.GetNumberOfPoints(), exodus.sets[key].GetNumberOfPoints(), key)

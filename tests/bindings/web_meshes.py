@@ -1,4 +1,4 @@
-"""Data that the library reads from files, as the lines that web_read.mjs writes for the web package.
+"""Reads files with the library, and describes the data in the lines that web_read.mjs writes for the web package.
 
 Needs SHMFORMAT_LIBRARY in the environment, and bindings/python on the path.
 """
@@ -19,7 +19,7 @@ TYPES = {number: dtype.name for number, dtype in DTYPES.items()}
 
 
 def name_of(chars):
-    """Returns a name as web pages see it if it is not valid UTF-8."""
+    """Returns a name as web pages receive it, also if it is not valid UTF-8."""
     return text(chars).encode("utf-8", "surrogateescape").decode("utf-8", "replace")
 
 

@@ -1,9 +1,8 @@
-// The web package around the decoder: workers, Blobs, servers, cancelled calls.
+// Tests of the web package around the decoder: workers, Blobs, servers, cancelled calls.
 //
 //     node web_package_test.mjs PACKAGE MESH GOLDEN
 //
-// MESH: a file of 40000 hexahedra in a bar with "pressure" (points, 3 steps) and "heat" (cells), larger than
-// many requests; GOLDEN: the folder of golden files. web_test.py makes the mesh and runs this.
+// MESH: a file of 40000 hexahedra in a bar with "pressure" (points, 3 steps) and "heat" (cells), larger than many requests; GOLDEN: the folder of golden files. web_test.py creates the mesh and runs this script.
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { createServer } from "node:http";
@@ -155,7 +154,7 @@ both("only requested data of a URL is fetched, by few requests", async (options)
   assert.ok(counted.requests <= 2, `${counted.requests} requests`);
   assert.ok(counted.bytes <= 24 << 10, `${counted.bytes} bytes`);
   const far = await file.read({ points: false, cells: false, arrays: [{ name: "pressure", step: 2 }] });
-  // Steps are half of the file, and each is coded relative to the previous one.
+  // The step values are half of the file, and each step is coded relative to the previous step.
   assert.ok(counted.bytes < .51 * content.length, `${counted.bytes} of ${content.length} bytes`);
   assert.ok(counted.requests <= 4, `${counted.requests} requests`);
   await file.close();

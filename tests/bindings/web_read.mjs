@@ -1,4 +1,4 @@
-// Data that the web package reads from files, as the lines that web_meshes.py writes for the library.
+// Reads files with the web package, and writes the data as lines, which web_meshes.py also creates with the library.
 //
 //     node web_read.mjs PACKAGE < REQUESTS
 //

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""The decoder as WebAssembly gives the same results as the library, and is small.
+"""Checks that the decoder as WebAssembly is small and returns the same results as the library.
 
   web_test.py LIBSHMFORMAT_C.SO PACKAGE [CLANG]
 
-PACKAGE: the folder of the built web package; CLANG: the compiler of its decoder. Both read valid and faulty golden files,
-some with flipped bits or truncated: they must give the same arrays or the same message. web_package_test.mjs tests the
-package around the decoder: workers, servers, cancelled calls.
+PACKAGE: the folder of the built web package; CLANG: the compiler of its decoder. Both decoders read valid and faulty
+golden files, some with flipped bits or truncated: they must return the same arrays or the same message.
+web_package_test.mjs tests the package around the decoder: workers, servers, cancelled calls.
 """
 import gzip
 import json

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The wheel: it can be built without network access, and reads a file after installation into a new environment.
+"""Tests the wheel: it can be built without network access, and reads a file after installation into a new environment.
 
   wheel_test.py LIBSHMFORMAT_C.SO
 

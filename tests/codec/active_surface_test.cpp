@@ -50,7 +50,8 @@ TEST(ActiveSurface, SlotsAreReused) {
     for (std::uint32_t slot : v) surface.finalize(slot);
   }
   EXPECT_EQ(surface.next_id(), 8000u);
-  EXPECT_LE(surface.vertex_slots(), 256u + 3 * 8u);  // finalized slots rest before they are reused
+  EXPECT_LE(surface.vertex_slots(),
+            256u + 3 * 8u);  // slots of finalized vertices are not reused immediately
   EXPECT_LE(surface.cell_slots(), 2u);
 }
 
@@ -125,7 +126,8 @@ TEST(ActiveSurface, ACellKeepsItsSlotWhileItHasAFace) {
   EXPECT_EQ(surface.begin_cell(), first);
 }
 
-// Random sequences of added, removed and finalized elements give the same faces as a plain list.
+// After random sequences of added, removed and finalized elements, the surface has the same faces
+// as a plain list.
 TEST(ActiveSurface, LikeAPlainList) {
   std::mt19937_64 random(1);
   ActiveSurface surface;

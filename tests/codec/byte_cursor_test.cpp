@@ -135,7 +135,7 @@ TEST(ByteCursor, CopyBetweenHostAndFile) {
   copy_little_endian(nullptr, nullptr, 0, 4);
 }
 
-// Published values of XXH64 with seed 0, low halves.
+// Compares with published values of XXH64 with seed 0, of which checksum() returns the low half.
 TEST(Checksum, IsTheLowHalfOfXxh64) {
   EXPECT_EQ(checksum({}), 0x51d8e999u);
   const auto abc = bytes_of({'a', 'b', 'c'});

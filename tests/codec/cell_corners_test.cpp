@@ -1,4 +1,4 @@
-// Cells of all shapes: the open faces between them, round trips, and the number of bytes needed.
+// Tests of cells of all shapes: the open faces between them, round trips, and their encoded size.
 #include <numeric>
 
 #include "mesh/open_faces.h"
@@ -22,7 +22,7 @@ TEST(OpenFaces, ASecondCellClosesAFace) {
   add(faces, {0, 1, 2, 3});
   EXPECT_EQ(faces.vertex(0).faces, 3);
   add(faces, {1, 2, 3, 4});
-  EXPECT_EQ(faces.behind()[3], 0u);  // across its face 0 2 1
+  EXPECT_EQ(faces.behind()[3], 0u);  // cell 0 is across face 0 2 1 of the new cell
   EXPECT_EQ(faces.behind()[0], OpenFaces::kNever);
   EXPECT_EQ(faces.find(std::array<std::uint32_t, 3>{3, 1, 2}), kNone);
   EXPECT_NE(faces.find(std::array<std::uint32_t, 3>{1, 0, 2}), kNone);
@@ -67,7 +67,7 @@ TEST(OpenFaces, DegenerateCellsAndCrowdedVertices) {
   OpenFaces faces;
   add(faces, {5, 5, 5, 5});
   EXPECT_EQ(faces.vertex(5).faces, 0);
-  add(faces, {0, 1, 2, 2});  // has face 0 1 2 twice: opens and closes it
+  add(faces, {0, 1, 2, 2});  // this cell has face 0 1 2 twice, and therefore opens and closes it
   EXPECT_EQ(faces.vertex(0).faces, 0);
   for (std::uint32_t i = 0; i < 100; ++i) add(faces, {9, 10 + 3 * i, 11 + 3 * i, 12 + 3 * i});
   EXPECT_EQ(faces.vertex(9).faces, 128);
@@ -138,7 +138,7 @@ const Parts kWedges = {{0, 1, 2, 4, 5, 6}, {0, 2, 3, 4, 6, 7}};
 const Parts kTetrahedra = {{0, 1, 2, 6}, {0, 2, 3, 6}, {0, 3, 7, 6},
                            {0, 7, 4, 6}, {0, 4, 5, 6}, {0, 5, 1, 6}};
 
-/// Divides each hexahedron of the mesh into cells with the corners given by `parts`.
+/// Divides each hexahedron of the mesh into cells. `parts` contains the corners of each cell.
 TestMesh cut(TestMesh mesh, CellShape shape, const Parts& parts) {
   mesh.schema.blocks[0].shape = shape;
   mesh.schema.blocks[0].nodes_per_cell = static_cast<std::uint32_t>(parts[0].size());
@@ -168,8 +168,8 @@ std::uint64_t bytes_of(const TestMesh& mesh, const char* stream) {
 }
 std::uint64_t connectivity_bytes(const TestMesh& mesh) { return bytes_of(mesh, "connectivity"); }
 
-// Bits per vertex of float64 on grids where the lattice predicts nearly everything; without that
-// prediction 90 and more are needed.
+// Checks the bits per vertex of float64 coordinates on grids in which the lattice predicts nearly
+// all coordinates. Without that prediction, 90 bits and more are needed.
 TEST(CellCorners, CoordinatesOfCutGridsCostLittleMore) {
   const double whole =
       8.0 * static_cast<double>(bytes_of(bent_cut_grid(CellShape::hexahedron, kWhole), "geometry"));
@@ -185,7 +185,8 @@ TEST(CellCorners, RegularMeshesCostNextToNothing) {
   EXPECT_LT(connectivity_bytes(cut_grid(CellShape::wedge, kWedges)), 250u);
 }
 
-/// Returns a grid in which every second column is divided into wedges, which come first.
+/// Returns a grid in which every second column is divided into wedges. The wedges precede the
+/// hexahedra.
 TestMesh columns_of_wedges() {
   TestMesh mesh = grid(12, 11, 10);
   mesh.schema.blocks.push_back({2, "", CellShape::wedge, 6});
@@ -205,8 +206,8 @@ TestMesh columns_of_wedges() {
   return mesh;
 }
 
-// Every hexahedron touches wedges on four sides. Coding them by vertices needs 1701 bytes in order
-// and 3436 shuffled.
+// Every hexahedron touches wedges on four sides. If hexahedra were coded by their vertices, they
+// would need 1701 bytes in order and 3436 bytes shuffled.
 TEST(CellCorners, HexahedraAreFoundByTheFacesOfOtherCells) {
   TestMesh mesh = columns_of_wedges();
   EXPECT_LT(connectivity_bytes(mesh), 800u);

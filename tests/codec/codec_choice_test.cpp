@@ -1,4 +1,5 @@
-// The codec of hexahedra that a Writer chooses by default: never larger than the best codec.
+// Tests the codec that a Writer chooses for hexahedra by default: it is never larger than the best
+// codec.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -96,7 +97,7 @@ TEST(CodecChoice, FastTakesPatternsWhereThereCanBeSome) {
   for (auto& point : points)
     for (double& v : point) v = static_cast<double>(random() >> 40);
   mesh.set_points(points);
-  // A few cells out of order: the rows codec needs fewer bits for them.
+  // A few cells are out of order. The rows codec codes such cells in fewer bits.
   for (std::size_t i = 4000; i < mesh.cells.size(); i += 4000)
     std::swap(mesh.cells[i], mesh.cells[i + random() % 60]);
   const auto in_stream = [](const TestMesh& of) { return with_order(of, Order::stream, true, 0); };
@@ -146,7 +147,8 @@ TEST(CodecChoice, DefaultTakesShiftsWhereValuesAreAsSmall) {
   expect_round_trip(large, {}, &by_number);
   expect_round_trip(large, {.connectivity = replay}, &over_surface);
   EXPECT_LE(by_number.streams.at("geometry") * 100, over_surface.streams.at("geometry") * 101);
-  // The mesh is too small, has no rows, or has rows with every hundredth cell out of order.
+  // Shifts are not chosen if the mesh is too small, has no rows, or has rows with every hundredth
+  // cell out of order.
   EXPECT_NE(codec_of(bent_grid(31, 32, 33), {}), shifts);
   EXPECT_NE(codec_of(shuffled(large), {}), shifts);
   TestMesh disturbed = large;

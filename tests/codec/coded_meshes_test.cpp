@@ -68,7 +68,8 @@ TEST(CodedMeshes, AreInEveryCodecThereIs) {
   EXPECT_EQ(written.size(), codecs_of_the_library().size());
 }
 
-// Numbers and names of codecs, and the data that each codes.
+// The library and spec/registry.md agree on the numbers and names of codecs, and on the data that
+// each codec codes.
 TEST(CodedMeshes, AreInTheCodecsThatAreRegistered) {
   const Registered registered = registered_codecs();
   EXPECT_EQ(codecs_of_the_library(), registered.names);

@@ -1,5 +1,5 @@
-// Each of the ten ways in which a hexahedron can touch its neighbours, and encoding and decoding of
-// connectivity without other data.
+// Tests of connectivity: each of the ten ways in which a hexahedron can touch its neighbours, and
+// encoding and decoding without other data.
 #include "codecs/surface/cells/connectivity.h"
 
 #include <gtest/gtest.h>
@@ -84,8 +84,8 @@ std::vector<CellTopology> expect_same_cells(const TestMesh& mesh) {
 
 enum : std::uint32_t { kBottom = 1, kWest = 2, kSouth = 4, kEast = 8, kNorth = 16, kTop = 32 };
 
-/// Returns the centre of a 3x3x3 grid, coded after those of its six neighbours that `faces`
-/// selects.
+/// Returns a mesh of the centre cell of a 3x3x3 grid and of those of its six neighbours that
+/// `faces` selects. The centre is the last cell.
 TestMesh neighbourhood(std::uint32_t faces, bool corner_order) {
   const TestMesh all = grid(3, 3, 3);
   TestMesh mesh = all;
@@ -183,7 +183,8 @@ TEST(Connectivity, RepeatedCorners) {
 }
 
 TEST(Connectivity, AnIslandIsFoundByItsNumber) {
-  // The two ends of a row grow in turn, so that the gate is never on the previous hexahedron.
+  // The row grows alternately at its two ends, so that the gate is never on the previous
+  // hexahedron.
   const TestMesh row = grid(20, 1, 1);
   TestMesh mesh = row;
   mesh.cells.clear();
@@ -205,9 +206,10 @@ TEST(Connectivity, RegularGridsCostLittle) {
   EXPECT_LT(report->streams.at("connectivity"), 600u);  // of 4096 cells
 }
 
-// A mesh that a program divided into eight: the codec follows the corners of each divided cell.
+// In this mesh, cells were divided into eight. The codec predicts the stray corners of each divided
+// cell.
 TEST(Connectivity, CutCellsReplayInFewBits) {
-  // Sizes in bytes; 5000 and 5464 if strays are not followed.
+  // Limits in bytes. The sizes are 5000 and 5464 bytes if strays are not followed.
   for (const auto& [order, most] : {std::pair{Order::keep, 4300u}, {Order::stream, 4950u}}) {
     TestMesh mesh = cut_into_eight(8);
     ASSERT_EQ(mesh.cells.size(), 4488u);

@@ -1,7 +1,6 @@
-// The program whose instructions instructions_test.py counts: encodes and decodes three generated
-// meshes in memory, at each level, in one thread. Prints a line for each time that counted_run()
-// returns, in that order: mesh, hexahedra, level, "encode" or "decode". Compares the decoded
-// meshes.
+// The program whose instructions instructions_test.py counts. It encodes and decodes three
+// generated meshes in memory, at each level, in one thread, and compares the decoded meshes. After
+// each call of counted_run(), it prints a line: mesh, hexahedra, level, "encode" or "decode".
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -97,7 +96,7 @@ bool count(const char* name, const shm::Mesh& mesh) {
     if (!counted([&, level = level] { return encode(sink, mesh, level); }) ||
         !counted([&] { return decode(sink.bytes, back); }) || back.corners != mesh.corners ||
         back.xyz != mesh.xyz || back.arrays != mesh.arrays || back.steps != mesh.steps) {
-      std::fprintf(stderr, "%s does not come back at level %s\n", name, word);
+      std::fprintf(stderr, "%s is not restored correctly at level %s\n", name, word);
       return false;
     }
     for (const char* way : {"encode", "decode"})

@@ -47,7 +47,8 @@ TEST(NodeLayout, OfHexahedraIsVtks) {
     EXPECT_EQ(node->kind, p < 20 ? Kind::edge : p < 26 ? Kind::face : Kind::body);
     EXPECT_EQ(node->parallels, p < 20 ? 3 : p < 26 ? 1 : 0);
     for (std::size_t i = 0; i < node->parallels; ++i) {
-      // The step to the parallel node equals the step from the first corner to the node beside it.
+      // The offset to the parallel node equals the offset from the first corner to the node beside
+      // the first corner.
       int away = 0;
       for (int a = 0; a < 3; ++a) {
         const int step = kTriquadratic[node->parallel[i]][a] - kTriquadratic[p][a];
@@ -179,8 +180,8 @@ TEST(MidNodes, OfAllShapesComeBack) {
       }
 }
 
-// Corners of hexahedra with eight nodes may come back rotated; corners of their second-order
-// neighbours may not. Encoder and decoder must agree on the corners of a face between them.
+// Decoding may rotate the corners of hexahedra with eight nodes, but not the corners of their
+// second-order neighbours. Encoder and decoder must agree on the corners of a face between the two.
 TEST(MidNodes, BesideHexahedraThatMayTurn) {
   for (const auto codec : {ConnectivityCodec::paper, ConnectivityCodec::rows,
                            ConnectivityCodec::mixed, ConnectivityCodec::replay})
@@ -207,7 +208,8 @@ TEST(MidNodes, BesideHexahedraThatMayTurn) {
     }
 }
 
-// Mid nodes that follow from the corners need no bytes; the remaining bytes are for the corners.
+// Mid nodes that can be computed from the corners need no bytes; the remaining bytes code the
+// corners.
 TEST(MidNodes, CostNothingOnAGrid) {
   for (std::uint32_t nodes : {20u, 27u})
     for (ConnectivityCodec codec : kCodecs) {
@@ -221,7 +223,7 @@ TEST(MidNodes, CostNothingOnAGrid) {
 }
 
 TEST(MidNodeNumbers, RulesThatFitAreFound) {
-  // Two edges of a quad: the numbers of the second are 100 more than those of the first.
+  // The vertex numbers on the second edge of the quad are 100 more than those on the first edge.
   CellTopology cell;
   cell.layout = node_layout(CellShape::quad, 8);
   std::vector<std::uint64_t> numbers(8);

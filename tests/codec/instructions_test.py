@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Checks that encoding and decoding execute as many instructions as before.
+"""Checks that encoding and decoding execute about the same number of instructions as before.
 
   instructions_test.py [PROGRAM LIBRARY] [--renew]     (exit code 77, skipped: no valgrind)
 
-PROGRAM is counted_coding, LIBRARY the shared library that it uses, both as they are released; the default
+PROGRAM is counted_coding, LIBRARY the shared library that it uses, both built as for a release; the default
 is build/release. callgrind counts only the instructions of LIBRARY: those of zstd, xxHash and the C
 library depend on the processor and on their versions. The counts are the same in every run, however busy
 the machine is. bench/instructions.csv has the previous counts; a count may differ from them by 5 %.
@@ -33,7 +33,7 @@ def instructions_of(profile, library):
             if line.startswith("ob="):
                 ours = os.path.realpath(line[3:].strip()) == library
             elif line.startswith("calls="):
-                of_call = True  # the next line gives the instructions of the called function
+                of_call = True  # the next line states the instructions of the called function
             elif line[:1].isdigit():
                 if ours and not of_call:
                     total += int(line.split()[1])

@@ -11,7 +11,7 @@ namespace shm {
 namespace {
 
 using State = LiveNumbers::State;
-using Twin = std::map<std::uint64_t, bool>;  // whether it is imported
+using Twin = std::map<std::uint64_t, bool>;  // value: true if the number is imported
 
 State state_in(const Twin& twin, std::uint64_t number) {
   const auto it = twin.find(number);
@@ -133,8 +133,9 @@ TEST(LiveNumbers, NumbersFarApart) {
                            3000);
 }
 
-// Words that all hash to the same position, or to the last position: they form long runs, also
-// around the end of the table, in which removing a word moves the most entries.
+// All these words hash to the same position, or to the last position. They form long runs, which
+// may continue at the beginning of the table. Removing a word from such a run moves the most
+// entries.
 TEST(LiveNumbers, WordsThatCollide) {
   for (const std::uint64_t mask : {0xfff, 0xffe}) {
     std::vector<std::uint64_t> words;
@@ -173,8 +174,8 @@ TEST(LiveNumbers, Runs) {
   }
 }
 
-/// Multiples of a number that a plain multiplicative hash maps to one position. With such a hash
-/// the test would run for minutes.
+/// The numbers are multiples of a number that a plain multiplicative hash maps to one position.
+/// With such a hash the test would run for minutes.
 TEST(LiveNumbers, NumbersOfAnEnemy) {
   constexpr std::uint64_t kStride = 0x77a0f8664ddccf40u, kCount = std::uint64_t{1} << 18;
   LiveNumbers numbers;

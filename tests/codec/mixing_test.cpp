@@ -1,5 +1,5 @@
-// The mixing coder: stretch and squash, encoding and decoding, its cost on noise, its gain on
-// patterns, and its exact bytes.
+// Tests of the mixing coder: stretch and squash, encoding and decoding, the size of coded noise and
+// of coded patterns, and exact bytes.
 #include "entropy/mixing.h"
 
 #include <gtest/gtest.h>
@@ -86,7 +86,7 @@ TEST(Mixing, CluesAndHistoryArePutToUse) {
     copies[i] = noise[i];
     waves[i] = i / 3 % 2 == 0;
   }
-  // A clue reveals the decision; or the coder's own last decisions do.
+  // Either a clue or the last decisions of the coder reveal the next decision.
   EXPECT_LT(coded(copies, [&](std::size_t i) { return noise[i] ? 1 : 2; }).size(), 60u);
   EXPECT_LT(coded(waves, [](std::size_t) { return 0; }).size(), 60u);
 }
@@ -112,7 +112,7 @@ TEST(Mixing, NumbersInTreesAndRunsBothWays) {
 }
 
 TEST(Mixing, EveryClueIsATableEntryOfItsOwnUntilTheTableIsFull) {
-  // More clues than the table holds: entries are replaced, and coding still works.
+  // More clues than entries in the table: entries are replaced, and coding must still work.
   const auto bits = random_bits(300000, .3);
   const auto bytes = coded(bits, [](std::size_t i) { return i; });
   EXPECT_LT(8. * static_cast<double>(bytes.size()), 300000 * .8813 * 1.03);

@@ -1,4 +1,4 @@
-// Polyhedra: the open faces between them, round trips, and the number of bytes needed.
+// Tests of polyhedra: the open faces between them, round trips, and their encoded size.
 #include <numeric>
 
 #include "mesh/polyhedron_surface.h"
@@ -93,7 +93,8 @@ TEST(Polyhedra, ComeBackWithValues) {
   }
 }
 
-/// Faces of random vertices that share few edges, and a vertex that belongs to a thousand faces.
+/// The mesh has faces of random vertices that share few edges, and a vertex that belongs to a
+/// thousand faces.
 TEST(Polyhedra, ComeBackWhereNothingFits) {
   TestMesh mesh = polyhedra();
   PlainRandom random(5);
@@ -114,7 +115,7 @@ TEST(Polyhedra, ComeBackWhereNothingFits) {
   expect_all_modes(mesh);
 }
 
-/// 12 bits per cell, although all faces of a hexahedron are given again as 30 nodes.
+/// A cell needs 12 bits, although all faces of a hexahedron are listed again, as 30 nodes.
 TEST(Polyhedra, OfAGridTakeFewBytes) {
   TestMesh mesh = grid(12, 12, 12, ScalarType::float32, straight);
   mesh.schema.blocks[0].shape = CellShape::faces;

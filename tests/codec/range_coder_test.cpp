@@ -1,4 +1,4 @@
-// The range coder, adaptive bits and the models based on them, encoding and decoding.
+// Tests of the range coder, adaptive bits and the models based on them, in encoding and decoding.
 #include "entropy/range_coder.h"
 
 #include <gtest/gtest.h>
@@ -126,7 +126,8 @@ TEST(RangeCoder, TheEncoderStartsAnewAfterFinish) {
   EXPECT_EQ(once(), first);
 }
 
-// Any bytes can be decoded without end, and the decoder never reads beyond them.
+// Decoding arbitrary bytes can continue without end, but the decoder never reads beyond the last
+// byte.
 TEST(RangeCoder, AnyBytesDecode) {
   std::mt19937_64 random(3);
   for (int n = 0; n < 200; ++n) {

@@ -1,5 +1,5 @@
-// ShiftNeighbours: in grids where the numbers of different rows never mix, the neighbours found by
-// numbers must equal those found by coordinates here.
+// Tests of ShiftNeighbours: in grids in which numbers of different rows never mix, the neighbours
+// that it finds by numbers must equal the neighbours that this test finds by coordinates.
 #include "codecs/shifts/shift_neighbours.h"
 
 #include <gtest/gtest.h>
@@ -32,7 +32,7 @@ Place moved(Place at, std::uint32_t axes, const std::array<int, 3>& by, int time
   return at;
 }
 
-/// Elements seen so far, and for each whether its whole lattice neighbourhood was known.
+/// Elements that were added so far, each with a mark if its whole lattice neighbourhood was known.
 class Met {
  public:
   bool has(const Place& at) const { return full_.contains(at); }

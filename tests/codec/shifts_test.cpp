@@ -1,5 +1,5 @@
-// Cells encoded as shifts: all cells come back, grids need next to no bytes, and damaged bytes are
-// handled safely.
+// Tests of cells encoded as shifts: all cells are restored, grids need almost no bytes, and damaged
+// bytes are handled safely.
 #include "codecs/shifts/shifts.h"
 
 #include <gtest/gtest.h>
@@ -82,7 +82,7 @@ SomeCells next_cells(ShiftDecoder& decoder, std::size_t most) {
   return some;
 }
 
-/// Decodes a group; nothing if the bytes are invalid.
+/// Decodes a group; returns nothing if the bytes are invalid.
 std::optional<Group> decode(ShiftDecoder& decoder, std::span<const std::byte> bytes,
                             std::size_t cells, std::size_t unused = 0) {
   if (!begin(decoder, bytes, cells)) return std::nullopt;
@@ -104,7 +104,7 @@ std::optional<Group> decode(ShiftDecoder& decoder, std::span<const std::byte> by
   return group;
 }
 
-/// Returns the number of bytes of each group, and checks that it decodes correctly.
+/// Returns the encoded size of each group in bytes, and checks that each group decodes correctly.
 std::vector<std::size_t> expect_back(const Schema& schema, const std::vector<Group>& groups,
                                      bool may_import = false) {
   ShiftEncoder encoder(schema, may_import);
@@ -206,7 +206,7 @@ TEST(Shifts, NothingAtAll) {
 TEST(Shifts, GridsCostNextToNothing) {
   const auto sizes = expect_back(hexahedra(), {grid(40, 40, 40)});
   EXPECT_LE(sizes[0], 64000u / 8 / 16);  // one bit for sixteen cells
-  // A group like the one before has no new shifts.
+  // A group that is equal to the previous group needs no new shifts.
   const auto again = expect_back(hexahedra(), {grid(9, 8, 7), grid(9, 8, 7)});
   EXPECT_LE(4 * again[1], 3 * again[0]);
 }
@@ -217,8 +217,8 @@ TEST(Shifts, MoreThanThereArePlaces) {
     std::uint64_t at = 0;
     std::mt19937_64 random(1);
     for (std::uint64_t n = 0; n < 5000; ++n) {
-      // Each shift in turn first, then random shifts, so that some occur again soon, and some after
-      // they left the table.
+      // The first cells use the shifts one after the other, the next cells random shifts. Some
+      // shifts thus occur again soon, and some after they left the table.
       at += 1 + (n < 2 * different ? n : random()) % different;
       Cell cell;
       for (std::uint64_t i = 0; i < 8; ++i) cell.numbers.push_back(at + i);
@@ -244,7 +244,7 @@ TEST(Shifts, CellsOfOneToSixtyFourNodes) {
   const Schema schema = schema_of(nodes);
   Group any, rows;
   for (int n = 0; n < 2000; ++n) any.cells.push_back(random_cell(schema, false, random));
-  // A row of each block; cells of the blocks alternate.
+  // Each block has one row, and the cells of the blocks alternate.
   for (std::uint64_t n = 0; n < 50; ++n)
     for (std::uint32_t block = 0; block < nodes.size(); ++block) {
       Cell cell;
@@ -255,7 +255,7 @@ TEST(Shifts, CellsOfOneToSixtyFourNodes) {
     }
   mark(rows);
   const auto sizes = expect_back(schema, {any, rows, rows});
-  // Bytes for the first and last cells of the rows, and for the step from one row to the next.
+  // These bytes code the first and last cells of the rows, and the change from one row to the next.
   EXPECT_LE(sizes[1], 64u * 64 * 4);
 }
 
@@ -419,7 +419,7 @@ TEST(ShiftsDamaged, EveryCut) {
     more.push_back(std::byte{0});
     ShiftDecoder decoder(it.schema, may_import);
     EXPECT_FALSE(begin(decoder, more, cells));
-    // Correct zstd data with words that end too early.
+    // The zstd data is correct, but the words end too early.
     const Parts parts = take_apart(whole, cells);
     for (std::size_t size = 0; size < parts.words.size(); ++size) {
       Parts less = parts;
@@ -457,7 +457,7 @@ TEST(ShiftsDamaged, EveryByteChanged) {
   }
 }
 
-/// Returns words with one new shift, of a block with two nodes.
+/// Returns the words of a group with one new shift, for a block with two nodes per cell.
 Bytes words(std::uint64_t block, std::uint64_t births, std::optional<std::uint64_t> imports,
             std::uint64_t last_use) {
   ByteWriter out;

@@ -89,7 +89,7 @@ TEST(SpiralReorderer, FollowsNeighbours) {
   EXPECT_GT(neighbours_in_sequence(mesh, order_of(mesh, 100)),
             neighbours_in_sequence(mesh, straight_order));
   shuffle_cells(mesh, random);
-  // With all cells in the buffer, nearly every cell touches the one before.
+  // If all cells are in the buffer, nearly every cell touches the previous cell.
   EXPECT_GT(neighbours_in_sequence(mesh, order_of(mesh, 1000)), 900u);
 }
 

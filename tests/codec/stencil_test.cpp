@@ -1,4 +1,4 @@
-// Stencils, checked against the paper's Table 1 and on functions that they must predict exactly.
+// Checks stencils against the paper's Table 1, and with functions that they must predict exactly.
 #include "codecs/shared/stencil.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
-// Vertex numbers without other data: their size for files numbered in the usual ways, and round
-// trips.
+// Tests of vertex numbers without other data: their encoded size for files that are numbered in the
+// usual ways, and round trips.
 #include "codecs/surface/cells/vertex_numbers.h"
 
 #include <gtest/gtest.h>
@@ -23,8 +23,8 @@ CellTopology fresh_cell(const std::array<std::uint8_t, 8>& stored, std::uint32_t
   return cell;
 }
 
-/// Returns the bytes needed for these numbers, eight per cell, and checks that they decode
-/// correctly.
+/// Returns the encoded size of these numbers in bytes, and checks that they decode correctly. Each
+/// cell has eight numbers.
 std::size_t cost(const std::vector<std::uint64_t>& numbers,
                  const std::array<std::uint8_t, 8>& stored) {
   RangeEncoder out;

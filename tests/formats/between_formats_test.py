@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Conversions between formats, checked with other programs: VTK, Gmsh, and netCDF's ncdump.
+"""Tests conversions between formats with other programs: VTK, Gmsh, and netCDF's ncdump.
 
 Usage: between_formats_test.py PATH_OF_SHM     (exit code 77, skipped, if one of them is missing)
 """
@@ -33,7 +33,8 @@ def apart(function, *words):
         return pool.submit(function, *words).result()
 
 
-# Nodes of the Exodus manual: corners, then for each further node the corners between which it is.
+# Nodes as in the Exodus manual: first the corners, then further nodes. Each string lists the
+# corners between which a further node lies.
 EDGES_HEX = ["12", "23", "34", "41", "15", "26", "37", "48", "56", "67", "78", "85"]
 EDGES_WEDGE = ["12", "23", "31", "14", "25", "36", "45", "56", "64"]
 EDGES_PYRAMID = ["12", "23", "34", "41", "15", "25", "35", "45"]
@@ -50,7 +51,7 @@ MANUAL = {
     "TRI6": (3, ["12", "23", "31"]),
     "TRI7": (3, ["12", "23", "31", "123"]),
 }
-# Exodus name: VTK cell, Gmsh type; None if the program has no such element.
+# Exodus name: (VTK cell, Gmsh type), with None if the program has no such element.
 SHAPES = {
     "HEX20": ("vtkQuadraticHexahedron", 17), "HEX27": ("vtkTriQuadraticHexahedron", 12),
     "TETRA10": ("vtkQuadraticTetra", 11), "WEDGE15": ("vtkQuadraticWedge", 18),
@@ -70,8 +71,8 @@ def reference(shape, kind):
         local = [flat[3 * i:3 * i + 3] for i in range(element.GetNumberOfPoints())]
         if not shape.startswith("PYRAMID"):
             return local
-        # VTK's reference coordinates of a pyramid are those of a cube, in which straight edges are
-        # not straight.
+        # VTK's reference coordinates of a pyramid are those of a cube, in which edges of the
+        # pyramid are not straight.
         pyramid, places = vtk.vtkPyramid(), []
         for i, corner in enumerate(((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (.5, .5, 1))):
             pyramid.GetPoints().SetPoint(i, corner)
@@ -246,13 +247,13 @@ class BetweenFormatsTest(FolderTest):
                 self.assertAlmostEqual(a, b, delta=1e-9)
 
     def check_vtk(self, shape, cells):
-        """Checks that the nodes are where VTK's own cell has them."""
+        """Checks that the nodes have the positions of the nodes of VTK's own cell."""
         (kind, points), = cells
         self.assertEqual(kind, SHAPES[shape][0])
         self.assert_same_places(points, [placed(p) for p in reference(shape, "vtk")])
 
     def check_gmsh(self, shape, path):
-        """Checks that the nodes are where Gmsh's own element has them, mapped by the affine map of its corners."""
+        """Checks that the nodes have the positions of those of Gmsh's own element, after the affine map of its corners."""
         (kind, points), = apart(seen_by_gmsh, path)
         self.assertEqual(kind, SHAPES[shape][1])
         local = apart(reference, shape, "gmsh")
@@ -365,8 +366,8 @@ class BetweenFormatsTest(FolderTest):
                 first = "first.vtk" if cell else "first.msh"
                 apart(write_cell, shape, self.path(first))
                 targets = ["e"] + ["vtk"] * (cell is not None) + ["msh"] * (gmsh_type is not None)
-                # From the file that VTK or Gmsh wrote, and from there between all formats, in both
-                # directions.
+                # Converts the file that VTK or Gmsh wrote to all formats, and then between all
+                # formats, in both directions.
                 routes = [(first, "one." + t) for t in targets]
                 routes += [("one." + s, f"from_{s}.{t}") for s in targets for t in targets]
                 for source, target in routes:

@@ -3,12 +3,16 @@
 
 corpus_test.py SHM            SHM: path of the tool; the corpus is the folder in SHM_CORPUS
 
-For each file: compress with orders `keep`, `stream` and `free`; `verify --against` the source reports that
-they are equal, and so does `diff`, with --match if the order changed; small files are converted to the other
-formats, and `diff --match` reports only losses that the other format makes unavoidable; the streams of --json
-add up to the size of the output; the file is decompressed to its own format, and an independent reader (VTK,
-gmsh, netCDF's tools) finds source and result equal. Prints a table of the features that each file exercises.
-A file of an unknown format is a failure. SHM_SHARE limits the run to a sample (folder_test.py).
+For each file:
+- It is compressed with orders `keep`, `stream` and `free`. `verify --against` reports that the result equals the
+  source, and so does `diff`, with --match if the order changed.
+- Small files are converted to the other formats. `diff --match` reports only losses that the other format makes
+  unavoidable.
+- The streams of --json add up to the size of the output.
+- The .shm file is decompressed to the source's format, and an independent reader (VTK, gmsh, netCDF's tools)
+  finds source and result equal.
+Prints a table of the features that each file exercises. A file of an unknown format is a failure. SHM_SHARE
+limits the run to a sample (folder_test.py).
 Exit code 0 if all checks succeed, 1 if one fails, 77 (skipped) if there is no corpus.
 """
 import concurrent.futures
@@ -22,7 +26,7 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path.insert(0, os.path.join(os.path.dirname(HERE), "support"))
 from folder_test import sample_of  # noqa: E402
 
-ORACLES = {  # by source_format of `shm info`: (extension to decompress to, oracle)
+ORACLES = {  # key: source_format of `shm info`; value: extension for decompress, and the oracle
     "vtk": (".vtk", "vtk_oracle.py"),
     "gmsh": (".msh", "gmsh_oracle.py"),
     "exodus": (".e", "exodus_oracle.py"),

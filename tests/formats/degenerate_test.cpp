@@ -147,7 +147,8 @@ TEST(Collapsed, FourThousandHexahedraTakeFewBits) {
   }
 }
 
-// All vertices are unused then: a group has cells but none of the vertices of a point array.
+// All vertices of this mesh are unused: a group has cells but none of the vertices of a point
+// array.
 TEST(CellsWithoutNodes, BesideAPointArray) {
   TestMesh mesh;
   mesh.schema.blocks = {{1, "nothing", CellShape::polygon, 0}};

@@ -1,5 +1,5 @@
-// Exodus files through a .shm file and back: compressed, decompressed, and compared with the source
-// by independent programs. In Order::keep netCDF finds no difference; in the other orders
+// Tests Exodus files that are compressed to .shm and decompressed. Independent programs compare the
+// result with the source: in Order::keep netCDF finds no difference; in the other orders
 // libexodusii reads the same mesh.
 #include <gtest/gtest.h>
 #include <netcdf.h>
@@ -110,8 +110,8 @@ TEST(ExodusArchive, GroupsAndTypesOfUsersAreRefusedByName) {
   EXPECT_NE(types.detail.find("'colours', 'lists'"), std::string::npos) << types.detail;
 }
 
-// A set and its variable are larger than one extra may be and are stored in several extras; members
-// are renumbered.
+// A set and its variable are larger than one extra may be, so that they are stored in several
+// extras. Members are renumbered.
 TEST(ExodusArchive, LargeVariablesAreCarriedInParts) {
   TemporaryFolder folder;
   const std::string path = folder / "large.e", copy = folder / "copy.e";
@@ -150,7 +150,7 @@ TEST(ExodusArchive, LargeVariablesAreCarriedInParts) {
   EXPECT_TRUE(file_content(path) == file_content(copy));
 }
 
-// Files that are nearly empty, and values that were never written.
+// The files are nearly empty, or contain values that were never written.
 TEST(ExodusArchive, SparseAndSmallFilesComeBackEqual) {
   TemporaryFolder folder;
   const std::string path = folder / "small.e", copy = folder / "copy.e";
@@ -214,7 +214,8 @@ TEST(ExodusArchive, UnwrittenValuesHaveABound) {
   }
 }
 
-// Compares the sentences about two files; a failure lists those that only one file gives.
+// Compares the sentences that describe two files; a failure lists the sentences that describe only
+// one of them.
 testing::AssertionResult same_mesh(const std::string& a, const std::string& b) {
   const exodus_files::Teller exodus_a(a), exodus_b(b);
   std::vector<std::string> only;

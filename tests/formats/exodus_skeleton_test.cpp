@@ -1,5 +1,5 @@
-// The text that describes the structure of an Exodus file: it comes back unchanged, is the same for
-// files with other numbers, and text of older versions is still read correctly.
+// Tests of the text that describes the structure of an Exodus file: it is restored unchanged, it is
+// the same for files with other numbers, and text of older versions is still read correctly.
 #include <gtest/gtest.h>
 #include <netcdf.h>
 

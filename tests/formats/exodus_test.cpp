@@ -1,5 +1,5 @@
-// Reading and writing Exodus files: all contents come back, meshes of other formats become valid
-// Exodus files, damaged files are refused.
+// Tests of reading and writing Exodus files: all contents are restored, meshes of other formats
+// become valid Exodus files, and damaged files are refused.
 #include "exodus/exodus.h"
 
 #include <exodusII.h>
@@ -83,7 +83,7 @@ constexpr std::array<double, 12> kY{0, 0, 1, 1, 0, 0, 1, 1, 0, 1, 0, 1};
 constexpr std::array<double, 12> kZ{0, 0, 0, 0, 1, 1, 1, 1, 0, 0, 1, 1};
 
 // Creates two hexahedra, a null block, polygons and polyhedra, and all kinds of sets, maps and
-// variables. `mode` as for ex_create.
+// variables. `mode`: argument of ex_create.
 void make_rich_file(const std::string& path, int mode) {
   SCOPED_TRACE(path);
   ex_opts(0);
@@ -423,8 +423,8 @@ TEST(Exodus, SecondOrderNodesAreInVtkOrder) {
   EXPECT_GT(faces, 0U);
 }
 
-// Returns a mesh of another format: cells of two blocks alternate, polygons vary in size, arrays
-// have many types.
+// Returns a mesh as a reader of another format provides it: cells of two blocks alternate, polygons
+// vary in size, arrays have many types.
 MemoryMesh foreign_mesh() {
   MemoryMesh mesh;
   mesh.mesh.schema.source_format = "vtk";
@@ -464,7 +464,7 @@ TEST(Exodus, WritesMeshesOfOtherFormats) {
   Spool spool(folder / ".");
   const auto copy = open_exodus(folder / "foreign.e", spool);
   const MeshInfo& info = copy->info();
-  // Hexahedra, quads and polygons, then the other cells by number of nodes.
+  // The blocks contain hexahedra, quads and polygons, then the other cells by number of nodes.
   EXPECT_EQ(info.block_cells, (std::vector<std::uint64_t>{2, 2, 2, 2, 1}));
   std::vector<std::int64_t> ids;
   for (const BlockInfo& block : info.schema.blocks) ids.push_back(block.id);
@@ -533,7 +533,8 @@ void make_polyhedra(const std::string& path, const Lists& faces, const Lists& ce
   EX(ex_close(id));
 }
 
-// Two hexahedra that share face 4, and several irregular ways to describe their faces.
+// The mesh consists of two hexahedra that share face 4. Their faces are described in several
+// irregular ways.
 TEST(Exodus, FacesOfPolyhedraComeBack) {
   const Lists faces = {{1, 4, 3, 2},  {5, 6, 7, 8},    {1, 2, 6, 5},  {2, 3, 7, 6},
                        {3, 4, 8, 7},  {4, 1, 5, 8},    {2, 3, 10, 9}, {6, 7, 12, 11},
@@ -724,7 +725,7 @@ TEST(Exodus, RefusesDamagedStructure) {
     if (whole[i].key.rfind("/name") == whole[i].key.size() - 5) continue;
     mesh.mesh.extras[i].data.clear();
     EXPECT_THROW(write_exodus(mesh, folder / "copy.e"), Failure) << whole[i].key;
-    // Without these extras, the id follows from the number of the set, and all factors are 1.
+    // Without these extras, the id is the number of the set, and all factors are 1.
     if (whole[i].key.starts_with("mesh/") &&
         (whole[i].key.ends_with("/id") || whole[i].key.ends_with("/factors")))
       continue;

@@ -1,4 +1,4 @@
-// Formats by name, and output files that appear completely or not at all.
+// Tests that formats are found by name, and that output files appear completely or not at all.
 #include "formats/formats.h"
 #include "files/mesh_files.h"
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Round trips of files that Gmsh itself wrote: in order keep Gmsh finds no difference; in stream and free it
-finds the same mesh with the same data under other numbers.
+"""Tests round trips of files that Gmsh itself wrote: in order keep Gmsh finds no difference; in orders stream and free
+Gmsh finds the same mesh with the same data under other numbers.
 
 Usage: gmsh_files_test.py PATH_OF_SHM     (exit code 77, skipped, without Gmsh for Python)
 """
@@ -31,7 +31,7 @@ AFFINE = [1, 0, 0, 1, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]  # one unit along x
 
 
 def apart(function, *words):
-    """Runs a function in a process of its own: Gmsh may crash, and keeps state when it is initialized again."""
+    """Runs a function in a separate process: Gmsh may crash, and keeps state when it is initialized again."""
     with concurrent.futures.ProcessPoolExecutor(1) as pool:
         return pool.submit(function, *words).result()
 
@@ -222,7 +222,7 @@ class Binary40:
             self.out += f"${name}\n".encode() + data + f"$End{name}\n".encode()
 
     def put(self, kinds):
-        """Converts words of the text by kinds: i int, q long, d double. Returns the values."""
+        """Converts the next words of the text to binary; `kinds`: i int, q long, d double. Returns the values."""
         values = [(float if k == "d" else int)(next(self.words)) for k in kinds]
         self.data += struct.pack(self.order + kinds, *values)
         return values

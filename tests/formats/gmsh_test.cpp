@@ -1,6 +1,6 @@
-// Gmsh MSH: all data that Gmsh can see in a file comes back, and no file crashes the reader. With
-// SHM_CORPUS set, every file of its folder gmsh/ makes the round trip; if Gmsh for Python is
-// installed, Gmsh itself compares source and result.
+// Tests of Gmsh MSH: all data that Gmsh can see in a file is restored, and no file crashes the
+// reader. If SHM_CORPUS is set, every file of its folder gmsh/ is converted to .shm and back; if
+// Gmsh for Python is installed, Gmsh itself compares source and result.
 #include "gmsh/gmsh.h"
 
 #include <gtest/gtest.h>
@@ -190,7 +190,8 @@ const std::string kVersion1 =
     "$ENDNOD\n$ELM\n3\n1 5 7 1 8 1 2 3 4 5 6 7 8\n2 3 8 2 4 1 2 3 4\n9 7 7 1 5 2 3 7 6 "
     "20\n$ENDELM\n";
 
-// Blocks that alternate, partitions, sparse tags, a view with two steps and a view on some nodes.
+// The mesh has alternating blocks, partitions, sparse tags, a view with two steps and a view on
+// some nodes.
 const std::string kVersion2 =
     "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Comments\nanything $ at all\n$EndComments\n"
     "$PhysicalNames\n2\n2 5 \"skin of it\"\n3 7 \"body\"\n$EndPhysicalNames\n"
@@ -304,7 +305,7 @@ TEST_F(GmshTest, BinaryIsTheSameInEitherByteOrder) {
     for (const bool big : {false, true}) {
       const std::string binary = in_binary(file, big);
       MemoryMesh mesh = open_text(binary);
-      // The binary file contains $Entities as ASCII text, so that it gives no names.
+      // The binary file contains $Entities as ASCII text, from which the reader takes no names.
       for (std::size_t b = 0; b < mesh.info_.schema.blocks.size(); ++b)
         if (file != kVersion2) mesh.info_.schema.blocks[b].name = text.info_.schema.blocks[b].name;
       EXPECT_EQ(mesh.info_.vertices, text.info_.vertices);
@@ -355,8 +356,8 @@ TEST_F(GmshTest, ManyCombinationsOfTags) {
   expect_round_trip(nodes);
 }
 
-// Sections that the reader does not interpret may refer to nodes and elements by tags: every node
-// and element keeps its tag, in any order.
+// Sections that the reader does not interpret may refer to nodes and elements by tags. Every node
+// and element therefore keeps its tag, in any order.
 TEST_F(GmshTest, TagsStayWhereOthersMayNameThem) {
   const std::string mesh =
       "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n3\n1 0 0 0\n2 1 0 0\n3 0 1 0\n$EndNodes\n"
@@ -518,8 +519,8 @@ TEST_F(GmshTest, FollowsARenumbering) {
   }
 }
 
-// Returns a mesh as another format gives it: cell shapes alternate; it has names, steps, and arrays
-// of any form.
+// Returns a mesh as a reader of another format provides it: cell shapes alternate; it has names,
+// steps, and arrays of any form.
 MemoryMesh foreign_mesh() {
   MemoryMesh mesh;
   mesh.info_.schema.source_format = "vtk";
@@ -729,7 +730,7 @@ TEST_F(GmshTest, DamageIsSurvived) {
   }
 }
 
-// Extras that do not fit the mesh, as a damaged .shm file might contain.
+// The extras do not fit the mesh, as in a damaged .shm file.
 TEST_F(GmshTest, DamagedExtrasAreRefused) {
   for (const std::string& file : {kVersion1, kVersion2, kVersion41}) {
     const MemoryMesh whole = open_text(file);

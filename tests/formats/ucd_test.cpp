@@ -1,4 +1,4 @@
-// AVS UCD files: their meaning, round trips, and that damage is reported.
+// Tests of AVS UCD files: their interpretation, round trips, and reports of damage.
 #include "ucd/ucd.h"
 
 #include <gtest/gtest.h>

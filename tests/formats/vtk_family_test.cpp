@@ -1,6 +1,6 @@
-// Conversion between legacy VTK and VTU if extras of the mesh are inconsistent, as in a hostile
-// .shm file: the result must be a Failure or a readable file. vtk_files_test.py checks valid extras
-// with VTK.
+// Tests the conversion between legacy VTK and VTU if extras of the mesh are inconsistent, as in a
+// hostile .shm file. The result must be a Failure or a readable file. vtk_files_test.py checks
+// valid extras with VTK.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -15,7 +15,8 @@
 namespace shm::converters {
 namespace {
 
-// Two polyhedra with one of each kind of item in addition to points and cells.
+// The mesh consists of two polyhedra, with one of each kind of item in addition to points and
+// cells.
 const char* const kLegacy = R"(# vtk DataFile Version 4.2
 a title
 ASCII
@@ -70,7 +71,7 @@ few 1 3 int
 
 class VtkFamilyTest : public VtkTest {
  protected:
-  // Writes the mesh to a file of the other format, which must be readable.
+  // Writes the mesh in the other format to a file, which must be readable.
   void write_other(MeshSource& mesh) {
     const bool legacy = mesh.info().schema.source_format == "vtk";
     const std::string out = path(legacy ? "out.vtu" : "out.vtk");
@@ -90,7 +91,8 @@ class VtkFamilyTest : public VtkTest {
       return false;
     }
   }
-  // Changes each byte of each text extra, cuts the text at each position, and repeats each line.
+  // Changes each byte of each text extra, truncates the text at each position, and repeats each
+  // line.
   void bend_all(MeshSource& mesh) {
     std::size_t readable = 0, refused = 0;
     const auto try_it = [&](const std::string& key, const std::string& text) {
@@ -124,7 +126,7 @@ TEST_F(VtkFamilyTest, BentExtrasOfXmlFiles) {
   bend_all(*open_vtu(path("out.vtu"), spool_));
 }
 
-// A list of that many names would take forever.
+// Creating a list of that number of names would not end in reasonable time.
 TEST_F(VtkFamilyTest, ImpossibleNumbersOfComponents) {
   const auto mesh = open_text(kLegacy);
   std::string skeleton = text_of(find_extra(mesh->info(), "vtk/skeleton"));

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Conversions between legacy VTK and VTU by the tool, in both directions, checked with VTK's own readers.
+"""Tests conversions between legacy VTK and VTU by the tool, in both directions, with VTK's own readers.
 
 Usage: vtk_files_test.py PATH_OF_SHM      (exit code 77, skipped, if VTK for Python is missing)
 Also tests files of the corpus if SHM_CORPUS names its folder.
@@ -165,7 +165,7 @@ class VtkFamilyTest(FolderTest):
                                     OTHERWISE.get(name, []))
 
     def test_through_archives(self):
-        """A .shm file gives the same result in both formats, for each order."""
+        """A .shm file is decompressed to the same contents in both formats, for each order."""
         vtk_oracle.write(vtk_oracle.sample(), "51", "BINARY", self.path("all.vtk"))
         os.mkdir(self.path("samples"))
         vtu_oracle.write_samples(self.path("samples"))
@@ -331,7 +331,7 @@ class VtkFamilyTest(FolderTest):
                             middle = tuple(sum(places[ids.GetId(i)][k] for i in range(8))
                                            for k in range(3))
                             self.assertEqual(names.GetValue(c), name_of(middle))
-                        # In any order the strings are the same, although their positions in a list
+                        # The strings are the same in any order, although their positions in a list
                         # differ.
                         self.shm("diff", path, back, "--match")
         self.assertIn("names", self.shm("diff", source, back, code=1).stdout)
@@ -448,7 +448,7 @@ VECTORS v double
         self.assertIsInstance(grid.GetPoints().GetData(), vtk.vtkIntArray)
 
     def test_polyhedra(self):
-        """Two polyhedra share a face, which each lists in its own direction."""
+        """Two polyhedra share a face; each polyhedron lists the corners of that face in its own direction."""
         points = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 1)]
         faces = [[(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)], [(1, 3, 2), (1, 2, 4), (2, 3, 4),
                                                                  (3, 1, 4)]]

@@ -1,4 +1,4 @@
-// VTK legacy files: round trips, comparison by VTK itself, and hostile files.
+// Tests of VTK legacy files: round trips, comparison by VTK itself, and hostile files.
 #include "vtk/legacy/vtk.h"
 
 #include <gtest/gtest.h>
@@ -163,7 +163,7 @@ TEST_F(VtkTest, EverythingInTextMeansWhatItShould) {
   EXPECT_NE(skeleton.find("|COMPONENT_NAMES\n|x%20x\n|\n|z\n|INFORMATION 4\n"), std::string::npos);
 }
 
-// Strings and bits are not numeric data, but they belong to points and cells all the same.
+// Strings and bits are not numeric data, but they, too, belong to points and cells.
 TEST_F(VtkTest, StringsAndBitsFollowARenumbering) {
   const std::string text =
       std::string(kHead) +
@@ -241,7 +241,8 @@ TEST_F(VtkTest, CellKindsBecomeBlocks) {
             std::string::npos);
 }
 
-// Some writers give second-order cells the linear type: the number of nodes determines their type.
+// Some writers store second-order cells with the type of linear cells. The number of nodes
+// determines their real type.
 TEST_F(VtkTest, LinearTypesOfSecondOrderAreWhatTheyAre) {
   for (const auto& [type, nodes, shape] :
        {std::tuple(12, 20u, CellShape::hexahedron), std::tuple(13, 15u, CellShape::wedge),
@@ -258,8 +259,7 @@ TEST_F(VtkTest, LinearTypesOfSecondOrderAreWhatTheyAre) {
   }
 }
 
-// A face that repeats its first point, and a face without points: such faces are stored outside the
-// cells.
+// A face may repeat its first point or have no points. Such faces are stored outside the cells.
 TEST_F(VtkTest, PolyhedraOfOddFacesComeBack) {
   for (const std::string face : {"3 0 1 0", "0"}) {
     const int numbers = face == "0" ? 1 : 4;
@@ -289,7 +289,7 @@ TEST_F(VtkTest, EmptyMeshesAndMeshesWithoutCellsComeBack) {
   }
 }
 
-// The lists of strings come from files too.
+// Lists of strings are read from files, too, and may be damaged.
 TEST_F(VtkTest, BentListsOfStringsAreRefused) {
   const auto with_list = [&](const std::string& encoding, const std::string& list) {
     const std::string values = encoding == "ASCII" ? "a\nb\n"
@@ -324,7 +324,8 @@ TEST_F(VtkTest, BentListsOfStringsAreRefused) {
     EXPECT_EQ(code_of([&] { with_list("BINARY", list); }), ErrorCode::corrupt) << list;
 }
 
-// A mesh as other formats give it: blocks with numbers, steps, arrays on some blocks, roles.
+// A mesh as readers of other formats provide it: blocks with numbers, steps, arrays on some blocks,
+// roles.
 class ForeignMesh : public MeshSource {
  public:
   ForeignMesh() {
@@ -394,7 +395,8 @@ TEST_F(VtkTest, MeshesOfOtherFormatsGetPlainFiles) {
   EXPECT_EQ(as<double>(find_extra(all.info, "vtk/data/0")->data), (std::vector<double>{1.5}));
 }
 
-// Extras come from files too: extras that do not fit must be refused before they are used.
+// Extras are read from files, too: extras that do not fit the mesh must be refused before they are
+// used.
 class BentMesh : public ForeignMesh {
  public:
   explicit BentMesh(std::vector<std::pair<std::string, std::string>> extras) : bent_(info_of()) {
@@ -519,7 +521,8 @@ TEST_F(VtkTest, EveryTruncationIsSurvived) {
     for (std::size_t length = 0; length < whole.size(); ++length) {
       const std::string file = write_file("cut.vtk", whole.substr(0, length));
       Spool spool(directory_.string());
-      // Before CELL_TYPES is complete there is no mesh; after it, a text may be valid when cut.
+      // A file without the complete CELL_TYPES contains no mesh. After CELL_TYPES, a truncated text
+      // may be valid.
       if (length < types && whole.find("CELLS") < length) {
         EXPECT_THROW(open_vtk(file, spool), Failure) << length;
       } else {

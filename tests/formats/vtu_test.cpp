@@ -1,4 +1,4 @@
-// VTU files: round trips, comparison by VTK itself, and hostile files.
+// Tests of VTU files: round trips, comparison by VTK itself, and hostile files.
 #include "vtk/xml/vtu.h"
 #include "files/mesh_files.h"
 
@@ -337,7 +337,7 @@ TEST_F(VtuTest, PolyhedraAsListsOfFaces) {
   EXPECT_NE(back.find("0 1 2 3 4 5"), std::string::npos) << back;
   EXPECT_NE(back.find("3 6 9 12 15 18"), std::string::npos) << back;
   EXPECT_EQ(find_extra(open_text(own)->info(), "vtu/data/0"), nullptr);
-  // One face is shared: the tables are kept as they are.
+  // One face is shared, so that the tables are stored unchanged.
   const std::string shared = tables(
       "0 1 2 3 3 4 5 6", "4 8", "0 1 2 0 1 3 0 2 3 1 2 3 1 2 4 1 3 4 2 3 4", "3 6 9 12 15 18 21");
   back = round_trip_text(shared);
@@ -494,7 +494,7 @@ TEST_F(VtuTest, LyingHeadersOfCompressedArrays) {
 }
 
 TEST_F(VtuTest, BombsStayWithinTheirBlocks) {
-  // 64 MiB of zeros in 64 KiB, for an array of five floats: only the first block is read.
+  // The data of an array of five floats is 64 MiB of zeros in 64 KiB; only the first block is read.
   const std::vector<std::byte> zeros(vtu::kMostBlockBytes);
   const auto packed = vtu::compress(vtu::Compressor::zlib, zeros.data(), zeros.size());
   const std::string block(reinterpret_cast<const char*>(packed.data()), packed.size());

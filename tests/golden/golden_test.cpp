@@ -1,6 +1,6 @@
-// Golden files: files of earlier versions must be readable for ever, with exactly the same content.
-// A text file next to each gives the content. Faulty files must be refused for ever; a list gives
-// the reasons. make_golden.cpp adds new files.
+// Tests of golden files: files of earlier versions must be readable for ever, with exactly the same
+// contents. A text file next to each golden file states its contents. Faulty files must be refused
+// for ever; a list states the reasons. make_golden.cpp adds new files.
 #include <gtest/gtest.h>
 
 #include <filesystem>

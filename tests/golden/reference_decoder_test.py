@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Checks that the decoder in spec/, written only from the text of the format, agrees with the library.
+"""Checks that the decoder in spec/, which was written only from the text of the format, agrees with the library.
 
 reference_decoder_test.py SHM SHM_TEXT SHM_MAKE_MESH [--all [TIMES]] [--only NAME]
 
 SHM: path of the tool; SHM_TEXT: path of the program that prints the content of a file as decoded by the library
-(shm_text.cpp); SHM_MAKE_MESH: path of the mesh generator. The decoder must print the twins of the golden files, byte
-for byte. Small files of the corpus (the folder in SHM_CORPUS), compressed with several orders, levels and codecs,
-must give the same text with both decoders. Damaged bytes must be an error.
+(shm_text.cpp); SHM_MAKE_MESH: path of the mesh generator. For each golden file, the decoder must print the text that
+is stored next to it, byte for byte. Small files of the corpus (the folder in SHM_CORPUS), compressed with several
+orders, levels and codecs, must result in the same text with both decoders. Damaged bytes must lead to an error.
 --all, by hand: every file of the corpus, of any size, with TIMES different settings each (default 1), which takes
 about an hour for each setting; --only: files with NAME in their path.
 """
@@ -46,8 +46,10 @@ SETTINGS = [options.split() for options in (
     "--order keep --codec patterns", "--order stream --level fast --segment-cells 41 --key-steps 3",
     "--order stream --codec patterns --segment-cells 29",
     "--order keep --rel 1e-3", "--order stream --bits 12 --level best")]
-SECONDS = 25  # for all small files together
-LARGEST = 60000  # bytes of a small file
+# Time in seconds for all small files together.
+SECONDS = 25
+# Largest size in bytes of a small file.
+LARGEST = 60000
 ARGUMENTS = None
 
 
@@ -66,7 +68,7 @@ def content(path):
 
 
 def without_trailing(path):
-    """Returns the bytes of a file without those after the mesh, e.g. parity, of which the twin gives only the number."""
+    """Returns the bytes of a file without those after the mesh, e.g. parity: the golden text contains only their number."""
     trailing = int(content(path[:-4] + ".txt").rsplit(b"trailing bytes ", 1)[1])
     data = content(path)
     return data[: len(data) - trailing]
@@ -155,7 +157,7 @@ class Changed(unittest.TestCase):
 
 
 def stream_places(data):
-    """Returns where the bitstreams of groups, and step values after their heads, begin and end."""
+    """Returns the beginning and end of each bitstream of a group, and of step values after their headers."""
     places, at, sequence = [], 16, 0
     while True:
         chunk = reference_decoder.file.read_chunk(data, at, sequence)
@@ -193,7 +195,7 @@ class BothAgree(unittest.TestCase):
 
 class Generated(BothAgree):
     def test_mesh_of_two_tiles(self):
-        """More cells than fit into a tile, and enough decisions to exercise rare states of a mixer's tables."""
+        """The mesh has more cells than fit into a tile, and enough decisions for rare states of a mixer's tables."""
         with tempfile.TemporaryDirectory() as scratch:
             mesh = os.path.join(scratch, "mesh.vtk")
             subprocess.run([ARGUMENTS.shm_make_mesh, "ogrid", "5000", mesh, "--fields", "basic"], check=True,
@@ -201,7 +203,7 @@ class Generated(BothAgree):
             self.assertTrue(self.check(mesh, ["--level", "best", "--codec", "mixed"], scratch))
 
     def test_many_cells_around_an_edge(self):
-        """More cells than the codec distinguishes: a wheel of twelve cells around an edge, coded spoke by spoke."""
+        """More cells share an edge than the codec distinguishes: a wheel of twelve cells, coded spoke by spoke."""
         spokes, layers = 12, 30
         size, turn = 2 * spokes + 1, math.pi / spokes
         ring = [(math.cos(turn * i), math.sin(turn * i)) for i in range(2 * spokes)]
@@ -243,7 +245,7 @@ class Generated(BothAgree):
             self.check_hexahedra(points, cells, ("rows", "mixed", "replay", "paper", "patterns"))
 
     def test_a_range_too_small_for_a_step(self):
-        """The step is 0; division by it follows IEEE 754."""
+        """The quantization step is 0; division by it follows IEEE 754."""
         points = [(x, y, z) for z in range(3) for y in range(2) for x in range(2)]
         cells = [[4 * up + v for up in (z, z + 1) for v in (0, 1, 3, 2)] for z in range(2)]
         field = ("POINT_DATA 12\nSCALARS a double 1\nLOOKUP_TABLE default\n"
@@ -298,7 +300,7 @@ class Corpus(BothAgree):
                             break
                     tried += times
             else:
-                # Each file with another part of the settings, until the time is up.
+                # Tests each file with another part of the settings, until the time is up.
                 small = [path for path in sample_of(files) if os.path.getsize(path) <= LARGEST]
                 for turn in range(len(SETTINGS)):
                     for number, source in enumerate(small):

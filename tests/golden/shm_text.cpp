@@ -1,6 +1,6 @@
-// Prints the content of a .shm file, decoded by the library, in the format of item_text.h. The
-// Python decoder in spec/ is compared with this output. Exit code 3 if the file cannot be read; the
-// cause is on standard error.
+// Prints the contents of a .shm file, decoded by the library, in the format of item_text.h. The
+// Python decoder in spec/ is compared with this output. The exit code is 3 if the file cannot be
+// read; standard error states the cause.
 #include <cstddef>
 #include <cstdio>
 #include <fstream>

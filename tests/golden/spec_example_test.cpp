@@ -1,5 +1,6 @@
-// The worked example of spec/examples.md, byte for byte: the Writer creates the file again, and the
-// test compares it with the hex dump in the text, so that neither can change without the other.
+// Checks the worked example of spec/examples.md, byte for byte. The Writer creates the file again,
+// and the test compares it with the hex dump in the text, so that neither can change without the
+// other.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -58,7 +59,7 @@ Result<std::vector<std::byte>> example_file() {
   return std::move(sink.bytes);
 }
 
-/// Parses "89 53 48 4d ..." as bytes; returns false if the text has another form.
+/// Parses a text such as "89 53 48 4d" into bytes; returns false if the text has another form.
 bool parse_hex(const std::string& text, std::vector<std::byte>& out) {
   for (std::size_t at = 0; at < text.size(); at += 3) {
     const std::string pair = text.substr(at, 2);

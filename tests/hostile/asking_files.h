@@ -1,5 +1,5 @@
-// Files that ask for much memory: small files with correct checksums and a large count in one
-// field; one file for each field that counts something.
+// Files that ask for much memory. Each is a small file with correct checksums and a large count in
+// one field. There is one file for each field that is a count.
 #pragma once
 
 #include <algorithm>
@@ -50,7 +50,7 @@ inline std::vector<std::byte> put_together_with_index(FileParts parts) {
   return put_together(std::move(parts));
 }
 
-/// Returns a small cube of hexahedra with more chunks before its index.
+/// Returns a file of a small cube of hexahedra, with these additional chunks before its index.
 inline std::vector<std::byte> asking_mesh(
     const std::vector<std::pair<container::ChunkKind, std::vector<std::byte>>>& chunks,
     std::uint8_t version_of_extras = 1) {
@@ -90,15 +90,15 @@ inline ByteWriter schema_head() {
   return head;
 }
 
-/// Returns two sheets of hexahedra whose common vertices are all live at the same time, with an
-/// array that has no stream, so that its values are zeros.
+/// Returns a file of two sheets of hexahedra whose common vertices are all live at the same time.
+/// The file has an array without a stream, so that the values of the array are zeros.
 inline std::vector<std::byte> asking_columns(std::uint32_t side, Location location,
                                              std::uint32_t components) {
   TestMesh mesh = grid(side, side, 2);
   MemorySink sink;
   WriteOptions options;
   options.connectivity = ConnectivityCodec::rows;
-  options.group_cells = 400;  // each group is a tile, also with the array
+  options.group_cells = 400;  // each group is one tile, even with the array
   EXPECT_TRUE(write_mesh(mesh, sink, options));
   FileParts parts = take_apart(sink.bytes);
   mesh.schema.arrays.push_back(array_of("zeros", location, ScalarType::uint8, components));
@@ -117,8 +117,8 @@ inline std::vector<std::byte> asking_columns(std::uint32_t side, Location locati
   return put_together_with_index(std::move(parts));
 }
 
-/// Returns a sheet of hexahedra in two layers whose common vertices are all active at the same
-/// time, with steps of values that can be predicted over the mesh.
+/// Returns a file of a sheet of hexahedra in two layers. The common vertices of the layers are all
+/// active at the same time. The step values can be predicted over the mesh.
 inline Bytes asking_sheet(std::uint32_t side, ConnectivityCodec codec,
                           std::uint32_t components = 0) {
   Stepped stepped{grid(side, side, 2), {}, {}};
@@ -140,8 +140,8 @@ struct AskingFile {
   std::vector<std::byte> bytes;
 };
 
-/// Writes the beginning of one of many extras, of bytes and without a name: key, type, reference,
-/// distance.
+/// Writes the beginning of one of many extras without a name, whose values are bytes: key, type,
+/// reference, distance.
 inline void put_unnamed(ByteWriter& blob) {
   blob.put_text("");
   blob.put_u8(static_cast<std::uint8_t>(ScalarType::uint8));
@@ -172,7 +172,7 @@ inline std::vector<AskingFile> asking_files() {
     files.push_back({"small extras of version " + std::to_string(version),
                      asking_mesh({2000, {ChunkKind::extra, small}}, version)});
   }
-  {  // each value is a difference of one byte, and eight bytes in memory
+  {  // each value is stored as a difference of one byte, and needs eight bytes in memory
     constexpr std::uint64_t kValues = std::uint64_t{60} << 20;
     ByteWriter head;
     head.put_varint(1);
@@ -185,7 +185,7 @@ inline std::vector<AskingFile> asking_files() {
     files.push_back({"differences of extras",
                      asking_mesh({4, {ChunkKind::extra, packed_zeros(head.bytes, kValues)}})});
   }
-  {  // without name, values and shape: five bytes
+  {  // each extra has no name, values or shape, and needs five bytes
     ByteWriter blob, payload;
     blob.put_varint(kMostExtras);
     for (std::size_t i = 0; i < kMostExtras; ++i) {

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Small files that ask for much memory: eight commands of the tool need at most 300 MB for each of them by default.
+"""Checks that eight commands of the tool need at most 300 MB by default for each small file that asks for much memory.
 
 Usage: asking_files_test.py PATH_OF_SHM PATH_OF_MAKE_ASKING
 """
@@ -40,7 +40,7 @@ class AskingFilesTest(FolderTest):
                         ["extract", name, "piece.shm", "--cells", "0:1", "-f"],
                         ["repair", name, "-o", "whole.shm", "-f"], ["join", name, "-o", "joined.shm", "-f"],
                         ["append", name, "more.vtk", "-o", "longer.shm", "-f"], ["diff", name, "more.vtk"]]
-            if name.startswith(("components", "stepped", "sheet", "larger")):  # slow, and the other commands do the same
+            if name.startswith(("components", "stepped", "sheet", "larger")):  # slow, and read in the same way by the rest
                 commands = commands[:4]
             for words in commands:
                 memory, code = self.peak(*words)

@@ -1,6 +1,6 @@
-// Every field of a file can be wrong although all checksums are correct. The walks of
-// file_fields.h, which the mutators of the fuzz targets use, cover every byte of every section; and
-// whatever value replaces a field, no reader reports a wrong checksum.
+// Tests wrong values in every field of a file, with correct checksums. The field walks of
+// file_fields.h, which the mutators of the fuzz targets use, cover every byte of every section.
+// Whatever value replaces a field, no reader reports a wrong checksum.
 #include "support/file_fields.h"
 
 #include <gtest/gtest.h>
@@ -42,7 +42,7 @@ std::size_t bytes_of_all(const std::vector<Bytes>& streams) {
   for (const Bytes& stream : streams) sum += stream.size();
   return sum;
 }
-/// Returns the number of coded bytes after the fields of a payload, unless it is an extra.
+/// Returns the number of coded bytes after the fields of a payload; 0 if the chunk is an extra.
 std::size_t coded_bytes(const Chunk& chunk) {
   constexpr std::size_t kChecksum = 4;
   if (chunk.is(ChunkKind::group))
@@ -78,7 +78,7 @@ TEST(FileFields, LeaveNoByteOut) {
   }
 }
 
-// Replacing a field by its own value gives the same file, except for packed data.
+// If a field is replaced by its own value, the file does not change, except for packed data.
 TEST(FileFields, PutBackAreTheSame) {
   for (const FeatureFile& file : files()) {
     const std::string text = text_of(decode_in_pieces(file.bytes));
@@ -145,7 +145,8 @@ TEST(FileFields, LieBehindRightChecksums) {
           const auto [kind, version] =
               is_chunk ? std::pair(whole.chunks[c].header.kind, whole.chunks[c].header.version)
                        : std::pair<std::uint8_t, std::uint8_t>();
-          // Each field is changed in another way, the first field of each kind in many ways.
+          // Each field is changed in another way; the first field of each kind is changed in many
+          // ways.
           const bool is_new = met.insert({kind, version, field.name}).second;
           for (std::uint64_t n = is_new ? 64 / every(8) : 1; n > 0; --n) {
             const Bytes other = changed(section, field, way++);

@@ -1,5 +1,5 @@
-// Small files that ask for much memory get little, however they are read; valid files get all they
-// need.
+// Tests that small files that ask for much memory receive little, however they are read, and that
+// valid files receive all the memory that they need.
 #include <string>
 
 #include "hostile/asking_files.h"
@@ -51,7 +51,7 @@ TEST(Budget, SmallFilesTakeLittleMemory) {
     ASSERT_LT(file.bytes.size(), kMostFile);
     EXPECT_LE(memory_of([&] { read_all(file.bytes); }), kMostMemory);
     if (file.name.starts_with("components"))
-      continue;  // decoded in the same way by the other readers
+      continue;  // the other readers decode this file in the same way
     EXPECT_LE(memory_of([&] {
                 MemorySource source(file.bytes);
                 (void)read_mesh(source);
@@ -67,7 +67,7 @@ TEST(Budget, SmallFilesTakeLittleMemory) {
   }
 }
 
-/// Returns the error of reading the file of this name among the asking files.
+/// Returns the error message for the asking file with this name.
 std::string complaint(const std::string& name, const ReadLimits& limits = {}) {
   for (const AskingFile& file : asking())
     if (file.name == name) {
@@ -88,8 +88,8 @@ TEST(Budget, WhatIsRefusedIsNamed) {
   says("empty extras", "takes more than the limit of ");
 }
 
-// A caller can raise the limit. With a limit of 0, a reader still gets the memory that follows from
-// the size of the file.
+// A caller can raise the limit. With a limit of 0, a reader may still use the memory that is
+// proportional to the size of the file.
 TEST(Budget, IsTheCallers) {
   const auto of = [](std::size_t count, std::uint64_t most) {
     ByteWriter head;
@@ -115,8 +115,8 @@ TEST(Budget, IsTheCallers) {
   EXPECT_FALSE(of(1, kMega / 2));
 }
 
-// Ascending numbers, as in sets of all cells of a large mesh; they are small in the file and large
-// in memory.
+// The extras contain ascending numbers, as sets of all cells of a large mesh do. They need few
+// bytes in the file and many in memory.
 TEST(Budget, HasRoomForWhatAWriterWrites) {
   constexpr std::uint64_t kValues = 3000000, kExtras = 5;
   Extra extra;
@@ -143,8 +143,8 @@ TEST(Budget, HasRoomForWhatAWriterWrites) {
   EXPECT_EQ(summary->extras.size(), kExtras);
 }
 
-// Zeros, packed as tightly as zstd allows; a blob that would exceed its bound is packed in another
-// way.
+// The blobs contain zeros, which zstd packs very tightly. A blob that would exceed its bound is
+// packed in another way.
 TEST(Budget, BlobsOfZerosStayWithinTheirBound) {
   for (const Packing packing : {Packing::plain, Packing::with_dictionary, Packing::bounded})
     for (const std::size_t size : {std::size_t{100}, std::size_t{1} << 20, std::size_t{40} << 20}) {
@@ -171,15 +171,15 @@ TEST(Budget, SparingColumnsGiveTheSame) {
     SCOPED_TRACE(file.name);
     if (file.name == "archive") continue;
     const std::string usual = text_of(decode_in_pieces(file.bytes));
-    // A limit of 0 makes each column try to save memory; the memory that follows from the size of
-    // the file is sufficient.
+    // With a limit of 0, each column tries to save memory. The memory that is proportional to the
+    // size of the file is sufficient.
     EXPECT_TRUE(sparingly(file.bytes, 0) == usual);
     EXPECT_TRUE(sparingly(file.bytes, 4000) == usual);
   }
 }
 
-/// Two sheets with arrays of few different values. Components are equal except for some values,
-/// which differ from the beginning or later.
+/// The mesh consists of two sheets with arrays of few different values. Components are equal except
+/// for some values, which differ from the beginning or later.
 TEST(Budget, ColumnsThatAreAlikeTakeNothingBySlot) {
   constexpr std::uint32_t kSide = 70, kComponents = 8;
   for (const Location location : {Location::point, Location::cell})
@@ -203,8 +203,8 @@ TEST(Budget, ColumnsThatAreAlikeTakeNothingBySlot) {
       ASSERT_TRUE(write_mesh(mesh, sink, options));
       const std::string usual = text_of(decode_in_pieces(sink.bytes));
       ASSERT_NE(usual.find("array"), std::string::npos);
-      // Memory for the coordinates and some columns, a third of the total; enough for all columns
-      // if they differ.
+      // The small limit is a third of the total: enough for the coordinates and some columns. The
+      // large limit is enough for all columns if they differ.
       const std::string sparing = sparingly(sink.bytes, every == 7 ? 1 << 24 : 1200000);
       EXPECT_TRUE(sparing == usual) << sparing.substr(0, 300);
     }
@@ -253,7 +253,7 @@ TEST(Limits, OfActiveVertices) {
   }
 }
 
-// Columns of time steps observe their memory limit too, front to back and by the index.
+// The columns of time steps observe their memory limit, too, front to back and by the index.
 TEST(Limits, OfWhatColumnsOfStepsKeep) {
   const Bytes bytes = asking_sheet(60, ConnectivityCodec::rows, 16);
   for (const bool fits : {false, true}) {

@@ -47,8 +47,8 @@ double processor_seconds() {
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-// Returns the ratio of the times for a four times larger input and a small one; 1 if the times are
-// too short to measure.
+// Returns the ratio of the times for an input and for an input that is four times larger; 1 if the
+// times are too short to measure.
 double growth(std::size_t small, const std::function<std::function<void()>(std::size_t)>& prepare) {
   const auto seconds = [&](std::size_t size) {
     double least = 1e9;
@@ -163,7 +163,7 @@ MeshInfo with_arrays(std::size_t count, bool one_name, bool per_step = false) {
   return mesh.mesh;
 }
 
-// Returns `count` cells, each in a block of its own.
+// Returns `count` cells, each in a separate block.
 MemoryMesh with_blocks(std::size_t count) {
   MemoryMesh mesh;
   for (int i = 0; i < 8; ++i) mesh.add_point(i & 1, i >> 1 & 1, i >> 2);
@@ -266,8 +266,8 @@ TEST_F(HostileFiles, WhatFollowsFromSetsIsNoMoreThanTheirMembers) {
   }
 }
 
-// Derived data is computed for each variable: many variables of one name would be much work for few
-// bytes.
+// Derived data is computed for each variable. Many variables of one name would cause much work for
+// few bytes.
 TEST_F(HostileFiles, VariablesOfOneNameAreRefused) {
   MemoryMesh mesh;
   mesh.mesh.schema.source_format = "exodus";
@@ -380,7 +380,7 @@ TEST_F(HostileFiles, ArraysThatShareTheirBytesAreLimited) {
   EXPECT_LT(spool_.paged_bytes(), std::uint64_t{300} << 20);
 }
 
-// Cells that all have the same face with very many points.
+// All cells have the same face, which has very many points.
 TEST_F(HostileFiles, FacesOfVtuPolyhedraMayNotBeSharedByVeryMany) {
   constexpr std::size_t kCells = 4000, kPointsOfFace = 30000;
   const auto list = [](const char* name, const char* type, std::size_t count, auto&& value) {

@@ -28,7 +28,7 @@ TEST(Hostile, BytesBehindTheEndAreNotKept) {
 
 TEST(Hostile, StatedSizesAllocateNothing) {
   constexpr std::size_t kSmall = 1 << 20;
-  // Four gigabytes of payload, all of which is missing.
+  // The header states a payload of four gigabytes, all of which is missing.
   FileParts parts = take_apart(file("keep"));
   ByteWriter start;
   container::put(start, parts.start);
@@ -41,12 +41,12 @@ TEST(Hostile, StatedSizesAllocateNothing) {
   EXPECT_EQ(code_of(start.bytes), ErrorCode::over_limit);
   ReadLimits limits;
   limits.max_chunk_bytes = std::uint64_t{1} << 40;
-  // A size of 32 bits cannot express this, whatever limit the caller sets.
+  // A 32-bit size cannot represent this length, whatever limit the caller sets.
   EXPECT_EQ(code_of(start.bytes, limits),
             sizeof(std::size_t) < 8 ? ErrorCode::over_limit : ErrorCode::truncated);
   EXPECT_LE(largest_allocation, kSmall);
 
-  // A schema that claims to unpack to a gigabyte, raw and packed.
+  // A schema claims to unpack to a gigabyte, with both packing methods.
   for (const std::uint8_t method : {std::uint8_t{0}, std::uint8_t{1}}) {
     ByteWriter payload;
     payload.put_u16(container::kMajor);
@@ -60,7 +60,7 @@ TEST(Hostile, StatedSizesAllocateNothing) {
     EXPECT_LE(largest_allocation, kSmall);
   }
 
-  // A group that claims 2^20 cells and a gigabyte.
+  // A group claims to have 2^20 cells and a gigabyte of decoded data.
   parts = take_apart(file("keep"));
   auto group = take_group_apart(parts.chunks[1].payload);
   ASSERT_TRUE(group);
@@ -127,7 +127,7 @@ TEST(Hostile, ManyComponentsTakeLittleMemory) {
       Bytes& payload = parts.find(ChunkKind::group)->payload;
       const auto group = take_group_apart(payload);
       ASSERT_TRUE(group);
-      // Missing streams read as zeros: a file with a few bytes for each array.
+      // Missing streams are read as zeros, so that the file has few bytes for each array.
       auto empty = *group;
       const auto first_array = static_cast<std::ptrdiff_t>(
           std::find_if(
@@ -140,7 +140,7 @@ TEST(Hostile, ManyComponentsTakeLittleMemory) {
       payload = put_group_together(empty);
       EXPECT_LE(memory_of([&] { (void)decode_in_pieces(put_together(parts)); }), most);
 
-      // Mixed columns in arrays for which they are not allowed.
+      // Mixed columns are used for arrays for which they are not allowed.
       auto mixed = *group;
       mixed.header.streams.back().codec = container::Codec::mixed_columns;
       payload = put_group_together(mixed);
@@ -166,7 +166,7 @@ TEST(Hostile, ManyComponentsOfShiftsTakeLittleMemory) {
     const std::size_t most = kRings + 4096 * kPerComponent;
     EXPECT_LE(memory_of([&] { EXPECT_TRUE(decode_in_pieces(sink.bytes)); }), most);
 
-    // Differences in arrays for which they are not allowed.
+    // Differences are used for arrays for which they are not allowed.
     FileParts parts = take_apart(sink.bytes);
     Bytes& payload = parts.find(ChunkKind::group)->payload;
     auto group = take_group_apart(payload);
@@ -190,7 +190,7 @@ TEST(Hostile, ManySegmentsOfShiftsTakeLittleMemory) {
 }
 
 TEST(Hostile, StatedSizesOfShiftsAllocateNothing) {
-  // A gigabyte of shifts or values, all of which is missing.
+  // The streams state a gigabyte of shifts or values, all of which is missing.
   for (const std::size_t stream : {0u, 1u, 2u, 3u}) {
     const Bytes bytes = shifts_with([&](GroupParts& group) {
       group.header.decoded_bytes = std::uint64_t{1} << 30;

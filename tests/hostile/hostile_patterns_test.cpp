@@ -1,4 +1,4 @@
-// Groups whose cells are patterns, with inconsistent data and correct checksums.
+// Tests of groups whose cells are patterns, with inconsistent data and correct checksums.
 #include <functional>
 #include <string>
 #include <vector>
@@ -18,7 +18,8 @@ using Numbers = std::vector<std::uint32_t>;
 /// Contents of the connectivity stream of a group of patterns with one block, with planes unpacked.
 struct PatternWords {
   std::uint8_t history_bits = 0;
-  std::vector<std::uint64_t> runs;  // number of runs, then block and cells of each
+  std::vector<std::uint64_t>
+      runs;  // number of runs, then the block and the number of cells of each run
   std::uint64_t patterns = 0;
   Bytes ops;  // source and position
   Numbers places, last_use;
@@ -75,7 +76,7 @@ Bytes with_words(const char* name, const std::function<void(PatternWords&)>& lie
       name);
 }
 
-/// Source and position of a node in a pattern.
+/// Returns the source or the position of a node in a pattern.
 std::byte& op(PatternWords& words, std::size_t pattern, std::size_t node, std::size_t which) {
   return words.ops[(2 * node + which) * static_cast<std::size_t>(words.patterns) + pattern];
 }
@@ -136,7 +137,7 @@ Bytes with_values(const std::function<void(Bytes&)>& lie) {
 }
 
 TEST(Hostile, LyingTerms) {
-  // count, then head, exponent and width of each component
+  // The stream contains a count, then the head, exponent and width of each component.
   const std::vector<std::function<void(Bytes&)>> lies = {
       [](Bytes& b) { b[0] = std::byte{0}; },
       [](Bytes& b) { b[0] = b[0] ^ std::byte{1}; },  // another number of values
@@ -154,8 +155,8 @@ TEST(Hostile, LyingTerms) {
     EXPECT_EQ(code_of(with_values(lies[i])), ErrorCode::corrupt) << "lie " << i;
 }
 
-// A megabyte of patterns or numbers, all of which is missing; a file that stands for much data in
-// few bytes.
+// The first files state a megabyte of patterns or numbers, all of which is missing. Another file
+// represents much data in few bytes.
 TEST(Hostile, PatternsTakeMemoryAsTheyAreStated) {
   for (const auto& lie : std::vector<std::function<void(PatternWords&)>>{
            [](PatternWords& w) { w.distances.assign(1 << 22, 1); },

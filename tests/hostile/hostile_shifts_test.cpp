@@ -1,4 +1,4 @@
-// Groups whose cells are shifts, with inconsistent data and correct checksums.
+// Tests of groups whose cells are shifts, with inconsistent data and correct checksums.
 #include <limits>
 #include <string>
 #include <unordered_set>
@@ -14,7 +14,7 @@
 namespace shm {
 namespace {
 
-/// Connectivity of a group of shifts before it is packed with zstd.
+/// Connectivity stream of a group of shifts, before it is packed with zstd.
 struct ShiftWords {
   Bytes words, symbols;
 };
@@ -73,7 +73,7 @@ void expect_shifts_refuse_lies(const char* name) {
       [](Shift& s) { s[kBirths] = s[kImports] = 0; },  // no vertex is introduced
       [](Shift& s) {
         s[kImports] &= s[kImports] - 1;
-      },                                      // introduced here although an earlier segment has it
+      },  // a vertex that this segment introduces although an earlier segment has it
       [](Shift& s) { s[kImports] = 0; },      // all of them
       [](Shift& s) { s[kImports] = 0xff; },   // imported although this segment introduced it
       [](Shift& s) { s[kLastUse] = 0xff; },   // used later
@@ -166,7 +166,7 @@ TEST(Hostile, LyingNumbersOfImportsOfShifts) {
               group.header.streams[1].codec = container::Codec::shifts;
             }),
             ErrorCode::unsupported);
-  // In the first segment, which has no imports, and in order keep.
+  // Vertex numbers are also refused in the first segment, which has no imports, and in order keep.
   for (const char* name : {"shifts_stream", "shifts"}) {
     FileParts parts = take_apart(file(name));
     for (const std::size_t nth : {0u, 2u}) {
@@ -186,7 +186,7 @@ TEST(Hostile, LyingNumbersOfImportsOfShifts) {
   }
 }
 
-/// Returns the nth group of the file "shifts_columns" with another ring size.
+/// Returns the file "shifts_columns" with another ring size in its nth group.
 Bytes with_ring(std::size_t nth, int ring_bits) {
   FileParts parts = take_apart(file("shifts_columns"));
   Chunk* chunk = parts.find(ChunkKind::group, nth);
@@ -248,7 +248,7 @@ TEST(Hostile, StreamsOfShiftsMissingRepeatedOrSwapped) {
         is = is == codec ? static_cast<container::Codec>(98) : codec;
       });
   }
-  // Shifts after another codec in the same segment, and the other way round.
+  // A segment contains groups of shifts after groups of another codec, or the other way round.
   for (const auto codec : {container::Codec::predictive, container::Codec::paper}) {
     FileParts parts = take_apart(file("shifts"));
     for (const std::size_t nth : {0u, 1u}) {
@@ -263,7 +263,7 @@ TEST(Hostile, StreamsOfShiftsMissingRepeatedOrSwapped) {
   }
 }
 
-// Shifts in files whose schema does not allow them.
+// The file contains shifts although its schema does not allow them.
 TEST(Hostile, ShiftsOfAnotherSchema) {
   const auto code_with = [](const std::function<void(Schema&)>& change) {
     TestMesh mesh = bent_grid(3, 2, 2);
@@ -288,8 +288,8 @@ TEST(Hostile, ShiftsOfAnotherSchema) {
             ErrorCode::corrupt);
 }
 
-// Such shifts are not decoded for appended steps either, for which a program reads only the groups:
-// they give the same error as in a reader.
+// Such shifts are not decoded for appended steps either. A program that appends steps reads only
+// the groups; it reports the same error as a reader.
 TEST(Hostile, ShiftsOfAnotherSchemaAreNotDecodedAgain) {
   const auto appends_with = [](const std::function<void(Schema&)>& change) {
     TestMesh mesh = bent_grid(3, 2, 2);

@@ -1,5 +1,5 @@
-// Damaged and inconsistent files: each gives an error with a fitting code or decodes to exactly the
-// original content; never other content, a crash, or excessive memory.
+// Tests of damaged and inconsistent files. Each must lead to an error with a fitting code or decode
+// to exactly the original contents; never to other contents, a crash, or excessive memory.
 #include <functional>
 #include <limits>
 #include <string>
@@ -30,8 +30,8 @@ TEST(Hostile, WholeFilesAreReadInPiecesOfAnySize) {
   }
 }
 
-/// Returns true for files that are cut and flipped at every position; the others are tested only at
-/// some, to save time.
+/// Returns true if the file is truncated and changed at every position. The other files are tested
+/// only at some positions, to save time.
 bool is_thorough(const FeatureFile& feature) {
   return feature.name == "one_hexahedron" || feature.name == "stream_turned" ||
          feature.name == "arrays_on_some_blocks" || feature.name == "steps_and_extras" ||
@@ -112,7 +112,7 @@ TEST(Hostile, NoShmFileAtAll) {
   Bytes bytes = file("keep");
   bytes[0] = std::byte{0x88};
   EXPECT_EQ(code_of(bytes), ErrorCode::corrupt);
-  // Effect of a transfer as text: CR LF becomes LF.
+  // A transfer as text changes CR LF to LF.
   bytes = file("keep");
   bytes.erase(bytes.begin() + 4);
   EXPECT_EQ(code_of(bytes), ErrorCode::corrupt);
@@ -155,7 +155,7 @@ TEST(Hostile, UnknownChunksAreSkippedOrRefused) {
     parts.chunks[at].header.flags = 0;
     EXPECT_EQ(code_of(put_together(parts)), ErrorCode::unsupported);
   }
-  // A later version of a known kind is unknown, too.
+  // A later version of a known kind of chunk is unknown, too.
   FileParts parts = take_apart(file("groups"));
   parts.chunks[1].header.version = 2;
   EXPECT_EQ(code_of(put_together(parts)), ErrorCode::unsupported);
@@ -306,8 +306,8 @@ TEST(Hostile, LyingSchema) {
         s.arrays.assign(3, array_of("a", Location::point, ScalarType::int8, 65535));
       },
       ErrorCode::over_limit);
-  // Every truncation, and additional data: an invalid byte for the step references, or more than
-  // one byte.
+  // Tries every truncation, and additional data: an invalid byte for the step references, or more
+  // than one byte.
   Schema schema = mixed_cells().schema;
   schema.arrays.push_back(array_of("a", Location::cell, ScalarType::float32, 1, {0}));
   ByteWriter blob;
@@ -440,8 +440,8 @@ TEST(Hostile, ImportsOfVerticesThatAreNotThere) {
   for (const char* name : {"segments", "segments_stream"})
     for (const auto kind :
          {container::StreamKind::imports, container::StreamKind::vertex_numbers}) {
-      // A missing stream reads as zeros: all vertices are imported, or the same vertex again and
-      // again.
+      // A missing stream is read as zeros: all vertices are imported, or the same vertex is
+      // imported again and again.
       FileParts parts = take_apart(file(name));
       Chunk* chunk = parts.find(ChunkKind::group, 2);
       auto group = take_group_apart(chunk->payload);

@@ -1,6 +1,6 @@
-// Files designed to be expensive: the processor time for reading them, per byte of input and
-// output, is not much larger than for an ordinary file in the same run. The test compares only
-// ratios, because the machine may be busy or slow.
+// Tests of files designed to be expensive: the processor time for reading them, per byte of input
+// and output, must not be much larger than for an ordinary file in the same run. The test compares
+// only ratios, because the machine may be busy or slow.
 #include <time.h>
 
 #include <algorithm>
@@ -24,9 +24,9 @@ extern "C" [[gnu::visibility("default")]] const char* __asan_default_options() {
 namespace shm {
 namespace {
 
-/// Largest allowed ratio of the times per byte. Small items cost more than large ones, and creating
-/// a column takes some microseconds, twice as much if a sanitizer watches every allocation (tiny
-/// segments: ratios of 10 to 14 with sanitizers, 5 without).
+/// Largest allowed ratio of the times per byte. Small items need more time per byte than large
+/// items. Creating a column takes some microseconds, and twice as much if a sanitizer watches every
+/// allocation (tiny segments: ratios of 10 to 14 with sanitizers, 5 without).
 constexpr double kMost = kSanitized ? 24 : 12;
 
 double processor_seconds() {
@@ -80,7 +80,8 @@ std::uint64_t read_steps(const Bytes& file) {
   return out;
 }
 
-/// Returns the time per byte of input and output, of the fastest of several runs.
+/// Returns the time in seconds per byte of input and output, measured in the fastest of several
+/// runs.
 template <class Read>
 double seconds_a_byte(const Bytes& file, const Read& read) {
   double least = std::numeric_limits<double>::max(), all = 0;
@@ -108,7 +109,7 @@ constexpr std::uint64_t kSide = kSanitized ? 16 : 40;
 constexpr std::uint64_t kManySteps = kSanitized ? 60 : 1500;
 constexpr std::uint64_t kThousands = kSanitized ? 1000 : 20000;
 
-/// Returns a mesh with a field on all points and one on all cells.
+/// Returns a mesh with a field on all points and a field on all cells.
 Stepped ordinary() {
   Stepped stepped{bent_grid(kSide, kSide, kSide), {}, {}};
   for (const Location location : {Location::point, Location::cell}) {
@@ -120,7 +121,7 @@ Stepped ordinary() {
   return stepped;
 }
 
-/// Returns arrays of a few components on the last cell of a mesh, at very many steps.
+/// Returns a mesh with arrays of a few components on its last cell, at very many steps.
 Stepped on_one_cell(TestMesh mesh, std::uint64_t steps, std::uint32_t components = 16) {
   mesh.schema.blocks.push_back({2, "spring", CellShape::hexahedron, 8});
   mesh.cells.back().block = 1;
@@ -181,8 +182,8 @@ void expect_in_proportion(const std::string& name, const Bytes& file) {
   const double all = seconds_a_byte(file, read_all) / usual;
   const double steps = seconds_a_byte(file, read_steps) / usual_steps;
   ::testing::Test::RecordProperty(name, std::to_string(all) + " " + std::to_string(steps));
-  std::printf("%s, %zu bytes: %.1f times as long for each byte, by the index %.1f\n", name.c_str(),
-              file.size(), all, steps);
+  std::printf("%s, %zu bytes: the time per byte is %.1f times as long, by the index %.1f\n",
+              name.c_str(), file.size(), all, steps);
   EXPECT_LT(all, kMost) << name;
   EXPECT_LT(steps, kMost) << name << " by the index";
 }

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""--max-cells and --max-output: larger data is refused with exit code 5, quickly, and no files are left.
+"""Tests --max-cells and --max-output: larger data is refused with exit code 5, quickly, and no files are left.
 
 Usage: limits_test.py PATH_OF_SHM
 """
@@ -59,7 +59,7 @@ class LimitsTest(FolderTest):
             with self.subTest(words=words):
                 self.refused(*words, "--max-output", "1M")
 
-    # A few bytes from which very many cells and points follow.
+    # These sources state very many cells and points in a few bytes.
     def test_what_a_source_states(self):
         self.write("image.vtk", IMAGE.format(1000))
         self.before = sorted(os.listdir(self.directory.name))

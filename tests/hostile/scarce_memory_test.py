@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""shm without sufficient memory: whichever allocation fails, alone or with all later ones, the tool ends with exit
-code 5 and a message, or gives the same result as with enough memory.
+"""Tests shm without sufficient memory. If any allocation fails, alone or with all later allocations, the tool ends
+with exit code 5 and a message, or produces the same result as with enough memory.
 
 Usage: scarce_memory_test.py PATH_OF_SHM PATH_OF_SCARCE_MEMORY
 """
@@ -15,7 +15,8 @@ sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."
 from folder_test import tell
 
 SHM = SCARCE = None
-FALLS = 24  # failing allocations for each command and kind
+# Number of failing allocations for each command and kind.
+FALLS = 24
 # Commands in which allocations of C libraries fail too. Commands that use netCDF and HDF5 are left
 # out, because these crash without memory.
 WITHOUT_NETCDF = {"compress", "decompress", "info", "verify", "against", "convert", "diff", "extract", "join", "split",
@@ -87,7 +88,8 @@ class ScarceMemory(unittest.TestCase):
             total, code, text, written = self.count(*words, **scarce)
             self.assertIn(code, (0, 3), name)
             self.assertGreater(total, start)
-            # A few failures while the commands are created, most of them while one runs.
+            # A few of the failures occur while the commands are created, most of them while a
+            # command runs.
             places = {start * k // 6 for k in range(6)}
             places |= {start + (total - start) * k // FALLS for k in range(FALLS)} | {total - 1}
             for allowed in sorted(places):

@@ -20,10 +20,10 @@ namespace {
 
 // The largest single allocation since this was last set to 0.
 std::size_t largest_allocation = 0;
-// Allocated bytes, and their maximum since it was last set.
+// Number of allocated bytes, and the maximum of this number since the maximum was last set.
 std::atomic<std::size_t> allocated = 0, most_allocated = 0;
 
-/// Returns the most memory that `work` allocates at once, in bytes.
+/// Returns the largest amount of memory, in bytes, that `work` has allocated at any time.
 inline std::size_t memory_of(const std::function<void()>& work) {
   const std::size_t before = allocated;
   most_allocated = before;
@@ -33,7 +33,7 @@ inline std::size_t memory_of(const std::function<void()>& work) {
 
 }  // namespace
 
-// Not inlined: otherwise the compiler sees malloc and delete, and warns.
+// This function must not be inlined: otherwise the compiler would see malloc and delete, and warn.
 [[gnu::noinline]] void* operator new(std::size_t bytes) {
   largest_allocation = std::max(largest_allocation, bytes);
   void* memory = std::malloc(bytes > 0 ? bytes : 1);
@@ -42,8 +42,8 @@ inline std::size_t memory_of(const std::function<void()>& work) {
   if (now > most_allocated) most_allocated = now;
   return memory;
 }
-// The operator that std::stable_sort uses, because sanitizers require that it matches the delete
-// below.
+// The operator that std::stable_sort uses. It is replaced because sanitizers require that it
+// matches the operator delete below.
 [[gnu::noinline]] void* operator new(std::size_t bytes, const std::nothrow_t&) noexcept {
   try {
     return operator new(bytes);

@@ -1,5 +1,6 @@
-// Appender: a file whose steps were added in several runs is byte for byte the file of one run;
-// existing content is kept; inconsistent files are refused without writing any output.
+// Tests of Appender: a file whose steps were added in several runs is equal, byte for byte, to a
+// file written in one run. Existing contents are kept. Inconsistent files are refused without
+// writing any output.
 #include "shm/appender.h"
 
 #include <gtest/gtest.h>
@@ -100,7 +101,8 @@ Values values_of(const ReadBack& back) {
   return values;
 }
 
-/// Returns eleven steps of changing point and cell arrays; some arrays have no values at step 3.
+/// Returns a mesh with eleven steps of changing point and cell arrays; some arrays have no values
+/// at step 3.
 Stepped series(TestMesh mesh, Order order) {
   Stepped stepped = with_steps(std::move(mesh), order);
   stepped.values.clear();
@@ -155,8 +157,8 @@ TEST(Appender, TheSchemaIsSaidAgainAtTheEndOnly) {
   EXPECT_EQ(take_apart(more).find(ChunkKind::schema, 2), nullptr);
 }
 
-// A chunk of step values may have room for further parts. The appender reads its part heads in
-// versions 0 and 1.
+// If a chunk of step values can accept further parts, the appender reads the part headers of that
+// chunk, in version 0 as well as in version 1.
 TEST(Appender, GoesOnBehindAChunkOfVersion0) {
   Stepped stepped;
   stepped.mesh = with_order(grid(5, 4, 3, ScalarType::float64, warped), Order::keep, true, 0);
@@ -310,8 +312,8 @@ TEST(Appender, GivesTheMeshWithoutSteps) {
     }
 }
 
-// Values outside the box of 10 bits keep the bound too; values that are not finite come back
-// exactly.
+// Errors of values outside the box that is quantized to 10 bits also stay within the bound. Values
+// that are not finite are restored exactly.
 TEST(Appender, QuantizedArraysKeepTheirBound) {
   Stepped stepped;
   stepped.mesh = with_order(grid(5, 4, 3, ScalarType::float64, warped), Order::keep, true, 0);
@@ -406,7 +408,8 @@ TEST(Appender, RefusesFilesThatAreDamagedOrLie) {
       inconsistent.chunks.back().payload[at] ^= static_cast<std::byte>(change);
       (void)survives(put_together(std::move(inconsistent)), stepped);
     }
-  // A missing chunk, an extra chunk, or a chunk with another number.
+  // Damages the list of chunks: a missing chunk, an extra chunk, or a chunk with a wrong sequence
+  // number.
   FileParts without = parts;
   without.chunks.erase(without.chunks.begin() + 2);
   EXPECT_FALSE(survives(put_together(std::move(without)), stepped));

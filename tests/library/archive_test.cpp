@@ -1,4 +1,5 @@
-// Archives: members come back under their names, and no other file is mistaken for an archive.
+// Tests of archives: members are read back under their names, and no other file is mistaken for an
+// archive.
 #include "shm/archive.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,6 @@
-// The boundary surface of each shape and of meshes of all kinds, checked against a count of all
-// sides; its values; and its memory, which depends on the size of the active surface.
+// Tests of the boundary surface. For each shape and for meshes of all kinds, its faces are checked
+// against a count of all sides. Its values are checked, and its memory, which must depend only on
+// the size of the active surface.
 #include "shm/boundary_surface.h"
 
 #include <gtest/gtest.h>
@@ -66,7 +67,8 @@ Cycle face_of(const BoundarySurface& surface, std::size_t face) {
   return cycle;
 }
 
-/// Returns a canonical form that is equal for all rotations of a cycle, in both directions.
+/// Returns a canonical form of a cycle, which is equal for all rotations of the cycle and for both
+/// directions.
 Cycle least(Cycle cycle) {
   Cycle best = cycle;
   for (int way = 0; way < 2; ++way) {
@@ -81,7 +83,7 @@ Cycle least(Cycle cycle) {
 
 // --- expected result: a count of all sides
 
-/// Returns the sides of a cell, by VTK's tables.
+/// Returns the sides of a cell according to VTK's tables.
 std::vector<Cycle> sides_of_cell(const BlockInfo& block, const Cycle& v) {
   static const std::map<CellShape, std::pair<std::size_t, std::vector<Cycle>>> tables = {
       {CellShape::tetrahedron, {4, {{0, 1, 3}, {1, 2, 3}, {2, 0, 3}, {0, 2, 1}}}},
@@ -177,7 +179,7 @@ void expect_sound(const BoundarySurface& surface) {
   EXPECT_EQ(numbers.size(), surface.vertex_count()) << "a vertex occurs twice";
 }
 
-/// Writes `mesh`, reads it back, and compares its boundary with the count.
+/// Writes `mesh`, reads it back, and compares its boundary with the count of all sides.
 BoundarySurface expect_counted(const TestMesh& mesh, WriteOptions options = {}) {
   RecordedOrder order;
   options.coding_order = &order;
@@ -478,7 +480,7 @@ TEST(BoundarySurface, OfDegenerateCells) {
   expect_counted(mesh);
 }
 
-/// Returns tetrahedra around vertex 0, in a long strip; with polyhedra, every second cell is a
+/// Returns a long strip of tetrahedra around vertex 0. If `with_polyhedra`, every second cell is a
 /// polyhedron with one more face.
 TestMesh hub(std::uint64_t cells, bool with_polyhedra) {
   TestMesh mesh;
@@ -489,7 +491,7 @@ TestMesh hub(std::uint64_t cells, bool with_polyhedra) {
   mesh.set_points(points);
   for (std::uint64_t i = 0; i < cells; ++i) {
     const std::uint64_t a = i + 1, b = i + 2, c = i + 3;
-    if (with_polyhedra && i % 2 == 1)  // has sides with four and more corners
+    if (with_polyhedra && i % 2 == 1)  // this cell has sides with four and more corners
       mesh.cells.push_back(
           {1, closed_faces({{0, a, b}, {0, b, c}, {0, c, a}, {a, b, c}, {0, a, b, c, c + 1}})});
     else
@@ -509,7 +511,7 @@ TEST(BoundarySurface, OfManyCellsAroundAVertex) {
 
 // --- memory
 
-/// Returns the largest number of open sides and of vertices kept after a block.
+/// Returns the largest number of open sides, and of vertices, that are kept after any block.
 std::pair<std::size_t, std::size_t> most_kept(const TestMesh& mesh) {
   WriteOptions options;
   options.group_cells = 64;
@@ -632,7 +634,7 @@ TEST(BoundarySurface, CarriesStaticArrays) {
 TEST(BoundarySurface, CarriesSteppedArrays) {
   for (const Order kind : {Order::keep, Order::stream}) {
     Stepped stepped = with_steps(every_shape(), kind);
-    // Only the cells of these blocks, which lie between others.
+    // The array covers only these blocks, whose cells lie between cells of other blocks.
     stepped.mesh.schema.arrays[3].blocks = {1, 3};
     for (const std::uint64_t step : {0u, 1u, 2u, 4u, 5u, 9u})
       stepped.values[{3, step}] =
@@ -736,8 +738,8 @@ TEST(BoundaryFinder, TakesPiecesOfAMesh) {
   Faces expected;
   for (const auto& [cell, cycle] : counted_faces(piece)) expected.emplace(cell + 17, cycle);
   EXPECT_EQ(found_faces(*surface), expected);
-  // The boundary of a single block, in order: cells are coded in the order of their numbers, and
-  // vertices keep their numbers.
+  // In a single block, cells are coded in the order of their numbers, and vertices keep their
+  // numbers.
   for (std::size_t f = 0; f < surface->face_count(); ++f)
     EXPECT_EQ(std::memcmp(&surface->arrays[1][f * 4],
                           &stepped.values.at({u + 2, 4})[surface->cell_numbers[f] * 4], 4),
@@ -809,7 +811,7 @@ TEST(BoundaryFinder, RefusesBlocksThatMakeNoSense) {
   EXPECT_FALSE(other->add(piece));
 }
 
-// Files with a damaged byte give an error or a valid surface.
+// A damaged byte in a file leads to an error or to a valid surface.
 TEST(BoundarySurface, OfDamagedFiles) {
   const auto bytes = written(with_steps(every_shape(), Order::keep));
   BoundaryOptions options;

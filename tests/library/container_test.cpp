@@ -1,5 +1,5 @@
-// Structs of the format: get() inverts put(), and structs of fixed size have exactly the bytes
-// given in the specification.
+// Tests of the structs of the file format: get() restores what put() stores, and structs of fixed
+// size are stored as exactly the bytes in the specification.
 #include <gtest/gtest.h>
 
 #include <functional>
@@ -294,8 +294,8 @@ TEST(Container, IndexOfVersion0) {
   EXPECT_FALSE(get(longer, back, 0, 3));
 }
 
-// In version 1 every field is restored that does not follow from others. Fields that follow are
-// offsets and the first element of a group or of step values.
+// An index of version 1 stores every field except those that are computed from other fields:
+// offsets, and the first element of a group or of step values.
 TEST(Container, PackedIndex) {
   Index index = any_index();
   IndexEntry more = index.entries[1];

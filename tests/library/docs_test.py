@@ -5,10 +5,10 @@
 
 Every relative link of every document leads to a file, and its #anchor to a heading there. Every path
 in backticks that begins with a folder of this repository exists. README.md has at most 140 lines.
-docs/architecture.md has a line for every folder of sources, each module/unit that it names exists, and
-its pictures of the layers show each module above those that it may include by the table in rules_test.cpp.
-Every section of the specification that a comment of the library cites exists. Every claim that
-scripts/claims measures occurs in its document with the same figure. Doxygen processes the public
+docs/architecture.md has a line for every folder of sources, and each module/unit that it names exists. Its
+pictures of the layers show each module above the modules that it may include according to the table in
+rules_test.cpp. Every section of the specification that a comment of the library cites exists. Every claim
+that scripts/claims measures occurs in its document with the same figure. Doxygen processes the public
 headers without a warning.
 """
 import itertools
@@ -29,7 +29,7 @@ MAP = ROOT / "docs" / "architecture.md"
 LINK = re.compile(r"!?\[(?:[^\[\]]|\[[^\]]*\])*\]\(\s*<?([^)\s>]+)>?[^)]*\)")
 CODE = re.compile(r"(?<!`)`([^`]+)`(?!`)")
 ROW = re.compile(r"\| `([a-z]+(?:/[a-z]+)*)` \|")
-# In rules_test.cpp: the beginning of a tree, and a line of its table.
+# Patterns for the table in rules_test.cpp: the beginning of a tree, and one line of its table.
 TREE = re.compile(r'\{"([a-z/]+)",\s*\{\s*\{"')
 ALLOWED = re.compile(r'\{"([a-z/]+)",\s*\{((?:\s*"[a-z/]+",?)*)\s*\}\}')
 CITED = re.compile(r'spec: ((?:"[^"]+"[, /\n]*)+)')
@@ -68,7 +68,7 @@ def anchors(path):
 
 
 def wrong_link(document, target):
-    """Returns why a link is wrong; None if it is correct."""
+    """Returns the reason why a link is wrong; None if it is correct."""
     if re.match(r"[a-z][a-z+.-]*:", target, re.IGNORECASE):
         return None  # an external link
     name, _, anchor = unquote(target).partition("#")
@@ -100,14 +100,14 @@ def missing_paths(code):
 
 
 def modules(top):
-    """Returns the folders of sources below `top` by their name in the map, such as "vtk/xml"."""
+    """Returns the folders of sources below `top` by their names in architecture.md, such as "vtk/xml"."""
     return {path.parent.relative_to(ROOT / top).as_posix(): path.parent
             for path in (ROOT / top).rglob("*.*")
             if path.suffix in (".cpp", ".h") and path.parent != ROOT / top}
 
 
 def rows_below(heading, lines):
-    """Returns the first cell of each table row in the section, with its line."""
+    """Returns the line number and the first cell of each table row in the section below `heading`."""
     within = False
     for number, line in lines:
         if line.startswith("## "):
@@ -133,7 +133,7 @@ def faults_of_map(lines):
 
 
 def layers(text):
-    """Returns a dictionary for each picture of the layers: the line of each module in it."""
+    """Returns a dictionary for each picture of the layers, from each module to its line in the picture."""
     section = text.partition("\n## Layers\n")[2].partition("\n## ")[0]
     numbered = enumerate(section.splitlines())
     return [{module: number for number, line in lines for module in line.split()}
@@ -158,15 +158,15 @@ def faults_of_layers(text):
         return
     for heights, (top, table) in zip(pictures, tables.items()):
         for module in sorted(set(heights) ^ {module for module, _ in table}):
-            yield 1, f"{top}: the module {module} is only in one of the picture of the layers and rules_test.cpp"
+            yield 1, f"{top}: the module {module} is not in both the picture of the layers and rules_test.cpp"
         for module, may_include in table:
             for lower in may_include:
                 if heights.get(lower, 0) <= heights.get(module, 0):
-                    yield 1, f"{top}: {module} may include {lower}, which the picture does not have below it"
+                    yield 1, f"{top}: {module} may include {lower}, which is not below it in the picture"
 
 
 def faults_of_citations(text):
-    """Returns sections that comments of the library cite and that `text` has neither as heading nor in bold."""
+    """Returns the sections that comments of the library cite but that are neither headings nor bold words in `text`."""
     sections = set(re.findall(r"^#+ (?:\d+ )?(.*)$", text, re.MULTILINE))
     sections |= set(re.findall(r"\*\*(.*?)\.?\*\*", text))
     for path in sorted((ROOT / "libshmformat").rglob("*.*")):

@@ -3,7 +3,7 @@
 
   exports_test.py LIBSHMFORMAT.SO     (exit code 77, skipped, if nm is missing)
 
-Each name that nm lists is in namespace shm, and each part of it occurs in a header of include/shm. Members
+Each name that nm lists is in namespace shm, and each part of the name occurs in a header of include/shm. Members
 of an Impl, of inner namespaces, and of the standard library's templates are not exported.
 """
 import re
@@ -28,7 +28,7 @@ def words_of_headers():
 
 
 def fault(symbol, words):
-    """Returns why a symbol should not be exported; None if it should."""
+    """Returns the reason why a symbol should not be exported; None if it should be."""
     name = KINDS.sub("", symbol).split("(")[0]
     parts = re.sub(r"\[abi:\w+\]", "", name).split("::")
     if parts[0] != "shm" or len(parts) < 2:

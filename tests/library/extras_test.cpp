@@ -1,5 +1,5 @@
-// Extras as bytes: extras that are packed together come back unchanged, whatever their contents;
-// the dictionary is the one of the specification.
+// Tests of encoded extras: extras that are packed together are restored unchanged, whatever their
+// contents, and the dictionary is equal to the one in the specification.
 #include "format/schema.h"
 
 #include <gtest/gtest.h>
@@ -33,7 +33,8 @@ Extra extra_of(std::string key, ScalarType type, std::vector<std::uint64_t> shap
   return extra;
 }
 
-/// Returns the limits of the type, and numbers that change by little and by much.
+/// Returns the smallest and the largest number of the type, and numbers with small and large
+/// differences.
 template <class T>
 std::vector<T> integers(std::size_t count) {
   std::mt19937_64 random(sizeof(T));

@@ -1,4 +1,4 @@
-// A file appears complete or not at all.
+// Tests that a file appears under its name only when it is complete.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -75,7 +75,8 @@ TEST_F(FileIo, WhoFinishesAFileCommitsIt) {
   EXPECT_EQ(write_mesh(mesh, **sink).error().code, ErrorCode::output);
 }
 
-// A file that appears while the new file is written is not replaced either.
+// If replacing is refused, a file that appears while the new file is being written is not replaced
+// either.
 TEST_F(FileIo, NothingIsReplacedWhereThatIsRefused) {
   using enum FileSink::Existing;
   for (const auto how : {FileSink::Temporary::unnamed, FileSink::Temporary::named}) {
@@ -118,7 +119,7 @@ TEST_F(FileIo, NamedTemporaries) {
     EXPECT_EQ((*sink)->temporary().find(path(".a.tmp")), 0u);
     ASSERT_TRUE((*sink)->write(bytes("after")));
     if (commit) {
-      fs::remove((*sink)->temporary());  // as some libraries do before they create
+      fs::remove((*sink)->temporary());  // as some libraries do before they create a file
       std::ofstream((*sink)->temporary()) << "named";
       ASSERT_TRUE((*sink)->commit());
     }
@@ -128,8 +129,8 @@ TEST_F(FileIo, NamedTemporaries) {
   }
 }
 
-// Temporary files are removed if their process has ended, or if they are of another machine and an
-// hour old. All other files stay.
+// Temporary files are removed if their process has ended, or if another machine created them at
+// least an hour ago. No other file is removed.
 TEST_F(FileIo, LeftoversAreRemoved) {
   const auto leave = [&](const std::string& name, int hours) {
     std::ofstream(path(name)) << "left";
@@ -167,8 +168,8 @@ TEST_F(FileIo, LeftoversAreRemoved) {
   EXPECT_EQ(left, others);
 }
 
-// A file of the user's with the name of a temporary file stays. A temporary file is removed if its
-// process was killed between linking it under its temporary name and renaming it.
+// A user's file with the name of a temporary file is not removed. A temporary file is removed if
+// its process was killed between linking it under its temporary name and renaming it.
 TEST_F(FileIo, NamesBesideThatAreTakenStay) {
   std::ofstream(path("a")) << "before";
   std::ofstream(path(".a.tmp")) << "mine";

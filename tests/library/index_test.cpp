@@ -1,5 +1,6 @@
-// A reader of a whole file checks each entry of its index against the file: every wrong field, in
-// every entry, with correct checksums, in both versions of the index.
+// Tests that a reader of a whole file checks each entry of the index against the file. Every field
+// of every entry is replaced by wrong values, with correct checksums, in both versions of the
+// index.
 #include <gtest/gtest.h>
 
 #include <bit>
@@ -101,7 +102,8 @@ Index index_of(std::span<const std::byte> bytes) {
   return index;
 }
 
-/// Returns consistent files with steps, with several parts per chunk and with one part per chunk.
+/// Returns consistent files with steps: some with several parts per chunk, and some with one part
+/// per chunk.
 std::vector<std::pair<std::string, Bytes>> true_files() {
   std::vector<std::pair<std::string, Bytes>> files;
   for (const Bytes& bytes : {small_file(ScalarType::float64), written(waves(3))}) {

@@ -24,7 +24,7 @@ target_link_libraries(user PRIVATE shmformat::${target})
   run("${project}/build/user")
 endforeach()
 
-# A C program, against the C interface.
+# Builds a C program against the C interface.
 if("shmformat" IN_LIST targets)
   set(project "${WORK}/c")
   file(WRITE "${project}/CMakeLists.txt"
@@ -40,8 +40,8 @@ target_link_libraries(user PRIVATE shmformat::c)
   run("${project}/build/user" "${WORK}/bar.shm")
 endif()
 
-# With pkg-config, from a tree that was moved. Without C++20, the first line of the error names the
-# missing option.
+# Builds with pkg-config from an installation that was moved. Without C++20, the first line of the
+# error message must name the missing option.
 file(RENAME "${WORK}/root" "${WORK}/moved")
 file(GLOB_RECURSE description "${WORK}/moved/*/shmformat.pc")
 get_filename_component(folder "${description}" DIRECTORY)

@@ -32,7 +32,7 @@ std::uint64_t peak_memory_of(const std::function<bool()>& work) {
 }
 
 /// A warped block of n^3 hexahedra. Each vertex is added immediately before the first cell that
-/// uses it. `value`: adds a float64 number to each vertex and cell.
+/// uses it. If `value`, each vertex and cell also has a float64 number.
 class Stream {
  public:
   Stream(Writer& writer, std::uint64_t n, bool value) : writer_(&writer), n_(n), value_(value) {}
@@ -160,10 +160,11 @@ TEST(Memory, AMeshTakesThreeTenthsMoreToReadIt) {
   });
   ::unlink(path.c_str());
   ASSERT_GT(read, 0u);
-  // Corners, corner offsets, blocks and a value for each cell; float32 coordinates and a value for
-  // each vertex.
+  // The Mesh stores corners, corner offsets, blocks and a value for each cell; float32 coordinates
+  // and a value for each vertex.
   const std::uint64_t mesh = n * n * n * (64 + 8 + 4 + 8) + (n + 1) * (n + 1) * (n + 1) * (12 + 8);
-  std::printf("a mesh of %.1f MB takes %.1f MB to read\n", megabytes(mesh), megabytes(read));
+  std::printf("reading a mesh of %.1f MB needs %.1f MB of memory\n", megabytes(mesh),
+              megabytes(read));
   if (kMeasuresMemory) {
     EXPECT_LE(read, mesh * 13 / 10 + (4u << 20));  // plus memory of the program itself
   }

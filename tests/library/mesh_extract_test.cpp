@@ -1,6 +1,6 @@
-// MeshExtractor: a piece equals the requested part of the whole mesh as read by a Reader; only the
-// bytes that it needs are read; an inconsistent index can hide cells but cannot change anything
-// else.
+// Tests of MeshExtractor: a piece is equal to that part of the whole mesh as a Reader returns it.
+// Only the bytes that are needed for the piece are read. An inconsistent index can hide cells but
+// cannot change anything else.
 #include "shm/mesh_extract.h"
 
 #include <map>
@@ -18,7 +18,7 @@ namespace {
 using container::ChunkKind;
 using container::IndexEntry;
 
-/// A mesh indexed by numbers, so that order does not matter.
+/// A mesh as maps from vertex and cell numbers, so that the order of its elements does not matter.
 struct ByNumber {
   struct Cell {
     std::uint32_t block = 0;
@@ -252,8 +252,8 @@ ExtractRequest cells(std::uint64_t first, std::uint64_t end) {
   return request;
 }
 
-/// Returns requests of all kinds for a mesh with these cells and vertices, and one box around
-/// everything.
+/// Returns requests of all kinds for a mesh with these cells and vertices, including a box around
+/// the whole mesh.
 std::vector<ExtractRequest> requests(const ByNumber& whole, const Schema& schema) {
   std::vector<ExtractRequest> all(1);
   const std::uint64_t n = whole.cells.size();
@@ -520,8 +520,8 @@ TEST(MeshExtract, NoMesh) {
 constexpr std::uint64_t kBarWidth = kSanitized ? 10 : 16;
 constexpr std::uint64_t kBarGroup = kBarWidth * kBarWidth * 8;  // cells
 
-/// Returns a bar of layers, so that each segment is a layer too, with two static arrays and a
-/// stepped array.
+/// Returns a bar of layers; each segment is one layer. The bar has two static arrays and a stepped
+/// array.
 Stepped bar(Order order) {
   Stepped stepped;
   stepped.mesh = with_order(grid(kBarWidth, kBarWidth, 128, ScalarType::float64, warped), order,
@@ -573,10 +573,10 @@ TEST(MeshExtract, ReadsWhatItNeeds) {
       EXPECT_LT(static_cast<double>(head + source.bytes),
                 1.2 * static_cast<double>(segments[2].bytes) + static_cast<double>(head));
       EXPECT_LT(head, bytes.size() / 10);
-      // One cell: its group and the groups before it in its segment are read.
+      // For one cell, only its group and the groups before it in its segment are read.
       EXPECT_LT(bytes_of(source, *file, cells(segments[2].first_cell, segments[2].first_cell + 1)),
                 segments[2].bytes * 6 / 10);
-      // A box in the middle of the layers of the same segment.
+      // Requests a box in the middle of the layers of the same segment.
       ExtractRequest in;
       const double low = segments[2].box[2], high = segments[2].box[5];
       in.cells.box = {-100, -100, low + .4 * (high - low), 100, 100, low + .6 * (high - low)};
@@ -601,7 +601,8 @@ TEST(MeshExtract, ReadsWhatItNeeds) {
       EXPECT_LT(bytes_of(source, *file, vertex),
                 order == Order::stream ? segments[2].bytes : bytes.size() / 2);
 
-      // A step: its chunks of this segment are read once. The StepReader is opened before.
+      // Reading one step reads each chunk of that step in this segment once. The StepReader was
+      // opened before.
       ASSERT_TRUE(file->steps(2));
       bytes_of(source, *file, third);
       std::uint64_t chunks = 0;
@@ -642,7 +643,7 @@ TEST(MeshExtract, BlocksAreFoundWhereTheyStand) {
     EXPECT_EQ(file->cell_numbers().size(), quarter);
   }
   // Two blocks alternate from group to group, so that the cells of one block are spread over the
-  // whole file. Connectivity shows which segments do not contain the block.
+  // whole file. Connectivity shows that a segment does not contain a block.
   Stepped stepped = bar(Order::keep);
   stepped.options.segment_cells = kBarGroup;
   stepped.mesh.schema.blocks.push_back({2, "", CellShape::hexahedron, 8});
@@ -693,7 +694,7 @@ TEST(MeshExtract, TheIndexMayHideCellsAndNothingElse) {
     const ByNumber whole = whole_of(bytes);
     ASSERT_FALSE(complaint(bytes, whole));
     for (std::size_t n = 0; n < 6; ++n) {
-      // An index of version 0 also stores fields that follow from others.
+      // An index of version 0 also stores fields that can be computed from other fields.
       const auto refused = [&](const char* what, const std::function<void(IndexEntry&)>& lie) {
         const Bytes inconsistent = with_old_index(
             bytes, [&](container::Index& index) { lie(entry_of(index, ChunkKind::group, n)); });
@@ -775,7 +776,7 @@ TEST(MeshExtract, LiesOfAllKindsEndSomehow) {
     const ByNumber whole = whole_of(bytes);
     std::mt19937_64 random(11);
     for (std::size_t i = 0; i < 150 / every(10); ++i) {
-      // Changes a byte of a chunk, with correct checksums.
+      // Changes a byte of a chunk and recomputes its checksums.
       FileParts parts = take_apart(bytes);
       Chunk& chunk = parts.chunks[random() % parts.chunks.size()];
       if (chunk.payload.empty()) continue;

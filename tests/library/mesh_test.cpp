@@ -1,4 +1,4 @@
-// Reading and writing whole meshes: the content comes back unchanged, in both orders.
+// Tests that whole meshes are read back unchanged, in both orders.
 #include "shm/mesh.h"
 
 #include <filesystem>
@@ -73,7 +73,8 @@ TEST(WholeMesh, StreamRenumbersAllAlike) {
     return std::vector(m.xyz.begin() + static_cast<std::ptrdiff_t>(24 * v),
                        m.xyz.begin() + static_cast<std::ptrdiff_t>(24 * v + 24));
   };
-  // The set still refers to the same points, and their data moved with them.
+  // The set still refers to the same points, although these have other numbers and their data was
+  // reordered.
   for (std::size_t i = 0; i < 3; ++i) {
     std::int64_t before = 0, after = 0;
     std::memcpy(&before, &mesh.extras[0].data[8 * i], 8);
@@ -117,7 +118,8 @@ TEST(WholeMesh, OptionsAreThoseOfWriterAndReader) {
   EXPECT_EQ(*one, *two);
 }
 
-// Arrays that the caller owns, with 32-bit numbers, and blocks that give the number of corners.
+// The caller can pass its own arrays with 32-bit numbers, and blocks that state the number of
+// corners.
 TEST(WholeMesh, ArraysOfSomebodyElseAreTheSameMesh) {
   const Mesh mesh = sample(Order::keep, 0);
   const std::vector<std::uint32_t> corners(mesh.corners.begin(), mesh.corners.end());
@@ -141,7 +143,7 @@ TEST(WholeMesh, ArraysOfSomebodyElseAreTheSameMesh) {
   EXPECT_EQ(sink.bytes, expected.bytes);
 }
 
-// Adding many elements in one call or one in each call gives the same file.
+// Adding many elements in one call writes the same file as adding them one by one.
 TEST(WholeMesh, BatchesAreAsSingleCalls) {
   Schema schema;
   schema.order = Order::stream;

@@ -1,4 +1,5 @@
-// NumberSet: returns all numbers that were added, and reports any number that was added twice.
+// Tests of NumberSet: it returns all numbers that were added, and reports any number that was added
+// twice.
 #include "random/number_set.h"
 
 #include <gtest/gtest.h>
@@ -28,7 +29,7 @@ TEST(NumberSet, HasAllNumbersAndTellsWhichIsThereTwice) {
     numbers.add(again);
     EXPECT_EQ(numbers.twice(), again);
   }
-  // A number may be added before the bit array reaches it, and again afterwards.
+  // A number may be added before the bit array is long enough to contain it, and again afterwards.
   NumberSet grown;
   constexpr std::uint64_t kFar = 64 * (1 << 14) + 640;
   grown.add(kFar);

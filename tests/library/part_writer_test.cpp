@@ -1,4 +1,5 @@
-// PartWriter and PartJoiner: parts that are encoded separately form exactly the file of one Writer.
+// Tests of PartWriter and PartJoiner: parts that are encoded separately form exactly the file of
+// one Writer.
 #include "shm/part_writer.h"
 
 #include <gtest/gtest.h>
@@ -96,7 +97,7 @@ void feed(const TestMesh& mesh, const Uses& uses, Part& part) {
   ASSERT_TRUE(part.writer->end_mesh());
 }
 
-/// Assembles the file from chunks for which each part computes its own offset.
+/// Assembles the file from chunks. Each part computes the offsets of its own chunks.
 class Joined {
  public:
   Joined(const Schema& schema, const WriteOptions& options)
@@ -134,8 +135,8 @@ class Joined {
   Bytes file_;
 };
 
-/// `cells` is the size of a segment; each part has `segments` segments. `values` are in coding
-/// order.
+/// Returns a file that is written in parts of `segments` segments each; the options contain the
+/// number of cells in a segment. `values` are in coding order.
 Bytes written_in_parts(const TestMesh& mesh, WriteOptions options, std::uint64_t segments,
                        const Values& values = {}, const std::vector<double>& times = {}) {
   const Uses uses(mesh);
@@ -173,7 +174,8 @@ Bytes written_in_parts(const TestMesh& mesh, WriteOptions options, std::uint64_t
   steps.first_elements.resize(mesh.schema.arrays.size());
   for (std::uint32_t a = 0; a < mesh.schema.arrays.size(); ++a)
     steps.elements.push_back(elements_of(mesh, a));
-  std::vector<std::vector<std::uint64_t>> begins;  // by part and array, followed by the ends
+  std::vector<std::vector<std::uint64_t>>
+      begins;  // first element of each part, by part and array; then a row of ends
   for (std::size_t p = 0; p < parts.size(); ++p) {
     EXPECT_TRUE(parts[p].writer->begin_steps(steps));
     begins.push_back(steps.first_elements);
@@ -232,8 +234,8 @@ TEST(PartWriter, PartsMakeTheFileOfOneWriter) {
         }
 }
 
-/// Checks that two blocks with steps, written in parts, give the same file as written by one
-/// Writer.
+/// Checks that a mesh of two blocks with steps, written in parts, results in the same file as with
+/// one Writer.
 void expect_steps_in_parts(Order order, WriteOptions options) {
   Stepped stepped = with_steps(used_only(two_blocks()), order);
   options.segment_cells = 7;
@@ -292,8 +294,8 @@ TEST(PartWriter, RefusesWhatCannotFit) {
     return !writer && writer.error().code == ErrorCode::misuse;
   };
   WriteOptions options;
-  EXPECT_TRUE(refused(
-      options, {}));  // segments depend on a budget, so that nobody knows where the parts begin
+  // Cuts that depend on a budget are not known in advance, so that parts cannot begin there.
+  EXPECT_TRUE(refused(options, {}));
   options.segment_cells = 4;
   EXPECT_TRUE(refused(options, {1, 5, 0}));
   EXPECT_TRUE(refused(options, {2, 4, 0}));
@@ -333,7 +335,7 @@ TEST(PartJoiner, RefusesWhatIsNoPart) {
     EXPECT_TRUE(refuses(
         Bytes(chunks.index.begin(), chunks.index.begin() + static_cast<std::ptrdiff_t>(cut)),
         chunks.bytes.size()));
-  // A part of a mesh with one more array and the same number of blocks.
+  // This part belongs to a mesh with one more array and the same number of blocks.
   Schema other = mesh.schema;
   other.arrays.push_back(ArrayInfo{});
   other.arrays.back().name = "one more";

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""The path of a coordinate through the code is short, and docs/architecture.md describes it correctly.
+"""Checks that few units take part in coding a coordinate, and that docs/architecture.md lists these units.
 
   path_test.py PATH_OF_SHM     (exit code 77, skipped, if valgrind is missing)
 
-The tool has debug information, no optimization and no sanitizers. The units that scripts/path finds with it are
-compared with the two lists in the document, in both directions. When all sources were in two folders, 80 units took
-part in compressing and 69 in decompressing, counted by the same script; at most 60 % of these numbers are allowed.
+The tool has debug information, no optimization and no sanitizers. The script compares the units that scripts/path
+finds with the two lists in the document, in both directions. When all sources were in two folders, the same script
+counted 80 units that run in compressing and 69 in decompressing; at most 60 % of these numbers are allowed.
 """
 import re
 import shutil
@@ -15,7 +15,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCUMENT = ROOT / "docs" / "architecture.md"
-COMMANDS = {"compress": ("in", 48), "decompress": ("out", 41)}  # mark of the list, and the largest number of units
+COMMANDS = {"compress": ("in", 48), "decompress": ("out", 41)}  # mark of the list in the document, and the largest allowed number of units
 
 
 def documented(mark):

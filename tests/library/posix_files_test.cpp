@@ -111,7 +111,7 @@ TEST_F(FileIo, PermissionsStay) {
   }
 }
 
-// A file without a name that cannot be linked is copied to a named file.
+// If a file without a name cannot be linked, it is copied to a named file.
 TEST_F(FileIo, FilesThatCannotBeLinkedAreCopied) {
   for (const int reason : {EPERM, EXDEV, EOPNOTSUPP, ENOENT}) {
     const std::string name = path(("copied" + std::to_string(reason)).c_str());
@@ -288,7 +288,7 @@ TEST(Sockets, ShortReadsInOddSizes) {
   }
 }
 
-// The library's own sinks and sources, interrupted by signals.
+// Uses the library's own sinks and sources while signals interrupt system calls.
 TEST_F(FileIo, MeshesGoThroughPipes) {
   const std::vector<std::byte> mesh = packed_mesh();
   ASSERT_EQ(::mkfifo(path("pipe").c_str(), 0600), 0);

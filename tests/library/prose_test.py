@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The prose of the project keeps the limits of scripts/prose."""
+"""Checks that the prose of the project is within the limits of scripts/prose."""
 import subprocess
 import sys
 from pathlib import Path

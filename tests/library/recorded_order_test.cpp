@@ -1,5 +1,5 @@
-// RecordedOrder: the order in which a Writer codes a mesh. It gives the order in which the Writer
-// expects values, and the numbers that a Reader returns.
+// Tests of RecordedOrder, which stores the order in which a Writer codes a mesh. It returns the
+// order in which the Writer expects values, and the numbers that a Reader returns.
 #include "shm/recorded_order.h"
 
 #include "support/feature_files.h"

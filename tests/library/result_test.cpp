@@ -36,7 +36,7 @@ TEST(ResultDeathTest, AskingForWhatIsNotThereEndsTheProgram) {
   const Text failed(Error{}), good("yes");
   const auto done = std::make_unique<const Result<>>();
 #if defined(_WIN32)
-  const auto killed = testing::ExitedWithCode(3);  // no signals on Windows: abort() exits with 3
+  const auto killed = testing::ExitedWithCode(3);  // Windows has no signals: abort() exits with 3
 #else
   const auto killed = testing::KilledBySignal(SIGABRT);
 #endif

@@ -144,7 +144,7 @@ TEST(RoundTrip, MirroredHexahedra) {
 }
 
 TEST(RoundTrip, NonManifold) {
-  // Every cell three times, and a fan of many cells around one face and one edge.
+  // The mesh contains every cell three times, and a fan of many cells around one face and one edge.
   TestMesh mesh = grid(3, 3, 3);
   const auto cells = mesh.cells;
   mesh.cells.insert(mesh.cells.end(), cells.begin(), cells.end());
@@ -395,14 +395,14 @@ TEST(RoundTrip, StepsTimesAndExtras) {
     to.insert(to.end(), piece.values.begin(), piece.values.end());
   }
   EXPECT_EQ(p2, p);
-  // Points come in coding order; their numbers give the source's order.
+  // Points are read in coding order; their numbers are their positions in the source.
   for (std::uint64_t step = 0; step < 3; ++step) {
     std::vector<std::byte> expected = u[step];
     EXPECT_EQ(u2[step], expected);
   }
 }
 
-// A pattern refers to cells further back than the initial window holds. The encoder enlarges the
+// A pattern refers to cells that are further back than the initial window. The encoder enlarges the
 // window from the next group on.
 TEST(RoundTrip, PatternsThatReachFarBack) {
   TestMesh mesh;
@@ -423,8 +423,8 @@ TEST(RoundTrip, PatternsThatReachFarBack) {
   EXPECT_EQ(bits, (std::vector<int>{16, 16, 17}));
 }
 
-// Vertices whose numbers collide in the table of live vertices: when one is finalized, another
-// takes its place and must still be found.
+// The numbers of these vertices collide in the table of live vertices. When one vertex is
+// finalized, another vertex is moved to its place in the table and must still be found.
 TEST(RoundTrip, ShiftsOfNumbersThatCollide) {
   std::vector<std::uint64_t> numbers;
   for (std::uint64_t word = 0; numbers.size() < 4; ++word)
@@ -483,7 +483,7 @@ TEST(Events, FollowTheGrammar) {
   EXPECT_EQ(cells, back->totals.cells);
 }
 
-// Several thousand small meshes with degenerate and irregular cells of every kind.
+// Tests several thousand small meshes with degenerate and irregular cells of every kind.
 TEST(RoundTrip, RandomSmallMeshes) {
   const auto codecs = codecs_for(hexahedra_schema()), without_delay = codecs_without_delay();
   for (std::uint64_t seed = 0; seed < 3000; seed += every(13)) {

@@ -1,7 +1,10 @@
-// Rules for modules (folders of sources), checked by reading the #include lines and a few words:
-// the modules that each module may include, the number of files in a module, that only one file
-// uses the headers of each operating system, that a module defines the functions of its headers,
-// and that the library neither prints nor reads clock, locale or environment.
+// Checks rules for modules (folders of sources) by searching the sources for #include lines and for
+// a few words:
+// - A module includes only the modules that a table allows.
+// - The number of files in a module is limited.
+// - Only one file uses the headers of each operating system.
+// - A module defines the functions that its headers declare.
+// - The library neither prints nor reads the clock, the locale or the environment.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -28,7 +31,7 @@ struct Source {
   std::string name() const { return fs::path(path).filename().string(); }
 };
 
-/// The header between `open` and `close` of an #include line.
+/// Returns the header between `open` and `close` of an #include line.
 std::string header_in(const std::string& line, char open, char close) {
   const std::size_t begin = line.find(open), end = line.rfind(close);
   return begin == std::string::npos || end <= begin ? "" : line.substr(begin + 1, end - begin - 1);
@@ -79,8 +82,8 @@ bool says(const std::string& code, const std::string& word) {
 }
 
 // The modules of both trees, from the lowest to the highest, and the modules that each may include.
-// A folder without a line here is not a module. A module includes only modules above it in this
-// table.
+// A folder without a line here is not a module. A module includes only modules that are listed
+// before it.
 struct Module {
   std::string folder;
   std::set<std::string> may_include;
@@ -183,7 +186,7 @@ const std::vector<Tree>& trees() {
 
 std::string folder_of(const std::string& path) { return fs::path(path).parent_path().string(); }
 
-// A module may include only modules above it in the table, so that there are no cycles.
+// A module may include only modules that are listed before it, so that there are no cycles.
 TEST(Rules, ModulesIncludeOnlyModulesAboveThem) {
   for (const Tree& tree : trees()) {
     std::set<std::string> above;
@@ -214,7 +217,7 @@ TEST(Rules, EachModuleIncludesOnlyWhatItMay) {
   }
 }
 
-// A module is small enough to be seen at a glance, and none is created for a single file.
+// A module is small enough to be surveyed, and no module is created for a single file.
 TEST(Rules, ModulesHoldThreeToThirtyFiles) {
   for (const char* root : {"libshmformat/src", "libshmformat/include", "converters", "tests"}) {
     std::map<std::string, std::size_t> files;
@@ -232,7 +235,8 @@ TEST(Rules, ModulesHoldThreeToThirtyFiles) {
   }
 }
 
-// The public headers of values are for all modules; those of verbs are what api/ implements.
+// All modules may include the public headers of plain values. The other public headers declare the
+// classes and functions that api/ implements.
 TEST(Rules, OnlyTheTopModuleIncludesVerbs) {
   const std::set<std::string> values = {"shm/blocks.h", "shm/damage_report.h", "shm/io.h",
                                         "shm/limits.h", "shm/options.h",       "shm/result.h",
@@ -418,7 +422,7 @@ TEST(Rules, TheCodersKnowNoChunks) {
         EXPECT_FALSE(says(source.code, word)) << source.path << " says " << word;
 }
 
-// The C interface uses only headers that every program with the installed library has.
+// The C interface uses only headers that are installed with the library.
 TEST(Rules, TheCInterfaceStandsOnThePublicHeaders) {
   for (const Source& source : sources_in("bindings/c/src")) {
     for (const std::string& header : source.quoted) {
@@ -478,7 +482,7 @@ TEST(Rules, TheLibraryThrowsNothingAndKeepsNoGlobals) {
         // memory may run out in a thread that has no caller.
         const bool threads = source.name() == "workers.cpp" || source.name() == "ordered_tasks.h";
         if (threads && word == std::string("catch")) continue;
-        // zstd reports by a null pointer that memory has run out; callers must see it as any other
+        // zstd returns a null pointer if memory has run out. Callers must see this as any other
         // allocation failure.
         if (source.name() == "packing.cpp" && word == std::string("throw")) {
           EXPECT_EQ(times(source.code, "throw "), times(source.code, "throw std::bad_alloc();"));

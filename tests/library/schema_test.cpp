@@ -1,4 +1,4 @@
-// Schema: names, declared properties, bytes, and schemas that are refused.
+// Tests of Schema: names, declared properties, encoded bytes, and schemas that are refused.
 #include "shm/schema.h"
 
 #include <gtest/gtest.h>

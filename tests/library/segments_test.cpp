@@ -1,5 +1,5 @@
-// Segments: meshes cut at many places come back completely, each vertex once, and cuts depend only
-// on counts.
+// Tests of segments: a mesh that is cut at many places is read back completely, with each vertex
+// once. The positions of the cuts depend only on counts.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -107,8 +107,8 @@ TEST(Segments, CutsKeepTheBudget) {
   EXPECT_LE(imported, 2 * 470u);
   EXPECT_EQ(segments_of(slim, 0), 1u);
   if (kSanitized) return;
-  // A wide mesh can be cut with a budget of 20 %; with 2 % only near its end, when few vertices are
-  // live.
+  // With a budget of 20 %, a wide mesh can be cut; with a budget of 2 %, it can be cut only near
+  // its end, where few vertices are live.
   const TestMesh wide = grid(80, 80, 62);
   EXPECT_LE(segments_of(wide, .02, &imported), 2u);
   EXPECT_LE(imported, wide.vertices / 50);
@@ -132,8 +132,9 @@ TEST(Segments, ImportsAreCheapOnACoherentMesh) {
     expect_round_trip(with_order(mesh, order, order == Order::keep, 0), {}, &whole);
     expect_round_trip(with_order(mesh, order, order == Order::keep, 0), cut_every(6750), &cut);
     EXPECT_EQ(cut.segments, 4u);
-    EXPECT_EQ(cut.imported_vertices,
-              3u * 31 * 31 + 2 * 31);  // one cut between layers, two within a layer
+    EXPECT_EQ(
+        cut.imported_vertices,
+        3u * 31 * 31 + 2 * 31);  // there is one cut between layers, and two are within a layer
     EXPECT_LE(cut.streams.at("imports"), 80u);
   }
   SizeReport shifts;
@@ -233,8 +234,8 @@ TEST(Segments, DamageIsToldAlikeWithThreads) {
       bytes[at] ^= std::byte{4};
       expect_same_with_threads(std::span(bytes).first(at));
     }
-    // Damage with correct checksums: in the middle of a segment, and in a segment whose start is
-    // inconsistent.
+    // Damages a file but keeps its checksums correct: in the middle of a segment, or so that the
+    // start of a segment is inconsistent.
     for (std::size_t nth = 0; nth < 5; ++nth) {
       FileParts parts = take_apart(bytes);
       Chunk* chunk = parts.find(container::ChunkKind::group, nth);
@@ -284,7 +285,7 @@ TEST(Segments, EachIsReadAlone) {
     const auto bytes = expect_round_trip(mesh, options);
     const auto whole = read_mesh(bytes);
     ASSERT_TRUE(whole);
-    // values by vertex number
+    // maps from vertex numbers to values
     std::map<std::uint64_t, std::vector<std::byte>> values;
     const auto values_of = [](const MeshBlock& block, std::size_t v) {
       std::vector<std::byte> all(32);
@@ -357,8 +358,8 @@ TEST_P(SegmentsReadAlone, DamageIsNoticed) {
   ASSERT_TRUE(read_all(bytes));
   for (std::size_t size = 0; size < bytes.size(); size += 3)
     EXPECT_FALSE(read_all(std::span(bytes).first(size))) << size;
-  // An inconsistent index with correct checksums causes an error or gives the same blocks, never a
-  // crash.
+  // An inconsistent index with correct checksums leads to an error or to the same blocks, never to
+  // a crash.
   PlainRandom random(11);
   for (int n = 0; n < 300; ++n) {
     FileParts parts = take_apart(bytes);
@@ -442,7 +443,7 @@ class FailingTask final : public OrderedTasks<int, int>::Task {
   Result<void> end(const OrderedTasks<int, int>::Emit&) override { return {}; }
 };
 
-// With several threads, and on systems without threads.
+// Runs each test with several threads, and as on a system without threads.
 class OrderedTasksBy : public testing::TestWithParam<unsigned> {};
 
 TEST_P(OrderedTasksBy, NoMemoryComesOutInItsTurn) {

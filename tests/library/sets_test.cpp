@@ -1,4 +1,5 @@
-// Sets as extras: sets come back unchanged, also through a file; invalid sets are refused.
+// Tests of sets stored as extras: sets are restored unchanged, also from a file; invalid sets are
+// refused.
 #include "shm/sets.h"
 
 #include <gtest/gtest.h>
@@ -94,7 +95,8 @@ TEST(Sets, SayNoMoreThanTheyMust) {
             (std::vector<std::string>{"mesh/node_set/0/members"}));
 }
 
-// Sets survive writing to a file, also if it renumbers the mesh.
+// A set read from a file refers to the same vertices and cells, even if the file renumbers the
+// mesh.
 TEST(Sets, FollowTheMeshThroughAFile) {
   Mesh mesh;
   mesh.schema.blocks.resize(1);
@@ -217,7 +219,7 @@ TEST(Sets, ThatMakeNoSenseAreRefused) {
     ASSERT_EQ(places.size(), 1u);
     EXPECT_FALSE(read_set(extras, places[0], kBounds));
   }
-  // Truncated values: a list of bytes that a caller can pass but a file cannot contain.
+  // The values are truncated: a caller can pass such a list of bytes, but a file cannot contain it.
   Extra cut = vertices(n + "members", {0, 1});
   cut.data.pop_back();
   EXPECT_FALSE(sets_of_extras({&cut, 1}, kBounds));
@@ -240,7 +242,7 @@ TEST(Sets, ThatContradictThemselvesAreNotWritten) {
   }
 }
 
-// Any bytes of any type under keys of sets give a set or an error.
+// Extras of any type, with random bytes and keys of sets, result in a set or an error.
 TEST(Sets, OfRandomExtrasAreSetsOrErrors) {
   std::mt19937_64 random(1);
   const char* fields[] = {"id", "name", "members", "sides", "blocks", "factors", "members/1"};

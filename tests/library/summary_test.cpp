@@ -1,5 +1,5 @@
-// read_summary: returns the same summary as a Reader, reads only headers, and detects damage among
-// them.
+// Tests of read_summary: it returns the same summary as a Reader, reads only headers, and detects
+// damaged headers.
 #include "shm/summary.h"
 #include "codecs/shared/codec_id.h"
 
@@ -65,7 +65,7 @@ void expect_same(const Summary& a, const Summary& b, const std::string& name) {
   EXPECT_EQ(a.totals.trailing_bytes, b.totals.trailing_bytes);
 }
 
-/// Compares the summary with that of a Reader.
+/// Compares the summary with the summary that a Reader returns.
 void expect_as_the_reader(std::span<const std::byte> bytes, const std::string& name) {
   const auto expected = summary_by_reader(bytes);
   ASSERT_TRUE(expected) << name << ": " << expected.error().message();
@@ -295,7 +295,7 @@ Bytes with_places(FileParts parts, const std::function<void(container::Index&)>&
 }
 
 TEST(Summary, HeadersThatLieAreFound) {
-  // An index of version 0 stores the number of bytes of the streams.
+  // An index of version 0 stores the size of each stream in bytes.
   const Bytes bytes = with_old_index(small_file(), [](container::Index&) {});
   using container::GroupHeader;
   const auto code_with = [&](const std::function<void(GroupHeader&)>& lie) {
@@ -345,7 +345,8 @@ TEST(Summary, HeadersThatLieAreFound) {
   });
 }
 
-/// A payload length for which header plus payload wraps around to the chunk length in the index.
+/// The payload length is such that header plus payload wraps around to the chunk length in the
+/// index.
 TEST(Summary, LengthsDoNotWrap) {
   FileParts parts = take_apart(small_file());
   Chunk unknown;
@@ -460,7 +461,7 @@ TEST(Summary, LiesOfAllKindsEndSomehow) {
   const Bytes bytes = small_file();
   std::mt19937_64 random(11);
   for (std::size_t i = 0; i < 400; i += every(4)) {
-    // Changes a byte of a chunk, with correct checksums.
+    // Changes a byte of a chunk and recomputes its checksums.
     FileParts parts = take_apart(bytes);
     Chunk& chunk = parts.chunks[random() % parts.chunks.size()];
     if (chunk.payload.empty()) continue;

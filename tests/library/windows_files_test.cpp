@@ -39,7 +39,7 @@ std::string read_whole(ByteSource& source) {
 }
 
 TEST_F(FileIo, NamesAreUtf8) {
-  // Not composed by std::filesystem, which does not accept four-byte characters here.
+  // The path is not built with std::filesystem, which does not accept four-byte characters here.
   const std::string name =
       directory_.string() + "/Gew\xC3\xB6lbe \xE7\xB6\xB2\xE6\xA0\xBC \xF0\x9F\xA7\x8A.shm";
   write_whole(name, "vault");

@@ -1,4 +1,5 @@
-// Writer: calls that are not allowed, and that later calls return the first error.
+// Tests that a Writer refuses calls that are not allowed, and that later calls return the first
+// error.
 #include "shm/writer.h"
 
 #include <gtest/gtest.h>
@@ -334,7 +335,7 @@ TEST(Writer, ShiftsAreNotForEverySchema) {
   for (const auto& change : bad) EXPECT_EQ(code_with({.level = Level::fast}, change), std::nullopt);
 }
 
-/// A sink that accepts a number of bytes, then fails.
+/// A sink that accepts a limited number of bytes and then fails.
 struct FullSink final : ByteSink {
   explicit FullSink(std::uint64_t room) : left(room) {}
   Result<void> write(std::span<const std::byte> bytes) override {

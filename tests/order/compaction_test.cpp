@@ -1,4 +1,5 @@
-// Vertex compaction: each vertex comes before its first cell, and each last use is marked once.
+// Tests of vertex compaction: each vertex precedes the first cell that uses it, and each last use
+// is marked once.
 #include "mesh/vertex_compaction.h"
 
 #include <gtest/gtest.h>

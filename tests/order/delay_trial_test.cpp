@@ -1,5 +1,5 @@
-// Trials of delay buffers: samples contain runs of cells with their data, and a buffer is used only
-// if it makes the file smaller.
+// Tests of trials of delay buffers: samples contain runs of cells with their data, and a buffer is
+// used only if it makes the file smaller.
 #include "order/delay_trial.h"
 
 #include <gtest/gtest.h>
@@ -29,7 +29,7 @@ TEST(DelayTrial, RunsKeepTheirOrderAndData) {
   ASSERT_TRUE(sample.next_cells(batch, 1000));
   ASSERT_EQ(batch.size(), wanted.size());
   // Identifies vertices by coordinates, tags and heat, and cells by their values in an array on all
-  // blocks and in one on some blocks.
+  // blocks and in an array on some blocks.
   std::uint64_t level = 0, stress = 0;
   std::vector<std::uint64_t> level_before(mesh.cells.size()), stress_before(mesh.cells.size());
   for (std::size_t c = 0; c < mesh.cells.size(); ++c) {
@@ -68,7 +68,7 @@ TEST(DelayTrial, RunsKeepTheirOrderAndData) {
   }
 }
 
-// Vertices that are far apart and fill more than one piece.
+// The vertices are far apart and fill more than one piece.
 TEST(DelayTrial, VerticesThatLieApart) {
   MemoryMesh mesh;
   const std::uint32_t block = mesh.add_block(CellShape::hexahedron, 8);
@@ -98,8 +98,8 @@ TEST(DelayTrial, CellsWithVerticesThatAreNone) {
   EXPECT_THROW(SampleMesh(mesh, std::vector<CellRun>{{7, 20}}), Failure);
 }
 
-// Returns the result of find_delay if each delay gives a file of this size; `tried` receives the
-// delays that it tried.
+// Returns the result of find_delay if the file with each delay has the size in `bytes`. `tried`
+// receives the delays that find_delay tried.
 std::uint32_t found(MeshSource& mesh, const std::map<std::uint32_t, std::uint64_t>& bytes,
                     std::vector<std::uint32_t>* tried = nullptr,
                     double worthwhile = kWorthwhileAtBest) {

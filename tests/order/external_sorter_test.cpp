@@ -1,4 +1,5 @@
-// The external sorter gives the same result as std::stable_sort with any amount of memory.
+// Tests that the external sorter returns the same result as std::stable_sort with any amount of
+// memory.
 #include "base/external_sorter.h"
 
 #include <gtest/gtest.h>
@@ -44,9 +45,9 @@ std::vector<Item> sorted(const std::vector<Item>& list, std::size_t memory,
   return out;
 }
 
-// A record needs 20 bytes of memory. With 1000 records in memory: one record less than a run, a
-// run, one more; then runs that are merged at once, and in several rounds, down to runs of a single
-// record.
+// A record needs 20 bytes of memory. If 1000 records fit into memory, the lists are one record
+// shorter than a run, as long as a run, or longer. Runs are merged in one round or in several
+// rounds, down to runs of a single record.
 TEST(ExternalSorter, SortsAsAStableSortWhateverTheMemory) {
   TemporaryFolder folder;
   for (const std::uint64_t keys : {std::uint64_t{0}, std::uint64_t{1}, std::uint64_t{50}})

@@ -56,7 +56,8 @@ class ScatteredBlock final : public MeshSource {
   void read_array(std::size_t, std::uint64_t, std::uint64_t, std::uint64_t, std::byte*) override {}
 
  private:
-  // Primes that divide neither count, and the inverse of the prime for vertices.
+  // A prime that divides neither the number of vertices nor the number of cells. inverse() returns
+  // its inverse modulo the number of vertices.
   static constexpr std::uint64_t kStep = 1000003;
   static constexpr std::uint64_t inverse() {
     constexpr std::uint64_t kCount = (kSide + 1) * (kSide + 1) * (kSide + 1);

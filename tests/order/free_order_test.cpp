@@ -1,5 +1,5 @@
-// Order::free: every order is a permutation that a reader can reconstruct, sweeps follow rows and
-// layers, data and references follow cells, and a shuffled mesh gives a small file.
+// Tests of Order::free: every order is a permutation that a reader can reconstruct, sweeps follow
+// rows and layers, data and references follow cells, and a shuffled mesh results in a small file.
 #include "order/free_order.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
-// The spool: data comes back unchanged, from memory or from disk, and memory is used for data that
-// will be needed again soon.
+// Tests of the spool: it returns data unchanged, from memory or from disk, and uses memory for data
+// that will be needed again soon.
 #include "base/spool.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
-// Order::free if the mesh does not fit into memory: the spooled mesh is the same mesh, and the
-// resulting file is the same with any amount of memory.
+// Tests of Order::free if the mesh does not fit into memory: the spooled mesh has the same
+// contents, and the resulting file is the same with any amount of memory.
 #include "order/spooled_mesh.h"
 
 #include <gtest/gtest.h>
@@ -56,8 +56,8 @@ struct Heard final : CodingOrder {
   }
 };
 
-// Checks that memory and spool give the same file and the same coding order, and that comparing the
-// file with the mesh finds no difference with either.
+// Checks that the mesh in memory and the spooled mesh result in the same file and the same coding
+// order, and that neither differs from the contents of the file.
 void expect_same_file(MeshSource& mesh) {
   ASSERT_FALSE(must_be_spooled(mesh.info(), Spool::kUsualBudget));
   ASSERT_TRUE(must_be_spooled(mesh.info(), kLittle));
@@ -100,7 +100,7 @@ TEST(SpooledMesh, VerticesThatNoCellUses) {
   }
 }
 
-// Separate parts; the mesh numbers the cells of the last part first.
+// The mesh has separate parts. The cells of the last part have the lowest numbers.
 TEST(SpooledMesh, PartsComeAsTheMeshCountsThem) {
   MemoryMesh mesh = grid_mesh(9, 3, 3);
   MemoryMesh apart = grid_mesh(4, 4, 4);
@@ -118,7 +118,7 @@ TEST(SpooledMesh, PartsComeAsTheMeshCountsThem) {
   expect_same_file(mesh);
 }
 
-// Coordinates that carry no spatial information, or misleading information.
+// The coordinates contain no spatial information, or misleading information.
 TEST(SpooledMesh, AnyCoordinatesWillDo) {
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -145,8 +145,8 @@ TEST(SpooledMesh, AnyCoordinatesWillDo) {
   }
 }
 
-// Duplicate cells, faces that many cells share, cells that contain a face twice, a vertex with very
-// many faces: the neighbours are the same with any vertex numbers.
+// The neighbours of cells must not depend on vertex numbers, even if there are duplicate cells,
+// faces that many cells share, cells that contain a face twice, or a vertex with very many faces.
 TEST(SpooledMesh, FacesOfManyCellsAreJoinedTheSameWay) {
   MemoryMesh mesh = grid_mesh(4, 4, 4);
   const std::vector<std::vector<std::uint64_t>> cells = mesh.cells;

@@ -21,8 +21,10 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests" / "support"))
 from folder_test import lacks
 
-MOST_BYTES = 900_000  # for all pictures
-DRAWN = ("mug-late", "biplane", "loose")  # with steps and values, with many blocks, with a palette
+# Largest size in bytes of all pictures together.
+MOST_BYTES = 900_000
+# Pictures with steps and values, with many blocks, and with a palette.
+DRAWN = ("mug-late", "biplane", "loose")
 
 SHM = Path("shm")
 

@@ -1,6 +1,6 @@
-// The same mesh gives the same pixels on every machine, with every compiler and optimization. The
-// test runs in the same builds as determinism_tests and on other machines. On a mismatch it prints
-// the new table, which replaces the old one if the change is intended.
+// Checks that the same mesh results in the same pixels on every machine, with every compiler and
+// optimization. The test runs in the same builds as determinism_tests and on other machines. On a
+// mismatch it prints the new table, which replaces the old table if the change is intended.
 #include <gtest/gtest.h>
 #include <xxhash.h>
 

@@ -1,5 +1,5 @@
-// Complete pictures: the visible part of a mesh, the viewpoint, colours, and legend; and meshes
-// with hostile numbers.
+// Tests of complete pictures: the visible part of a mesh, the viewpoint, colours, and legend; and
+// meshes with hostile numbers.
 #include "picture/picture.h"
 
 #include <gtest/gtest.h>
@@ -55,8 +55,8 @@ TEST(Picture, ABoxFillsItsFrameAndNothingElse) {
   const Picture picture = draw(box, small(Vector{0, -1, 0}));
   EXPECT_EQ(picture.drawn, 6u);
   EXPECT_EQ(picture.skipped, 0u);
-  // 160 x 120 with a margin of 5: a side that is twice as wide as high covers 150 x 75, beginning
-  // in the middle of a row.
+  // The picture has 160 x 120 pixels with a margin of 5. A side that is twice as wide as high
+  // covers 150 x 75 pixels, beginning in the middle of a row.
   EXPECT_EQ(picture.covered, 150u * 76);
   EXPECT_NE(picture.image.at(5, 60), kBackground);
   EXPECT_NE(picture.image.at(154, 60), kBackground);
@@ -109,7 +109,7 @@ TEST(Picture, FlatMeshesAreLookedAtFromTheirNormal) {
     const Picture asked = draw(sheet, small(Vector{1, 1, 1}));
     EXPECT_LT(asked.covered, 110u * 110) << axis;
   }
-  // A plane that is not perpendicular to an axis.
+  // The face is in a plane that is not perpendicular to an axis.
   DrawnSurface tilted;
   tilted.add_face({tilted.add_vertex(0, 0, 0), tilted.add_vertex(3, 0, 3),
                    tilted.add_vertex(3, 4, 3), tilted.add_vertex(0, 4, 0)});
@@ -287,8 +287,8 @@ TEST(Picture, FacesTooNarrowForSamplesAreDrawnByTheirEdges) {
 }
 
 TEST(Picture, AnyAxisGoesUp) {
-  // The same box with cyclically exchanged axes looks the same if another axis goes up: x to the
-  // right, and the axis after it up.
+  // If the axes of a box are exchanged and another axis points up, the picture can be the same: 3
+  // units wide and 2 high.
   const DrawnSurface box = DrawnSurface::box(1, {3, 1, 2});  // seen from -y: 3 wide, 2 high
   const Picture upright = draw(box, small(Vector{0, -1, 0}));
   const auto covered = [](std::array<double, 3> sides, Vector from, std::size_t up) {
@@ -299,11 +299,12 @@ TEST(Picture, AnyAxisGoesUp) {
   EXPECT_EQ(covered({3, 2, 1}, {0, 0, 1}, 1), upright.covered);
   EXPECT_EQ(covered({2, 3, 1}, {0, 0, 1}, 0), upright.covered);
   EXPECT_NE(covered({2, 3, 1}, {0, 0, 1}, 1), upright.covered);
-  // Looking along the axis that goes up: then y goes up, and for a view along y, z does.
+  // In a view along the axis that should point up, y points up instead; in a view along y, z points
+  // up.
   EXPECT_EQ(covered({3, 2, 1}, {0, 0, 1}, 2), upright.covered);
   EXPECT_EQ(covered({3, 1, 2}, {0, -1, 0}, 1), upright.covered);
   EXPECT_EQ(covered({1, 2, 3}, {1, 0, 0}, 0), upright.covered);
-  // Without a given direction: from above, so that three sides are visible.
+  // Without a given direction, the view is from above, so that three sides are visible.
   for (std::size_t up = 0; up < 3; ++up) {
     PictureOptions options = small();
     options.up = up;

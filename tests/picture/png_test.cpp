@@ -1,4 +1,4 @@
-// Writing of images with and without a palette. preview_test checks that pixels come back
+// Tests of writing images with and without a palette. preview_test checks that pixels are read back
 // unchanged.
 #include "picture/png.h"
 

@@ -1,5 +1,5 @@
-// Polygons of surfaces as halfedge structures can store them: which faces stay connected, are
-// separated, or are left out, and how polygons are split.
+// Tests of the conversion of surfaces to polygons that halfedge structures can store: which faces
+// stay connected, are separated, or are left out, and how polygons are split.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -194,7 +194,7 @@ TEST(Polygons, TheSameFaceTwice) {
 }
 
 TEST(Polygons, AFaceThatComesUponItsVertexAgain) {
-  // One polygon that consists of two triangles with a common vertex.
+  // There is one polygon, which consists of two triangles with a common vertex.
   const Polygons alone = made_of(5, {{0, 1, 2, 0, 3, 4}});
   expect_manifold(alone);
   EXPECT_EQ(alone.copies, 1U);

@@ -1,5 +1,5 @@
-// The raster: the samples that a triangle covers, depth order, lines and points, and positions
-// outside the picture.
+// Tests of the raster: the samples that a triangle covers, depth order, lines and points, and
+// positions outside the picture.
 #include "picture/raster.h"
 
 #include <gtest/gtest.h>
@@ -59,13 +59,14 @@ TEST(Raster, CornersGoRoundEitherWay) {
   EXPECT_EQ(image_of(one).pixels, image_of(other).pixels);
 }
 
-/// Each triangle is drawn alone and counts its samples; together they cover each sample of the
-/// square once.
+/// Each triangle is drawn into a separate raster, which counts its samples. Together the triangles
+/// cover each sample of the square once.
 TEST(Raster, SharedEdgesLeaveNoGapAndNoDouble) {
   constexpr std::uint32_t kSide = 12;
   PlainRandom random(7);
   for (int turn = 0; turn < 40; ++turn) {
-    // A fan around an inner point, over corners and points on the border of the whole raster.
+    // The triangles form a fan around an inner point. Its outer points are corners and other points
+    // on the border of the raster.
     const auto on = [&] { return static_cast<std::int64_t>(random.below(kSide * kPixel - 1)) + 1; };
     const std::int64_t end = kSide * kPixel;
     const std::vector<RasterPoint> border = {at(0, 0),     at(on(), 0),   at(end, 0), at(end, on()),
@@ -76,7 +77,8 @@ TEST(Raster, SharedEdgesLeaveNoGapAndNoDouble) {
     for (std::size_t i = 0; i < border.size(); ++i) {
       const std::array<RasterPoint, 3> corners = {middle, border[i],
                                                   border[(i + 1) % border.size()]};
-      // work() counts the samples, the rows that may have samples, and one for the triangle.
+      // work() returns the number of samples plus the number of rows that may have samples, plus
+      // one for the triangle.
       Raster alone(kSide, kSide);
       alone.add_triangle(corners, {kRed});
       all.add_triangle(corners, {kRed});

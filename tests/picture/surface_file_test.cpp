@@ -1,5 +1,6 @@
-// Surfaces through OpenMesh: no list of faces is refused or ends the process, although Debian
-// builds the library with assertions; and decimation keeps the properties of surfaces.
+// Tests of surfaces written with OpenMesh: no list of faces is refused or ends the process,
+// although Debian builds the library with assertions. Decimation preserves the properties of
+// surfaces.
 #include <gtest/gtest.h>
 
 #include <array>

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""shm surface: reads PLY, STL and OBJ files independently; closed surfaces, colours, decimation, and errors.
+"""Tests shm surface with separate readers of PLY, STL and OBJ: closed surfaces, colours, decimation, and errors.
 
 Usage: surface_test.py PATH_OF_SHM     (exit code 77, skipped, if the tool was built without OpenMesh)
 
@@ -124,7 +124,7 @@ class SurfaceTest(FolderTest):
         write_vtk(self.path("mesh.vtk"), 4)
 
     def written(self, name, *words, out="out.ply"):
-        """Returns the bytes of the file, and the report."""
+        """Runs shm surface. Returns the bytes of the written file, and the report."""
         report = json.loads(self.shm("surface", name, "-f", "-o", out, "--json", *words))
         self.assertEqual(report["output_bytes"], len(self.bytes(out)))
         return self.bytes(out), report
@@ -273,7 +273,7 @@ class SurfaceTest(FolderTest):
             self.assertEqual(len(set.union(*colours.values())), 3)
             self.assertEqual(len(set.union(*surfaces.values())), 1)
             # At each step, the smallest value is violet and the largest yellow: u of exodus_text
-            # depends on the number of the vertex, which follows from its coordinates.
+            # depends on the number of the vertex, which is computed from its coordinates.
             for step in range(3):
                 ply, report = self.ply(name, "--array", f"{names['point']}@{step}")
                 vertex = [round(x / .25) + 3 * round(y / .25) + 9 * round(z / .25) for x, y, z in ply.points]
@@ -285,8 +285,8 @@ class SurfaceTest(FolderTest):
                 shown = ply.colours("vertex")
                 self.assertEqual(shown[value.index(min(value))], FIRST)
                 self.assertEqual(shown[value.index(max(value))], LAST)
-            # Values of cells, which all grow by the same amount: only the range distinguishes the
-            # steps.
+            # The values of all cells grow by the same amount, so that only their range
+            # distinguishes the steps.
             least = [self.ply(name, "--array", f"cell/{names['cell']}@{step}")[1]["array"]["least"]
                      for step in range(3)]
             self.assertEqual([number - least[0] for number in least], [0, .125, .25])

@@ -1,9 +1,11 @@
-// Counts the effects of damage: flips every single bit of files, cuts them at every byte, and reads
-// each damaged file front to back and by its index. The result must be an error or exactly the same
-// content; anything else is wrong data. Each file is read in a process of its own, so that crashes
-// and hangs are counted, too.
-//   count_flips [--sample N] FILE.shm...   every N-th bit and cut of each (default 1: all)
-// Prints one JSON object; exit code 1 if any result was wrong. Run by hand, and by scripts/trust.
+// Counts the effects of damage: flips every single bit of files, truncates them at every byte, and
+// reads each damaged file front to back and by its index. The result must be an error or exactly
+// the same contents; anything else is wrong data. Each file is read in a separate process, so that
+// crashes and hangs are counted, too.
+//   count_flips [--sample N] FILE.shm...   every N-th bit and truncation of each file (default 1:
+//   all)
+// Prints one JSON object; the exit code is 1 if any result was wrong. Run by hand, and by
+// scripts/trust.
 #include <sys/mman.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -32,7 +34,7 @@ using Bytes = std::vector<std::byte>;
 /// A read that takes this long hangs: reading these files normally takes milliseconds.
 constexpr unsigned kHangSeconds = 20;
 
-/// The parts of a file as texts; parts that cannot be read are left out.
+/// The parts of a file as texts, by name; parts that cannot be read are left out.
 using Parts = std::map<std::string, std::string>;
 
 void add_segments(shm::RandomSource& source, Parts& parts) {
@@ -88,16 +90,16 @@ shm::Result<std::string> text_of(std::span<const std::byte> bytes) {
 }
 
 struct Whole {
-  std::string text;  // of the whole file, front to back
+  std::string text;  // text of the whole file, read front to back
   Parts parts;
   bool is_mesh = true;
-  std::size_t end = 0;  // end of its trailer, after which parity may follow
+  std::size_t end = 0;  // end of the file's trailer; parity may follow
 };
 
 struct Counts {
   std::uint64_t flips = 0, cuts = 0;   // finished or in progress
   std::uint64_t errors = 0, same = 0;  // results of reading front to back
-  std::uint64_t parts_same = 0;        // parts read correctly by the index from damaged files
+  std::uint64_t parts_same = 0;  // parts of damaged files that were read correctly by the index
   std::uint64_t wrong = 0, crashes = 0, hangs = 0;
   std::uint64_t slowest_nanoseconds = 0;
 };
@@ -126,7 +128,8 @@ void look_at(std::span<const std::byte> bytes, const Whole& whole, Counts& count
       std::max(counts.slowest_nanoseconds, static_cast<std::uint64_t>(took.count()));
 }
 
-/// Tests case `n` of a file: flipped bits first, then cuts. Returns false after the last case.
+/// Tests case `n` of a file: the first cases flip bits, the others truncate. Returns false after
+/// the last case.
 bool try_case(std::uint64_t n, const Bytes& file, const Whole& whole, std::uint64_t sample,
               Counts& counts) {
   const std::uint64_t flips = (file.size() * 8 + sample - 1) / sample;
@@ -146,7 +149,7 @@ bool try_case(std::uint64_t n, const Bytes& file, const Whole& whole, std::uint6
   return true;
 }
 
-/// Tests all cases of a file in child processes: if a child dies, its case is counted, and the next
+/// Tests all cases of a file in child processes. If a child dies, its case is counted, and the next
 /// child continues with the following case.
 bool try_file(const Bytes& file, std::uint64_t sample, Counts& counts) {
   Whole whole;

@@ -1,4 +1,5 @@
-// Damage: every damaged part is reported, and every intact part can be read, whatever is damaged.
+// Tests that every damaged part of a file is reported, and that every intact part can be read,
+// whatever is damaged.
 #include "shm/damage.h"
 
 #include <gtest/gtest.h>
@@ -32,7 +33,7 @@ Bytes file(Order order, std::uint32_t segment_cells = 60, std::uint32_t group_ce
   return written(stepped);
 }
 
-/// Returns the offsets of the first and the last byte (exclusive) of each chunk.
+/// Returns for each chunk its offset and the offset after its last byte.
 std::vector<std::pair<std::size_t, std::size_t>> places(const Bytes& bytes) {
   std::vector<std::pair<std::size_t, std::size_t>> out;
   std::size_t at = container::kFileStartBytes;
@@ -238,8 +239,8 @@ TEST(Damage, ArraysThatAreHurtAreNamed) {
   }
 }
 
-// A header with a correct checksum that names an array of another file: its values are not reported
-// as lost.
+// A header with a correct checksum refers to an array of another file. The values of that array are
+// not reported as lost.
 TEST(Damage, ValuesOfNoArrayAreNotNamed) {
   Stepped stepped = with_steps(two_blocks(), Order::keep);
   stepped.mesh.schema.arrays.push_back(array_of("static", Location::cell, ScalarType::float64));
@@ -332,7 +333,8 @@ TEST(Damage, BytesAtRandom) {
   }
 }
 
-/// Very many headers that each claim all following bytes: these bytes are not read again and again.
+/// Each of very many headers claims all following bytes. These bytes must not be read again for
+/// each header.
 TEST(Damage, ManyHeadersTakeTheirBytesOnly) {
   constexpr std::size_t kHeaders = 50'000;
   ByteWriter out;
@@ -367,8 +369,8 @@ Bytes without_index(const FileParts& parts) {
   return bytes;
 }
 
-// In a mixture of two files, nobody can say which chunk belongs to which file: with another bound,
-// the same bytes mean other values.
+// If chunks of two files are mixed, a reader cannot determine which chunk belongs to which file.
+// With another bound, the same bytes mean other values.
 TEST(Damage, PartsOfTwoFilesAreRefused) {
   const Bytes one = file(Order::keep);
   FileParts parts = take_apart(one);
@@ -379,8 +381,8 @@ TEST(Damage, PartsOfTwoFilesAreRefused) {
   EXPECT_TRUE(found(put_together(parts)).schema);
   parts.chunks[3] = schema;
   EXPECT_EQ(error_of(put_together(parts)), ErrorCode::corrupt);
-  // A chunk with the number of another chunk: if it is equal, it is a repetition; if it differs,
-  // the index must decide, or the file is refused.
+  // A chunk has the sequence number of another chunk. If both are equal, the chunk is a repetition.
+  // If they differ, the index must decide, or the file is refused.
   parts = take_apart(one);
   Bytes joined = without_index(parts);
   const auto at = places(one);
@@ -461,8 +463,9 @@ TEST(Damage, ACopyOfTheIndexIsNoEnd) {
     EXPECT_LT(damage.offset, middle + bytes) << damage.section;
 }
 
-/// Returns files with a damaged index: a byte of it, its header, the headers of index and trailer,
-/// or a byte of it with all chunks in reverse order.
+/// Returns copies of the file whose index is damaged in different ways: a byte of the index, its
+/// header, the headers of index and trailer, or a byte of the index with all chunks in reverse
+/// order.
 std::vector<Bytes> without_index(const Bytes& whole) {
   const auto at = places(whole);
   const auto [begin, end] = at.back();
@@ -498,7 +501,8 @@ TEST(Damage, ALostIndexIsMadeAnew) {
   EXPECT_GT(same, 80u);
 }
 
-// The index of a file of version 0.9 is rebuilt, too; its ranges are those of the restored values.
+// The index of a file of version 0.9 is rebuilt, too. It contains the ranges of the restored
+// values.
 TEST(Damage, ALostIndexOfVersion0IsMadeAnew) {
   std::size_t same = 0, with_other_ranges = 0;
   for (const auto& path : golden_files()) {
@@ -552,7 +556,7 @@ TEST(Damage, AnIndexIsMadeOnlyWhereThereWasNoMore) {
   }
 }
 
-// A chunk with correct checksums that cannot be decoded.
+// The file has a chunk that cannot be decoded although its checksums are correct.
 TEST(Damage, AnIndexIsMadeOfWhatCanBeDecodedOnly) {
   FileParts parts = take_apart(file(Order::keep));
   Chunk extra = parts.chunks.back();

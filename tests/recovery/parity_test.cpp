@@ -1,5 +1,5 @@
-// Parity: lost parts of a file are restored within the limits of the parity, and data after a
-// trailer does no harm.
+// Tests of parity: lost parts of a file are restored within the limits of the parity, and data
+// after a trailer does no harm.
 #include "archive/parity.h"
 
 #include <gtest/gtest.h>
@@ -109,7 +109,8 @@ TEST_F(Parity, NothingLostIsNothingDone) {
   }
 }
 
-// Each stripe survives the loss of as many blocks as it has parity blocks, in any positions.
+// Each stripe can be restored after the loss of as many blocks as it has parity blocks, at any
+// positions.
 TEST_F(Parity, AsManyBlocksOfAStripeAsItHasParity) {
   const Bytes file = random_bytes(300 * 4096 - 77, 1);
   const ParityShape shape = parity_shape(file.size(), .05);
@@ -135,8 +136,8 @@ TEST_F(Parity, AsManyBlocksOfAStripeAsItHasParity) {
     EXPECT_TRUE(outcome.lost.empty());
     ASSERT_EQ(outcome.healed, file);
 
-    // With one more lost block, its stripe cannot be healed; the other stripe is healed all the
-    // same.
+    // If one more block is lost, its stripe cannot be healed. The other stripe is healed
+    // nevertheless.
     std::uint64_t more = 0;
     while (std::binary_search(lost.begin(), lost.end(), more)) more += 2;
     lose(damaged, more);
@@ -146,7 +147,7 @@ TEST_F(Parity, AsManyBlocksOfAStripeAsItHasParity) {
   }
 }
 
-// Damage anywhere in the file, including its packets: a contiguous range, and single sectors.
+// Damages a contiguous range, or single sectors, anywhere in the file or its packets.
 TEST_F(Parity, APieceAnywhereAsLongAsTheShare) {
   const Bytes file = random_bytes(2'000'000, 3);
   const ParityShape shape = parity_shape(file.size(), .05);
@@ -222,7 +223,7 @@ TEST_F(Parity, FlippedBytesOfPackets) {
     }
 }
 
-// Packets that claim to protect more bytes than there are, or that are in the wrong place, are
+// Packets that claim to protect more bytes than the file has, or that are in the wrong place, are
 // ignored.
 TEST_F(Parity, PacketsInTheWrongPlaceAreNone) {
   const Bytes file = random_bytes(10'000, 7);
@@ -304,7 +305,7 @@ TEST_F(Parity, SectorsThatCannotBeRead) {
   EXPECT_EQ(healed, file);
 }
 
-// Readers ignore the parity, front to back and by the index.
+// Readers ignore the parity, whether they read front to back or by the index.
 TEST_F(Parity, ReadersDoNotMind) {
   for (const FeatureFile& feature : feature_files()) {
     const Bytes whole = with_parity(feature.bytes, .2);
@@ -351,7 +352,7 @@ TEST_F(Parity, IsTheSameEverywhere) {
   EXPECT_EQ(sum, 9290023745792755765u) << "the bytes have changed";
 }
 
-// Every field of every packet, in one packet or in all, with correct checksums.
+// Replaces every field of every packet, in one packet or in all packets, with correct checksums.
 TEST_F(Parity, FieldsThatLie) {
   const Bytes whole = parity_file().bytes;
   const auto places = parity_packets(whole);

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""shm compress --parity and shm repair: lost data is restored, and the packets agree with section 40 of the
-specification, checked with independent arithmetic in this file.
+"""Tests shm compress --parity and shm repair: lost data is restored, and the packets agree with section 40 of the
+specification. This file contains a separate implementation of the arithmetic.
 
 Usage: repair_test.py PATH_OF_SHM
 """
@@ -43,7 +43,7 @@ INVERSE = {a: b for a in range(1, 256) for b in range(1, 256) if product(a, b) =
 
 
 def grid(n):
-    """Returns legacy VTK of n*n*n hexahedra whose corners and field do not compress well."""
+    """Returns the text of a legacy VTK file of n*n*n hexahedra whose corners and field do not compress well."""
     rng = random.Random(n)
     m = n + 1
     points = "\n".join(f"{x + rng.random() / 4:.6f} {y + rng.random() / 4:.6f} {z}"
@@ -185,7 +185,7 @@ class Repair(unittest.TestCase):
         self.assertEqual(self.bytes_of(self.path("out.shm")), whole)
 
     def test_parity_of_something_else(self):
-        """A packet in its correct place which claims that the first block is the whole file."""
+        """A packet in its correct place claims that the first block is the whole file."""
         plain = self.bytes_of(self.plain)
         k = m = 127
         place = BLOCK + (1 + m) * PACKET  # the second copy of the checksums

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""shm repair of files that no parity heals: every segment without damage is restored, value for value, and
-shm verify reports all damage. The test computes what can be restored from the bytes of the file, independently,
-by the specification.
+"""Tests shm repair with files that no parity heals: every segment without damage is restored, value for value, and
+shm verify reports all damage. The test itself determines from the bytes of the file, according to the
+specification, which data can be restored.
 
 Usage: salvage_test.py PATH_OF_SHM     (exit code 77, skipped, if VTK, NumPy or ncgen is missing)
 """
@@ -31,15 +31,16 @@ from folder_test import SANITIZED, forced
 from sample_meshes import hexahedra
 
 SHM = "shm"
-# Side of the mesh, cells of a segment, bytes of a sector: more than twenty segments of many
-# sectors, and a file of more than one megabyte, so that it stores its schema twice.
+# Cells along a side of the mesh, cells of a segment, bytes of a sector. The mesh has more than
+# twenty segments of many sectors. Its file has more than one megabyte, so that it stores the schema
+# twice.
 N, SEGMENT, SECTOR = (22, 484, 2048) if SANITIZED else (30, 1250, 4096)
 STEPS = 6
 SCHEMA, GROUP, VALUES, TIMES, EXTRA, INDEX = range(1, 7)
 
 
 class Mesh:
-    """Hexahedra with noise: coordinates, an attribute, fields on points and cells at six steps, sets."""
+    """Hexahedra with random data: coordinates, an attribute, fields on points and cells at six steps, sets."""
 
     def __init__(self):
         rng = np.random.default_rng(54)
@@ -87,7 +88,7 @@ data: time_whole = {numbers(np.arange(STEPS) * .5)} ; eb_status = 1 ; eb_prop1 =
 
 
 class Chunk:
-    """One chunk of an undamaged file, parsed by section 2, with the heads described in sections 6 and 7."""
+    """One chunk of an undamaged file, parsed by section 2, with the headers described in sections 6 and 7."""
 
     def __init__(self, data, at):
         self.at = at
@@ -117,7 +118,7 @@ class Chunk:
                 begin += stream[3]
             assert begin == self.end
         if self.kind == VALUES:
-            self.parts = []  # array, step, group, and whether the part refers to an earlier step
+            self.parts = []  # for each part: array, step, group, and whether the part refers to an earlier step
             place, size = (0, 0, 0), 0
             for _ in range(self.varint(data)):
                 place = tuple(before + self.signed(data) for before in place)
@@ -315,7 +316,8 @@ class Salvage(unittest.TestCase):
             self.assertEqual(report["outcome"], "healed")
             with open(self.path("rest.shm"), "rb") as file:
                 self.assertTrue(file.read() == whole)
-        # Much more damage in one place: the intact parts are restored, with parity of their own.
+        # Damages much more in one place. The intact parts are restored, and the new file has
+        # parity, too.
         data = bytearray(whole)
         group = self.groups[4]
         begin, end = group.at, self.groups[9].end
@@ -374,7 +376,7 @@ class Salvage(unittest.TestCase):
             self.assertEqual(report["outcome"], "healed")
             self.assertEqual(report["new_index"], "index" in sections)
             self.same_bytes()
-        # Repairs in place if nothing is lost, and otherwise not.
+        # The file is repaired in place only if nothing is lost.
         for hurt in ((index.end, index.end + 16), (index.at, index.at + 22)):
             path = self.put(self.hurt(hurt))
             self.assertEqual(self.shm("repair", path).returncode, 0)
@@ -458,7 +460,7 @@ class Salvage(unittest.TestCase):
         self.assertEqual(info["cells"], len(self.mesh.cells) - SEGMENT)
 
     def test_roles_that_are_left_out_are_named(self):
-        """Tags of nodes exist only in Gmsh files: they stay as an array, but lose their role."""
+        """Tags of nodes exist only in Gmsh files. They remain as an array, but lose their role."""
         nodes = "\n".join(f"{90 - 3 * i} {i & 1} {i >> 1 & 1} {i >> 2}" for i in range(8))
         with open(self.path("tags.msh"), "w", encoding="ascii") as file:
             file.write(f"$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n8\n{nodes}\n$EndNodes\n"

@@ -1,6 +1,6 @@
-// Arrays on few elements, for which only a part of the mesh data is kept: columns over these
-// elements give exactly the bytes and values that columns over all elements give, for all meshes,
-// segments, groups and codecs.
+// Tests of arrays on few elements, for which only a part of the mesh data is kept in memory. For
+// all meshes, segments, groups and codecs, columns over these elements produce the same bytes and
+// values as columns over all elements.
 #include "steps/sparse_elements.h"
 
 #include <functional>
@@ -86,7 +86,8 @@ struct Columns {
   StepColumn<SplitDecoder> out;
 };
 
-/// Compares the columns; returns the number of compared groups.
+/// Compares the columns over few elements with the columns over all elements. Returns the number of
+/// compared groups.
 std::size_t expect_same_columns(const Stepped& stepped, StepTopology& replay, StepElements& thin,
                                 StepElements& all, std::uint32_t array, std::size_t turn) {
   const ArrayInfo& info = stepped.mesh.schema.arrays[array];
@@ -180,7 +181,8 @@ TEST(SparseElements, SayWhatAllElementsSay) {
   EXPECT_GT(compared, 10000 / every(10));
 }
 
-// Positions are reused: the ring of cells is full, and vertices are introduced and finalized.
+// Positions are reused, because the ring of cells is full and because vertices are introduced and
+// finalized.
 TEST(SparseElements, InMeshesThatTakePlacesAgain) {
   for (const auto codec : {ConnectivityCodec::rows, ConnectivityCodec::shifts})
     for (const std::uint32_t group_cells : {700u, 65536u}) {
@@ -236,8 +238,8 @@ TEST(SparseElements, AreNotThinLater) {
   EXPECT_EQ(all, elements_of(stepped.mesh, array));
 }
 
-/// Returns the bytes kept for array `a` with this limit. `expected`: number of elements that the
-/// caller announces.
+/// Returns the size in bytes of the mesh data that is kept for array `a` if the limit is `most`.
+/// `expected`: number of elements that the caller announces.
 std::size_t kept_of(const Stepped& stepped, std::uint32_t a, std::uint64_t expected,
                     std::size_t most) {
   const Bytes bytes = written(stepped);
@@ -278,7 +280,8 @@ TEST(SparseElements, AreKeptWhereTheyAreFewAndWithinALimit) {
   EXPECT_GT(kept, elements * sizeof(Neighbourhood));
   EXPECT_LT(kept, elements * (sizeof(Neighbourhood) * 9 / 8 + 4 * 14) + (64u << 10));
   EXPECT_EQ(kept_of(stepped, many, elements_of(stepped.mesh, many), 0), 0u);
-  // Announced as few elements: more than the limit, and less.
+  // The caller announces fewer elements than there are. The mesh data exceeds the first limit, but
+  // not the second.
   EXPECT_EQ(kept_of(stepped, many, 0, 0), 0u);
   EXPECT_GT(kept_of(stepped, many, 0, std::size_t{64} << 20), std::size_t{1} << 20);
 }

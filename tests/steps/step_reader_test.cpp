@@ -1,5 +1,5 @@
-// StepReader: returns the same values as a Reader for one array at one step, reads only the bytes
-// that it needs, and refuses inconsistent files.
+// Tests of StepReader: it returns the same values as a Reader for one array at one step, reads only
+// the bytes that it needs, and refuses inconsistent files.
 #include "shm/step_reader.h"
 #include "codecs/shared/codec_id.h"
 
@@ -88,8 +88,8 @@ void expect_step(StepReader& reader, const Expected& expected, std::uint32_t arr
   EXPECT_TRUE(by_segment.values == all->values);
 }
 
-/// Reads every array at every step, in ascending and in another order, with one reader and with new
-/// readers.
+/// Reads every array at every step, in ascending order and in another order, with one reader and
+/// with new readers.
 void expect_all_steps(const Bytes& bytes) {
   const Expected expected = expected_of(bytes);
   WatchedSource source(bytes);
@@ -167,7 +167,7 @@ TEST(StepReader, WhateverTheKeySteps) {
 
 TEST(StepReader, TrendsAndLossyAndManyComponents) {
   Stepped stepped = waves(6);
-  for (auto& [key, values] : stepped.values)  // noise that changes at the same rate everywhere
+  for (auto& [key, values] : stepped.values)  // random values that all change at the same rate
     for (std::size_t i = 0; i < values.size() / 8; ++i) {
       const double v = static_cast<double>(i * 2654435761u % 1000003) * 0x1p-20 *
                        (64 + static_cast<double>(key.second));
@@ -237,7 +237,8 @@ struct Places {
     return std::to_string(segment) + " array " + std::to_string(array) + " step " +
            std::to_string(step);
   }
-  /// Returns these names for each segment that has them.
+  /// Returns the names of these parts in all segments that contain them, each preceded by the
+  /// segment number.
   std::set<std::string> in_all(const std::set<std::string>& names) const {
     std::set<std::string> all;
     for (const std::string& name : names)
@@ -247,8 +248,8 @@ struct Places {
           all.insert(full);
     return all;
   }
-  /// Returns the names of the parts that were read, all of which must be complete; names begin with
-  /// the segment if they belong to one.
+  /// Returns the names of the parts that were read, and checks that each was read completely. If a
+  /// part belongs to a segment, its name begins with the segment number.
   std::set<std::string> touched(const WatchedSource& source) const {
     std::set<std::size_t> hit, left;
     for (std::size_t i = 0; i < owner.size(); ++i)
@@ -315,8 +316,8 @@ Stepped watched_mesh(Order order) {
     stepped.values[{wave, step}] = waving.values.at({0, step});
     stepped.values[{other, step}] = waving.values.at({0, step});
     stepped.values[{other, step}].resize(stepped.mesh.cells.size() * 8);
-    if (kSanitized && step / 2 != 2) continue;        // 4 and 5; the test reads step 5
-    Bytes& phrases = stepped.values[{phrase, step}];  // 10 cells of noise, again and again
+    if (kSanitized && step / 2 != 2) continue;  // keeps only steps 4 and 5; the test reads step 5
+    Bytes& phrases = stepped.values[{phrase, step}];  // the random values of 10 cells, repeated
     for (std::size_t i = 0; i < stepped.mesh.cells.size() * 17; ++i)
       phrases.push_back(i < 170 ? static_cast<std::byte>(random()) : phrases[i - 170]);
   }
@@ -360,7 +361,7 @@ TEST(StepReader, TouchesOnlyWhatItNeeds) {
       ASSERT_TRUE(reader.read({wave, 7, {}, false}));
       EXPECT_EQ(places.touched(source), Names{});
 
-      // Numbers of the mesh are read too.
+      // A new reader also has to read the numbers of the mesh.
       StepReader second = opened(source);
       source.forget();
       ASSERT_TRUE(second.read({wave, 4}));
@@ -575,7 +576,7 @@ TEST(StepReader, LiesOfAllKindsEndSomehow) {
   const Bytes bytes = written(small_mesh());
   std::mt19937_64 random(11);
   for (int i = 0; i < 400; ++i) {
-    // Changes a byte of a chunk, with correct checksums.
+    // Changes a byte of a chunk and recomputes its checksums.
     FileParts parts = take_apart(bytes);
     Chunk& chunk = parts.chunks[random() % parts.chunks.size()];
     if (chunk.payload.empty()) continue;

@@ -1,5 +1,5 @@
-// Step values: values come back unchanged, for all meshes, segments, groups, codecs, and kinds of
-// references to other steps; inconsistent files are refused.
+// Tests of step values: values are restored unchanged, for all meshes, segments, groups, codecs,
+// and kinds of references to other steps. Inconsistent files are refused.
 #include "steps/step_values.h"
 #include "steps/step_memory.h"
 
@@ -78,8 +78,8 @@ TEST(StepValues, WhateverTheMeshAndItsPieces) {
           }
 }
 
-// With neighbourhoods found by vertex numbers, values need as few bytes as with those of the active
-// surface.
+// With neighbourhoods that are found by vertex numbers, values need as few bytes as with
+// neighbourhoods on the active surface.
 TEST(StepValues, OverShiftsToo) {
   Stepped stepped = waves(3);
   stepped.options.connectivity = ConnectivityCodec::rows;
@@ -208,7 +208,7 @@ StepReference most_of(const Bytes& file) {
   EXPECT_TRUE(back);
   return back ? back->schema.step_references : StepReference::trend;
 }
-/// Returns the file with a schema that allows `most`.
+/// Returns the file with a schema that allows references of kind `most`.
 Bytes under(const Bytes& file, StepReference most) {
   FileParts parts = take_apart(file);
   Schema schema = read_mesh(file)->schema;
@@ -227,8 +227,8 @@ TEST(StepValues, TheSchemaSaysWhatTheyReferTo) {
     const Bytes bytes = expect_values_back(stepped);
     EXPECT_EQ(most_of(bytes), most);
     for (const StepReference less : {nothing, before}) {
-      // A chunk that refers to more than the schema allows is refused. A chunk that refers to less
-      // is accepted.
+      // A chunk that refers to more earlier steps than the schema allows is refused; a chunk that
+      // refers to fewer is accepted.
       const auto back = read_mesh(under(bytes, less));
       EXPECT_EQ(static_cast<bool>(back), less >= most);
       if (!back) {
@@ -239,7 +239,7 @@ TEST(StepValues, TheSchemaSaysWhatTheyReferTo) {
     stepped.mesh.schema.step_references = std::min(most, before);
     for (const auto& header : headers_of(expect_values_back(stepped))) EXPECT_FALSE(header.trend);
   }
-  // Without steps the schema does not store this.
+  // A schema without stepped arrays does not store the allowed references.
   WriteOptions options;
   options.key_steps = 1;
   EXPECT_EQ(most_of(expect_round_trip(two_blocks(), options)), trend);
@@ -317,7 +317,7 @@ TEST(StepValues, ATrendGoesOn) {
 
 TEST(StepValues, ATrendIsFollowed) {
   Stepped stepped = waves(4);
-  for (auto& [key, values] : stepped.values)  // noise that changes at the same rate everywhere
+  for (auto& [key, values] : stepped.values)  // random values that all change at the same rate
     for (std::size_t i = 0; i < values.size() / 8; ++i) {
       const double v = static_cast<double>(i * 2654435761u % 1000003) * 0x1p-20 *
                        (64 + static_cast<double>(key.second));
@@ -382,7 +382,8 @@ Bytes with_chunk(std::span<const std::byte> bytes, std::size_t nth,
   return put_together(parts);
 }
 
-/// Returns waves in four groups with three steps, of which the last two refer to earlier steps.
+/// Returns a file of waves in four groups, with three steps. The last two steps refer to earlier
+/// steps.
 const Bytes& waves_file() {
   static const Bytes bytes = [] {
     Stepped stepped = waves(3);
@@ -423,7 +424,7 @@ TEST(StepValues, LyingHeaders) {
   refused(9, [](StepHeader& h) { h.trend = !h.trend; });         // differs from the previous group
   refused(
       0, [](StepHeader& h) { h.step = h.reference_step = 1 << 21; }, ErrorCode::over_limit);
-  // A trend without steps, which only heads of version 0 can express.
+  // The header states a trend without steps, which only headers of version 0 can express.
   for (const bool trend : {false, true}) {
     FileParts parts = take_apart(waves_file());
     Chunk& chunk = *parts.find(ChunkKind::step_values);

@@ -1,6 +1,7 @@
-// Test meshes for every codec: which codecs exist, which of them can encode a given mesh, small
-// meshes of all kinds, and each mesh in each codec. Unit tests, round-trip tests and the seeds of
-// the fuzz targets all use these functions, so that none of them misses a codec.
+// Test meshes for every codec. The functions list the codecs, report which of them can encode a
+// mesh, and generate small meshes of all kinds, each in every codec that can encode it. Unit tests,
+// round-trip tests and the seeds of the fuzz targets all use these functions, so that none of them
+// misses a codec.
 #pragma once
 
 #include <algorithm>
@@ -20,8 +21,8 @@
 
 namespace shm {
 
-/// Returns the name of the codec in spec/registry.md; empty if the number is not a codec. The
-/// switch has no default, so that the compiler warns about a new codec.
+/// Returns the name of the codec in spec/registry.md, or an empty name if `codec` is not a codec
+/// number. The switch has no default case, so that the compiler warns if a new codec is missing.
 constexpr std::string_view registered_name(Codec codec) {
   switch (codec) {
     case Codec::paper: return "paper";
@@ -40,11 +41,11 @@ constexpr std::string_view registered_name(Codec codec) {
   return {};
 }
 
-/// Pairs of a codec's name and the kind of data that it codes in a file: the number of a stream
-/// kind, or "step_values".
+/// Set of pairs: the name of a codec, and the kind of data that it codes in a file (the number of a
+/// stream kind, or "step_values").
 using CodecUses = std::set<std::pair<std::string, std::string>>;
 
-/// Adds the codecs that the groups and step values of a file use.
+/// Adds to `uses` the codecs of all groups and step values of a file.
 inline void add_uses(std::span<const std::byte> file, CodecUses& uses) {
   const auto add = [&](Codec codec, std::string what) {
     uses.emplace(registered_name(codec), std::move(what));
@@ -65,7 +66,7 @@ inline bool can_be_in(const Schema& schema, ConnectivityCodec codec) {
   NullSink sink;
   return static_cast<bool>(Writer::create(sink, schema, {.connectivity = codec}));
 }
-/// Returns the codecs that a Writer accepts for this schema, beginning with automatic.
+/// Returns the codecs that a Writer accepts for this schema; the first is `automatic`.
 inline std::vector<ConnectivityCodec> codecs_for(const Schema& schema) {
   std::vector<ConnectivityCodec> codecs{ConnectivityCodec::automatic};
   for (const CellCodec& named : cell_codecs())
@@ -80,8 +81,8 @@ inline std::vector<ConnectivityCodec> codecs_without_delay() {
   for (const ConnectivityCodec with_delay : codecs_for(schema)) std::erase(codecs, with_delay);
   return codecs;
 }
-/// Returns the codecs without a delay buffer, preceded by automatic, which stands for all other
-/// codecs.
+/// Returns `automatic`, which represents all other codecs, and the codecs that cannot encode a mesh
+/// with a delay buffer.
 inline std::vector<ConnectivityCodec> codecs_of_both_kinds() {
   auto codecs = codecs_without_delay();
   codecs.insert(codecs.begin(), ConnectivityCodec::automatic);
@@ -108,7 +109,8 @@ inline std::vector<GeneratedMesh> generated_meshes() {
   all.push_back({"arrays on some blocks", arrays_on_some_blocks()});
   all.push_back({"special values", special_values()});
   all.push_back({"rounded", quantized()});
-  all.push_back({"wide steps", bent_grid(3, 2, 1)});  // coded without neighbourhoods
+  all.push_back(
+      {"wide steps", bent_grid(3, 2, 1)});  // its step values are coded without neighbourhoods
   add_stepped(all.back().mesh, array_of("wide", Location::point, ScalarType::int16, 40));
   TestMesh renumbered = bent_grid(4, 4, 4);
   std::mt19937_64 random(5);
@@ -118,7 +120,7 @@ inline std::vector<GeneratedMesh> generated_meshes() {
 }
 
 /// Returns each generated mesh in each codec that can encode it. Orders, delays, steps and levels
-/// alternate from file to file.
+/// vary from file to file.
 inline std::vector<FeatureFile> coded_files() {
   constexpr std::array kLevels = {Level::fast, Level::standard, Level::best};
   std::vector<FeatureFile> files;

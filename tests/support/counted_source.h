@@ -26,7 +26,8 @@ class CountedSource final : public RandomSource {
   MemoryRandomSource source_;
 };
 
-/// Counts the bytes that are read without a prior announcement.
+/// Counts the calls of prefetch(), and the bytes that are read although no such call announced
+/// them.
 class ToldSource final : public RandomSource {
  public:
   explicit ToldSource(std::span<const std::byte> file) : source_(file) {}

@@ -1,4 +1,4 @@
-"""Test data for decomposed Exodus meshes: a whole mesh with every item that parts share, and its parts.
+"""Creates a whole Exodus mesh that has every kind of item that parts share, and cuts it into parts.
 
 Needs ncgen and ncdump.
 """
@@ -10,8 +10,8 @@ from mpi_ranks import Exodus
 from sample_meshes import hexahedra, wedges
 
 def whole_text(n, steps=3, sets=True, seed=0):
-    """Returns the CDL of n*n*n hexahedra in two blocks, the last layer replaced by wedges in a third block, with
-    every item that parts share: fields, sets with factors and variables, attributes, records."""
+    """Returns the CDL text of a mesh of n*n*n hexahedra in two blocks. Wedges in a third block replace the last layer.
+    The mesh has every kind of item that parts share: fields, sets with factors and variables, attributes, records."""
     m = n + 1
     cells = hexahedra(n, first_node=1)
     layer = n * n
@@ -27,7 +27,8 @@ def whole_text(n, steps=3, sets=True, seed=0):
                               for c in range(count[b])])
     fixed = list(range(1, m * m + 1))
     hexes = count[0] + count[1]
-    # Sides x = 0 of the hexahedra, and the triangular ends of the wedges, which have three nodes.
+    # The side set contains the sides of hexahedra at x = 0, and the triangular sides of the wedges,
+    # which have three nodes.
     inlet = [(c + 1, 4) for c in range(hexes) if c % n == 0]
     inlet += [(hexes + w + 1, 5) for w in range(count[2])]
     factors = [round(e * .5 + k, 3) for e, side in inlet for k in range(4 if side == 4 else 3)]
@@ -87,7 +88,7 @@ data: time_whole = {text([s * .5 for s in range(steps)])} ;
 
 
 class Split:
-    """Cuts one Exodus file into parts. Each part has the same variables, restricted to its own rows."""
+    """Cuts one Exodus file into parts. Each part has all variables, but only its own rows of them."""
 
     def __init__(self, whole, owner, count, base=1):
         self.file, self.count, self.base = Exodus(whole), count, base
@@ -109,11 +110,11 @@ class Split:
                 self.block_of.append(b)
         used = set().union(*self.nodes_of)
         self.nodes_of[-1].update(set(range(1, size("num_nodes") + 1)) - used)
-        # Every second part lists its nodes in descending order.
+        # The node lists of every second part are in descending order.
         self.nodes_of = [sorted(nodes, reverse=p % 2 == 1) for p, nodes in enumerate(self.nodes_of)]
 
     def rows(self, dimension, part):
-        """Returns the rows of a dimension that the part has; None for all."""
+        """Returns the numbers of the rows of a dimension that belong to a part; None if all of them do."""
         nodes, cells = self.nodes_of[part], self.cells_of[part]
         get = self.file.get
         if dimension == "num_nodes":

@@ -23,7 +23,8 @@ struct Family {
 
 using Corners = std::array<std::uint64_t, 8>;
 
-/// Returns a mesh of these cells with as many vertices as the cells refer to, at arbitrary points.
+/// Returns a mesh of these cells. Its vertices, as many as the cells refer to, are at arbitrary
+/// points.
 inline TestMesh mesh_of(const std::vector<Corners>& cells, std::uint64_t vertices = 0) {
   TestMesh mesh;
   mesh.schema = hexahedra_schema(ScalarType::float64);
@@ -115,7 +116,7 @@ inline TestMesh tetrahedra(std::uint64_t n) {
   return mesh;
 }
 
-/// Returns a grid after calling `how(index, corners)` on each of its cells.
+/// Returns a grid in which `how(index, corners)` has changed the corners of each cell.
 inline TestMesh changed_grid(
     std::uint64_t n, const std::function<void(std::size_t, std::vector<std::uint64_t>&)>& how) {
   TestMesh mesh = grid(n, n, n, ScalarType::float64, warped);
@@ -123,7 +124,7 @@ inline TestMesh changed_grid(
   return mesh;
 }
 
-/// Returns the cells of a grid for which `stays` returns true.
+/// Returns a grid that consists only of the cells for which `stays` returns true.
 inline TestMesh part_of_grid(
     std::uint64_t n,
     const std::function<bool(std::uint64_t, std::uint64_t, std::uint64_t)>& stays) {
@@ -173,8 +174,8 @@ inline TestMesh garbage(std::uint64_t cells, std::uint64_t vertices, std::uint64
   return mesh_of(list, vertices);
 }
 
-/// Returns cells with random corners from a window that moves along the vertices, so that cells
-/// touch by chance in many ways.
+/// Returns cells with random corners from a window that moves along the vertices, so that the cells
+/// share corners by chance in many ways.
 inline TestMesh moving_garbage(std::uint64_t cells, std::uint64_t window, std::uint64_t seed) {
   std::mt19937_64 random(seed);
   std::vector<Corners> list(cells);
@@ -230,7 +231,8 @@ inline void add_shared(std::vector<Family>& all) {
 
   std::vector<Corners> book, fan, open_fan, star;
   for (std::uint64_t i = 0; i < 42; ++i) {
-    const std::uint64_t f = 4 * (i / 3), n = 200 + 4 * i;  // three cells on each face of a row
+    const std::uint64_t f = 4 * (i / 3),
+                        n = 200 + 4 * i;  // three cells are attached to each face of a row
     book.push_back({f, f + 1, f + 2, f + 3, n, n + 1, n + 2, n + 3});
     if (i % 3 == 2) book.push_back({f, f + 1, f + 2, f + 3, f + 4, f + 5, f + 6, f + 7});
     const std::uint64_t a = 2 + 4 * i, b = 2 + 4 * ((i + 1) % 42), o = 2 + 6 * i;
@@ -274,7 +276,8 @@ inline void add_glued(std::vector<Family>& all) {
   all.push_back({"torus of 2", torus(2, 2, 2)});
   all.push_back({"torus of 3 x 2 x 1", torus(3, 2, 1)});
   all.push_back({"torus of 6 x 5 x 4", torus(6, 5, 4)});
-  // Each cell shares two faces with the cell before it (first mesh), or all six (second mesh).
+  // In the first mesh, each cell shares two faces with the previous cell; in the second mesh, all
+  // six.
   std::vector<Corners> two_faces, all_faces;
   for (std::uint64_t c = 0; c < 30; ++c) {
     const std::uint64_t v = 2 * c;
@@ -326,7 +329,7 @@ inline const std::vector<Family>& degenerate_families() {
     for (const Family& family : all) {
       for (TestCell cell : family.mesh.cells) {
         if (mix.cells.size() % 5 > 0)
-          mix.cells.push_back(cell);  // cells of all the families above, overlapping
+          mix.cells.push_back(cell);  // overlapping cells of all families above
         for (auto& v : cell.corners) v = (v + mix.vertices) % 397;
         if (mix.cells.size() % 5 == 0) mix.cells.push_back(cell);
       }

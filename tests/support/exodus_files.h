@@ -1,6 +1,6 @@
 // Writes an Exodus file with an example of everything that libexodusii can write, and describes the
 // contents of such a file as sentences. The sentences name nodes and elements by their ids, so that
-// two files that differ only in the order of nodes and elements give the same sentences.
+// two files that differ only in the order of nodes and elements have the same sentences.
 #pragma once
 
 #include <exodusII.h>
@@ -22,14 +22,14 @@ namespace shm::exodus_files {
 
 struct Options {
   int mode = EX_LARGE_MODEL;
-  int real_bytes = 8;  // in the file
+  int real_bytes = 8;  // size in bytes of a floating-point number in the file
   int name_length = 32;
   int deflate_level = 0;
   bool shuffle = false;
   int steps = 3;
 };
 
-inline constexpr std::size_t kSide = 4;  // hexahedra along an edge of the grid
+inline constexpr std::size_t kSide = 4;  // number of hexahedra along each edge of the grid
 inline constexpr std::size_t kNodes = (kSide + 1) * (kSide + 1) * (kSide + 1);
 inline constexpr std::size_t kFaces = 20 + 10 + 12, kEdges = 14 + 6;
 
@@ -58,7 +58,8 @@ class Maker {
     wide_ = (options.mode & EX_ALL_INT64_DB) != 0;
     write(path);
   }
-  // Returns the id of block or set number `i` of its kind. Wide files have ids beyond 32 bits.
+  // Returns the id of the `i`-th block or set of one kind. In wide files, some ids need more than
+  // 32 bits.
   std::int64_t id(std::int64_t i, std::int64_t base) const {
     return base + i * 3 + (wide_ && i % 2 == 0 ? std::int64_t{1} << 40 : 0);
   }
@@ -76,7 +77,7 @@ class Maker {
       text += "_and_more";
     return text;
   }
-  // Calls `use` with an array of `count` generated names, as the library expects it.
+  // Calls `use` with an array of `count` generated names, in the form that libexodusii expects.
   void with_names(const std::string& stem, std::size_t count,
                   const std::function<void(char**)>& use) const {
     std::vector<std::string> names;
@@ -141,7 +142,7 @@ class Maker {
     SHM_EX(ex_put_init_ext(exoid_, &init));
   }
 
-  // Writes the nodes of the grid, shuffled.
+  // Writes the nodes of the grid in random order.
   void put_nodes() {
     node_at_.resize(kNodes);
     std::iota(node_at_.begin(), node_at_.end(), 0);
@@ -265,7 +266,7 @@ class Maker {
       ex_entity_type type;
       std::int64_t base;
       std::size_t most;
-      bool second;  // has a second list: sides or orientations
+      bool second;  // each entry also has a side or an orientation
       const char* stem;
     };
     const std::array<Kind, 5> kinds{{{EX_NODE_SET, 1000, kNodes, false, "nodes"},
@@ -380,12 +381,12 @@ class Maker {
   bool wide_ = false;
   int exoid_ = -1;
   std::size_t elements_ = 0;
-  std::vector<std::size_t> node_at_;  // for each node of the grid, its number from 0
+  std::vector<std::size_t> node_at_;  // for each node of the grid, its number in the file, from 0
 };
 
-// Describes an Exodus file as read by libexodusII: one sentence per item, with nodes and elements
-// named by the ids in their maps. Faces, edges and all sets keep their order and are named by their
-// position.
+// Describes an Exodus file as libexodusII reads it, with one sentence per item. The sentences name
+// nodes and elements by the ids in the maps of the file. They name faces, edges and sets, whose
+// order must not change, by their position.
 class Teller {
  public:
   explicit Teller(const std::string& path) {

@@ -38,7 +38,9 @@ class Additions {
   Additions& operator=(const Additions&) = delete;
 
   int id() const { return id_; }
-  bool enhanced() const { return enhanced_; }  // the complete netCDF-4 model
+  bool enhanced() const {
+    return enhanced_;
+  }  // true if the file can use the complete netCDF-4 model
   bool hdf5() const { return hdf5_; }
 
   void dimension(const std::string& name, std::size_t length) {
@@ -140,7 +142,7 @@ inline void add_unknown(Additions& to) {
   to.text(to.variable("a name with (brackets), 100% & spaces", NC_SHORT, {"three"}), "units", "K");
   to.variable("alone", NC_DOUBLE, {});
   to.variable("letter", NC_CHAR, {});
-  to.variable("three", NC_FLOAT, {"three"});  // has the name of its dimension
+  to.variable("three", NC_FLOAT, {"three"});  // a variable with the same name as its dimension
   to.variable("velocity", NC_FLOAT, {"num_nodes", "three"});
   to.variable("velocity_by_axis", NC_FLOAT, {"three", "num_nodes"});
   to.variable("history", NC_DOUBLE, {"time_step", "three", "five", "num_nodes"});
@@ -226,8 +228,8 @@ inline void add_oddities(const std::string& path) {
   if (to.hdf5()) add_storage(to);
 }
 
-// Reads every variable with exactly one dimension of nodes or elements through netCDF. Returns one
-// sentence per node or element, which names it by its id.
+// Reads through netCDF every variable that has exactly one dimension of nodes or elements. Returns
+// one sentence per node or element, which names the node or element by its id.
 inline std::multiset<std::string> told_by_netcdf(const std::string& path) {
   std::multiset<std::string> sentences;
   int id = -1, variables = 0;

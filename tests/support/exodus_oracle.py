@@ -13,8 +13,10 @@ import re
 import subprocess
 import sys
 
-DIGITS = "9,17"  # enough for every float and double
-MADE_BY = (":_NCProperties", ":_SuperblockVersion")  # versions of netCDF and HDF5 that wrote the file
+# Numbers of digits that distinguish all floats and all doubles.
+DIGITS = "9,17"
+# Attributes with the versions of netCDF and HDF5 that wrote the file.
+MADE_BY = (":_NCProperties", ":_SuperblockVersion")
 
 
 def run(*command):
@@ -32,7 +34,7 @@ def statements(text):
     for match in token.finditer(text):
         piece = match.group()
         if piece.startswith("//"):
-            # ncdump gives the length of an unlimited dimension in a comment.
+            # ncdump prints the length of an unlimited dimension in a comment.
             if "currently" in piece:
                 yield "length " + piece
             continue

@@ -74,7 +74,7 @@ class FaultyFiles {
     return std::find_if(files_.begin(), files_.end(), [&](auto& it) { return it.name == name; })
         ->bytes;
   }
-  /// Returns the file `name` with its parts changed by `change` and with correct checksums.
+  /// Returns the feature file `name` with its parts changed by `change` and with correct checksums.
   Bytes with(const std::string& name, const std::function<void(FileParts&)>& change,
              Numbering numbering = Numbering::anew) const {
     FileParts parts = take_apart(file(name));
@@ -113,13 +113,13 @@ class FaultyFiles {
             [](auto& it) { it.start.needed_features = 1u << 31; });
     Bytes bytes = file("keep");
     bytes[0] = std::byte{0x88};
-    add(kCorrupt, "The first byte of the signature is another one.", bytes);
+    add(kCorrupt, "The first byte of the signature is wrong.", bytes);
     bytes = file("keep");
     bytes.erase(bytes.begin() + 4);
-    add(kCorrupt, "A transfer as text made CR LF of the signature LF.", bytes);
-    add(kCorrupt, "The schema chunk holds another minor version than the file start.",
+    add(kCorrupt, "A transfer as text changed CR LF in the signature to LF.", bytes);
+    add(kCorrupt, "The schema chunk contains another minor version than the file start.",
         with("keep", [](auto& it) { it.chunks[0].payload[2] ^= std::byte{1}; }));
-    add(kCorrupt, "The schema chunk holds other features than the file start.",
+    add(kCorrupt, "The schema chunk contains other features than the file start.",
         with("keep", [](auto& it) { it.chunks[0].payload[4] = std::byte{1}; }));
   }
 
@@ -130,10 +130,10 @@ class FaultyFiles {
       add(kCorrupt, sentence, std::move(bytes));
     };
     constexpr std::size_t kFirst = container::kFileStartBytes;
-    flipped("The sync mark of a chunk is another one.", kFirst);
-    flipped("A flipped bit in a chunk header, which its checksum detects.", kFirst + 6);
-    flipped("The header checksum of a chunk is another one.", kFirst + 18);
-    flipped("A flipped bit in a payload, which its checksum detects.",
+    flipped("The sync mark of a chunk is wrong.", kFirst);
+    flipped("A bit of a chunk header is flipped, which its checksum detects.", kFirst + 6);
+    flipped("The header checksum of a chunk is wrong.", kFirst + 18);
+    flipped("A bit of a payload is flipped, which its checksum detects.",
             kFirst + container::kShortHeaderBytes + 9);
     add(kTruncated, "The file ends within a chunk header.", first_bytes("keep", kFirst + 15));
     add(kTruncated, "The file ends within a payload.", first_bytes("keep", kFirst + 40));
@@ -141,19 +141,19 @@ class FaultyFiles {
     add(kCorrupt, "The sequence of the second chunk is 2.",
         with(
             "keep", [](auto& it) { it.chunks[1].header.sequence = 2; }, as_numbered));
-    add(kCorrupt, "The second chunk stands there twice.",
+    add(kCorrupt, "The second chunk occurs twice.",
         with(
             "groups", [](auto& it) { insert(it, 1, it.chunks[1]); }, as_numbered));
-    add(kCorrupt, "The second chunk stands there twice, numbered anew.",
+    add(kCorrupt, "The second chunk occurs twice, and chunks are renumbered.",
         with("groups", [](auto& it) { insert(it, 1, it.chunks[1]); }));
     add(kCorrupt, "A group in the middle is missing.",
         with(
             "groups", [](auto& it) { it.chunks.erase(it.chunks.begin() + 2); }, as_numbered));
-    add(kCorrupt, "A group in the middle is missing, and chunks are numbered anew.",
+    add(kCorrupt, "A group in the middle is missing, and chunks are renumbered.",
         with("groups", [](auto& it) { it.chunks.erase(it.chunks.begin() + 2); }));
-    add(kCorrupt, "Two groups have changed places, and chunks are numbered anew.",
+    add(kCorrupt, "Two groups are exchanged, and chunks are renumbered.",
         with("groups", [](auto& it) { std::swap(it.chunks[1], it.chunks[2]); }));
-    add(kCorrupt, "The first chunk is no schema.",
+    add(kCorrupt, "The first chunk is not a schema.",
         with("keep", [](auto& it) { std::swap(it.chunks[0], it.chunks[1]); }));
     add(kCorrupt, "The index comes before the last group.", with("groups", [](auto& it) {
           std::swap(*(it.chunks.end() - 1), *(it.chunks.end() - 2));
@@ -197,7 +197,7 @@ class FaultyFiles {
     });
     of("an absolute bound of 0.",
        [](Schema& s) { s.coordinate_quantization = Quantization::absolute(0, 3); });
-    of("an absolute bound that is no number.", [](Schema& s) {
+    of("an absolute bound that is not a number.", [](Schema& s) {
       s.coordinate_quantization =
           Quantization::absolute(std::numeric_limits<double>::quiet_NaN(), 3);
     });
@@ -221,7 +221,7 @@ class FaultyFiles {
        [](Schema& s) { s.arrays[0].location = static_cast<Location>(255); });
     of("no components.", [](Schema& s) { s.arrays[0].components = 0; });
     of("65536 components.", [](Schema& s) { s.arrays[0].components = 65536; });
-    of("an array on a block that is not there.", [](Schema& s) { s.arrays[0].blocks = {1}; });
+    of("an array on a block that does not exist.", [](Schema& s) { s.arrays[0].blocks = {1}; });
     of("an array on the same block twice.", [](Schema& s) { s.arrays[0].blocks = {0, 0}; });
     of("a point array on some blocks.", [](Schema& s) { s.arrays[0].location = Location::point; });
     ByteWriter blob;
@@ -257,13 +257,13 @@ class FaultyFiles {
       out.put_bytes(bytes);
       return std::move(out.bytes);
     };
-    extra("more bytes stand there than its size.", packed(0, blob.size() - 1, blob));
-    extra("fewer bytes stand there than its size.", packed(0, blob.size() + 1, blob));
-    extra("the zstd frame gives more than its size.", packed(1, blob.size() - 1, frame));
-    extra("the zstd frame gives less than its size.", packed(1, blob.size() + 1, frame));
+    extra("it contains more bytes than its size.", packed(0, blob.size() - 1, blob));
+    extra("it contains fewer bytes than its size.", packed(0, blob.size() + 1, blob));
+    extra("the zstd frame unpacks to more than its size.", packed(1, blob.size() - 1, frame));
+    extra("the zstd frame unpacks to less than its size.", packed(1, blob.size() + 1, frame));
     Bytes other = frame;
     other.push_back(std::byte{0});
-    extra("something stands behind the zstd frame.", packed(1, blob.size(), other));
+    extra("other bytes follow the zstd frame.", packed(1, blob.size(), other));
     other = frame;
     other.resize(other.size() - 3);
     extra("the zstd frame is cut.", packed(1, blob.size(), other));
@@ -289,7 +289,7 @@ class FaultyFiles {
       out.insert(out.end(), frame.begin(), frame.end());
       return out;
     }());
-    extra("nothing at all.", {});
+    extra("it is empty.", {});
   }
 
   void group_headers() {
@@ -334,7 +334,7 @@ class FaultyFiles {
     of("keep", 0, "a stream ends beyond the payload.", [](Header& h) { h.streams[0].bytes += 1; });
     of("keep", 0, "a stream is of 2^64 - 1 bytes.",
        [](Header& h) { h.streams[0].bytes = ~std::uint64_t{0}; });
-    of("keep", 0, "a byte is left over behind the last stream.",
+    of("keep", 0, "a byte is left over after the last stream.",
        [](Header& h) { h.streams.back().bytes -= 1; });
     of("keep", 0, "a stream's checksum does not match.",
        [](Header& h) { h.streams.back().checksum ^= 1; });
@@ -347,7 +347,7 @@ class FaultyFiles {
     });
     of("keep", 0, "a stream of kind 0.",
        [](Header& h) { h.streams[0].kind = static_cast<container::StreamKind>(0); });
-    of("keep", 0, "a stream of array 1000, which is not there.", [](Header& h) {
+    of("keep", 0, "a stream of array 1000, which does not exist.", [](Header& h) {
       h.streams.back().kind = container::StreamKind::array;
       h.streams.back().array = 1000;
     });
@@ -374,14 +374,15 @@ class FaultyFiles {
             entries.erase(at);
             chunk->payload = put_group_together(*group);
           }));
-    add(kCorrupt, "A group behind step values.", with("steps_and_extras", [](FileParts& parts) {
+    add(kCorrupt, "A group after step values.", with("steps_and_extras", [](FileParts& parts) {
           insert(parts, parts.chunks.size() - 1, *parts.find(ChunkKind::group));
           list_anew(parts);
         }));
   }
 
-  /// Groups with correct checksums and a bitstream that no writer produces: from a fixed sequence
-  /// of changes, the first that makes the bitstream undecodable.
+  /// Files with correct checksums and one bitstream that cannot be decoded. The test applies a
+  /// fixed sequence of changes to the bitstream, one at a time, and stores the first that makes it
+  /// undecodable.
   void bitstreams() {
     broken_bitstreams({"keep",
                        "stream_turned",
@@ -433,10 +434,10 @@ class FaultyFiles {
           const auto text = text_of_file(bytes);
           if (text || text.error().code != kCorrupt) continue;
           add(kCorrupt,
-              "Of the last group of \"" + std::string(name) + "\": stream " +
+              "Last group of \"" + std::string(name) + "\": stream " +
                   container::stream_name(first->header.streams[s].kind) + " of codec " +
                   std::to_string(static_cast<int>(first->header.streams[s].codec)) +
-                  " decodes to what cannot be.",
+                  " decodes to invalid data.",
               std::move(bytes));
           break;
         }
@@ -451,15 +452,15 @@ class FaultyFiles {
             change_step_header(*parts.find(ChunkKind::step_values), lie);
           }));
     };
-    of("of an array that is not there.", [](Header& h) { h.array = 1000; });
+    of("of an array that does not exist.", [](Header& h) { h.array = 1000; });
     of("of array 2^32 - 1.", [](Header& h) { h.array = ~0u; });
     of("of no elements.", [](Header& h) { h.count = 0; });
     of("of one element more than the group has.", [](Header& h) { h.count += 1; });
     of("of 2^64 - 1 elements.", [](Header& h) { h.count = ~std::uint64_t{0}; });
     of("of the second group, before the first.", [](Header& h) { h.group = 1; });
-    of("of a group that is not there.", [](Header& h) { h.group = ~0u; });
+    of("of a group that does not exist.", [](Header& h) { h.group = ~0u; });
     of("of step 2^40.", [](Header& h) { h.step = h.reference_step = std::uint64_t{1} << 40; });
-    of("they refer to the step behind.", [](Header& h) { h.reference_step += 1; });
+    of("they refer to the next step.", [](Header& h) { h.reference_step += 1; });
     add(kCorrupt, "Step values: the first chunk is missing.",
         with("shifts_steps", [](FileParts& parts) {
           const auto at = std::find_if(parts.chunks.begin(), parts.chunks.end(),
@@ -501,7 +502,7 @@ class FaultyFiles {
             list_anew(parts);
           }));
     };
-    of("nothing stands in it.", {});
+    of("it is empty.", {});
     of("of type 0.", extra_blob(0, 0, {4}, 4));
     of("of type 255.", extra_blob(255, 0, {4}, 4));
     of("it refers to 255.", extra_blob(7, 255, {4}, 32));
@@ -636,7 +637,7 @@ class FaultyFiles {
       out.put_bytes(Bytes(bytes));
       return packed(out.bytes);
     };
-    of("nothing stands in it.", packed({}));
+    of("it is empty.", packed({}));
     of("of type 0.", one(0, 0, 4, 4));
     of("bytes as differences.", one(2, 1, 4, 4));
     of("floating-point numbers as differences.", one(10, 1, 4, 32));
@@ -659,7 +660,7 @@ class FaultyFiles {
     ByteWriter large;
     large.put_u8(3);
     const Bytes frame = zstd_compress(Bytes((1u << 20) + 1), 3);
-    large.put_bytes(std::span(frame).subspan(4));  // without the magic number
+    large.put_bytes(std::span(frame).subspan(4));  // the frame without its magic number
     of("more than 2^20 bytes that are packed with the dictionary.", large.bytes);
     ByteWriter unknown;
     unknown.put_u8(4);
@@ -667,7 +668,7 @@ class FaultyFiles {
     unknown.put_bytes(Bytes(4));
     of("a packed blob of method 4.", unknown.bytes);
   }
-  /// Returns the head of an extra without values.
+  /// Returns the beginning of a chunk of extras, before the values.
   static Bytes extras_head() {
     ByteWriter out;
     for (const std::uint8_t byte : std::initializer_list<std::uint8_t>{0, 2, 0, 0, 1, 0})
@@ -675,7 +676,7 @@ class FaultyFiles {
     return std::move(out.bytes);
   }
 
-  /// Indices whose entries are wrong in one field each.
+  /// Indexes that each have one wrong field in one entry.
   void entries_of_indices() {
     using container::IndexEntry;
     using container::StepEntry;
@@ -742,7 +743,7 @@ class FaultyFiles {
     };
     of("a byte too many.", [](Bytes& blob) { blob.push_back(std::byte{0}); });
     of("its last byte is missing.", [](Bytes& blob) { blob.pop_back(); });
-    of("nothing stands in it.", [](Bytes& blob) { blob.clear(); });
+    of("it is empty.", [](Bytes& blob) { blob.clear(); });
     add(kCorrupt, "Packed index: a number of nine bytes.", with("no_cells", [](FileParts& parts) {
           ByteWriter blob, out;
           // Totals of zero; one array with one component whose smallest value has nine bytes.

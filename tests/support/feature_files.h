@@ -93,7 +93,7 @@ inline TestMesh with_order(TestMesh mesh, Order order, bool corner_order, std::u
 inline TestMesh shuffled(TestMesh mesh) {
   PlainRandom random(3);
   random.shuffle(mesh.cells);
-  for (TestCell& cell : mesh.cells)  // rotate by multiples of 90 degrees around one axis
+  for (TestCell& cell : mesh.cells)  // rotates cells by multiples of 90 degrees around one axis
     for (std::uint64_t n = random.below(4); n > 0; --n) {
       std::rotate(cell.corners.begin(), cell.corners.begin() + 1, cell.corners.begin() + 4);
       std::rotate(cell.corners.begin() + 4, cell.corners.begin() + 5, cell.corners.begin() + 8);
@@ -111,8 +111,8 @@ inline void append_point(TestMesh& mesh, const std::array<double, 3>& point) {
   ++mesh.vertices;
 }
 
-/// Returns the cells of `from` with separate vertices for each cell, and an array with equal values
-/// at some of the vertices that share a point.
+/// Returns a mesh of the cells of `from` in which each cell has separate vertices. Its array has
+/// equal values at some of the vertices that share a point.
 inline TestMesh broken(const TestMesh& from) {
   TestMesh mesh;
   mesh.schema = from.schema;
@@ -133,7 +133,8 @@ inline TestMesh broken(const TestMesh& from) {
   return mesh;
 }
 
-/// Returns hexahedra around an axis whose first and last layer meet, at exactly computed points.
+/// Returns a ring of hexahedra around an axis; its first and last layers meet. All points are
+/// computed exactly.
 inline TestMesh exact_ring(std::uint64_t around, std::uint64_t out, std::uint64_t up) {
   TestMesh mesh = ring(around, out, up, ScalarType::float64);
   std::vector<std::array<double, 3>> points;
@@ -270,7 +271,7 @@ inline TestMesh polyhedra() {
     const auto& v = mesh.cells[c].corners;
     if (c < 12) {
       cells.push_back(mesh.cells[c]);
-    } else if (c < 24 && c % 2 == 0) {  // this cell and the next along x
+    } else if (c < 24 && c % 2 == 0) {  // joins this cell and the next cell along x
       const auto faces = hexahedron_faces(v, random);
       const auto next = hexahedron_faces(mesh.cells[c + 1].corners, random);
       const auto same = [](std::vector<std::uint64_t> a, std::vector<std::uint64_t> b) {
@@ -434,8 +435,8 @@ inline TestMesh special_values() {
   return mesh;
 }
 
-/// Returns noise that is equal on both sides of a mirror plane except for signs and last bits: at
-/// the vertices or cells of a grid that is 5 cells wide.
+/// Returns random values for the vertices or cells of a grid that is 5 cells wide. Values on
+/// opposite sides of a mirror plane differ only in their signs and last bits.
 inline std::vector<std::byte> mirrored_noise(std::uint64_t count, bool of_cells,
                                              std::uint64_t seed) {
   const std::uint64_t row = of_cells ? 5 : 6;
@@ -454,8 +455,8 @@ inline std::vector<std::byte> mirrored_noise(std::uint64_t count, bool of_cells,
   return bytes;
 }
 
-/// Returns a file with a static array whose values are recalled, and stepped arrays whose elements
-/// have partners.
+/// Returns a file with a static array that repeats earlier values (recalled values), and stepped
+/// arrays whose elements have partners.
 inline std::vector<std::byte> mirrored_file(Level level) {
   TestMesh mesh = bent_grid(5, 4, 3);
   mesh.schema.arrays.push_back(array_of("s", Location::point, ScalarType::float64));
@@ -483,7 +484,8 @@ inline std::vector<std::byte> mirrored_file(Level level) {
   return std::move(sink.bytes);
 }
 
-/// Returns a file with an extra large enough for byte planes: faces of four vertices.
+/// Returns a file with an extra that is large enough to be split into byte planes: a list of faces
+/// with four vertices each.
 inline std::vector<std::byte> large_extras_file() {
   TestMesh mesh = bent_grid(2, 2, 2);
   MemorySink sink;
@@ -500,7 +502,7 @@ inline std::vector<std::byte> large_extras_file() {
   return std::move(sink.bytes);
 }
 
-/// Returns a grid with stepped arrays, step times and extras.
+/// Returns a file of a grid with stepped arrays, step times and extras.
 inline std::vector<std::byte> steps_and_extras_file(Order order, std::uint32_t key_steps = 8) {
   TestMesh mesh = with_order(bent_grid(2, 2, 3), order, true, 0);
   for (const auto& [name, where, type] : {std::tuple("u", Location::point, ScalarType::float64),
@@ -578,8 +580,8 @@ inline std::vector<std::byte> written(const TestMesh& mesh, std::uint32_t group_
   return std::move(sink.bytes);
 }
 
-/// Returns a file divided into segments of `cells` cells, each of several groups, with values at
-/// vertices and cells.
+/// Returns a file that is divided into segments of `cells` cells, with values at vertices and
+/// cells. Each segment has several groups.
 inline std::vector<std::byte> segments_file(Order order, bool corner_order, std::uint32_t delay,
                                             std::uint64_t cells) {
   TestMesh mesh =
@@ -596,7 +598,8 @@ inline std::vector<std::byte> segments_file(Order order, bool corner_order, std:
   return std::move(sink.bytes);
 }
 
-/// Returns a file with steps at vertices and cells, in two segments whose cells use this codec.
+/// Returns a file of two segments whose cells use this codec, with stepped arrays at vertices and
+/// cells.
 inline std::vector<std::byte> steps_over(ConnectivityCodec codec, Level level) {
   TestMesh mesh = bent_grid(4, 3, 4);
   for (const Location location : {Location::point, Location::cell}) {
@@ -626,8 +629,8 @@ inline std::vector<std::byte> steps_over(ConnectivityCodec codec, Level level) {
   return std::move(sink.bytes);
 }
 
-/// Returns a file whose step values are noise that changes equally everywhere from step to step.
-/// They are coded by terms, as differences between steps.
+/// Returns a file with random step values. From one step to the next, all values change by the same
+/// amount. The values are coded by terms, as differences between steps.
 inline std::vector<std::byte> steps_that_rise() {
   TestMesh mesh = bent_grid(6, 5, 4);
   ArrayInfo points = array_of("p", Location::point, ScalarType::float32);
@@ -669,7 +672,7 @@ inline std::vector<std::byte> steps_that_rise() {
   return std::move(sink.bytes);
 }
 
-/// Returns quads in rows, lines along one side, and values at both. The points are set again
+/// Returns rows of quads, and lines along one side, with a cell array. The points are set again
 /// because `bent_grid` with 0 layers computes them as 0 / 0: the sign of that NaN depends on the
 /// machine, and the golden files have the sign of x86.
 inline TestMesh quads_in_rows() {
@@ -707,7 +710,7 @@ inline std::vector<std::byte> rows_of_cells(ConnectivityCodec codec, Level level
 }
 
 /// Returns the mesh without a delay, without polygons and polyhedra of any size, and without cells
-/// with many nodes. Their blocks remain as blocks of triangles.
+/// with many nodes. The blocks of these cells remain as blocks of triangles.
 inline TestMesh with_few_nodes(TestMesh mesh) {
   mesh.schema.delay = 0;
   for (BlockInfo& block : mesh.schema.blocks) {
@@ -789,7 +792,7 @@ inline std::vector<FeatureFile> feature_files() {
   add("segments_stream", segments_file(stream, false, 0, 6));
   add("shifts", rows_of_cells(ConnectivityCodec::shifts, Level::fast));
   add("shifts_stream", rows_of_cells(ConnectivityCodec::shifts, Level::fast, stream));
-  // More different shifts than the table can hold.
+  // This mesh has more different shifts than the table can hold.
   add("shifts_shuffled", written(shuffled(bent_grid(7, 7, 6, ScalarType::float64)), 200,
                                  ConnectivityCodec::shifts, Level::fast));
   add("shifts_arrays", written(with_arrays_of_every_type(bent_grid(2, 2, 2)), 5,
@@ -797,7 +800,7 @@ inline std::vector<FeatureFile> feature_files() {
   add("shifts_quantized", written(quantized(), 5, ConnectivityCodec::shifts, Level::fast));
   add("shifts_special_values",
       written(special_values(), 65536, ConnectivityCodec::shifts, Level::fast));
-  // Values over neighbourhoods that are found by vertex number.
+  // The values of this file are predicted from neighbourhoods that are found by vertex number.
   add("shifts_columns", rows_of_cells(ConnectivityCodec::shifts, Level::standard));
   add("shifts_columns_arrays", written(with_arrays_of_every_type(bent_grid(2, 2, 2)), 5,
                                        ConnectivityCodec::shifts, Level::standard));

@@ -1,7 +1,7 @@
-// File fields: every number and every text of a .shm file. FieldWalk finds them by following the
-// layout of each part, which this file repeats independently of the reader. A test can then replace
-// a single field by another value. The bytes after the field stay the same and all checksums are
-// correct, so that the reader has to handle the wrong value itself.
+// File fields: every number and every text of a .shm file. FieldWalk finds the fields from the
+// layout of each part, which this header describes independently of the reader. A test can then
+// replace a single field by another value. The bytes after the field stay the same and all
+// checksums are correct, so that the reader has to handle the wrong value itself.
 //
 // spec: "Container", "Schema", "Group", "Step values", "Extras", "Index and trailer", "Archive",
 // "Parity"
@@ -25,20 +25,21 @@
 
 namespace shm {
 
-/// Encoding of a field. short_f64: the number of stored bytes, then these bytes. A checksum is
-/// recomputed and never changed.
+/// Encoding of a field. A short_f64 is the number of stored bytes, followed by these bytes. A field
+/// of type checksum is recomputed and never replaced.
 enum class FieldType { u8, u16, u32, u64, varint, short_f64, text, checksum };
 
 struct Field {
   std::string_view name;
   FieldType type = FieldType::u8;
   std::size_t begin = 0, end = 0;
-  /// For a count followed by its elements: where each element begins, and where the last one ends.
+  /// If the field is a count that is followed by elements: the offset of each element, and the
+  /// offset after the last element.
   std::vector<std::size_t> elements{};
 };
 
-/// Reads a number as stored: signed integers stay folded, floating-point numbers are returned as
-/// bits; for a text, returns its length.
+/// Reads a number as it is stored: signed integers stay folded, and floating-point numbers are
+/// returned as bits. For a text, returns its length.
 inline std::uint64_t get_number(ByteReader& in, FieldType type) {
   switch (type) {
     case FieldType::u8: return in.get_u8();
@@ -66,8 +67,8 @@ inline int bits_of(FieldType type) {
   return type == FieldType::u8 ? 8 : type == FieldType::u16 ? 16 : type == FieldType::u32 ? 32 : 64;
 }
 
-/// Writes a number as get_number() returns it. Must hold: `type` is the type of a number and not a
-/// checksum.
+/// Writes a number in the form that get_number() returns. Must hold: `type` is the type of a number
+/// and not a checksum.
 inline void put_number(ByteWriter& out, FieldType type, std::uint64_t number) {
   if (type == FieldType::varint) return out.put_varint(number);
   int bytes = bits_of(type) / 8;
@@ -80,7 +81,7 @@ inline void put_number(ByteWriter& out, FieldType type, std::uint64_t number) {
   for (int i = 0; i < bytes; ++i) out.put_u8(static_cast<std::uint8_t>(number >> (8 * i)));
 }
 
-/// Finds the fields at the beginning of some bytes.
+/// Finds the fields at the beginning of a sequence of bytes.
 class FieldWalk {
  public:
   explicit FieldWalk(std::span<const std::byte> bytes) : in_(bytes) {}
@@ -102,7 +103,7 @@ class FieldWalk {
     for (const char* name : {"kind", "version", "flags"}) get(name, FieldType::u8);
     for (const char* name : {"sequence", "segment"}) get(name, FieldType::u32);
   }
-  /// Fields that precede the bytes of a packed blob.
+  /// Adds the fields that precede the bytes of a packed blob.
   void packing() {
     const std::uint64_t method = get("method", FieldType::u8);
     if (method != 3) get("unpacked bytes", FieldType::varint);
@@ -196,7 +197,7 @@ class FieldWalk {
       get("member bytes", FieldType::varint);
     });
   }
-  /// Header of a parity packet.
+  /// Adds the fields of the header of a parity packet.
   void parity_packet() {
     get("mark", FieldType::u32);
     for (const char* name : {"packet kind", "packet version", "data", "parity"})
@@ -219,7 +220,7 @@ class FieldWalk {
   static constexpr auto kGroup = static_cast<std::uint64_t>(container::ChunkKind::group);
   static constexpr auto kStepValues = static_cast<std::uint64_t>(container::ChunkKind::step_values);
 
-  /// Reads a count, then calls `visit` for each of that number of elements.
+  /// Reads a count, then calls `visit` that number of times, once for each element.
   template <class Visit>
   void list(std::string_view name, Visit&& visit) {
     const std::uint64_t count = get(name, FieldType::varint);
@@ -303,12 +304,12 @@ class FieldWalk {
   ByteReader in_;
 };
 
-/// Consecutive fields.
+/// A run of consecutive fields.
 struct Section {
   std::vector<std::byte> bytes;
   std::vector<Field> fields;
-  std::size_t bytes_behind =
-      0;  ///< number of bytes after the fields, whose meaning the fields describe
+  /// Number of bytes after the fields. The fields describe the meaning of these bytes.
+  std::size_t bytes_behind = 0;
   /// Replaces these fields in the file by other bytes.
   std::function<void(FileParts&, const std::vector<std::byte>&)> put{};
 
@@ -360,7 +361,7 @@ inline std::vector<std::byte> changed(const Section& section, const Field& field
   ByteWriter out;
   out.put_bytes(all.first(field.begin));
   if (field.type == FieldType::text && n % 4 == 0) {
-    // Another length, followed by the same bytes.
+    // Writes another length, followed by the same bytes.
     out.put_varint(other_number(section, field, n / 4));
     behind = all.subspan(field.end - static_cast<std::size_t>(section.number(field)));
   } else if (field.type == FieldType::text) {
@@ -370,7 +371,7 @@ inline std::vector<std::byte> changed(const Section& section, const Field& field
     else
       out.put_text(odd_text(n / 4));
   } else if (field.elements.size() > 1 && n % 4 == 0) {
-    // One more or one fewer element.
+    // Adds or removes one element.
     const std::size_t e = pick(field.elements.size() - 1);
     const std::size_t begin = field.elements[e], end = field.elements[e + 1];
     const bool more = n / 4 % 2 == 0;
@@ -378,7 +379,7 @@ inline std::vector<std::byte> changed(const Section& section, const Field& field
     out.put_bytes(all.subspan(field.end, (more ? end : begin) - field.end));
     behind = all.subspan(more ? begin : end);
   } else if (field.type == FieldType::varint && n % 32 == 1) {
-    // The same number with trailing zero groups, up to more than a varint may have.
+    // Writes the same number with trailing zero groups, in some cases more than a varint may have.
     out.put_bytes(section.bytes_of(field));
     out.bytes.back() |= std::byte{0x80};
     for (std::uint64_t zeros = n / 32 % 10; zeros > 0; --zeros) out.put_u8(0x80);
@@ -402,8 +403,8 @@ inline Bytes joined(std::span<const std::byte> first, std::span<const std::byte>
   return all;
 }
 
-/// Adds the fields that `walk` finds in `bytes`, if they are complete. `put(file, other bytes,
-/// bytes after the fields)` stores other bytes in their place.
+/// Adds a section of the fields that `walk` finds in `bytes`, if all of them are complete.
+/// `put(file, other bytes, bytes after the fields)` stores other bytes in their place.
 template <class Walk, class Put>
 void add(std::vector<Section>& to, const Bytes& bytes, Walk&& walk, Put put) {
   FieldWalk fields(bytes);
@@ -454,7 +455,7 @@ inline void add_header(std::vector<Section>& to, const FileParts& parts, std::si
       });
 }
 
-/// Adds the fields at the beginning of a payload.
+/// Adds a section of the fields at the beginning of a payload.
 template <class Walk>
 void add_plain(std::vector<Section>& to, const FileParts& parts, std::size_t c, Walk&& walk) {
   add(to, parts.chunks[c].payload, walk,
@@ -463,8 +464,8 @@ void add_plain(std::vector<Section>& to, const FileParts& parts, std::size_t c, 
       });
 }
 
-/// Adds the fields of a packed blob, which may follow a version: the fields before its bytes, and
-/// those in its unpacked bytes.
+/// Adds the sections of a packed blob, which may follow a version number: the fields before its
+/// packed bytes, and the fields in its unpacked bytes.
 template <class Walk>
 void add_packed(std::vector<Section>& to, const FileParts& parts, std::size_t c, Walk&& walk,
                 bool has_version = false) {
@@ -486,8 +487,8 @@ void add_packed(std::vector<Section>& to, const FileParts& parts, std::size_t c,
       });
 }
 
-/// Returns the payload of a group with a changed header. All checksums are recomputed; those of the
-/// bitstreams cover the bytes that the changed header assigns to them.
+/// Returns the payload of a group with a changed header. All checksums are recomputed. The checksum
+/// of each bitstream covers the bytes that the changed header assigns to the bitstream.
 inline Bytes group_payload(Bytes header, std::span<const std::byte> streams, std::uint8_t version) {
   FieldWalk walk(header);
   walk.group(version);
@@ -559,7 +560,7 @@ inline std::vector<Section> sections_of(const FileParts& parts, std::size_t c) {
 
 inline constexpr std::size_t kPacketHeader = 40, kPacketPayload = 4096;
 
-/// Returns where the complete packet headers begin.
+/// Returns the offsets of all complete packet headers.
 inline std::vector<std::size_t> parity_packets(std::span<const std::byte> file) {
   const std::string_view text(reinterpret_cast<const char*>(file.data()), file.size());
   std::vector<std::size_t> all;
@@ -567,7 +568,7 @@ inline std::vector<std::size_t> parity_packets(std::span<const std::byte> file) 
     if (file.size() - at >= kPacketHeader) all.push_back(at);
   return all;
 }
-/// Returns the header of the packet at `at`; put_parity_header() replaces it.
+/// Returns the header of the packet at offset `at`; put_parity_header() replaces it.
 inline Section parity_header(std::span<const std::byte> file, std::size_t at) {
   const auto bytes = file.subspan(at, kPacketHeader);
   FieldWalk walk(bytes);

@@ -1,4 +1,4 @@
-// FileSurgery: takes a .shm file apart into chunks and puts changed chunks together with correct
+// FileSurgery: splits a .shm file into chunks, and builds a file from changed chunks with correct
 // lengths, numbers and checksums, so that damage reaches the code behind the checksum tests.
 #pragma once
 
@@ -32,11 +32,13 @@ struct Chunk {
 
 struct FileParts {
   container::FileStart start;
-  std::vector<std::byte> members;  ///< of an archive, before their list
+  std::vector<std::byte>
+      members;  ///< bytes of the members of an archive, without the list of members
   std::vector<Chunk> chunks;
-  std::optional<std::uint64_t> index_offset{};  ///< stored in the trailer; default last_offset()
+  std::optional<std::uint64_t>
+      index_offset{};  ///< the offset that the trailer contains; last_offset() if not set
 
-  /// Returns where the last chunk begins; 0 if there is none.
+  /// Returns the offset of the last chunk; 0 if there are no chunks.
   std::uint64_t last_offset() const {
     if (chunks.empty()) return 0;
     std::uint64_t offset = container::kFileStartBytes + members.size();
@@ -51,8 +53,8 @@ struct FileParts {
   }
 };
 
-/// Splits a file into all chunks that can be found. Checksums are not verified, so that damaged
-/// files can be split too.
+/// Splits a file into all chunks that it finds. It does not verify checksums, so that damaged files
+/// can be split too.
 inline FileParts take_apart(std::span<const std::byte> bytes) {
   FileParts parts;
   ByteReader in(bytes);
@@ -79,8 +81,8 @@ inline FileParts take_apart(std::span<const std::byte> bytes) {
 
 enum class Numbering { anew, as_they_are };
 
-/// Puts a file together. Recomputes lengths, checksums and the trailer, and on request the sequence
-/// numbers.
+/// Builds a file from its parts. Recomputes lengths, checksums, the trailer and, with
+/// Numbering::anew, the sequence numbers.
 inline std::vector<std::byte> put_together(FileParts parts, Numbering numbering = Numbering::anew) {
   ByteWriter out;
   container::put(out, parts.start);
@@ -98,7 +100,7 @@ inline std::vector<std::byte> put_together(FileParts parts, Numbering numbering 
   return std::move(out.bytes);
 }
 
-/// Converts an index to version 0. Must hold: it is the index of `bytes`.
+/// Converts an index to version 0. Must hold: `index` is the index of the file `bytes`.
 inline container::Index as_version_0(container::Index index, std::span<const std::byte> bytes) {
   if (index.version == 0) return index;
   index.version = 0;
@@ -110,8 +112,8 @@ inline container::Index as_version_0(container::Index index, std::span<const std
   return index;
 }
 
-/// Replaces the index by a changed index with a correct checksum; `change` may also change its
-/// version. Must hold: the file has an index.
+/// Replaces the index by a changed index with a correct checksum; `change` may also change the
+/// version of the index. Must hold: the file has an index.
 inline std::vector<std::byte> with_index(std::span<const std::byte> bytes,
                                          const std::function<void(container::Index&)>& change) {
   FileParts parts = take_apart(bytes);
@@ -126,7 +128,8 @@ inline std::vector<std::byte> with_index(std::span<const std::byte> bytes,
   chunk->payload = std::move(out.bytes);
   return put_together(parts);
 }
-/// Returns the n-th entry of a kind. Must hold: there are more than n.
+/// Returns the n-th index entry, from 0, of this kind of chunk. Must hold: the index has more than
+/// n such entries.
 inline container::IndexEntry& entry_of(container::Index& index, container::ChunkKind kind,
                                        std::size_t n) {
   const auto of_kind = [&](const container::IndexEntry& entry) {
@@ -135,7 +138,7 @@ inline container::IndexEntry& entry_of(container::Index& index, container::Chunk
   return *std::find_if(index.entries.begin(), index.entries.end(), of_kind);
 }
 
-/// Payload of a group: header and bitstreams.
+/// The payload of a group: its header and its bitstreams.
 struct GroupParts {
   container::GroupHeader header;
   std::vector<std::vector<std::byte>> streams;
@@ -154,7 +157,7 @@ inline std::optional<GroupParts> take_group_apart(
   return parts;
 }
 
-/// Recomputes lengths and checksums of the bitstreams.
+/// Returns the payload of a group, with the lengths and checksums of the bitstreams recomputed.
 inline std::vector<std::byte> put_group_together(GroupParts parts) {
   for (std::size_t s = 0; s < parts.streams.size(); ++s) {
     parts.header.streams[s].bytes = parts.streams[s].size();
@@ -166,7 +169,7 @@ inline std::vector<std::byte> put_group_together(GroupParts parts) {
   return std::move(out.bytes);
 }
 
-/// Payload of step values: the heads, and the bytes of each part.
+/// The payload of a chunk of step values: the headers of the parts, and the bytes of each part.
 struct StepPayload {
   std::vector<container::StepPart> heads;
   std::vector<std::vector<std::byte>> values;
@@ -184,7 +187,7 @@ inline std::optional<StepPayload> take_steps_apart(const Chunk& chunk) {
   return parts;
 }
 
-/// Recomputes the lengths of the parts.
+/// Returns the payload of a chunk of step values, with the lengths of the parts recomputed.
 inline std::vector<std::byte> put_steps_together(StepPayload parts, std::uint8_t version) {
   for (std::size_t p = 0; p < parts.heads.size(); ++p)
     parts.heads[p].bytes = parts.values[p].size();
@@ -194,7 +197,7 @@ inline std::vector<std::byte> put_steps_together(StepPayload parts, std::uint8_t
   return std::move(out.bytes);
 }
 
-/// Changes the head of the first part. Must hold: the chunk contains step values.
+/// Changes the header of the first part of a chunk. Must hold: the chunk contains step values.
 inline void change_step_header(Chunk& chunk,
                                const std::function<void(container::StepHeader&)>& change) {
   auto parts = take_steps_apart(chunk);
@@ -202,15 +205,15 @@ inline void change_step_header(Chunk& chunk,
   chunk.payload = put_steps_together(std::move(*parts), chunk.header.version);
 }
 
-/// Returns a packed blob of method 1 that contains `head` followed by `zeros` zeros, which are
-/// stored as runs of 128 KB of four bytes each.
+/// Returns a packed blob of method 1 that contains `head` followed by `zeros` zeros. The zeros are
+/// stored as runs of 128 KB, each of which needs four bytes.
 inline std::vector<std::byte> packed_zeros(std::span<const std::byte> head, std::uint64_t zeros) {
   constexpr std::uint64_t kRun = std::uint64_t{1} << 17;
   ByteWriter out;
   out.put_u8(1);
   out.put_varint(head.size() + zeros);
   out.put_u32(0xfd2fb528u);
-  out.put_u8(0xc0);  // eight bytes of size, a window
+  out.put_u8(0xc0);  // the content size has eight bytes, and a window follows
   out.put_u8(7 << 3);
   out.put_u64(head.size() + zeros);
   const auto put_block = [&](std::uint32_t type, std::uint64_t size, bool last) {
@@ -228,8 +231,8 @@ inline std::vector<std::byte> packed_zeros(std::span<const std::byte> head, std:
   return std::move(out.bytes);
 }
 
-/// Rebuilds the list of chunks in the index from the readable fields of each chunk before it;
-/// totals stay. Does nothing if the file has no readable index.
+/// Rebuilds the list of chunks in the index from the readable fields of each chunk before the
+/// index. The totals are not changed. Does nothing if the file has no readable index.
 inline void list_anew(FileParts& parts) {
   const auto is_index = [](const Chunk& it) { return it.is(container::ChunkKind::index); };
   const auto last = std::find_if(parts.chunks.rbegin(), parts.chunks.rend(), is_index);
@@ -279,7 +282,7 @@ inline void list_anew(FileParts& parts) {
   last->payload = std::move(out.bytes);
 }
 
-/// Moves each part of step values into a chunk of its own, as an index of version 0 requires.
+/// Moves each part of step values into a separate chunk, as an index of version 0 requires.
 inline std::vector<std::byte> with_parts_apart(std::span<const std::byte> bytes) {
   FileParts parts = take_apart(bytes);
   std::vector<Chunk> chunks;
@@ -298,7 +301,7 @@ inline std::vector<std::byte> with_parts_apart(std::span<const std::byte> bytes)
   return put_together(std::move(parts));
 }
 
-/// Does the same as with_index(), but with an index of version 0.
+/// Does the same as with_index(), but writes an index of version 0.
 inline std::vector<std::byte> with_old_index(std::span<const std::byte> bytes,
                                              const std::function<void(container::Index&)>& change) {
   const std::vector<std::byte> apart = with_parts_apart(bytes);

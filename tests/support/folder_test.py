@@ -1,4 +1,4 @@
-"""Shared code of the Python tests of the tool: a temporary folder for each test, and ncgen."""
+"""Shared code of the tool's Python tests: a temporary folder for each test, and a function that runs ncgen."""
 import json
 import os
 import re
@@ -8,9 +8,10 @@ import tempfile
 import unittest
 import zlib
 
-SANITIZED = "SHM_SANITIZED" in os.environ  # some ten times slower: the release takes all cases
+SANITIZED = "SHM_SANITIZED" in os.environ  # builds with sanitizers are about ten times slower; only the release build runs all cases
 
-# Tests over the corpus use one file in SHARE, by a hash of its name and SEED.
+# Tests over the corpus use one of SHARE files on average, selected by a hash of the file name and
+# SEED.
 SHARE = int(os.environ.get("SHM_SHARE") or 1)
 SEED = os.environ.get("SHM_SEED", "")
 
@@ -19,7 +20,7 @@ WRITERS = {"append", "compress", "convert", "decompress", "extract", "join", "la
 
 
 def sample_of(paths):
-    """Returns the paths that belong to this run's sample. Every path is in the sample of some seeds."""
+    """Returns the paths that belong to this run's sample. Every path is in the sample for some values of SEED."""
     return [path for path in paths if is_sampled(path)]
 
 
@@ -29,14 +30,14 @@ def is_sampled(path):
 
 
 def lacks(tool, command):
-    """Returns the name of the library without which the tool was built, if the command needs it; otherwise None."""
+    """Returns the name of the library that the command needs and the tool was built without; None if there is none."""
     text = subprocess.run([tool, command, "-", "-o", "-"], capture_output=True, text=True, input="").stderr
     found = re.search(r"this shm was built without (\w+)", text)
     return found and found[1]
 
 
 def forced(words):
-    """Returns a command of the tool with the option to overwrite files that the test wrote before."""
+    """Returns the words of a command. Adds -f to commands that write, to overwrite files of earlier commands."""
     return [*words, "-f"] if words and words[0] in WRITERS else list(words)
 
 
@@ -51,11 +52,13 @@ def tell(what, **numbers):
 class FolderTest(unittest.TestCase):
     """Tests that write into a folder which is removed at the end of each test."""
 
-    NEEDS = ()  # programs that the tests need; without them they are skipped
-    tool, timeout = "shm", 120  # the timeout of one run of the tool, in seconds
+    # Programs that the tests need. If a program is missing, the tests are skipped.
+    NEEDS = ()
+    # The timeout, in seconds, is that of one run of the tool.
+    tool, timeout = "shm", 120
 
     def shm(self, *words, code=0, **how):
-        """Returns the standard output of the tool as bytes; if it is expected to fail, also its standard error."""
+        """Runs the tool and checks its exit code. Returns its output as bytes, with standard error if `code` is not 0."""
         done = subprocess.run([self.tool, *words], cwd=self.directory.name, capture_output=True,
                               timeout=self.timeout, **how)
         self.assertEqual(done.returncode, code, f"shm {words}\n{done.stdout[:500]}{done.stderr}")

@@ -3,13 +3,16 @@
 
     gmsh_oracle.py [--renumbered] A.msh B.msh
 
-Needs Debian's python3-gmsh. Independent of this project's reader: Gmsh loads both files, and the
-script compares everything that the API of Gmsh returns, exactly: nodes by tag with entity,
-coordinates and parameters, elements by tag with type, entity and nodes, entities, partitions,
-physical groups and names, periodic links, views with all steps. Gmsh also saves both as MSH 4.1 in
-ASCII; these files are compared line by line, which covers items that the API does not return (ghost
-elements). Sections that Gmsh ignores are compared as text. With --renumbered, nodes are identified
-by their coordinates and elements by their nodes: tags and the order of items may differ.
+Needs Debian's python3-gmsh. The script does not use this project's reader: Gmsh loads both files. The script
+compares exactly everything that the API of Gmsh returns:
+- nodes by tag, with their entities, coordinates and parameters,
+- elements by tag, with their types, entities and nodes,
+- entities, partitions, physical groups and names, periodic links,
+- views with all steps.
+Gmsh also saves both meshes as MSH 4.1 in ASCII. The saved files are compared line by line, which covers items
+that the API does not return (ghost elements). Sections that Gmsh ignores are compared as text. With
+--renumbered, nodes are identified by their coordinates and elements by their nodes, so that tags and the order
+of items may differ.
 """
 import os
 import re
@@ -71,7 +74,7 @@ def model(found):
         found["entity", dim, tag] = key(entry)
         try:
             master, slaves, masters, affine = gmsh.model.mesh.getPeriodicNodes(dim, tag)
-            pairs = sorted(zip(slaves.tolist(), masters.tolist()))  # Gmsh's order is by address
+            pairs = sorted(zip(slaves.tolist(), masters.tolist()))  # Gmsh sorts the pairs by address
             found["periodic", dim, tag] = key((master, pairs, affine))
         except Exception:
             pass
@@ -96,7 +99,7 @@ def views(found):
 
 
 def other_sections(path):
-    """Returns the sections that Gmsh ignores, and names, as (name, text)."""
+    """Returns (name, text) of each section that Gmsh ignores, and of each section of names."""
     known = ("MeshFormat", "Entities", "PartitionedEntities", "Nodes", "ParametricNodes",
              "Elements", "Periodic", "GhostElements", "NodeData", "ElementData",
              "ElementNodeData", "NOD", "ELM")
@@ -110,7 +113,7 @@ def other_sections(path):
 
 
 def saved(folder):
-    """Saves the loaded mesh as MSH 4.1 ASCII with Gmsh and returns the bytes."""
+    """Saves the loaded mesh with Gmsh as MSH 4.1 in ASCII. Returns the bytes of the saved file."""
     path = os.path.join(folder, "saved.msh")
     gmsh.option.setNumber("Mesh.SaveAll", 1)
     gmsh.option.setNumber("Mesh.Binary", 0)
@@ -133,7 +136,7 @@ def ghost_line(line):
 
 
 def renumbered(found):
-    """Returns the contents without the numbers of nodes and elements."""
+    """Returns the contents with nodes identified by coordinates and elements by nodes, instead of by tags."""
     place = {k[1]: v[:3] for k, v in found.items() if k[0] == "node"}
     cell, all_cells = {}, []
     for k, (kind, _, corners) in ((k, v) for k, v in found.items() if k[0] == "element"):
@@ -156,8 +159,8 @@ def renumbered(found):
 
 
 def load(path, convert_partitions=True):
-    """Returns the contents of a file as Gmsh reads it. Unless told otherwise, Gmsh creates entities from the
-    partitions of MSH 2; their tags depend on the order of elements."""
+    """Returns the contents of a file as Gmsh reads it. With `convert_partitions`, Gmsh creates entities from the
+    partitions of MSH 2; the tags of these entities depend on the order of elements."""
     # The file is loaded twice, because some queries (parameters) change the file that Gmsh saves
     # afterwards.
     found = {}

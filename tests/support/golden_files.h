@@ -1,4 +1,4 @@
-// The files in tests/golden: golden files of every version, and faulty files.
+// Finds the files in tests/golden: golden files of every version, and faulty files.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
-// Damaged and inconsistent files: the feature files, and helpers to damage them. Reading a damaged
-// file must end with an error that has a fitting code, or decode to exactly the original content;
-// it must never give other content, crash, or use excessive memory.
+// The feature files, and functions that damage them. Reading a damaged file must either fail with
+// an error code that fits the damage, or return exactly the original contents. It must never return
+// other contents, crash, or use excessive memory.
 #pragma once
 
 #include <functional>

@@ -1,5 +1,5 @@
-// Contents of a .shm file as readable text. It serves as the twin of a golden file, and to check
-// whether two decoded files are equal bit for bit.
+// Converts the contents of a .shm file to readable text. The text is stored next to each golden
+// file. Two decoded files are equal bit for bit if their texts are equal.
 #pragma once
 
 #include <bit>
@@ -23,7 +23,7 @@ struct Decoded {
   std::vector<Item> items;
 };
 
-/// Decodes `bytes` in pieces of `piece` bytes; 0 decodes them all at once.
+/// Decodes `bytes` in pieces of `piece` bytes; if `piece` is 0, decodes all bytes in one call.
 inline Result<Decoded> decode_in_pieces(std::span<const std::byte> bytes, std::size_t piece = 0,
                                         const ReadLimits& limits = {}) {
   Decoder decoder(limits);
@@ -72,7 +72,7 @@ class ItemText {
     T value;
     std::memcpy(&value, bytes, sizeof value);
     if constexpr (std::is_floating_point_v<T>) {
-      if (std::isnan(value)) {  // including its payload
+      if (std::isnan(value)) {  // writes the NaN with its payload
         out_ += "nan:";
         using Bits = std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint64_t>;
         char digits[20];

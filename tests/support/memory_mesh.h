@@ -27,7 +27,8 @@ class MemoryMesh final : public MeshSource {
   std::vector<std::byte> points;
   std::vector<std::uint32_t> cell_blocks;
   std::vector<std::vector<std::uint64_t>> cells;
-  std::vector<std::vector<std::vector<std::byte>>> arrays;  // [array][step or 0]
+  std::vector<std::vector<std::vector<std::byte>>>
+      arrays;  // values by array, then by step (0 for a static array)
 
   const MeshInfo& info() const override { return mesh; }
   void read_points(std::uint64_t first, std::uint64_t count, std::byte* out) override {
@@ -50,8 +51,7 @@ class MemoryMesh final : public MeshSource {
     if (count > 0) std::memcpy(out, arrays[array][step].data() + first * stride, count * stride);
   }
 
-  std::size_t most_at_once =
-      1000;  // maximum number of cells in a batch, fewer than callers ask for
+  std::size_t most_at_once = 1000;  // largest number of cells in a batch; callers ask for more
 
   std::uint32_t add_block(CellShape shape, std::uint32_t nodes, std::int64_t id = 1) {
     mesh.schema.blocks.push_back({id, "block " + std::to_string(id), shape, nodes});
@@ -131,7 +131,7 @@ inline MemoryMesh grid_mesh(std::uint64_t nx, std::uint64_t ny, std::uint64_t nz
   return mesh;
 }
 
-// Returns a mesh of two blocks, which are slabs that alternate in z.
+// Returns a mesh of slabs, stacked along z, that belong alternately to two blocks.
 inline MemoryMesh slabs_mesh() {
   MemoryMesh mesh = grid_mesh(6, 5, 8);
   mesh.add_block(CellShape::hexahedron, 8, 2);
@@ -191,7 +191,7 @@ inline MemoryMesh rich_mesh() {
       for (std::uint64_t k = 0; k < 3 + i; ++k) corners.push_back(k % 90);
       mesh.add_cell(polygons, corners);
     }
-    if (i % 40 == 20) {  // repeated corners, some of them not used by any other cell
+    if (i % 40 == 20) {  // some of the repeated corners are not used by any other cell
       const auto& c = cells[i];
       const std::uint64_t p = mesh.mesh.vertices, q = p + 1;
       mesh.add_point(1.5, 2.5, static_cast<double>(i));

@@ -12,14 +12,14 @@ from folder_test import FolderTest, forced
 SHM, SHM_MPI, MAKE_MESH = "shm", "shm_mpi", "shm_make_mesh"
 CORPUS = os.environ.get("SHM_CORPUS", "")
 
-# Open MPI needs the first settings to run as root, in a container, and on fewer cores than ranks.
-# The last three keep it from searching for networks, which takes a third of the time of a small
-# run, and make waiting ranks yield the processor.
+# The first settings allow Open MPI to run as root, in a container, and on fewer cores than ranks.
+# Of the last three settings, some stop the search for networks, which takes a third of the time of
+# a small run; one makes waiting ranks yield the processor.
 ENVIRONMENT = dict(os.environ, OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1",
                    OMPI_MCA_rmaps_base_oversubscribe="1", OMPI_MCA_hwloc_base_binding_policy="none",
                    OMPI_MCA_pml="ob1", OMPI_MCA_btl="self,vader",
                    OMPI_MCA_mpi_yield_when_idle="1")
-AT_ONCE = 3  # tests in parallel: programs that start, end and wait for each other leave most of a processor idle
+AT_ONCE = 3  # number of tests that run in parallel; each leaves most of a processor idle while its ranks start, end and wait for each other
 
 
 def shm(*arguments):
@@ -45,7 +45,7 @@ class AtOnce(unittest.TestSuite):
 
 
 def run_all():
-    """Runs the tests of the program, whose arguments are the paths of shm, shm_mpi and shm_make_mesh.
+    """Runs the tests of the calling program, whose arguments are the paths of shm, shm_mpi and shm_make_mesh.
     Exits with 77 if all tests were skipped."""
     global SHM, SHM_MPI, MAKE_MESH
     SHM, SHM_MPI, MAKE_MESH = sys.argv[1:4]
@@ -93,7 +93,7 @@ class Exodus:
                 [self.get("coord" + axis) for axis in "xyz"])
 
     def elements(self):
-        """Returns the number of each element, from 0, and the position of its block."""
+        """Returns the position of the block of each element, and the number of the element."""
         elements = [b for b in range(self.size("num_el_blk"))
                     for _ in range(self.size(f"num_el_in_blk{b + 1}"))]
         numbers = self.get("elem_num_map") or range(1, len(elements) + 1)
@@ -107,8 +107,8 @@ class Exodus:
 
 
 class Joined:
-    """Nodes, elements, values and sets of one file or of the parts of one mesh. Nodes are identified by
-    their numbers, elements by their block and by the order of their numbers."""
+    """Nodes, elements, values and sets of one file or of the parts of one mesh. Nodes are identified by their
+    numbers, elements by their block and their position in the order of element numbers."""
 
     def __init__(self, files, whole=None):
         self.nodes, self.cells, self.nodal, self.element = {}, {}, {}, {}
@@ -122,8 +122,8 @@ class Joined:
             raise AssertionError(f"parts differ at {key}: {value} and {into[key]}")
 
     def add(self, file, whole):
-        # If the file is the whole mesh, numbers are positions: its own maps contain the numbers
-        # that parts call original.
+        # If the file is the whole mesh, positions are used as numbers. Parts refer to the numbers
+        # in the maps of the whole mesh as original numbers.
         alone = whole is None
         nodes = range(1, file.size("num_nodes") + 1) if alone else file.get("node_num_map")
         elements = file.elements()
@@ -162,7 +162,7 @@ class Joined:
                 for e, side in zip(file.get(f"elem_ss{s + 1}"), file.get(f"side_ss{s + 1}")))
 
     def in_order(self):
-        """Returns everything, with elements identified by their block and their position in the order of their numbers."""
+        """Returns all contents, with elements identified by their block and their position in the order of numbers."""
         place, counts = {}, {}
         for cell in sorted(self.cells):
             counts[cell[0]] = counts.get(cell[0], -1) + 1
@@ -188,7 +188,7 @@ class RanksTest(FolderTest):
         return path
 
     def expect_same(self, mesh, counts, *options, parts=None):
-        """Checks that each count of ranks writes, from the mesh or its parts, the bytes that shm writes from the mesh."""
+        """Checks that shm_mpi, with each number of ranks in `counts`, writes the same bytes as shm."""
         alone, shared = self.path("alone.shm"), self.path("shared.shm")
         done = shm("compress", mesh, "-o", alone, "-q", *options)
         self.assertEqual(done.returncode, 0, done.stderr)

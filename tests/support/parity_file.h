@@ -1,4 +1,4 @@
-// A file with parity after its trailer, for the golden files.
+// Creates a file with parity after its trailer, for the golden files.
 #pragma once
 
 #include <algorithm>

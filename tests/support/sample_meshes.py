@@ -1,4 +1,4 @@
-"""Sample meshes for Python tests: grids of hexahedra in legacy VTK and, as text for ncgen, in Exodus."""
+"""Creates sample meshes for Python tests: grids of hexahedra in legacy VTK, and in Exodus as text for ncgen."""
 import random
 
 
@@ -76,8 +76,8 @@ def mixed_vtk(n):
 
 
 def exodus_text(steps, n, title="steps", first_node_moved=False):
-    """Returns the CDL of an Exodus file of n*n*n hexahedra in two blocks, with a node set, and global, nodal and
-    element variables at these steps. The values at a step depend on the step only."""
+    """Returns the CDL text of an Exodus file of n*n*n hexahedra in two blocks, with a node set, and with global,
+    nodal and element variables at these steps. The values at a step depend only on the step."""
     m = n + 1
     half = n * n * (n // 2)
     cells = hexahedra(n, first_node=1)
@@ -119,7 +119,7 @@ data: time_whole = {text([step * .5 for step in steps])} ; eb_status = 1, 1 ; eb
 """
 
 
-# Two hexahedra in two blocks, three steps, a node set and a side set.
+# A mesh of two hexahedra in two blocks, with three steps, a node set and a side set.
 TWO_BLOCKS = """netcdf two {
 dimensions: len_string = 33 ; len_line = 81 ; four = 4 ; len_name = 33 ; time_step = UNLIMITED ;
   num_dim = 3 ; num_nodes = 12 ; num_elem = 2 ; num_el_blk = 2 ; num_el_in_blk1 = 1 ;

@@ -1,5 +1,5 @@
-// Whether this build has sanitizers, which make all some ten times slower. Tests of very many like
-// cases take every n-th of them then; the release build takes them all.
+// Constants for tests with very many similar cases. Sanitizers make a build about ten times slower;
+// in such a build, these tests run only every n-th case. The release build runs all cases.
 #pragma once
 
 #include <cstddef>
@@ -18,26 +18,29 @@ inline constexpr bool kSanitized = false;
 inline constexpr bool kSanitized = false;
 #endif
 
-/// With ThreadSanitizer, which asks how threads go together and not what they compute: few cases
-/// do.
+/// True in a build with ThreadSanitizer. It checks how threads interact, not what they compute, so
+/// that few cases are enough.
 #if defined(__SANITIZE_THREAD__)
 inline constexpr bool kWatchesThreads = true;
 #else
 inline constexpr bool kWatchesThreads = false;
 #endif
 
-/// The preset quick is as slow, since nothing is optimized, and takes as few cases.
+/// True if tests run only a few of many similar cases: in builds with sanitizers, and in the preset
+/// quick, which is as slow because it does not optimize.
 #if defined(SHM_FEW_CASES)
 inline constexpr bool kFewCases = true;
 #else
 inline constexpr bool kFewCases = kSanitized;
 #endif
 
-/// 1, or where cases are few `n`: the distance from one case to the next.
+/// Returns the distance from one selected case to the next: `n` if tests run few cases,
+/// otherwise 1.
 constexpr std::size_t every(std::size_t n) { return kFewCases ? n : 1; }
 
-/// Which of very many like cases to take: the first, and from there every n-th, as they come. An n
-/// that has no divisor in common with the lengths of the loops meets all that each of them has.
+/// Selects the first of many similar cases, and every n-th case after it, in the order of calls. If
+/// n has no divisor in common with the lengths of the nested loops, every value of each loop is
+/// selected.
 class SomeCases {
  public:
   explicit SomeCases(std::size_t n) : distance_(every(n)) {}

@@ -12,7 +12,7 @@ namespace shm {
 
 using Bytes = std::vector<std::byte>;
 
-/// Values of all elements in coding order, by array and step.
+/// Values of stepped arrays by array and step: the values of all elements in coding order.
 using Values = std::map<std::pair<std::uint32_t, std::uint64_t>, Bytes>;
 
 struct Stepped {
@@ -53,7 +53,8 @@ inline Bytes moving_values(const ArrayInfo& info, std::uint64_t elements, std::u
   return out;
 }
 
-/// Returns arrays on points and cells, one of them on some blocks only, at steps with gaps.
+/// Adds stepped arrays on points, on cells, and on the cells of one block, with values at steps 0,
+/// 1, 2, 4, 5 and 9.
 inline Stepped with_steps(TestMesh mesh, Order order) {
   Stepped out{with_order(std::move(mesh), order, order == Order::keep, 0), {}, {}};
   add_stepped(out.mesh, array_of("u", Location::point, ScalarType::float64, 3));
@@ -96,7 +97,8 @@ inline TestMesh two_blocks() {
   return mesh;
 }
 
-/// Returns a field of waves over the warped grid, in coding order, that moves from step to step.
+/// Returns a warped grid with a field of waves that move from step to step; values are in coding
+/// order.
 inline Stepped waves(std::uint64_t steps) {
   Stepped stepped;
   stepped.mesh = grid(12, 11, 10, ScalarType::float64, warped);
@@ -112,9 +114,9 @@ inline Stepped waves(std::uint64_t steps) {
   return stepped;
 }
 
-/// Returns a small file with all kinds of chunks, several segments, groups, steps and parts; it
-/// also has vertices that no cell uses and some values that are not finite. `last_time`: time of
-/// the last step.
+/// Returns a small file with all kinds of chunks and with several segments, groups, steps and
+/// parts. The file also has vertices that no cell uses, and some values that are not finite.
+/// `last_time` is the time of the last step.
 inline Bytes small_file(ScalarType coordinates, const Quantization& quantization = {},
                         double last_time = 9) {
   TestMesh mesh = grid(4, 3, 3, coordinates, warped);

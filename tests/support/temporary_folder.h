@@ -19,7 +19,7 @@ class TemporaryFolder {
   TemporaryFolder() {
     std::random_device random;
     do path_ = std::filesystem::temp_directory_path() / ("shm-test-" + std::to_string(random()));
-    while (!std::filesystem::create_directory(path_));  // repeats if somebody else owns that folder
+    while (!std::filesystem::create_directory(path_));  // tries another name if the folder exists
   }
   ~TemporaryFolder() { std::filesystem::remove_all(path_); }
   TemporaryFolder(const TemporaryFolder&) = delete;
@@ -36,7 +36,7 @@ inline std::string file_content(const std::string& path) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-/// Base class of tests that each write into a folder of their own.
+/// Base class of tests that each write into a separate folder.
 class FolderTest : public testing::Test {
  protected:
   std::string path(const std::string& name) const { return folder_ / name; }

@@ -37,10 +37,11 @@ struct TestCell {
 
 struct TestMesh {
   Schema schema;
-  std::vector<std::byte> xyz;  // by vertex
+  std::vector<std::byte> xyz;  // coordinates of all vertices, packed
   std::uint64_t vertices = 0;
   std::vector<TestCell> cells;
-  std::vector<std::vector<std::byte>> arrays;  // static arrays, by element in input order
+  std::vector<std::vector<std::byte>>
+      arrays;  // packed values of each static array, by element in input order
 
   void set_points(const std::vector<std::array<double, 3>>& points) {
     xyz.clear();
@@ -88,12 +89,13 @@ inline void join(MeshBlock& all, const MeshBlock& more) {
   for (std::size_t a = 0; a < more.arrays.size(); ++a) add(all.arrays[a], more.arrays[a]);
 }
 
-/// Number of threads of the Writers of write_mesh, unless its options give one. The bytes do not
-/// depend on it, which determinism_tests checks by setting it.
+/// Number of threads of the Writers in write_mesh(), unless the options set another number. The
+/// written bytes do not depend on the number of threads; determinism_tests sets this variable to
+/// check that.
 inline unsigned writer_threads = 1;
 
-/// Writes `mesh` as a converter does: each vertex immediately before its first cell, with last uses
-/// marked. `after_mesh` may write step values.
+/// Writes `mesh` as a converter does: each vertex immediately before the first cell that uses it,
+/// with last uses marked. `after_mesh` may write step values.
 inline Result<SizeReport> write_mesh(const TestMesh& mesh, ByteSink& sink,
                                      WriteOptions options = {},
                                      const std::function<Result<void>(Writer&)>& after_mesh = {}) {
@@ -119,7 +121,7 @@ inline Result<SizeReport> write_mesh(const TestMesh& mesh, ByteSink& sink,
     return last[v] == ~std::uint64_t{0} && v % 2 == 0 ? writer->add_unused_vertex(v, xyz, data)
                                                       : writer->add_vertex(v, xyz, data);
   };
-  // Writes some unused vertices early, between cells; the others at the end.
+  // Writes some unused vertices early, between cells, and the rest at the end.
   std::uint64_t next_unused = 0;
   std::vector<std::uint64_t> next(mesh.schema.arrays.size());
   for (std::uint64_t c = 0; c < mesh.cells.size(); ++c) {
@@ -170,7 +172,8 @@ inline Result<ReadBack> read_mesh(std::span<const std::byte> bytes) {
   }
 }
 
-/// Compares the eight corners of two hexahedra up to every proper rotation, without reflections.
+/// Returns true if the corners of two hexahedra are equal up to a rotation; a reflection is not
+/// allowed.
 inline bool same_up_to_rotation(std::span<const std::uint64_t> a,
                                 std::span<const std::uint64_t> b) {
   constexpr std::array<int, 8> bits = {0, 1, 3, 2, 4, 5, 7, 6};
@@ -223,7 +226,7 @@ inline std::vector<std::byte> expect_round_trip(const TestMesh& mesh, WriteOptio
   const auto is_exact = [&](std::size_t array) {
     return !mesh.schema.arrays[array].per_step && !mesh.schema.arrays[array].quantization.lossy();
   };
-  // Maps a position in coding order to the number in the source.
+  // Maps a position in coding order to the number of the vertex or cell in the source.
   const bool keep = mesh.schema.order == Order::keep;
   const std::size_t xyz_bytes = 3 * scalar_bytes(mesh.schema.coordinate_type);
   std::vector<std::uint64_t> first_element(mesh.cells.size() + 1);
@@ -301,7 +304,7 @@ inline std::array<double, 3> warped(double x, double y, double z) {
 }
 
 /// Returns nx * ny * nz hexahedra of the unit cube in scanline order. Cells for which `skip(i, j,
-/// k)` returns true are left out; their vertices stay and may be unused.
+/// k)` returns true are left out. Their vertices are not removed, and may be unused.
 inline TestMesh grid(std::uint64_t nx, std::uint64_t ny, std::uint64_t nz,
                      ScalarType type = ScalarType::float32, Warp warp = straight,
                      bool (*skip)(std::uint64_t, std::uint64_t, std::uint64_t) = nullptr) {
@@ -334,10 +337,10 @@ inline bool porous(std::uint64_t i, std::uint64_t j, std::uint64_t k) {
   return (i * 7 + j * 13 + k * 29) % 11 < 3;
 }
 
-/// Returns a cube of n * n * n hexahedra in which the cells that `porous` selects, and some of the
-/// resulting cells, are divided into eight. A divided cell is removed, its eight parts are appended
-/// at the end, and each divided cell gets vertices of its own in the middle of its edges, of its
-/// faces and of the cell.
+/// Returns a cube of n * n * n hexahedra. The cells that `porous` selects, and some of the
+/// resulting cells, are divided into eight. A divided cell is removed, and its eight parts are
+/// appended at the end. Each divided cell has separate new vertices in the middle of its edges, of
+/// its faces and of the cell.
 inline TestMesh cut_into_eight(std::uint64_t n, ScalarType type = ScalarType::float32) {
   constexpr std::array<std::array<std::size_t, 3>, 8> kCorners = {
       {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}}};
@@ -394,7 +397,7 @@ inline TestMesh cut_into_eight(std::uint64_t n, ScalarType type = ScalarType::fl
   return mesh;
 }
 
-/// Returns the grid wrapped around an axis: a ring whose first and last layers meet.
+/// Returns a grid wrapped around an axis: a ring whose first and last layers meet.
 inline TestMesh ring(std::uint64_t around, std::uint64_t out, std::uint64_t up, ScalarType type) {
   TestMesh mesh;
   mesh.schema = hexahedra_schema(type);

@@ -28,7 +28,7 @@ def read(path):
 
 
 def texts(path):
-    """Returns the comments, and the text after the part that VTK reads."""
+    """Returns the lines before the counts, and the text after the data."""
     with open(path, encoding="latin-1") as file:
         lines = file.read().splitlines()
     comments = 0

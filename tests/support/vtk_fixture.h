@@ -139,7 +139,7 @@ inline void try_to_read(const std::string& file, Spool& spool) {
   }
 }
 
-// Compresses a mesh to .shm and returns it as read from there.
+// Compresses a mesh to .shm and returns the mesh that is read from the compressed file.
 inline std::unique_ptr<MeshSource> through_shm(MeshSource& mesh, Order order, Spool& spool) {
   MemorySink sink;
   CompressOptions options;
@@ -149,7 +149,7 @@ inline std::unique_ptr<MeshSource> through_shm(MeshSource& mesh, Order order, Sp
   return std::make_unique<StagedMesh>(file, "test.shm", spool);
 }
 
-// A mesh with one of its extras replaced by another text.
+// A mesh in which one extra has another text as its value.
 class BentExtra : public MeshSource {
  public:
   BentExtra(MeshSource& mesh, const std::string& key, const std::string& text)

@@ -177,8 +177,8 @@ def numbers(kind, name, components, tuples):
     return array
 
 
-# Number of nodes of the VTK cell types other than the linear ones; for types with any number of
-# nodes, an example.
+# Number of nodes of each VTK cell type that is not linear. For types with any number of nodes, the
+# number is an example.
 HIGHER_CELLS = {21: 3, 22: 6, 23: 8, 24: 10, 25: 20, 26: 15, 27: 13, 28: 9, 29: 27, 30: 6, 31: 12,
                 32: 18, 33: 24, 34: 7, 35: 4, 36: 7, 37: 19, 41: 6, 4: 3, 1: 1, 3: 2, 5: 3, 10: 4,
                 13: 6, 15: 10, 16: 12, 68: 4, 69: 10, 70: 16, 71: 20, 72: 64, 73: 40, 74: 30,
@@ -307,7 +307,8 @@ def sample_polydata():
     return mesh
 
 
-# Returns the nodes of a cell; those of voxels and pixels in the order of hexahedra and quads.
+# Returns the nodes of a cell. The nodes of voxels and pixels are in the order of hexahedra and
+# quads.
 def nodes_of(grid, cell):
     ids = grid.GetCell(cell).GetPointIds()
     nodes = [ids.GetId(i) for i in range(ids.GetNumberOfIds())]
@@ -319,8 +320,8 @@ def nodes_of(grid, cell):
     return nodes
 
 
-# Returns kind and nodes of each cell, with voxels and pixels as hexahedra and quads; None for the
-# cells at `places`.
+# Returns the kind and the nodes of each cell, with voxels and pixels converted to hexahedra and
+# quads. The entries of the cells at `places` are None.
 def cells_of(grid, places=()):
     kinds = {vtk.VTK_VOXEL: vtk.VTK_HEXAHEDRON, vtk.VTK_PIXEL: vtk.VTK_QUAD}
     return [None if c in places else

@@ -72,7 +72,7 @@ def tree(path):
     """Returns the XML as a list of lines, without offsets and white space, up to the appended data."""
     lines = []
     parser = xml.parsers.expat.ParserCreate()
-    # The values of inline arrays are not compared here, but as VTK reads them.
+    # The values of inline arrays are left out here: they are compared as VTK reads them.
     inside = []
 
     class Stop(Exception):
@@ -141,7 +141,7 @@ def compare(path_a, path_b, with_xml):
 
 
 def in_common(grid):
-    """Returns the arrays by name, reduced to data that both formats can store."""
+    """Returns the arrays by name, reduced to the data that both formats can store."""
     found = {}
     for what in ("PointData", "CellData", "FieldData"):
         data = getattr(grid, f"Get{what}")()
@@ -196,7 +196,7 @@ def seen(path, step=-1):
 
 
 def compare_legacy(path_a, path_b, unlike=(), step=-1):
-    """`unlike`: names of arrays that are not compared; `step`: the step of A."""
+    """Compares the grids of a .vtk and a .vtu file, except the arrays named in `unlike`. `step`: the step of A."""
     check = Comparison()
     (a, left), (b, right) = seen(path_a, step), seen(path_b)
     if hasattr(a, "GetFaces") and hasattr(b, "GetFaces"):

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""shm append: the result equals a single file with all steps, or nothing changes.
+"""Tests shm append: the result equals a single file with all steps, or nothing changes.
 
 Usage: append_test.py PATH_OF_SHM
 """
@@ -54,7 +54,8 @@ class AppendTest(FolderTest):
         os.remove(self.path("back.e"))
 
     def test_restarts_of_as_many_steps(self):
-        # Only the values of the steps differ, not even the number of steps.
+        # The parts differ only in the values of their steps; the second part even has the same
+        # number of steps.
         for first, second, third in (((0, 1, 2), (3, 4, 5), (6,)), ((0,), (1,), (2,))):
             parts = [self.exodus(f"part{i}.e", steps, with_globals=False)
                      for i, steps in enumerate((first, second, third))]
@@ -109,8 +110,9 @@ class AppendTest(FolderTest):
         self.assertEqual(self.bytes(file), before)
         bare = self.packed(self.exodus("bare.e", range(3)))
         self.shm("append", bare, whole)
-        end = len(self.bytes(bare)) - 16  # parity begins here
-        for at in range(100, end, 211 if SANITIZED else 41):  # also in parts that append only copies
+        # Parity begins at `end`. Some of the damaged bytes are in parts that append only copies.
+        end = len(self.bytes(bare)) - 16
+        for at in range(100, end, 211 if SANITIZED else 41):
             with open(file, "wb") as damaged:
                 damaged.write(before[:at] + bytes([before[at] ^ 1]) + before[at + 1:])
             self.shm("append", file, self.path("more.e"), code=3, stderr=".")
@@ -119,7 +121,7 @@ class AppendTest(FolderTest):
         self.assert_steps(file, self.path("more.e"))
 
     def test_a_file_of_a_single_step(self):
-        """Its steps do not refer to other steps, nor do appended steps, unless --key-steps announced that the file grows."""
+        """The step of such a file refers to no other step, nor do appended steps, unless --key-steps announced them."""
         first, all_steps = self.exodus("first.e", (0,)), self.exodus("all.e", range(7))
         grown = {}
         for how in ((), ("--key-steps", "1"), ("--key-steps", "8")):

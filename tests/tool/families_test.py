@@ -47,7 +47,7 @@ def main():
             run(make_tets, "300", mesh)
             check(shm, "tetrahedra split in four", mesh, packed)
         else:
-            print("tetrahedra: not tried, shm_make_tet_mesh was not built for want of TetGen")
+            print("tetrahedra: not tested, because shm_make_tet_mesh was not built (TetGen is missing)")
     return 0
 
 

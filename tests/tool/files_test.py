@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Many files at once: folders, skipped files, compressed files, --rm, and the conventions of gzip, xz, zstd and cp.
+"""Tests commands with many files: folders, skipped files, compressed files, --rm, conventions of gzip, xz, zstd and cp.
 
 Usage: files_test.py PATH_OF_SHM
 """
@@ -177,8 +177,8 @@ class FilesTest(FolderTest):
                     self.assertIn(done.returncode, (0, 3), done.stderr)
                     if done.returncode == 0:
                         self.assertEqual(done.stdout, self.bytes("expected.shm"))
-        # A .shm file that was compressed again, and an Exodus file, which its library opens by
-        # name.
+        # A .shm file that was compressed again with gzip, and an Exodus file, which the netCDF
+        # library opens by its name.
         (self.folder / "again.shm.gz").write_bytes(gzip.compress(self.bytes("expected.shm")))
         self.shm("verify", "again.shm.gz", "--against", "a.vtk")
         self.shm("decompress", "again.shm.gz", "-o", "again.vtk")

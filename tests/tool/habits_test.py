@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Conventions of other tools: a test for each row of the table in docs/tool.md, and a row for each test;
-and the output on a terminal after short commands.
+"""Tests the conventions that shm has in common with other tools: each row of the table in docs/tool.md has a test,
+and each test has a row. Also tests the output on a terminal after short commands.
 
 Usage: habits_test.py PATH_OF_SHM
 """
@@ -212,7 +212,8 @@ class HabitsTest(FolderTest):
         self.shm("compress", "run.vtk")
         whole = bytearray(self.bytes("run.vtk.shm"))
         expected = self.shm("info", "--json", "run.vtk.shm")[0]
-        # A byte of the values, which info does not read; with --json it reads no ranges by default.
+        # Searches for a byte of the values that info does not read; with --json, info reads no
+        # ranges by default.
         for at in range(len(whole)):
             whole[at] ^= 0xff
             (self.folder / "hurt.shm").write_bytes(whole)
@@ -245,7 +246,7 @@ class HabitsTest(FolderTest):
         self.assertIn(done.stdout, (b"0\n", b"4\n"))
 
     def on_terminal(self, words, answer=b""):
-        """Runs the tool on a terminal of its own; returns its output and exit code."""
+        """Runs the tool on a separate terminal; returns its output and exit code."""
         pid, terminal = pty.fork()
         if pid == 0:
             os.chdir(self.folder)
@@ -265,7 +266,7 @@ class HabitsTest(FolderTest):
         return shown.decode(), os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
 
     def transcript(self, command):
-        """Returns what `script` records of a typed command."""
+        """Runs a command in a terminal with the program `script`; returns its output and exit code."""
         self.need("script")
         done = subprocess.run(["script", "-qec", command, os.devnull], cwd=self.folder, timeout=120,
                               stdin=subprocess.DEVNULL, capture_output=True,

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""shm info shows title, size, box, times, blocks, arrays with ranges, and sets; and every key in the JSON
-of info, compress, verify and join is documented.
+"""Tests that shm info shows title, size, box, times, blocks, arrays with ranges, and sets, and that every key in the
+JSON of info, compress, verify and join is documented.
 
 Usage: info_test.py PATH_OF_SHM
 """

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""If shm is killed at any instant, the old file or a complete new file exists, and temporary files do not pile up.
+"""If shm is killed at any instant, the old file or a complete new file exists. Temporary files do not accumulate.
 
 Usage: kill_test.py PATH_OF_SHM
 """
@@ -17,7 +17,7 @@ from sample_meshes import exodus_text
 
 SHM = "shm"
 KILLS = 200
-SECONDS = 40  # for all kills; a busy machine kills less often
+SECONDS = 40  # for all kills together; on a busy machine there are fewer kills
 
 
 class KillTest(FolderTest):
@@ -43,7 +43,8 @@ class KillTest(FolderTest):
         self.shm("convert", "all.e", "all.vtk")
         self.shm("decompress", "all.shm", "-o", "whole.e")
         self.shm("decompress", "all.shm", "-o", "whole.msh")
-        # A command, its output, the file that exists before, the file that a complete run writes.
+        # Each case: a command, its output, the file that exists before, and the file that a
+        # complete run writes.
         cases = [
             (["append", "out.shm", "all.e"], "out.shm", "first.shm", "appended.shm"),
             (["append", "first.shm", "all.e", "-o", "out.shm"], "out.shm", None, "appended.shm"),
@@ -73,10 +74,10 @@ class KillTest(FolderTest):
             killed += process.returncode != 0
             self.check(words, output, before, after)
             left = max(left, len(self.others()))
-        print(f"{killed} killed, {finished} were faster; at most {left} files beside")
+        print(f"{killed} runs killed, {finished} finished before; at most {left} temporary files left")
         self.assertGreater(killed, (killed + finished) // 4)
-        # HDF5 leaves at most the last killed Exodus file; the other outputs leave a file only for
-        # an instant.
+        # Because of HDF5, the temporary file of the last killed run may remain if the output is
+        # Exodus. The temporary files of other outputs exist only for an instant.
         self.assertLessEqual(left, 2)
         for words, output, before, _ in cases:
             self.prepare(output, before)

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Data that an output cannot store is reported. If the name of the output belongs to a format that stores more
-than --format, that is an error, before any work is done.
+"""Tests that the tool reports data that an output cannot store. If the output name belongs to a format that stores
+more than the format in --format, the tool reports an error before it does any work.
 
 Usage: losses_test.py PATH_OF_SHM
 """

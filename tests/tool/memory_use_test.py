@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Memory use of shm for meshes of different widths and lengths: never more than README says, and about the
-same for a mesh four times as long.
+"""Tests the memory use of shm for meshes of different widths and lengths: it is never more than README.md states,
+and about the same for a mesh that is four times as long.
 
 Usage: memory_use_test.py PATH_OF_SHM
 """
@@ -18,13 +18,13 @@ from folder_test import FolderTest, forced
 SHM = "shm"
 MB = 1 << 20
 
-# README.md, "Memory": memory of a run with one float32 field on cells.
+# Figures of README.md, section "Memory": memory of a run with one float32 field on cells.
 BASE = {"compress": 42 * MB, "verify": 27 * MB, "decompress": 27 * MB}
 FOR_ACTIVE_VERTEX = {"compress": 1100, "verify": 500, "decompress": 500}
 FOR_MEMORY_OPTION = 16 * MB
 INFO = 20 * MB
-# Allowed increase for a mesh four times as long: tables, because the shorter mesh does not fill
-# their half of --memory, and some more.
+# Allowed increase for a mesh that is four times as long. Its tables are larger, because the shorter
+# mesh does not fill the half of --memory that is reserved for tables. The rest is a margin.
 SAME = 10 * MB
 
 
@@ -66,8 +66,8 @@ def is_sanitized():
 
 class MemoryUseTest(FolderTest):
     def peak(self, *words):
-        """Runs the tool; returns its largest resident size in bytes, or that of this script, with which a
-        child process begins, if that is larger."""
+        """Runs the tool; returns its largest resident size in bytes. The result is at least the size of this script,
+        with which a child process begins."""
         process = subprocess.Popen([SHM, *forced(words), "--threads", "1", "--memory", "16M", "-q"])
         _, status, usage = os.wait4(process.pid, 0)
         process.returncode = os.waitstatus_to_exitcode(status)

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""shm join --merge: the parts of a decomposed Exodus mesh give the same file as the whole mesh, or no file
-and an error that names a part.
+"""Tests shm join --merge: the parts of a decomposed Exodus mesh result in the same file as the whole mesh, or in an
+error that names a part, without a file.
 
 Usage: merge_test.py PATH_OF_SHM
 """

@@ -1,5 +1,5 @@
-// The difference of two meshes: each kind of change is found at the right place, and nothing else,
-// also with vertices and cells in another order.
+// Tests of the differences between two meshes: each kind of change is found at the right place, and
+// nothing else, even if vertices and cells are in another order.
 #include "compare/mesh_diff.h"
 
 #include <gtest/gtest.h>
@@ -337,7 +337,7 @@ TEST(MeshDiff, StepsOfEqualTimesBelongTogether) {
   EXPECT_EQ(found.differences[1].places[0].a, 1u);
 }
 
-// A vector in one format and its components in another, at a single step.
+// One mesh has a vector and the other its components, as in different formats, at a single step.
 TEST(MeshDiff, BetweenFormats) {
   MemoryMesh a = grid_mesh(3, 2, 2), b = grid_mesh(3, 2, 2);
   a.mesh.schema.source_format = "vtk";
@@ -373,7 +373,7 @@ TEST(MeshDiff, BetweenFormats) {
   EXPECT_EQ(found.differences[0].places[0].component, 1u);
 }
 
-// An array on some blocks in one format is filled up in another.
+// One format stores an array on some blocks only; another format fills the array up.
 TEST(MeshDiff, ValuesOfSomeBlocksAgainstAll) {
   MemoryMesh a = grid_mesh(2, 1, 1), b = grid_mesh(2, 1, 1);
   for (MemoryMesh* mesh : {&a, &b}) {

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""shm_mpi compress of a decomposed Exodus mesh: writes the same bytes as for the whole mesh, or reports a
+"""Tests shm_mpi compress with a decomposed Exodus mesh: it writes the same bytes as for the whole mesh, or reports a
 single error that names a part.
 
 Usage: mpi_joined_test.py PATH_OF_SHM PATH_OF_SHM_MPI PATH_OF_SHM_MAKE_MESH
@@ -19,7 +19,7 @@ class JoinedTest(RanksTest):
     NEEDS = ("mpirun", "ncgen", "ncdump")
 
     def split(self, count, owner=interleaved, n=5, kind="64-bit-offset", base=1, **how):
-        """Returns the whole mesh and the name of its parts."""
+        """Creates a mesh and its parts. Returns the path of the whole mesh and the common name of the parts."""
         whole = self.ncgen("whole.e", whole_text(n, **how), kind)
         split = Split(whole, owner, count, base)
         for part in range(count):
@@ -64,7 +64,8 @@ class JoinedTest(RanksTest):
         self.expect_joined(whole, parts, (2,), "--segment-cells", 9000, "--order", "stream")
 
     def test_parts_without_elements_of_some_blocks(self):
-        # The first part has only the first block; the result must compress to itself again.
+        # The first part has only the first block, so that the order of names differs from the whole
+        # file.
         whole, parts = self.split(5, lambda cell: cell // 45)
         self.expect_own_file(whole, parts, (1, 3))
 
@@ -75,8 +76,8 @@ class JoinedTest(RanksTest):
         self.expect_own_file(whole, parts, (2,))
 
     def expect_own_file(self, whole, parts, counts, *options):
-        """For names in another order than in the whole file: the result is the whole mesh, and compresses
-        to itself again."""
+        """For parts with names in another order than in the whole file: checks that the result is the whole mesh, and
+        that restoring and compressing it again results in the same bytes."""
         done = ranks(2, "compress", parts, "-o", self.path("first.shm"), "-q", "--segment-cells", 40)
         self.assertEqual(done.returncode, 0, done.stderr)
         back = self.path("back.e")
@@ -203,7 +204,7 @@ class JoinedTest(RanksTest):
         with_part(1, name + ["'eb_prop1'", "differ from"], put("eb_prop1", 1, 21))
         with_part(1, name + ["'vals_nod_var1'", "missing"], without("vals_nod_var1"))
         with_part(1, name + ["'vals_elem_var1eb1'", "missing"], without("vals_elem_var1eb1"))
-        # A number that no other part has: the node is in one part only.
+        # Changes a number that no other part has: the node is in one part only.
         lonely = next(v for v in split.nodes_of[2] if v not in split.nodes_of[0] + split.nodes_of[1])
         text = split.text(2, put("node_num_map", split.nodes_of[2].index(lonely),
                                  split.file.size("num_nodes") + 1), nemesis=False)

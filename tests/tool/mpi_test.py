@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""shm_mpi: the ranks of an MPI program write the same bytes as shm alone, or fail together. The parts of a
-decomposed mesh that they write, joined by their number maps, equal the mesh that shm writes.
+"""Tests shm_mpi: the ranks of an MPI program write the same bytes as shm alone, or fail together. If the parts of a
+decomposed mesh that they write are joined by their number maps, the result equals the mesh that shm writes.
 
 Usage: mpi_test.py PATH_OF_SHM PATH_OF_SHM_MPI PATH_OF_SHM_MAKE_MESH
 """
@@ -129,7 +129,7 @@ class MpiTest(RanksTest):
             self.assertEqual(part.get("name_nod_var")[:len(names)], names)
             names = whole.get("name_elem_var")
             self.assertEqual(part.get("name_elem_var")[:len(names)], names)
-            # Values that are float in the whole mesh are equal as double.
+            # Values that are float in the whole mesh have equal values as double in the parts.
             part.types.update({k: v for k, v in whole.types.items() if v == "float"})
             for name, kind in part.types.items():
                 if kind == "float" and name in part.values:
@@ -369,7 +369,8 @@ class MpiTest(RanksTest):
         packed = self.packed(self.steps(2, 6), "--segment-cells", 50)
         self.expect_failure(4, "no/such/folder", "decompress", packed, "-o",
                             self.path("no/such/folder/out.e"))
-        # One rank cannot write its part: the others write none either, and existing files stay.
+        # One rank cannot write its part. The other ranks write no parts either, and existing files
+        # stay.
         os.mkdir(self.path("out.e.3.1"))
         self.write("out.e.3.0", "old")
         self.expect_failure(4, "is a folder", "decompress", packed, "-o", self.path("out.e"))

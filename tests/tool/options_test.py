@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Completion of shells and the manual, which are generated from the options.
+"""Tests shell completion and the manual, which are generated from the options of the tool.
 
 Usage: options_test.py PATH_OF_SHM
 """

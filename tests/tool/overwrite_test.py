@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Attempts to lose data by mistake: none succeeds. Tests each command with every name of an input as its output,
-with and without --force; existing files; devices, pipes, quotas, full disks, terminals.
+"""Tests that the tool does not destroy data by mistake. Runs each command with every name of an input as its output,
+with and without --force. Also tests existing files, devices, pipes, quotas, full disks and terminals.
 
 Usage: overwrite_test.py PATH_OF_SHM
 """
@@ -33,8 +33,8 @@ def snapshot(folder):
     return found
 
 
-# Title; words of a command, in which {} is the output and the other names are files of setUp(); and
-# the input that each attempt also uses as the output.
+# Each entry: a title; the words of a command, in which {} is the output and the other names are
+# files of setUp(); and the input that each attempt also uses as the output.
 COMMANDS = [
     ("compress", ["compress", "mesh.vtk", "-o", "{}"], "mesh.vtk"),
     ("convert", ["convert", "mesh.vtk", "{}", "--format", "vtu"], "mesh.vtk"),
@@ -134,11 +134,11 @@ class OverwriteTest(FolderTest):
     def test_split_replaces_nothing(self):
         self.run_tool("join", "-o", "all.shm", "mesh.vtk", "more.vtk")
         self.expect_refusal("split", "all.shm", reason="exists already")
-        # The second of two files exists: the first is not written either.
+        # If the second of two files exists, the first is not written either.
         (self.folder / "out").mkdir()
         (self.folder / "out" / "more.vtk").write_text("mine")
         self.expect_refusal("split", "all.shm", "-d", "out", reason="more.vtk: exists already")
-        # An archive with the name of its member.
+        # The archive has the name of its member.
         (self.folder / "all.shm").rename(self.folder / "out" / "mesh.vtk")
         self.expect_refusal("split", "out/mesh.vtk", "-d", "out", "-f", reason="an input")
 
@@ -227,7 +227,7 @@ class OverwriteTest(FolderTest):
         self.assertIn("No space left", text)
 
     def on_terminal(self, words, answer):
-        """Runs the tool on a terminal of its own; returns its output and exit code."""
+        """Runs the tool on a separate terminal; returns its output and exit code."""
         pid, terminal = pty.fork()
         if pid == 0:
             os.chdir(self.folder)

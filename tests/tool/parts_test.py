@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Archives as inputs of commands that read a mesh: one of their files with --part, or all of them.
+"""Tests commands that read a mesh from an archive: one of its files with --part, or all of them.
 
 Usage: parts_test.py PATH_OF_SHM
 """

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""shm in pipes: the data that it reads and writes is the same as in files.
+"""Tests shm in pipes: it reads and writes the same data as in files.
 
 Usage: pipe_test.py PATH_OF_SHM
 """
@@ -27,7 +27,7 @@ class PipeTest(FolderTest):
         write_vtk(self.mesh, 6)
 
     def shm(self, *words, given=b"", code=0, pieces=0, cwd=None):
-        """Runs the tool with bytes on standard input, `pieces` at a time; returns its output."""
+        """Runs the tool with bytes on standard input, in pieces of `pieces` bytes; returns its output."""
         environment = dict(os.environ, TMPDIR=self.temp)
         process = subprocess.Popen([SHM, *forced(words)], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
                                    stderr=subprocess.PIPE, env=environment, cwd=cwd)
@@ -144,7 +144,7 @@ class PipeTest(FolderTest):
                                             "--temp", self.temp], stdin=subprocess.PIPE)
                 process.stdin.write(given[:len(given) // 2])
                 process.stdin.flush()
-                # HDF5 must find the file by its name; the files of the other formats have no name.
+                # HDF5 must find the file by its name; the files of the other formats need no name.
                 end = time.monotonic() + 20
                 while name == "netCDF-4" and not os.listdir(self.temp):
                     self.assertLess(time.monotonic(), end)

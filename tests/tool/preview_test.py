@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""shm preview: decodes the pictures independently; their contents and colours, and errors.
+"""Tests the pictures of shm preview with a separate decoder: their contents and colours, and errors.
 
 Usage: preview_test.py PATH_OF_SHM     (exit code 77, skipped, if the tool was built without libpng)
 
@@ -88,7 +88,7 @@ class PreviewTest(FolderTest):
         write_vtk(self.path("mesh.vtk"), 4)
 
     def drawn(self, name, *words, code=0):
-        """Draws a small picture; returns it and the report."""
+        """Draws a small picture; returns the picture and the report."""
         if "--size" not in words:
             words += ("--size", "200x160")
         report = self.shm("preview", name, "-f", "-o", "out.png", "--json", *words, code=code)
@@ -117,7 +117,7 @@ class PreviewTest(FolderTest):
         covered = 200 * 160 - picture.colours[WHITE]
         self.assertEqual(report["covered_pixels"], covered)
         self.assertTrue(.4 < covered / (200 * 160) < .6, covered)
-        # Three lit sides of one colour, and their edges.
+        # The picture shows three lit sides of one colour, and their edges.
         three = [picture.pixel(x, y) for x, y in [(.47, .2), (.43, .6), (.63, .6)]]
         self.assertEqual(len(set(three)), 3)
         for pixel in three:
@@ -148,7 +148,7 @@ class PreviewTest(FolderTest):
         self.assertNotEqual(self.drawn("mesh.vtk", "--view=-1,2,1")[0].rows, self.drawn("mesh.vtk")[0].rows)
 
     def test_which_axis_goes_up(self):
-        # Layers of two blocks, the second one above the first.
+        # The mesh has layers of two blocks; the second block is above the first.
         self.ncgen("two.e", exodus_text([0, 1], 4))
         orange = (230, 159, 0)
         for up, at in (("z", (.5, .2)), ("y", (.2, .5))):
@@ -354,9 +354,10 @@ class PreviewTest(FolderTest):
 
     def test_faulty_files(self):
         os.remove(self.path("mesh.vtk"))
-        # Faults in data that a picture of blocks does not need and therefore does not read.
-        unseen = re.compile("Index: |Step values: |Parts of step values: |A group behind step values"
-                            "|The sequence of the second chunk|Of the last group .*: stream array"
+        # These faults are in data that a picture of blocks does not need and therefore does not
+        # read.
+        unseen = re.compile("Index: |Step values: |Parts of step values: |A group after step values"
+                            "|The sequence of the second chunk|Last group of .*: stream array"
                             "|Extras: a blob|Step times: of 2.24 |Old index: another first element of step values"
                             "|Group and index: a box")
         lines = [line.split(" ", 2) for line in (GOLDEN / "faulty" / "list.txt").read_text().splitlines()]

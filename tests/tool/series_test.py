@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Time series: some steps of a mesh, and one file for each step.
+"""Tests time series: some steps of a mesh, and one file for each step.
 
 Usage: series_test.py PATH_OF_SHM     (exit code 77, skipped, if VTK or NumPy is missing)
 """
@@ -74,7 +74,7 @@ class Steps(SeriesTest):
         self.assertEqual(self.times("some.msh"), [1, 1.5, 2])
         self.exodus("some.e", range(2, 5))
         self.shm("convert", "some.e", "expected.msh", "-q", stderr="not in")
-        # Headers of views contain the number of the step, which stays.
+        # The headers of views contain the original number of the step.
         self.shm("diff", "expected.msh", "some.msh", "--ignore", "gmsh/section")
 
     def test_appended(self):
@@ -168,7 +168,7 @@ class Files(SeriesTest):
             self.assert_step(f"a_000{step}.vtu", step)
 
     def test_formats_that_hold_many(self):
-        """A pattern gives one file for each step also for formats that store several steps."""
+        """With a pattern, the tool writes one file for each step, even in formats that store several steps."""
         self.exodus("run.e", range(3))
         self.shm("convert", "run.e", "one_%d.e", "-q")
         self.shm("convert", "run.e", "one_%d.shm", "-q")
@@ -241,7 +241,7 @@ def grid_at(step, **how):
     for i in range(12):
         points.InsertNextPoint(i // 4 + (how.get("moved", 0) if i == 5 else 0), i % 4 in (1, 2), i % 4 > 1)
     if step > 0:
-        points.GetData().GetRange(-1)  # VTK then writes the range, and other programs do not
+        points.GetData().GetRange(-1)  # makes VTK write the range, which other programs do not write
     grid.SetPoints(points)
     for cell in range(how.get("cells", 2)):
         corners = [4 * cell + i for i in (0, 1, 2, 3, 4, 5, 6, 7)]
@@ -274,7 +274,7 @@ def grid_at(step, **how):
 
 
 class Meshes(SeriesTest):
-    """Files of one step each, read as one mesh with steps."""
+    """Files of one step each, which are read as one mesh with steps."""
 
     def vtk_file(self, file, step, mode="appended", **how):
         if file.endswith(".vtk"):
@@ -362,7 +362,7 @@ class Meshes(SeriesTest):
                     self.assertEqual(before["cell", "label"], after["cell", "label"])
 
     def test_one_file_of_many_steps(self):
-        """A format that stores one step gets the last one, which is reported, also within the format."""
+        """A format that stores one step receives the last step, and the loss is reported, also within the format."""
         self.series("a_%d.vtu")
         self.shm("compress", "a_%d.vtu", "-o", "a.shm", "-q")
         self.shm("decompress", "a.shm", "-o", "last.vtu", "-q", stderr="time steps 0 to 3 of 5")
@@ -436,7 +436,7 @@ class Meshes(SeriesTest):
         self.shm("decompress", "c.pvd.shm", "-o", "d.pvd", "-q")
         self.shm("diff", "c.pvd", "d.pvd")
         self.assertEqual(self.values("d/d_0001.vtu")["field", "TimeValue"][1], [7.5])
-        # A file without a time gets none, unless the collection has one.
+        # A file without a time remains without a time, unless the collection has one.
         self.shm("convert", "b_%d.vtu", "e_%d.vtu", "-q")
         self.assertNotIn(("field", "TimeValue"), self.values("e_1.vtu"))
         for name, field in (("b_%d.vtu", "TimeValue"), ("l_%d.vtk", "TIME")):

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Sets are stored under keys that do not belong to a format, whatever file they came from; files of version 0.9
-store them under keys of Exodus.
+"""Tests that sets are stored under keys that do not belong to a format, whatever the format of the source. Files of
+version 0.9 store sets under keys of Exodus.
 
 sets_test.py SHM
 """
@@ -20,16 +20,18 @@ from sample_meshes import TWO_BLOCKS
 SHM = "shm"
 GOLDEN = Path(__file__).resolve().parents[1] / "golden" / "0.9"
 
-# The same with values that follow from the members: factors of 1, and an id given by the position.
+# The same mesh with values that can be computed from the members: factors of 1, and an id that is
+# the position of the set.
 OF_ONES = (TWO_BLOCKS.replace("dist_fact_ss1 = 1, 1, 1, 1, 1, 1, 1, 2", "dist_fact_ss1 = 1, 1, 1, 1, 1, 1, 1, 1")
            .replace("ss_prop1 = 3", "ss_prop1 = 1"))
-# A set without members, whose status is 0, and a set with another number of factors than nodes.
+# The same mesh with a set without members, whose status is 0, and a set with another number of
+# factors than nodes.
 ODD = (TWO_BLOCKS.replace("num_side_sets = 1", "num_side_sets = 2").replace("ss_status = 1 ;", "ss_status = 1, 0 ;")
        .replace("ss_prop1 = 3", "ss_prop1 = 3, 9").replace('ss_names = "inlet"', 'ss_names = "inlet", ""')
        .replace("num_df_ss1 = 8", "num_df_ss1 = 1").replace("dist_fact_ss1 = 1, 1, 1, 1, 1, 1, 1, 2", "dist_fact_ss1 = 4")
        .replace("ns_status = 1", "ns_status = 7"))
 
-# Groups of surfaces and volumes: one group has no name, and one has two blocks.
+# A Gmsh mesh with groups of surfaces and volumes: one group has no name, and one has two blocks.
 GROUPS = """$MeshFormat
 2.2 0 8
 $EndMeshFormat
@@ -136,7 +138,7 @@ class SetsTest(FolderTest):
         self.shm("verify", grown)
         self.shm("decompress", grown, "-o", self.path("grown.e"))
         self.assertEqual(len(json.loads(self.shm("info", self.path("grown.e"), "--json"))["step_times"]), 6)
-        # Except for the steps, it equals the old file.
+        # Except for the steps, the file equals the old file.
         self.shm("convert", self.path("grown.e"), self.path("first.e"), "--step", "0:3")
         self.assertEqual(self.sets(self.path("first.e")), self.sets(exodus))
         self.shm("diff", self.path("first.e"), exodus)

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Libraries that the tool loads: few when it starts, those of a format only for a file of that format; and its
-message if one of them cannot be loaded.
+"""Tests which libraries the tool loads: few when it starts, and those of a format only for a file of that format.
+Also tests the message if a library cannot be loaded.
 
 Usage: start_test.py PATH_OF_SHM     (exit code 77, skipped, if the tool is linked to all libraries)
 """
@@ -21,7 +21,7 @@ NETCDF, EXODUS, ARCHIVE = "netcdf", "exo", "archive"
 
 
 def needed():
-    """Returns the names of the libraries that are loaded before main()."""
+    """Returns the names of the libraries that the system loads before main()."""
     text = subprocess.run(["ldd", SHM], capture_output=True, text=True, check=True).stdout
     return [os.path.basename(line.split()[0]) for line in text.splitlines() if ".so" in line and "vdso" not in line]
 

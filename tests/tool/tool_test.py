@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The command line of shm: exit codes, JSON, and that no temporary files are left.
+"""Tests the command line of shm: exit codes, JSON, and that no temporary files are left.
 
 Usage: tool_test.py PATH_OF_SHM
 """
@@ -206,7 +206,8 @@ class ToolTest(FolderTest):
         self.assertIn("shm repair -o OUT.shm", self.shm("verify", cut, code=3)[1])
         self.assertIn("shm repair -o OUT.shm",
                       self.shm("decompress", cut, "-o", self.path("x.vtk"), code=3)[1])
-        # Values at the end of the group, which is the second chunk: info does not read them.
+        # Damages values at the end of the group, which is the second chunk; info does not read
+        # them.
         third = [mark.start() for mark in re.finditer(b"SHMc", good)][2]
         damaged = bytearray(good)
         damaged[third - 1] ^= 0x10
@@ -222,7 +223,7 @@ class ToolTest(FolderTest):
         self.assert_only("mesh.vtk", "mesh.vtk.shm", "cut.shm")
 
     def test_an_index_that_lies_is_damage(self):
-        """Faulty files of tests/golden with a wrong field in the index, or a wrong box, and correct checksums."""
+        """Faulty files of tests/golden have a wrong field in the index, or a wrong box, and correct checksums."""
         folder = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "golden", "faulty")
         with open(os.path.join(folder, "list.txt"), encoding="utf-8") as lines:
             lies = [line.split(" ", 2) for line in lines if re.search(" [Ii]ndex: another | a box that is not ", line)]
@@ -337,7 +338,7 @@ class ToolTest(FolderTest):
         self.assertLess(os.path.getsize(packed), 0.99 * without)
         if SANITIZED:
             return
-        # A source that is staged, because its file is read only once.
+        # The source is staged, because its file can be read only once.
         again = self.path("again.shm")
         self.shm("compress", local, "-o", again)
         self.assertIn(delay_of(again, "--order", "stream"), (256, 1024))
@@ -356,7 +357,7 @@ class ToolTest(FolderTest):
         self.assertEqual(files[0], files[2])
 
     def test_key_steps(self):
-        """Constant values need few bytes, except in steps that do not refer to others."""
+        """Constant values need few bytes, except in steps that do not refer to other steps."""
         mesh, packed = self.path("steps.msh"), self.path("steps.shm")
         corners = ("0 0 0", "1 0 0", "1 1 0", "0 1 0", "0 0 1", "1 0 1", "1 1 1", "0 1 1")
         with open(mesh, "w") as out:
@@ -588,7 +589,7 @@ class ToolTest(FolderTest):
         self.shm("compress", self.mesh, "-o", packed, *free)
         self.shm("decompress", packed, "-o", back)
         self.shm("verify", packed, "--against", back)
-        with open(back) as text:  # "zone" shows for each cell among which seven cells it was
+        with open(back) as text:  # "zone" shows to which group of seven cells each cell belonged
             words = text.read().split()
         at = words.index("CELL_DATA")
         zones = [int(w) for w in words[at:][words[at:].index("zone") + 4:][:125]]
@@ -763,7 +764,8 @@ class ToolTest(FolderTest):
                   "which blocks array 'heat' is on (NaN on the others)", factors, "QA records"]
         self.assertEqual(self.losses("convert", exodus, vtk), of_vtk)
         self.assertEqual(self.losses("convert", exodus, msh), [factors, "QA records"])
-        # The same from an archive; an Exodus file and an archive can store everything.
+        # The losses are the same from a .shm file; an Exodus file and a .shm file can store
+        # everything.
         self.shm("compress", exodus, "-o", packed)
         self.assertEqual(self.losses("decompress", packed, "-o", vtk), of_vtk)
         self.assertEqual(self.losses("decompress", packed, "-o", self.path("back.e"), "--strict"), [])

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Files that bench/whole generates: round trips of a small file of each family, and two sizes.
+"""Tests files that bench/whole generates: round trips of a small file of each family, and two sizes.
 
 Usage: whole_files_test.py PATH_OF_SHM     (exit code 77, skipped, if NumPy or netCDF4 is missing)
 """
@@ -22,7 +22,7 @@ from folder_test import FolderTest
 
 SHM = "shm"
 
-# Largest sizes in bytes: the present ones. bench/whole prints the sizes to aim at.
+# Largest allowed sizes in bytes, which are the present sizes. bench/whole prints the target sizes.
 SIZES = {"hex1_arrays0.vtk": 390, "hex27_sets3_arrays3.e": 1660}
 FEW_CELLS = 100
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Messages: a wrong call or file gives one line that says what is wrong.
+"""Tests messages: a wrong call or file leads to a message of one line that names the error.
 
 Usage: words_test.py PATH_OF_SHM
 """

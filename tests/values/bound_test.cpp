@@ -1,6 +1,6 @@
-// The absolute error bound, through Writer and Reader: coordinates, static and stepped arrays on
-// points and cells, values of any magnitude, and bounds down to and below the distance of
-// neighbouring floats.
+// Tests of the absolute error bound through Writer and Reader: for coordinates, for static and
+// stepped arrays on points and cells, for values of any magnitude, and for bounds down to and below
+// the distance between neighbouring floats.
 #include <bit>
 #include <limits>
 
@@ -10,7 +10,7 @@
 namespace shm {
 namespace {
 
-constexpr std::uint32_t kSide = 8;  // vertices along an edge of the grid
+constexpr std::uint32_t kSide = 8;  // number of vertices along each edge of the grid
 
 /// Returns a grid whose coordinates, point arrays and cell arrays, static and stepped, all contain
 /// `values`.
@@ -73,7 +73,7 @@ std::vector<std::vector<std::byte>> all_values(const Mesh& mesh) {
   return runs;
 }
 
-/// Returns the number of values that did not come back bit for bit; fails if an error exceeds the
+/// Returns the number of values that were not restored bit for bit; fails if an error exceeds the
 /// bound.
 template <class Real>
 std::size_t expect_bound(const Mesh& before, const Mesh& after, double bound) {
@@ -90,7 +90,7 @@ std::size_t expect_bound(const Mesh& before, const Mesh& after, double bound) {
       std::memcpy(&b, &restored[run][at], sizeof b);
       if (std::bit_cast<Bits>(a) == std::bit_cast<Bits>(b)) continue;
       ++moved;
-      // with more precision than the coder has
+      // The error is computed with more precision than in the coder.
       const long double error = static_cast<long double>(a) - static_cast<long double>(b);
       if (std::isfinite(a) && std::isfinite(b) && std::fabs(error) <= bound) continue;
       ADD_FAILURE() << "run " << run << ", value " << at / sizeof(Real) << ": " << a << " became "

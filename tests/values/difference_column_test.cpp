@@ -1,5 +1,6 @@
-// Values encoded as differences along numbers: every bit comes back for all values and numbers,
-// smooth values need few bytes, error bounds hold, and damaged bytes are handled safely.
+// Tests of values encoded as differences along numbers: all values are restored bit for bit,
+// whatever the numbers; smooth values need few bytes; error bounds hold; damaged bytes are handled
+// safely.
 #include "codecs/shifts/difference_column.h"
 #include "codecs/shared/codec_id.h"
 
@@ -63,7 +64,7 @@ bool decode_some(DifferenceColumn& column, std::span<const std::uint64_t> number
   return column.decode(numbers, out, scratch());
 }
 
-/// Decodes in pieces, as for blocks; nothing if the bytes are invalid.
+/// Decodes values in pieces, as a reader does for blocks. Returns nothing if the bytes are invalid.
 std::optional<Bytes> decode(DifferenceColumn& column, const DifferenceColumn::Encoded& encoded,
                             const Numbers& numbers) {
   if (!begin(column, encoded.codec, encoded.bytes)) return std::nullopt;
@@ -101,7 +102,7 @@ std::vector<DifferenceColumn::Encoded> expect_back(const ArrayInfo& info,
 constexpr std::uint64_t kRow = 21, kLayer = 21 * 17;
 const Lags kLags = {1, kRow, kLayer};
 
-/// Numbers of a grid in rows and layers.
+/// Returns the numbers of a grid in rows and layers.
 Numbers in_rows(std::uint64_t layers = 13, std::uint64_t first = 0) {
   Numbers numbers(kLayer * layers);
   std::iota(numbers.begin(), numbers.end(), first);
@@ -112,8 +113,8 @@ Numbers shuffled(Numbers numbers) {
   std::shuffle(numbers.begin(), numbers.end(), random);
   return numbers;
 }
-/// Few numbers have known neighbours; some numbers replace others in the table, and some occur
-/// again.
+/// Returns numbers of which few have known neighbours. Some numbers replace others in the table,
+/// and some occur again.
 Numbers sparse() {
   Numbers numbers;
   std::mt19937_64 random(2);
@@ -228,7 +229,8 @@ std::vector<DomainKind> kinds_of(const DifferenceColumn::Encoded& encoded,
 
 // --- taps
 
-using Taps = std::vector<std::pair<std::uint64_t, std::int64_t>>;  // how far back, and how often
+using Taps =
+    std::vector<std::pair<std::uint64_t, std::int64_t>>;  // each pair: how far back, and the factor
 Taps taps(const std::vector<Factor>& factors) {
   Taps list;
   for (const Tap& tap : taps_of(factors)) list.push_back({tap.back, tap.count});
@@ -308,7 +310,7 @@ TEST(DifferenceColumn, ManyComponents) {
   expect_back(info, {tame, tame});
 }
 
-/// Repeats these values many times, in every component.
+/// Codes and decodes these values, repeated many times in every component.
 template <class T>
 void expect_back_all(ScalarType type, const std::vector<T>& odd) {
   for (std::uint32_t components : {1u, 2u, 3u}) {
@@ -351,7 +353,8 @@ TEST(DifferenceColumn, OddFloats) {
     wide.push_back(std::uint64_t{it} << 32 | (it & 1 ? 0xffffffff : 0));
   expect_back_all(ScalarType::float32, narrow);
   expect_back_all(ScalarType::float64, wide);
-  // Doubles that all fit into float32 except one, and -0.0 among multiples of a step.
+  // The values are doubles that all fit into float32, doubles that do not all fit, and -0.0 among
+  // multiples of a step.
   expect_back_all<double>(ScalarType::float64, {1.5f, .1f, 3e38f, 1e-40f, -0.0});
   expect_back_all<double>(ScalarType::float64, {1.5f, .1f, 1e39, 1e-50});
   expect_back_all<double>(ScalarType::float64, {.1, .2, -0.0});
@@ -496,7 +499,7 @@ TEST(DifferenceColumn, SmoothValuesCostLittle) {
              100;
     });
     EXPECT_LE(share(info, group), .01);
-    // The same values in random order: at least the planes of high bytes are small.
+    // The same values are in random order: at least the planes of high bytes are small.
     group.values = values_of(info, group.numbers, smooth);
     const double in_order = share(info, group);
     EXPECT_LE(in_order, type == ScalarType::float32 ? .55 : .75);
@@ -532,7 +535,8 @@ TEST(DifferenceColumn, NamesOfMaterialsAreLeftToZstd) {
 
 // --- quantized values
 
-/// Checks that values come back within the bound, and values that are not finite bit for bit.
+/// Checks that errors are within the bound, and that values that are not finite are restored bit
+/// for bit.
 template <class T>
 void expect_bound(const ArrayInfo& info, const std::vector<Group>& groups) {
   DifferenceColumn encoder(info, true), decoder(info, true);
@@ -640,7 +644,7 @@ TEST(DifferencesDamaged, CutsAndChanges) {
             read_all(info, encoded.codec, encoded.bytes, numbers);
             encoded.bytes[at] ^= static_cast<std::byte>(change);
           }
-        // With the other codec.
+        // Decodes with the other codec.
         const Codec other =
             encoded.codec == Codec::differences ? Codec::shuffled_zstd : Codec::differences;
         read_all(info, other, encoded.bytes, numbers);

@@ -1,5 +1,5 @@
-// Fitted weights: the weights that generated the samples are found, whatever other samples are
-// among them.
+// Tests that fitting finds the weights that generated some of the samples, whatever the other
+// samples are.
 #include "codecs/surface/values/fitting.h"
 
 #include <gtest/gtest.h>
@@ -58,8 +58,8 @@ TEST(Fitting, TermsThatAreNotThereHaveNoWeight) {
   for (std::uint32_t i = 0; i < kWeights; ++i) EXPECT_NEAR(found[i], i < 5 ? weights[i] : 0, 1);
 }
 
-/// In meshes of other programs, centres of faces and cells are thirds, quarters and ninths of sums
-/// of corners.
+/// In meshes from other programs, the centres of faces and cells are thirds, quarters and ninths of
+/// sums of corners.
 TEST(Fitting, FractionsOfTemplatesAreExactDespiteRounding) {
   std::mt19937_64 random(5);
   std::vector<FitSample> samples(100);

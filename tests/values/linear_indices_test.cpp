@@ -1,5 +1,5 @@
-// Indices of linear domains computed by loops over all values equal those of a ValueTranslator for
-// each value.
+// Tests that loops over all values compute the same indices of linear domains as a ValueTranslator
+// computes for each value.
 #include "codecs/patterns/linear_indices.h"
 
 #include <gtest/gtest.h>
@@ -88,7 +88,7 @@ TEST(LinearIndices, ValuesAreThoseOfATranslator) {
   std::mt19937_64 random(11);
   for (const ScalarType type : {ScalarType::float32, ScalarType::float64})
     for (const ValueDomain& domain : kDomains)
-      for (const int unused : {14, 0}) {  // the exact number of unused bits, and none
+      for (const int unused : {14, 0}) {  // the exact number of unused bits, and no unused bits
         const ValueTranslator translator(array_of(type), 0, domain);
         std::vector<std::uint64_t> words, indices;
         for (int i = 0; i < 1000; ++i)

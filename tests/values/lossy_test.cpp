@@ -1,5 +1,5 @@
-// The options --abs, --rel, --bits and --array: syntax, names, precedence, bounds from ranges, and
-// the complete round trip through a .shm file.
+// Tests of the options --abs, --rel, --bits and --array: syntax, names, precedence, bounds from
+// ranges, and the complete round trip through a .shm file.
 #include "mesh/lossy.h"
 
 #include <gtest/gtest.h>
@@ -61,8 +61,8 @@ TEST(Accuracy, IsReadFromWords) {
         << text;
 }
 
-// Arrays: tag (int64), normal (float32 points), heat (float64 points, stepped), mark, level
-// (integers), stress (float32, stepped, on one block).
+// The mesh has the arrays tag (int64), normal (float32 points), heat (float64 points, stepped),
+// mark and level (integers), and stress (float32, stepped, on one block).
 TEST(Lossy, FieldsAreWhatFloatsAndHasNoRole) {
   MemoryMesh mesh = rich_mesh();
   std::vector<double> weights(mesh.mesh.vertices, 1.5);
@@ -81,7 +81,7 @@ TEST(Lossy, FieldsAreWhatFloatsAndHasNoRole) {
       EXPECT_LT(array.quantization.step(), .0201);
     }
   }
-  lossy = named({"weight:abs=.125"});  // an array that is named may have a role
+  lossy = named({"weight:abs=.125"});  // an array with a role is quantized only if it is named
   EXPECT_EQ(schema_of(mesh, lossy).arrays.back().quantization.max_abs, .125);
 }
 
@@ -95,7 +95,7 @@ TEST(Lossy, NamesBeatTheRest) {
   EXPECT_EQ(schema.arrays[1].quantization.bits, 9u);
   EXPECT_EQ(schema.arrays[1].quantization.minimum, (std::vector<double>{-0.0, 0, 0}));
   EXPECT_FALSE(schema.arrays[2].quantization.lossy());
-  // The values go from 1/3 to the number of wedges, over all steps.
+  // Over all steps, the values range from 1/3 to the number of wedges.
   const double most = static_cast<double>(mesh.mesh.block_cells[1]);
   EXPECT_NEAR(schema.arrays[5].quantization.max_abs, .001 * (most - 1.0 / 3), 1e-9);
 }
@@ -226,8 +226,9 @@ TEST(Lossy, ThroughShifts) {
   }
 }
 
-// Quantization steps follow the magnitudes of the values: near the distance of neighbouring floats
-// neither the bound nor the size suffers.
+// Quantization steps depend on the magnitudes of the values. Even if the bound is near the distance
+// between neighbouring floats, errors stay within the bound and the size is no larger than
+// lossless.
 TEST(Lossy, TighterBoundsCostMoreButNotMoreThanLossless) {
   MemoryMesh mesh = grid_mesh(12, 12, 12);
   std::mt19937_64 random(1);

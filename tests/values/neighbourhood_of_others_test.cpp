@@ -1,5 +1,6 @@
-// Neighbourhoods of cells other than hexahedra: on lattices, where the expected result is obvious;
-// and in random meshes, where they must not contain vertices that do not exist.
+// Tests of the neighbourhoods of cells other than hexahedra: on lattices, where the expected result
+// is obvious, and in random meshes, where a neighbourhood must not contain vertices that do not
+// exist.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -26,7 +27,7 @@ struct TestedCell {
 };
 
 /// Passes cells to a finder as a coder does: vertices are finalized with their last cell, and their
-/// slots are reused after a rest.
+/// slots are reused later.
 class Walk : public SeenNeighbours {
  public:
   explicit Walk(const std::vector<TestedCell>& mesh, Reach reach = Reach::farther) : reach_(reach) {
@@ -79,7 +80,7 @@ class Walk : public SeenNeighbours {
 };
 
 using Parts = std::vector<std::vector<std::size_t>>;
-constexpr std::uint64_t kSide = 6;  // vertices along each edge of the lattice
+constexpr std::uint64_t kSide = 6;  // number of vertices along each edge of the lattice
 
 Point place(std::uint64_t vertex) {
   return {static_cast<std::int32_t>(vertex % kSide),
@@ -93,7 +94,7 @@ Point sum(std::initializer_list<std::pair<std::int32_t, std::uint64_t>> terms) {
   return p;
 }
 
-/// Returns cells that divide each cube of the lattice; `parts` gives the corners of each cell in
+/// Returns cells that divide each cube of the lattice; `parts` contains the corners of each cell in
 /// VTK's order. `layers`: number of layers of cubes.
 std::vector<TestedCell> cut_lattice(CellShape shape, const Parts& parts,
                                     std::uint64_t layers = kSide - 1) {
@@ -147,8 +148,8 @@ TEST(NeighbourhoodOfOthers, WedgesStandInALattice) {
       EXPECT_EQ(sum({{3, seen.at[0]}, {-1, seen.at[kAtFarther]}}), sum({{2, seen.element}}));
     }
   }
-  // From the second layer on, all vertices know the two vertices below; from the third layer on,
-  // three.
+  // From the second layer on, the two vertices below each vertex are known; from the third layer
+  // on, the three vertices below it.
   EXPECT_EQ(lines, kSide * kSide * (kSide - 2));
   EXPECT_EQ(farther, kSide * kSide * (kSide - 3));
   EXPECT_GT(lattices, (kSide - 1) * (kSide - 1) * (kSide - 2));
@@ -300,7 +301,8 @@ TEST(NeighbourhoodOfOthers, ReachOnlyAdds) {
   }
 }
 
-// Cells of random shapes and vertices, including degenerate cells, in moving windows.
+// The meshes consist of cells of random shapes and vertices in moving windows, including degenerate
+// cells.
 TEST(NeighbourhoodOfOthers, NamesOnlyWhatIsThere) {
   using enum CellShape;
   constexpr std::array<std::pair<CellShape, std::size_t>, 12> kShapes = {{{hexahedron, 8},

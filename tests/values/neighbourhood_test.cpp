@@ -1,5 +1,6 @@
-// Neighbourhoods on grids, where the expected result is obvious, for all rotations of hexahedra;
-// and in random meshes, where they must not contain vertices that do not exist.
+// Tests of neighbourhoods: on grids, where the expected result is obvious, for all rotations of
+// hexahedra, and in random meshes, where a neighbourhood must not contain vertices that do not
+// exist.
 #include "codecs/shared/neighbourhood.h"
 
 #include <gtest/gtest.h>
@@ -23,7 +24,8 @@ Point plus(const Point& p, const Point& q, std::int32_t times) {
   return {p[0] + times * q[0], p[1] + times * q[1], p[2] + times * q[2]};
 }
 
-/// A cell by vertex numbers; for a hexahedron, also its corners relative to the coder's frame.
+/// A cell as a list of vertex numbers. A hexahedron also has its corners relative to the coder's
+/// frame.
 struct TestedCell {
   std::vector<std::uint64_t> vertices;
   bool hexahedral = true;
@@ -50,7 +52,7 @@ class Walk : public SeenNeighbours {
       const std::uint64_t v = tested.vertices[i];
       if (slot_.contains(v)) return;
       std::uint32_t slot = next_slot_;
-      if (free_.size() <= slot_.size()) {  // slots rest for a while
+      if (free_.size() <= slot_.size()) {  // slots are not reused immediately
         ++next_slot_;
       } else {
         slot = free_.front();
@@ -83,7 +85,7 @@ class Walk : public SeenNeighbours {
   bool as_stored_;
   Reach reach_;
   bool reuses_;  // slots
-  bool bare_;    // knows only slots
+  bool bare_;    // true if only the slots are known
   std::map<std::uint64_t, std::uint64_t> last_;
   std::map<std::uint64_t, std::uint32_t> slot_;
   std::deque<std::uint32_t> free_;
@@ -96,12 +98,14 @@ bool same(const Seen& a, const Seen& b) {
          a.around.kind == b.around.kind && a.around.self == b.around.self;
 }
 
-/// nx x ny x nz cells, x fastest; the corners of each cell are rotated or mirrored at random.
+/// A grid of nx x ny x nz cells, in which x varies fastest. The corners of each cell may be rotated
+/// or mirrored at random.
 enum class Turned { no, rotated, mirrored };
 struct Grid {
   Point size;
   std::vector<TestedCell> cells;
-  /// Position by cell and corner bits (of the stored corners, and of the frame).
+  /// Positions of the corners, by cell and corner bits, of the stored corners and of the corners in
+  /// the frame.
   std::vector<std::array<Point, 8>> stored, frame;
 
   Grid(const Point& n, Turned turned) : size(n) {
@@ -198,7 +202,8 @@ TEST(Neighbourhood, OfVerticesOfAGrid) {
   for (const Seen& seen : walk.vertices) {
     const Point p = grid.point(seen.element);
     if (p[0] < 1 || p[1] < 1 || p[2] < 1) continue;
-    // A cell inside the grid introduces a single vertex, which sees all other corners.
+    // A cell inside the grid introduces a single vertex, whose neighbourhood contains all other
+    // corners.
     std::uint32_t wanted = 0;
     const bool lattice = p[0] >= 2 && p[1] >= 2 && p[2] >= 2;
     if (lattice) wanted |= Neighbourhood::kLattice;
@@ -233,7 +238,8 @@ TEST(Neighbourhood, FollowsTheCornersAsTheyStand) {
 }
 
 TEST(Neighbourhood, OfTheCellsOfAGrid) {
-  const Grid grid({5, 4, 4}, Turned::no);  // more cells than the initial size of the ring
+  const Grid grid({5, 4, 4},
+                  Turned::no);  // the grid has more cells than the initial size of the ring
   const Walk walk(grid.cells);
   ASSERT_EQ(walk.cells.size(), 80u);
   for (const Seen& seen : walk.cells) {
@@ -294,7 +300,7 @@ TEST(Neighbourhood, OfTurnedCells) {
 }
 
 TEST(Neighbourhood, SlotsAndPlacesAreTakenAgain) {
-  // A bar longer than the ring; vertices are finalized when their layer is complete, and their
+  // The bar is longer than the ring. Vertices are finalized when their layer is complete, and their
   // slots are reused.
   const Grid grid({2, 2, 5000}, Turned::no);
   const Walk walk(grid.cells);
@@ -451,7 +457,7 @@ TEST(Neighbourhood, ARepeatedCornerIsNotItsOwnNeighbour) {
   EXPECT_EQ(walk.vertices[6].around.known, 0);
 }
 
-// Cells of random vertices, including degenerate cells and other shapes.
+// The meshes consist of cells of random vertices, including degenerate cells and other shapes.
 TEST(Neighbourhood, NamesOnlyWhatIsThere) {
   std::mt19937_64 random(11);
   for (int round = 0; round < 20; ++round) {

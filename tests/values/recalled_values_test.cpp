@@ -1,5 +1,5 @@
-// Sorted magnitudes of earlier values: ranks, the nearest magnitude, and the value stored with
-// each, compared with a plain list.
+// Compares the sorted magnitudes of earlier values with a plain list: ranks, the nearest magnitude,
+// and the value stored with each magnitude.
 #include "codecs/surface/values/recalled_values.h"
 
 #include <gtest/gtest.h>

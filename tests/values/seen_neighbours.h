@@ -15,7 +15,8 @@ namespace shm {
 struct Seen {
   std::uint64_t element = 0, cell = 0;
   Neighbourhood around;
-  std::array<std::uint64_t, 13> at{};  // numbers of vertices (for a cell: of cells)
+  std::array<std::uint64_t, 13>
+      at{};  // numbers of the neighbours (of a vertex: vertices, of a cell: cells)
 
   bool knows(std::uint32_t bits) const { return around.knows(bits); }
 };
@@ -25,7 +26,7 @@ class SeenNeighbours {
   std::vector<Seen> vertices, cells;
 
  protected:
-  /// Adds cell `number`, whose positions are these vertices. `live`: number of vertices on the
+  /// Adds cell `number`, which consists of these vertices. `live`: number of vertices on the
   /// surface.
   void add(const CellTopology& cell, std::uint64_t number,
            std::span<const std::uint64_t> vertex_numbers, bool as_stored, std::uint64_t live,

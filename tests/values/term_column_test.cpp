@@ -1,5 +1,5 @@
-// Values encoded by terms: the state that a group inherits from the previous group is the same in
-// encoder and decoder.
+// Tests of values encoded by terms: the state that a group inherits from the previous group is the
+// same in encoder and decoder.
 #include "codecs/patterns/term_column.h"
 #include "codecs/shared/codec_id.h"
 
@@ -21,8 +21,8 @@ namespace {
 
 using Bytes = std::vector<std::byte>;
 
-/// Returns new vertices in consecutive slots from `first`. The term of each is the vertex before
-/// it; the first one refers to slot 0.
+/// Returns new vertices in consecutive slots from `first`. The term of each vertex is the previous
+/// vertex; the term of the first vertex refers to slot 0.
 std::vector<VertexTerms> chain(std::uint32_t first, std::uint32_t count) {
   std::vector<VertexTerms> vertices(count);
   for (std::uint32_t i = 0; i < count; ++i) {
@@ -34,7 +34,8 @@ std::vector<VertexTerms> chain(std::uint32_t first, std::uint32_t count) {
   return vertices;
 }
 
-/// Encodes groups of one column and decodes them; all bits must come back. Returns their codecs.
+/// Encodes groups of one column and decodes them; all bits must be restored. Returns the codecs of
+/// the groups.
 template <class T>
 std::vector<Codec> there_and_back(ScalarType type, const std::vector<std::vector<T>>& groups) {
   ArrayInfo info;
@@ -94,8 +95,8 @@ TEST(TermColumn, NansPassFromTableToTable) {
   EXPECT_EQ(codecs, (std::vector<Codec>{Codec::terms, Codec::terms}));
 }
 
-/// Codes elements without terms but with a reference; all bits must come back. Returns true if the
-/// encoder used the reference.
+/// Codes elements without terms but with a reference, and checks that all bits are restored.
+/// Returns true if the encoder used the reference.
 bool refers(const std::vector<float>& values, const std::vector<float>& reference) {
   ArrayInfo info;
   info.type = ScalarType::float32;
@@ -162,7 +163,8 @@ std::vector<T> special_walk(std::size_t count, std::uint32_t seed) {
   return values;
 }
 
-/// Codes in pieces of several hundred and several thousand elements; all bits must come back.
+/// Codes in pieces of several hundred and several thousand elements, and checks that all bits are
+/// restored.
 template <class T>
 void expect_back_in_pieces(ScalarType type, bool of_vertices) {
   constexpr std::size_t kCount = 5000;

@@ -1,5 +1,5 @@
-// Columns of values over a mesh: every bit comes back for all values and codecs, predictable values
-// need almost no bytes, and damaged bytes are handled safely.
+// Tests of columns of values over a mesh: all codecs restore all kinds of values bit for bit,
+// predictable values need almost no bytes, and damaged bytes are handled safely.
 #include "codecs/surface/values/value_column.h"
 #include "codecs/shared/codec_id.h"
 
@@ -38,15 +38,15 @@ Bytes packed(const std::vector<T>& values) {
   return bytes;
 }
 
-/// Vertices or cells of a grid, in coding order.
+/// The vertices or cells of a grid, in coding order.
 struct Elements {
   TiledItems all;  // one tile
   std::vector<Point> points;
 
   std::size_t size() const { return all.items.size(); }
 
-  /// Returns the elements [begin, end) as a group, which is divided into tiles at those of `cuts`
-  /// inside it.
+  /// Returns the elements [begin, end) as a group. The group is divided into tiles at the positions
+  /// in `cuts` that are inside it.
   TiledItems group(std::size_t begin, std::size_t end, const std::vector<std::size_t>& cuts) const {
     TiledItems part;
     part.items.assign(all.items.begin() + static_cast<std::ptrdiff_t>(begin),
@@ -105,7 +105,8 @@ const Elements& cells() {
 }
 
 struct Plan {
-  std::vector<std::size_t> groups, tiles;  // ends of groups and tiles, except the last
+  std::vector<std::size_t> groups,
+      tiles;  // ends of groups and of tiles as element indices, without the last end
   std::vector<char> covers;
   Level level = Level::standard;
   bool copies = true;
@@ -164,7 +165,7 @@ Coded encode(const ArrayInfo& info, const Elements& elements, const Bytes& value
   return coded;
 }
 
-/// Decodes the groups; nothing if the bytes are invalid.
+/// Decodes the groups; returns nothing if the bytes are invalid.
 std::optional<Bytes> decode(const ArrayInfo& info, const Elements& elements, const Coded& coded,
                             const Plan& plan, std::uint64_t limit = 1 << 24) {
   Decoder decoder(info, covered_blocks(plan), {.copies = plan.copies});
@@ -179,7 +180,7 @@ std::optional<Bytes> decode(const ArrayInfo& info, const Elements& elements, con
   return back;
 }
 
-/// Returns the bytes needed for the values, and checks that they decode correctly.
+/// Returns the encoded size of the values in bytes, and checks that they decode correctly.
 std::size_t expect_back(const ArrayInfo& info, const Elements& elements, const Bytes& values,
                         const Plan& plan = {}) {
   const Coded coded = encode(info, elements, values, plan);
@@ -281,7 +282,7 @@ TEST(ValueColumn, SpecialFloats) {
       }
 }
 
-// Each group has numbers of another kind, so that states are translated between domains.
+// Each group has another kind of values, so that states are translated between domains.
 TEST(ValueColumn, DomainsChange) {
   std::mt19937_64 random(3);
   // A NaN with the smallest possible index.
@@ -344,7 +345,7 @@ TEST(ValueColumn, NoValuesAtAll) {
   EXPECT_TRUE(back.empty());
 }
 
-// Integers in a pattern that is unrelated to the mesh.
+// The values are integers in a pattern that is unrelated to the mesh.
 TEST(ValueColumn, WhatRepeatsGoesUnderZstd) {
   std::mt19937_64 random(5);
   std::vector<std::int64_t> pattern(61);
@@ -369,7 +370,7 @@ TEST(ValueColumn, WhatRepeatsGoesUnderZstd) {
     plan.groups = {500};
     for (std::size_t i = 300; i < 500; ++i) values[i] = pattern[i % pattern.size()];
   }
-  // A reader refuses more bytes than its limit.
+  // A reader refuses values that need more bytes than its limit.
   const Coded coded = encode(info, vertices(), packed(values), plan);
   EXPECT_FALSE(decode(info, vertices(), coded, plan, 100).has_value());
 }
@@ -408,7 +409,8 @@ TEST(ValueColumn, QuantizedKeepsThePromiseOrTheValue) {
         const bool exact = std::memcmp(&values[i], &(*back)[i], width) == 0;
         ASSERT_TRUE(exact || std::fabs(before - after) <= promise) << before << ' ' << after;
       }
-      // Restored values are quantized to themselves (except for steps as fine as the rounding).
+      // Quantizing restored values again does not change them, except if steps are as fine as the
+      // rounding of floats.
       if (bits <= 24) {
         expect_back(info, vertices(), *back, plan);
       }
@@ -462,8 +464,8 @@ TEST(ValueColumn, EqualComponentsCostNearlyNothing) {
             single + 300);
 }
 
-// A mirrored copy of a part: each value of the second half occurred in the first half between the
-// same other values.
+// Part of the mesh is a mirrored copy: each value of the second half occurred in the first half,
+// between the same other values.
 TEST(ValueColumn, CopiesAreFound) {
   std::mt19937_64 random(8);
   const std::size_t half = vertices().size() / 2;
@@ -488,7 +490,8 @@ TEST(ValueColumn, CopiesAreFound) {
   EXPECT_LT(both, first + first / 4);
 }
 
-/// Returns noise that is equal on both sides of a mirror plane except for sign and some last bits.
+/// Returns random values that are equal on both sides of a mirror plane, except for the sign and
+/// some last bits.
 std::vector<double> mirrored(const Elements& elements, std::uint64_t seed, double apart) {
   std::map<Point, double> there;
   std::mt19937_64 random(seed);
@@ -503,7 +506,7 @@ std::vector<double> mirrored(const Elements& elements, std::uint64_t seed, doubl
   return values;
 }
 
-// The other half of a mesh has about the same values, of any sign.
+// The two halves of a mesh have about the same values, but with any sign.
 TEST(ValueColumn, EarlierValuesAreRecalled) {
   for (double apart : {0.0, 0x1p-50})
     for (Level level : {Level::fast, Level::standard, Level::best}) {
@@ -514,7 +517,8 @@ TEST(ValueColumn, EarlierValuesAreRecalled) {
       plan.groups = {500};
       const std::size_t bytes =
           expect_back(info_of(ScalarType::float64), vertices(), packed(values), plan);
-      EXPECT_LT(bytes, values.size() * (apart == 0 ? 5 : 6));  // noise needs seven
+      EXPECT_LT(bytes,
+                values.size() * (apart == 0 ? 5 : 6));  // random values need seven bytes each
       for (double& v : values) v = static_cast<double>(static_cast<float>(v));
       expect_back(info_of(ScalarType::float64), vertices(), packed(values), plan);
       values[600] = std::numeric_limits<double>::quiet_NaN();
@@ -557,8 +561,8 @@ TEST(ValueColumn, ElementsThatStoodBeforeAreCopied) {
   }
 }
 
-// In all kinds of groups and tiles, between groups of other values, NaNs and other kinds of
-// numbers.
+// Elements are copied in all kinds of groups and tiles, and between groups of other values, NaNs
+// and other kinds of numbers.
 TEST(ValueColumn, CopiesOfAllKindsOfValues) {
   std::mt19937_64 random(6);
   for (const Elements* elements : {&vertices(), &cells()})
@@ -581,8 +585,8 @@ TEST(ValueColumn, CopiesOfAllKindsOfValues) {
     }
 }
 
-// Earlier values are recalled if only some blocks have values, tile after tile; trials leave no
-// trace.
+// Earlier values are recalled in each tile, even if only some blocks have values. Trials do not
+// change the state of the coder.
 TEST(ValueColumn, EarlierValuesOnSomeBlocks) {
   Elements only;
   for (std::size_t i = 0; i < cells().size(); ++i)
@@ -601,7 +605,8 @@ TEST(ValueColumn, EarlierValuesOnSomeBlocks) {
   }
 }
 
-/// Returns the bytes of the values with a reference, and checks that they decode correctly.
+/// Returns the encoded size in bytes of the values with a reference, and checks that they decode
+/// correctly.
 std::size_t expect_back_with(const ArrayInfo& info, const Elements& elements, const Bytes& values,
                              const Bytes& reference, const Plan& plan) {
   const std::size_t stride = scalar_bytes(info.type) * info.components;
@@ -624,7 +629,7 @@ std::size_t expect_back_with(const ArrayInfo& info, const Elements& elements, co
   return bytes;
 }
 
-// Elements that were equal one step ago are equal again.
+// Elements that had equal values one step ago have equal values again.
 TEST(ValueColumn, PartnersAreFound) {
   for (double apart : {0.0, 0x1p-50})
     for (Level level : {Level::fast, Level::standard, Level::best}) {
@@ -636,7 +641,8 @@ TEST(ValueColumn, PartnersAreFound) {
       std::vector<double> now = mirrored(vertices(), 6, apart);
       const std::size_t bytes = expect_back_with(info_of(ScalarType::float64), vertices(),
                                                  packed(now), packed(before), plan);
-      EXPECT_LT(bytes, now.size() * (apart == 0 ? 9 : 11) / 2);  // noise needs seven
+      EXPECT_LT(bytes,
+                now.size() * (apart == 0 ? 9 : 11) / 2);  // random values need seven bytes each
       before[3] = before[700] = std::numeric_limits<double>::infinity();
       now[5] = now[800] = std::numeric_limits<double>::quiet_NaN();
       expect_back_with(info_of(ScalarType::float64), vertices(), packed(now), packed(before), plan);
@@ -647,7 +653,7 @@ TEST(ValueColumn, PartnersAreFound) {
     }
 }
 
-// A single NaN or infinity does not make its neighbours expensive.
+// A single NaN or infinity does not make its neighbours more expensive to code.
 TEST(ValueColumn, NonFiniteNeighboursDoNotSpread) {
   std::vector<double> values(vertices().size(), 1.5);
   values[5] = std::numeric_limits<double>::infinity();
@@ -756,8 +762,8 @@ TEST(ValueColumn, RandomBytesDoNoHarm) {
     }
 }
 
-// Groups of one element each whose domain differs from that of the group before. Translating the
-// states of very many other elements for each group would be excessive work.
+// Each group consists of one element, and its domain differs from that of the previous group.
+// Translating the states of very many other elements for each group would be excessive work.
 TEST(ValueColumn, DomainsChangeInProportionToElements) {
   constexpr std::uint32_t kSlots = 1 << 16;
   constexpr int kGroups = 200;
@@ -804,7 +810,7 @@ TEST(ValueColumn, DomainsChangeInProportionToElements) {
   EXPECT_LE(changes, static_cast<int>(kMostMovesForEach) * kGroups / static_cast<int>(kSlots));
 }
 
-// An element without a value counts once, however many trials the writer makes: otherwise the
+// An element without a value counts once, however many trials the writer makes. Otherwise the
 // writer would change domains more often than readers allow.
 TEST(ValueColumn, TrialsCountNoElements) {
   constexpr std::uint32_t kSlots = 6000000;

@@ -1,5 +1,6 @@
-// Value spaces, translators and the choice of a domain: every value has an index, indices are in
-// the order of values, and a value comes back from its index; a value without an index is reported.
+// Tests of value spaces, translators and the choice of a domain: every value has an index, indices
+// are in the order of values, and each value can be computed from its index. A value without an
+// index is reported.
 
 #include <gtest/gtest.h>
 
@@ -78,7 +79,7 @@ void expect_ordered() {
   EXPECT_EQ(ordered_index(L::denorm_min()), 1);
   EXPECT_EQ(space.index(kNaN), 0);  // as a prediction
   EXPECT_EQ(space.index(-kNaN), 0);
-  // A NaN that is a value keeps its bits.
+  // The bits of a NaN that is a value do not change.
   for (T nan : {L::quiet_NaN(), L::signaling_NaN(), std::copysign(L::quiet_NaN(), T(-1))}) {
     const T back = ordered_value<T>(ordered_index(nan));
     EXPECT_EQ(std::memcmp(&back, &nan, sizeof(T)), 0);
