@@ -1,4 +1,4 @@
-// Selecting cells, and reading whole arrays in one pass.
+// Selects cells, and reads whole arrays in one pass.
 #include <algorithm>
 #include <map>
 #include <optional>
@@ -20,7 +20,8 @@ namespace {
 using shm::MeshBlock;
 using shm::Result;
 
-/// Returns the index in the piece of the element with this number in the file, if there is one.
+/// Returns the index in the piece of the element that has this number in the file, if the piece
+/// contains it.
 std::optional<std::uint64_t> position(const std::vector<std::uint64_t>& numbers, bool whole,
                                       std::uint64_t count, std::uint64_t number) {
   if (whole) return number < count ? std::optional(number) : std::nullopt;
@@ -29,10 +30,10 @@ std::optional<std::uint64_t> position(const std::vector<std::uint64_t>& numbers,
   return static_cast<std::uint64_t>(found - numbers.begin());
 }
 
-/// One pass over the mesh, which fills the targets for vertices, cells and static arrays.
+/// Passes once over the mesh and fills the targets for vertices, cells and static arrays.
 class MeshPass {
  public:
-  /// All arguments are borrowed. `keep_blocks`: cell_blocks() will be needed.
+  /// All arguments are borrowed. `keep_blocks`: true if cell_blocks() will be needed.
   MeshPass(shmf_file& file, std::span<Target> targets, bool coordinates, bool keep_blocks);
   Result<void> run(Watch& watch, double all, const shm::ReadOptions& options);
 
@@ -40,8 +41,8 @@ class MeshPass {
   const std::vector<std::uint32_t>& cell_blocks() const { return cell_blocks_; }
 
  private:
-  /// A target, the number of elements filled, and for static cell arrays the number of elements
-  /// taken from the current block.
+  /// A target, the number of its elements filled so far, and for static cell arrays the number of
+  /// elements used from the current block.
   struct Filled {
     Target* target;
     std::uint64_t count = 0;
@@ -62,8 +63,8 @@ class MeshPass {
                              Filled& filled);
   Result<void> append_waiting();
   MeshBlock alone(const MeshBlock& block, std::size_t cell);
-  /// Returns true if `cell` of a block is the cell that belongs `ahead` places after the next
-  /// missing cell.
+  /// Returns true if `cell` of a block must be appended `ahead` places after the next cell to be
+  /// appended.
   bool follows(const MeshBlock& block, std::size_t cell, std::size_t ahead) const {
     const std::uint64_t next = next_cell_ + ahead;
     if (next >= piece().cell_count) return false;
@@ -75,12 +76,13 @@ class MeshPass {
   shmf_file* file_;
   bool coordinates_, keep_blocks_;
   std::vector<Filled> vertices_, cells_;
-  std::vector<std::uint32_t> arrays_;  // requested static arrays
+  std::vector<std::uint32_t> arrays_;  // static arrays to be read
   std::vector<std::uint8_t> types_;    // VTK's type per block; 0: depends on the nodes of each cell
-  std::vector<std::uint64_t> places_;  // places of the vertices of a block
+  std::vector<std::uint64_t> places_;  // position in the piece of each vertex of a block
   std::uint64_t vertices_done_ = 0, next_cell_ = 0, next_corner_ = 0;
   std::vector<std::uint32_t> cell_blocks_;
-  std::map<std::uint64_t, MeshBlock> waiting_;  // cells that arrived too early, by number
+  std::map<std::uint64_t, MeshBlock>
+      waiting_;  // cells that arrived before their predecessors, by number
 };
 
 MeshPass::MeshPass(shmf_file& file, std::span<Target> targets, bool coordinates, bool keep_blocks)
@@ -149,7 +151,7 @@ Result<void> MeshPass::take_vertices(const MeshBlock& block) {
       continue;
     }
     const auto& values = target.what() == SHMF_POINTS ? block.xyz : block.arrays[target.array()];
-    for (std::size_t v = 0; v < count;) {  // runs of consecutive places
+    for (std::size_t v = 0; v < count;) {  // for each run of consecutive positions
       std::size_t end = v + 1;
       while (end < count && places_[end] == places_[v] + (end - v)) ++end;
       target.put_values(places_[v], values.data() + v * target.stride(), end - v);
@@ -180,7 +182,7 @@ Result<void> MeshPass::take_cells(const MeshBlock& block) {
   return {};
 }
 
-/// Copies one cell, with the requested values, to a block of its own.
+/// Returns a block that contains only this cell, with the requested values.
 MeshBlock MeshPass::alone(const MeshBlock& block, std::size_t cell) {
   MeshBlock own;
   const auto corner = [&](std::size_t i) {
@@ -204,7 +206,7 @@ Result<void> MeshPass::append_waiting() {
   while (!waiting_.empty()) {
     const MeshBlock& next = waiting_.begin()->second;
     if (!follows(next, 0, 0)) break;
-    std::vector<Filled> cells = cells_;  // counts from 0 in the cell's own block
+    std::vector<Filled> cells = cells_;  // counts elements from 0 in the block of the single cell
     for (Filled& filled : cells) filled.taken = 0;
     if (auto status = append(next, 0, 1, cells); !status) return status;
     for (std::size_t i = 0; i < cells.size(); ++i) cells_[i].count = cells[i].count;
@@ -280,13 +282,13 @@ Result<void> MeshPass::append_corners(const MeshBlock& block, std::size_t first,
   return {};
 }
 
-/// The index may give wrong counts of cells per block; the target has exactly the size that follows
-/// from the index.
+/// The cell counts per block may be wrong in the index, but the size of the target is computed from
+/// them. Therefore the number of elements is checked.
 Result<void> MeshPass::append_values(const MeshBlock& block, std::size_t first, std::size_t end,
                                      Filled& filled) {
   Target& target = *filled.target;
   const std::byte* values = block.arrays[target.array()].data();
-  for (std::size_t c = first; c < end;) {  // runs of cells with, or without, values
+  for (std::size_t c = first; c < end;) {  // for each run of cells with values, or without values
     const bool has = covers(filled, block.cell_blocks[c]);
     std::size_t run_end = c + 1;
     while (run_end < end && covers(filled, block.cell_blocks[run_end]) == has) ++run_end;
@@ -308,11 +310,12 @@ Result<void> MeshPass::append_values(const MeshBlock& block, std::size_t first, 
 /// Reads values of stepped arrays.
 class StepPass {
  public:
-  /// All arguments are borrowed. `cell_blocks`: block of each cell of the piece; needed for cell
-  /// arrays on some blocks only, unless they are filled up for all cells.
+  /// All arguments are borrowed. `cell_blocks`: block index of each cell of the piece. It is needed
+  /// only for cell arrays that do not cover all blocks, unless the target has an element for every
+  /// cell (SHMF_FILL).
   StepPass(shmf_file& file, std::span<Target> targets,
            const std::vector<std::uint32_t>& cell_blocks);
-  /// Number of elements of all targets together.
+  /// Returns the number of elements of all targets together.
   std::uint64_t elements() const;
   Result<void> run(Watch& watch, double done, double all);
 
@@ -325,8 +328,8 @@ class StepPass {
 
   shmf_file* file_;
   const std::vector<std::uint32_t>* cell_blocks_;
-  Wanted wanted_;                       // by array and step; ascending steps are fastest
-  std::vector<std::uint64_t> covered_;  // places of the cells that the current array covers
+  Wanted wanted_;                       // targets by array and step; ascending steps are fastest
+  std::vector<std::uint64_t> covered_;  // positions of the cells that the current array covers
   std::uint64_t placed_ = 0;
 };
 
@@ -390,7 +393,7 @@ Result<void> StepPass::read(std::uint32_t array, std::uint64_t step, std::span<T
 Result<void> StepPass::place(const shm::StepValues& values, std::span<Target*> targets) {
   const std::size_t count = values.numbers.size();
   for (Target* target : targets) {
-    for (std::size_t i = 0; i < count;) {  // runs of consecutive places
+    for (std::size_t i = 0; i < count;) {  // for each run of consecutive positions
       const auto first = place_of(*target, values.numbers[i]);
       if (!first) return first.error();
       std::size_t end = i + 1;
@@ -426,8 +429,8 @@ Result<std::uint64_t> StepPass::place_of(const Target& target, std::uint64_t num
 }
 
 Result<void> read_targets(shmf_file& file, std::span<Target> targets, const shmf_run_options& run) {
-  // The mesh is needed for its own targets, for a selection, and to know which cells have values of
-  // an array that does not cover all blocks.
+  // The mesh is read for targets of the mesh itself, for a selection, and to find the cells that
+  // have values of an array that does not cover all blocks.
   bool mesh = false, stepped = false, stepped_points = false, blocks = false;
   for (const Target& target : targets) {
     if (!target.wanted()) continue;
@@ -437,7 +440,8 @@ Result<void> read_targets(shmf_file& file, std::span<Target> targets, const shmf
     mesh = mesh || !target.is_stepped();
   }
   mesh = mesh || blocks || (stepped && !file.piece.whole);
-  // Coordinates locate the segments that own the vertices, which have their step values.
+  // Step values of a vertex are in the segment that owns it. Coordinates are needed to find these
+  // segments.
   MeshPass mesh_pass(file, targets, stepped_points && !file.piece.whole, blocks);
   StepPass step_pass(file, targets, mesh_pass.cell_blocks());
   const double in_mesh =
@@ -484,8 +488,8 @@ Result<shm::CellSelection> selection_of(const shmf_selection* selection) {
   return cells;
 }
 
-/// Counts the elements of the piece by decoding its cells, if the index does not have the counts or
-/// does not have to be right.
+/// Counts the elements of the piece by decoding its cells, if the index does not contain the counts
+/// or may be wrong.
 Result<void> count_by_decoding(shmf_file& file, const shmf_run_options& run) {
   Piece& piece = file.piece;
   shm::ExtractRequest request;

@@ -17,7 +17,7 @@ bool is_number(std::int32_t type) {
   return type == SHMF_INT32 || type == SHMF_UINT32 || type == SHMF_INT64 || type == SHMF_UINT64;
 }
 
-/// Returns the bound below which all numbers of this type are.
+/// Returns the largest number of this type, plus 1.
 std::uint64_t end_of_numbers(std::int32_t type) {
   switch (type) {
     case SHMF_INT32: return std::uint64_t{1} << 31;
@@ -72,7 +72,8 @@ Result<Target> Target::of(shmf_target& target, std::size_t number, const shmf_fi
   return made;
 }
 
-/// Finds the number of elements in the piece, and checks that the type can hold the values.
+/// Determines the number of elements in the piece, and checks that the type can represent the
+/// values.
 Result<void> Target::fit(const shmf_target& own, const shmf_file& file) {
   const Piece& piece = file.piece;
   const auto numbers = [&](std::uint64_t count, std::uint64_t end) -> Result<void> {
