@@ -14,7 +14,7 @@ const STEPS = 17; // interpolation steps from one colour to the next
 /** Colour of elements without a value. */
 export const NO_VALUE = [150, 150, 150];
 
-/** Interpolates from `a` to `b`: at `part` of `of` steps. */
+/** Returns the number that is `part` of `of` steps from `a` to `b`. */
 function between(a, b, part, of) {
   const half = Math.floor(of / 2);
   return a.map((from, i) => Math.floor((from * (of - part) + b[i] * part + half) / of));
@@ -23,7 +23,7 @@ function between(a, b, part, of) {
 /** Block colours repeat with this period. */
 export const BLOCK_COLOURS = 3 * HUES.length;
 
-/** Returns the colour of a block by its index: seven hues, then darker, then lighter variants. */
+/** Returns the colour of the block with this index: seven hues, then darker, then lighter hues. */
 export function blockColour(block) {
   const hue = HUES[block % HUES.length];
   switch (Math.floor(block / HUES.length) % 3) {
@@ -33,7 +33,7 @@ export function blockColour(block) {
   }
 }
 
-/** Returns the colour of a value, scaled to 0..1; NO_VALUE for NaN. */
+/** Returns the colour of a value in 0..1; NO_VALUE for NaN. */
 export function valueColour(share) {
   if (Number.isNaN(share)) return NO_VALUE;
   const most = (VALUES.length - 1) * STEPS; // 255

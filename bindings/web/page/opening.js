@@ -1,5 +1,5 @@
-// The data embedded in the page: the decoder, the script of its worker, and possibly a file (`shm
-// view`). Opens files with them.
+// Opens files with the data embedded in the page: the decoder, the script of its worker, and
+// possibly a file (`shm view`).
 import { open } from "../npm/shmformat.js";
 
 // First bytes of every .shm file.
@@ -49,7 +49,8 @@ export function fileInside() {
   return { name: element.dataset.name, source };
 }
 
-/** Rejects files of other kinds by their first bytes. (The decoder would begin at the end.) */
+/** Rejects files of other kinds by their first bytes. (The decoder would first read the end of the
+ *  file.) */
 async function checkBeginning(file, name) {
   const first = new Uint8Array(await file.slice(0, SIGNATURE.length).arrayBuffer());
   if (first.length > 0 && SIGNATURE.some((byte, i) => byte !== first[i])) {

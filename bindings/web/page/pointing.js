@@ -1,5 +1,5 @@
-// Controls the camera by mouse, touch and keys. Takes the element of the picture, and calls
-// change(camera => camera).
+// Controls the camera by mouse, touch and keys. The arguments are the element of the picture, and
+// a function `change` that is called with a function from the old camera to the new camera.
 import { moved, turned, zoomed } from "./camera.js";
 
 const TURN = 2.5; // radians per half of the picture's smaller side
