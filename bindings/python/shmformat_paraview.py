@@ -128,7 +128,7 @@ class ShmWriter(VTKPythonAlgorithmBase):
     def RequestData(self, request: Any, inputs: Any, outputs: Any) -> int:
         information = inputs[0].GetInformationObject(0)
         if (information.Get(Pipeline.UPDATE_NUMBER_OF_PIECES()) or 1) > 1:
-            raise ValueError(".shm files are written by one process; this one has a piece of the mesh")
+            raise ValueError(".shm files are written by a single process, but this process has only a piece of the mesh")
         self._writer.SetInputData(information.Get(vtkDataObject.DATA_OBJECT()))
         self._writer.Write()
         return 1

@@ -135,7 +135,7 @@ typedef enum shmf_type {
   SHMF_FLOAT32 = 9,
   SHMF_FLOAT64 = 10
 } shmf_type;
-SHMF_API size_t shmf_type_bytes(int32_t type); /* 1, 2, 4 or 8; 0 for an unknown type */
+SHMF_API size_t shmf_type_bytes(int32_t type); /* bytes: 1, 2, 4 or 8; 0 if unknown */
 
 typedef enum shmf_shape {
   SHMF_OTHER = 0,
@@ -199,7 +199,7 @@ typedef struct shmf_source {
      its terminating 0. */
   int (*read_at)(void* context, uint64_t offset, void* into, uint64_t count, char* why,
                  size_t why_bytes);
-  /* May be NULL. Called once, by shmf_close() or when opening fails. */
+  /* May be NULL. Releases the source; called once, by shmf_close() or when opening fails. */
   void (*close)(void* context);
   /* May be NULL. Announces the ranges that read_at() will be called for next, mostly in this order,
      so that a remote source can fetch them together. Some of them may never be read. The list is
@@ -251,7 +251,7 @@ SHMF_API shmf_status shmf_get_info(const shmf_file* file, shmf_info* info, shmf_
 
 typedef struct shmf_block {
   size_t struct_size;
-  int64_t id; /* number used by the source; need not be unique */
+  int64_t id; /* id of the block in the source; need not be unique */
   const char* name;
   int32_t shape;           /* a shmf_shape */
   uint32_t nodes_per_cell; /* 0: varies from cell to cell */
@@ -300,13 +300,14 @@ SHMF_API shmf_status shmf_get_times(shmf_file* file, const double** times, uint6
 SHMF_API shmf_status shmf_get_steps(shmf_file* file, uint32_t array, const uint64_t** steps,
                                     uint64_t* count, shmf_error* error);
 
-/* Data that the mesh model does not cover, by key, e.g. "exodus/skeleton". */
+/* A typed value with a key such as "exodus/skeleton", for data that the mesh model does not
+   cover. */
 typedef struct shmf_extra {
   size_t struct_size;
   const char* key;
   int32_t type;          /* a shmf_type */
   int32_t refers;        /* SHMF_REFERS_TO_...: the meaning of the values */
-  const uint64_t* shape; /* row-major */
+  const uint64_t* shape; /* size in each dimension, row-major */
   const void* data;
   uint64_t bytes;
   uint32_t dimensions; /* number of entries of `shape` */
@@ -527,7 +528,7 @@ SHMF_API shmf_status shmf_decoder_new(const shmf_open_options* options, shmf_dec
 SHMF_API shmf_status shmf_decoder_feed(shmf_decoder* decoder, const void* bytes, uint64_t count,
                                        shmf_error* error);
 SHMF_API shmf_status shmf_decoder_next(shmf_decoder* decoder, shmf_item* item, shmf_error* error);
-/* Describe the mesh as the start of the stream declares it. They are available from the first item
+/* Describe the mesh, as declared at the start of the stream. Available from the first item
    on; earlier calls are SHMF_MISUSE. Counts of cells, vertices and elements are 0. */
 SHMF_API shmf_status shmf_decoder_info(const shmf_decoder* decoder, shmf_info* info,
                                        shmf_error* error);

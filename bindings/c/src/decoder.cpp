@@ -73,7 +73,7 @@ void fill(shmf_item& item, const shm::Extra& extra, shmf_decoder& decoder) {
   item.extra = &decoder.extra;
 }
 
-/// Marks totals as no item, since they are not part of this interface.
+/// Ignores totals, since the C interface has no item for them.
 void fill(shmf_item& item, const shm::Totals&, shmf_decoder&) { item.kind = SHMF_NEED_INPUT; }
 
 /// Returns the next item that has a shmf_item_kind.

@@ -54,7 +54,7 @@ class MeshPass {
   }
   Result<void> take_vertices(const MeshBlock& block);
   Result<void> take_cells(const MeshBlock& block);
-  /// Appends cells `first` to `end` - 1 of a block as the next cells.
+  /// Appends cells `first` to `end` - 1 of a block to the targets.
   Result<void> append(const MeshBlock& block, std::size_t first, std::size_t end,
                       std::span<Filled> cells);
   Result<void> append_corners(const MeshBlock& block, std::size_t first, std::size_t end,
@@ -78,7 +78,7 @@ class MeshPass {
   std::vector<Filled> vertices_, cells_;
   std::vector<std::uint32_t> arrays_;  // static arrays to be read
   std::vector<std::uint8_t> types_;    // VTK's type per block; 0: depends on the nodes of each cell
-  std::vector<std::uint64_t> places_;  // position in the piece of each vertex of a block
+  std::vector<std::uint64_t> places_;  // for each vertex of a block: its position in the piece
   std::uint64_t vertices_done_ = 0, next_cell_ = 0, next_corner_ = 0;
   std::vector<std::uint32_t> cell_blocks_;
   std::map<std::uint64_t, MeshBlock>
@@ -588,7 +588,7 @@ shmf_status shmf_read(shmf_file* file, shmf_target* targets, size_t count,
     if (!watched) return watched.error();
     if (auto status = file->count_piece(shmf_run_options{}); !status) return status;
     std::vector<shmf::Target> own;
-    std::optional<shm::Error> first;  // returned after the loop, which sets `used` of all targets
+    std::optional<shm::Error> first;  // returned after the loop, since the loop sets all `used`
     for (std::size_t i = 0; i < count; ++i) {
       auto target = shmf::Target::of(*shmf::at(targets, i), i, *file);
       if (target)

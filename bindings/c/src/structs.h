@@ -37,7 +37,7 @@ shm::Result<Struct> taken_or_default(const Struct* from, const char* name) {
   return own;
 }
 
-/// Fills those members of *to that the caller's struct has.
+/// Copies `value` to the caller's struct, except for members that this struct does not have.
 template <class Struct>
 shm::Result<void> give(Struct* to, Struct value, const char* name) {
   static_assert(std::is_trivially_copyable_v<Struct>);

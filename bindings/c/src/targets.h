@@ -28,7 +28,7 @@ class Target {
   bool of_cells() const;
   bool is_stepped() const { return info_ != nullptr && info_->per_step; }
   const shm::ArrayInfo* info() const { return info_; }
-  /// Returns true if values are requested; without memory only the size is.
+  /// Returns false if the caller requests only the size, i.e. if `data` is null.
   bool wanted() const { return data_ != nullptr; }
   std::uint64_t elements() const { return elements_; }
 

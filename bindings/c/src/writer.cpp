@@ -287,7 +287,7 @@ shmf_status give_writer(const shmf_write_options* options, shmf_writer** writer,
 Result<shm::NumberSpan> numbers_of(const shmf_target& from) {
   const std::size_t width = shmf_type_bytes(from.type);
   const bool is_number = from.type >= SHMF_INT32 && from.type <= SHMF_UINT64;
-  if (!is_number) return misuse("numbers are integers of 32 or 64 bits");
+  if (!is_number) return misuse("vertex numbers must be integers of 32 or 64 bits");
   if (reinterpret_cast<std::uintptr_t>(from.data) % width != 0)
     return misuse("its memory is not aligned for its type");
   const auto count = static_cast<std::size_t>(from.bytes / width);

@@ -37,7 +37,7 @@ def _loaded() -> Any:
     try:
         return ffi.dlopen(path)
     except OSError as why:
-        raise ImportError(f"{path} cannot be loaded: {why}. SHMFORMAT_LIBRARY may name the library.") from why
+        raise ImportError(f"{path} cannot be loaded: {why}. SHMFORMAT_LIBRARY can be set to its path.") from why
 
 
 ffi = _interface()

@@ -246,7 +246,7 @@ def _opened(source: Source, wanted: Mapping[str, int | None]) -> _Handle:
 
 
 def _opened_object(source: BinaryIO, options: Any, file: Any) -> _Handle:
-    """Opens a seekable file object, which is borrowed."""
+    """Opens a seekable file object, which the caller must keep open."""
 
     def read_into(offset: int, into: memoryview) -> None:
         source.seek(offset)

@@ -148,7 +148,7 @@ class _Http:
         if status != 206 or headers.get_content_type() != "multipart/byteranges":
             return None
         bodies, position = [], 0
-        for first, end in ranges:  # per part: headers, an empty line, the bytes
+        for first, end in ranges:  # each part consists of headers, an empty line and the bytes
             begin = body.find(b"\r\n\r\n", position) + 4
             wanted = rb"(?i)content-range:\s*bytes %d-%d/%d\s" % (first, end - 1, self.size)
             if begin < 4 or not re.search(wanted, body[position:begin]) or len(body) - begin < end - first:

@@ -38,7 +38,7 @@ _SHAPES = {vtk_type(*kind): kind for kind in KINDS} | {POLYGON: ("polygon", 0)}
 
 # Names of the groups in a collection, as in VTK's reader of Exodus files (vtkIOSSReader).
 _GROUPS = {"block": "element_blocks", "node": "node_sets", "side": "side_sets", "element": "element_sets"}
-VERTEX_NUMBERS = "shm_vertex_number"  # the name that the tool uses in extracted pieces
+VERTEX_NUMBERS = "shm_vertex_number"  # name of the array of vertex numbers in pieces that the tool extracts
 
 
 def _array(dtype: np.dtype, count: int, components: int = 1) -> tuple[Any, np.ndarray]:
@@ -254,7 +254,7 @@ class Reader(VTKPythonAlgorithmBase):
         return self._mesh
 
     def _times(self) -> list[float]:
-        """Returns the time of each step, or its number if the file has no times."""
+        """Returns the time of each step, or the step numbers if the file has no times."""
         mesh = self._opened()
         times = mesh.step_times.tolist()
         return times if len(times) >= mesh.step_count else list(map(float, range(mesh.step_count)))

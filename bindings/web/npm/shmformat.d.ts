@@ -18,7 +18,7 @@ export type ScalarType = "int8" | "uint8" | "int16" | "uint16" | "int32" | "uint
   | "uint64" | "float32" | "float64";
 export type Values = Int8Array | Uint8Array | Int16Array | Uint16Array | Int32Array | Uint32Array
   | BigInt64Array | BigUint64Array | Float32Array | Float64Array;
-/** Numbers of vertices or cells: 32 bits if all of them fit, otherwise 64 bits. */
+/** Vertex numbers, cell numbers or offsets: 32 bits if all of them fit, otherwise 64 bits. */
 export type Numbers = Uint32Array | BigUint64Array;
 
 export interface Run {
@@ -277,7 +277,7 @@ export interface Mesh {
   extras(run?: Run): Promise<Extra[]>;
   /** Decodes the whole file and discards the result. Rejects if any part of the file is invalid. */
   verify(run?: LongRun): Promise<void>;
-  /** Rejects the pending calls. Arrays that were read stay valid. */
+  /** Closes the file and rejects the pending calls. Arrays that were read stay valid. */
   close(): Promise<void>;
 }
 
@@ -285,6 +285,6 @@ export interface Mesh {
 export interface Archive {
   /** Names of the files. */
   readonly members: string[];
-  /** Opens a member. Close it by its own close(). */
+  /** Opens a member. The caller closes the returned Mesh with its close(). */
   open(name: string, run?: Run): Promise<Mesh>;
 }

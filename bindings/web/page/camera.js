@@ -23,7 +23,7 @@ export function cameraFrom(view) {
   return { round, high, zoom: 1, scale: 1, lift: 0, target: [0, 0, 0] };
 }
 
-/** Returns unit vectors at right angles: to the right, up, and towards the viewer. */
+/** Returns three orthogonal unit vectors: to the right, up, and towards the viewer. */
 export function axesOf({ round, high }) {
   const view = [Math.cos(high) * Math.cos(round), Math.cos(high) * Math.sin(round),
     Math.sin(high)];
@@ -81,7 +81,8 @@ export function matrixOf(camera, aspect) {
   const size = camera.scale * camera.zoom;
   const [wide, tall] = aspect >= 1 ? [aspect, 1] : [1, 1 / aspect];
   const rows = [right.map((part) => part * size / wide), up.map((part) => part * size / tall),
-    // deep enough: a mesh extends over 2 sqrt(3), plus the clamping of inFrame()
+    // The factor 1/4 keeps all points in the depth range: inFrame() limits coordinates to -2..2, so
+    // depth is at most 2 sqrt(3).
     view.map((part) => -part / 4)];
   const shift = rows.map((row) => -dot(row, camera.target));
   shift[1] += camera.lift / tall;
@@ -91,6 +92,6 @@ export function matrixOf(camera, aspect) {
     .concat(shift, 1));
 }
 
-/** Directions of view by key: from each side of the mesh. */
+/** Direction of view for each number key: the six sides of the mesh, and the usual view. */
 export const SIDES = { 1: [1, 0, 0], 2: [-1, 0, 0], 3: [0, 1, 0], 4: [0, -1, 0], 5: [0, 0, 1],
   6: [0, 0, -1], 7: USUAL_VIEW };

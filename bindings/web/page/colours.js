@@ -1,7 +1,7 @@
 // The colours of `shm preview` (converters/picture/colours.cpp), bit by bit. A colour is [red,
 // green, blue], each 0..255.
 
-// The palette of M. Okabe and K. Ito without its black, blue first.
+// The palette of M. Okabe and K. Ito, without black, beginning with blue.
 const HUES = [[86, 180, 233], [230, 159, 0], [0, 158, 115], [240, 228, 66], [204, 121, 167],
   [213, 94, 0], [0, 114, 178]];
 

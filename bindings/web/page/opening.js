@@ -4,7 +4,7 @@ import { open } from "../npm/shmformat.js";
 
 // First bytes of every .shm file.
 const SIGNATURE = [0x89, 0x53, 0x48, 0x4d, 0x0d, 0x0a, 0x1a, 0x0a];
-const PIECE = 1 << 20; // characters of base64 at a time; a multiple of 4
+const PIECE = 1 << 20; // number of base64 characters decoded at a time; a multiple of 4
 
 /** Returns an element's base64 text as a Blob. Throws Error if it is not base64. */
 function blobOf(element, type) {

@@ -49,14 +49,14 @@ struct MeshBlock {
   std::uint64_t first_vertex = 0;             ///< stream number of the first vertex
   std::vector<std::uint64_t> vertex_numbers;  ///< original numbers (Order::keep) or stream numbers
   std::vector<std::byte> xyz;                 ///< 3 coordinates of each vertex
-  std::uint64_t first_cell = 0;               ///< position in coding order of the first cell
+  std::uint64_t first_cell = 0;               ///< position of the first cell in coding order
   std::vector<std::uint64_t>
       cell_numbers;  ///< original numbers (Order::keep) or positions in coding order
   std::vector<std::uint32_t> cell_blocks;
   std::vector<std::uint64_t>
       corner_begin;                     ///< offsets of the cells in `corners`; cells + 1 entries
   std::vector<std::uint64_t> corners;   ///< vertex numbers of the corners
-  std::vector<std::uint64_t> last_use;  ///< per cell; bit i: the cell finalizes its corner i
+  std::vector<std::uint64_t> last_use;  ///< for each cell: bit i is set if it finalizes corner i
   std::vector<std::uint64_t> vertices_before_cell;
   /// Empty if each vertex occurs once, in the segment that owns it. If a single segment is read: 1
   /// for each vertex that an earlier segment owns, otherwise 0.

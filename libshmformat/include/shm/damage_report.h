@@ -13,7 +13,7 @@ namespace shm {
 
 enum class DamageKind : std::uint8_t {
   damaged = 1,   ///< the bytes have changed
-  missing,       ///< the bytes are not in the file: cut off, or taken out
+  missing,       ///< the bytes are not in the file: they were cut off or removed
   repeated,      ///< intact, but a copy of something that already occurred
   out_of_order,  ///< intact, but in the wrong place
   stray,         ///< bytes that belong to no part of the file

@@ -46,7 +46,7 @@ struct PartStart {
 /// Finished chunks, in the order of the file.
 struct PartChunks {
   std::vector<std::byte> bytes;  ///< as stored in the file, after place() has numbered them
-  std::vector<std::byte> index;  ///< their entries for the file's index, for PartJoiner::add
+  std::vector<std::byte> index;  ///< index entries of these chunks; pass them to PartJoiner::add
   std::uint32_t count = 0;       ///< number of chunks
 };
 /// Numbers the chunks of a part: `first` is the number of chunks before them in the file, including
@@ -137,7 +137,7 @@ class SHM_API PartJoiner {
   PartJoiner& operator=(PartJoiner&&) noexcept;
   ~PartJoiner();
 
-  /// Offset of the next byte of the file, and number of chunks before it.
+  /// Return the offset of the next byte of the file, and the number of chunks before it.
   std::uint64_t offset() const;
   std::uint32_t chunks() const;
   /// Adds the next chunks of the file, from offset() on. `index` and `bytes` are the index data and

@@ -90,7 +90,7 @@ SHM_API std::string_view shape_name(CellShape shape);
 
 /// A set of cells that share a shape (Exodus element block, Gmsh entity, VTK cell type).
 struct BlockInfo {
-  std::int64_t id = 0;  ///< number used by the source; need not be unique or positive
+  std::int64_t id = 0;  ///< id of the block in the source; need not be unique or positive
   std::string name;
   CellShape shape = CellShape::hexahedron;
   std::uint32_t nodes_per_cell = 8;  ///< 0: differs from cell to cell
@@ -240,7 +240,7 @@ struct Extra {
   std::string key;
   ScalarType type = ScalarType::uint8;
   Reference refers = Reference::nothing;
-  std::vector<std::uint64_t> shape;  ///< row-major; the product is the number of values
+  std::vector<std::uint64_t> shape;  ///< sizes, row-major; their product is the number of values
   std::vector<std::byte> data;       ///< values in host byte order
   bool operator==(const Extra&) const = default;
 };
