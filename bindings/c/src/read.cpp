@@ -117,12 +117,12 @@ Result<void> MeshPass::run(Watch& watch, double all, const shm::ReadOptions& opt
   }
   if (vertices_done_ != piece().vertex_count || next_cell_ != piece().cell_count ||
       next_corner_ != piece().corner_count)
-    return corrupt("counts more elements than the file has", "index");
+    return corrupt("the index counts more elements than the file contains", "index");
   for (Filled& filled : cells_) {
     if (filled.target->what() == SHMF_CORNER_BEGIN)
       filled.target->put_number(next_cell_, next_corner_);
     if (filled.target->what() == SHMF_VALUES && filled.count != filled.target->elements())
-      return corrupt("counts more cells of a block than there are", "index");
+      return corrupt("the index counts more cells of a block than the file contains", "index");
   }
   return {};
 }
@@ -130,7 +130,7 @@ Result<void> MeshPass::run(Watch& watch, double all, const shm::ReadOptions& opt
 Result<void> MeshPass::take_vertices(const MeshBlock& block) {
   const std::size_t count = block.vertex_count();
   if (count > piece().vertex_count - vertices_done_)
-    return corrupt("counts fewer vertices than there are", "index");
+    return corrupt("the index counts fewer vertices than the file contains", "index");
   vertices_done_ += count;
   if (vertices_.empty()) return {};
   places_.resize(count);
@@ -138,7 +138,7 @@ Result<void> MeshPass::take_vertices(const MeshBlock& block) {
     const auto place =
         position(piece().vertices, piece().whole, piece().vertex_count, block.vertex_numbers[v]);
     if (!place)
-      return corrupt("has vertex " + std::to_string(block.vertex_numbers[v]) +
+      return corrupt("there is a vertex " + std::to_string(block.vertex_numbers[v]) +
                          ", the number of vertices is " + std::to_string(piece().vertex_count),
                      "mesh");
     places_[v] = *place;
@@ -173,10 +173,10 @@ Result<void> MeshPass::take_cells(const MeshBlock& block) {
       continue;
     }
     if (waiting_.size() >= piece().cell_count - next_cell_)
-      return corrupt("counts fewer cells than there are", "index");
+      return corrupt("the index counts fewer cells than the file contains", "index");
     const std::uint64_t number = block.cell_numbers[cell];
     if (!waiting_.try_emplace(number, alone(block, cell)).second)
-      return corrupt("has cell " + std::to_string(number) + " twice", "mesh");
+      return corrupt("cell " + std::to_string(number) + " occurs twice", "mesh");
     ++cell;
   }
   return {};
@@ -219,7 +219,7 @@ Result<void> MeshPass::append(const MeshBlock& block, std::size_t first, std::si
                               std::span<Filled> cells) {
   const std::uint64_t corners = block.corner_begin[end] - block.corner_begin[first];
   if (corners > piece().corner_count - next_corner_)
-    return corrupt("counts fewer corners than there are", "index");
+    return corrupt("the index counts fewer corners than the file contains", "index");
   for (Filled& filled : cells) {
     Target& target = *filled.target;
     switch (target.what()) {
@@ -276,7 +276,8 @@ Result<void> MeshPass::append_corners(const MeshBlock& block, std::size_t first,
   for (const std::uint64_t corner : corners) {
     const auto place = position(piece().vertices, piece().whole, piece().vertex_count, corner);
     if (!place)
-      return corrupt("uses vertex " + std::to_string(corner) + ", which does not exist", "mesh");
+      return corrupt("a cell uses vertex " + std::to_string(corner) + ", which does not exist",
+                     "mesh");
     target.put_number(next++, *place);
   }
   return {};
@@ -294,7 +295,7 @@ Result<void> MeshPass::append_values(const MeshBlock& block, std::size_t first, 
     while (run_end < end && covers(filled, block.cell_blocks[run_end]) == has) ++run_end;
     const std::size_t count = run_end - c;
     if ((has || target.fills()) && count > target.elements() - filled.count)
-      return corrupt("counts fewer cells of a block than there are", "index");
+      return corrupt("the index counts fewer cells of a block than the file contains", "index");
     if (has) {
       target.put_values(filled.count, values + filled.taken * target.stride(), count);
       filled.taken += count;
@@ -384,7 +385,7 @@ Result<void> StepPass::read(std::uint32_t array, std::uint64_t step, std::span<T
   const std::uint64_t expected =
       of_points ? piece.vertex_count : covered_cells(file_->schema(), array, piece.block_cells);
   if (placed_ < expected && !file_->damaged)
-    return corrupt("has values of " + std::to_string(placed_) + " elements, expected " +
+    return corrupt("there are values of " + std::to_string(placed_) + " elements, expected " +
                        std::to_string(expected),
                    "step values");
   return {};
@@ -423,8 +424,9 @@ Result<std::uint64_t> StepPass::place_of(const Target& target, std::uint64_t num
                 : std::nullopt;
   }
   if (!place || *place >= target.elements())
-    return corrupt("has a value of element " + std::to_string(number) + ", which does not exist",
-                   "step values");
+    return corrupt(
+        "there is a value of element " + std::to_string(number) + ", which does not exist",
+        "step values");
   return *place;
 }
 
@@ -539,7 +541,7 @@ shm::Result<void> shmf_file::count_piece(const shmf_run_options& run) {
       if (__builtin_mul_overflow(piece.block_cells[b], std::uint64_t{blocks[b].nodes_per_cell},
                                  &corners) ||
           __builtin_add_overflow(piece.corner_count, corners, &piece.corner_count))
-        return shmf::corrupt("counts more cells than a mesh can have", "index");
+        return shmf::corrupt("the index counts more cells than a mesh can have", "index");
     }
   }
   piece.counted = true;

@@ -68,7 +68,7 @@ Result<Target> Target::of(shmf_target& target, std::size_t number, const shmf_fi
         name);
   if (made.wanted() &&
       reinterpret_cast<std::uintptr_t>(made.data_) % shm::scalar_bytes(made.to_) != 0)
-    return misuse("its memory is not aligned for its type", name);
+    return misuse("the memory of the target is not aligned for its type", name);
   return made;
 }
 

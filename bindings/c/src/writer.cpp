@@ -198,7 +198,7 @@ Result<void> shmf_writer::read_order() {
   cell_blocks.resize(coded_blocks.size());
   for (std::size_t i = 0; i < coded_blocks.size(); ++i) {
     if (order.cells[i] >= coded_blocks.size())
-      return shmf::corrupt("has cell " + std::to_string(order.cells[i]) +
+      return shmf::corrupt("there is a cell " + std::to_string(order.cells[i]) +
                                ", the number of cells is " + std::to_string(coded_blocks.size()),
                            "mesh");
     cell_blocks[static_cast<std::size_t>(order.cells[i])] = coded_blocks[i];
@@ -289,7 +289,7 @@ Result<shm::NumberSpan> numbers_of(const shmf_target& from) {
   const bool is_number = from.type >= SHMF_INT32 && from.type <= SHMF_UINT64;
   if (!is_number) return misuse("vertex numbers must be integers of 32 or 64 bits");
   if (reinterpret_cast<std::uintptr_t>(from.data) % width != 0)
-    return misuse("its memory is not aligned for its type");
+    return misuse("the memory of the array is not aligned for its type");
   const auto count = static_cast<std::size_t>(from.bytes / width);
   // A negative number becomes a large number that no mesh has.
   if (width == 4)
@@ -334,7 +334,7 @@ Result<void> ArraysOfCaller::take(const shmf_target& from) {
       if (from.type != SHMF_INT32 && from.type != SHMF_UINT32)
         return misuse("blocks are integers of 32 bits");
       if (reinterpret_cast<std::uintptr_t>(from.data) % sizeof(std::uint32_t) != 0)
-        return misuse("its memory is not aligned for its type");
+        return misuse("the memory of the array is not aligned for its type");
       mesh_.cell_blocks = std::span(static_cast<const std::uint32_t*>(from.data),
                                     static_cast<std::size_t>(from.bytes / sizeof(std::uint32_t)));
       return {};

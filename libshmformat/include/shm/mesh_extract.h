@@ -53,8 +53,8 @@ class SHM_API MeshExtractor {
   /// Returns the number of a segment in the file; it differs from the index in segments() if
   /// segments are lost.
   std::uint32_t segment_number(std::size_t segment) const;
-  /// Returns true if a damaged file has or may have had values of a stepped array at a step; they
-  /// may be lost.
+  /// Returns true if a damaged file has or may have had values of a stepped array at a step. These
+  /// values may be lost.
   bool had_values(std::uint32_t array, std::uint64_t step) const;
   // Totals of the whole file, from the index.
   std::uint64_t vertices() const;
