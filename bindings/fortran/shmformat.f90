@@ -1,8 +1,8 @@
-! The C interface of libshmformat (bindings/c/include/shmformat.h, which is the manual) for Fortran 2003.
+! The C interface of libshmformat for Fortran 2003. bindings/c/include/shmformat.h is the manual.
 ! Compile this file with your program, and link it with -lshmformat_c.
 !
-! Names, argument orders and constants are those of C. Indices of blocks, arrays, vertices and cells count
-! from 0. Structs are initialized with their sizes; strings end with c_null_char; pass arrays with c_loc().
+! Names, argument orders and constants are the same as in C. Indices of blocks, arrays, vertices and cells
+! count from 0. Structs contain their sizes by default; strings end with c_null_char; pass arrays with c_loc().
 module shmformat
   use, intrinsic :: iso_c_binding
   implicit none
@@ -176,7 +176,7 @@ module shmformat
 
 contains
 
-  ! Converts a text of an error to a Fortran string.
+  ! Converts a text in a shmf_error to a Fortran string.
   pure function shmf_text(chars) result(text)
     character(kind=c_char), intent(in) :: chars(:)
     character(len=size(chars)) :: text

@@ -1,9 +1,9 @@
-"""Puts the C library and its header into the package. One wheel does for every Python of a platform:
+"""Puts the C library and its header into the package. One wheel is enough for all Python versions of a platform:
 
     SHMFORMAT_LIBRARY=build/release/bindings/c/libshmformat_c.so python3 -m build --no-isolation --wheel bindings/python
 
-The library is the file that SHMFORMAT_LIBRARY names, else that of the release build of the source tree. Where
-there is neither, the package uses the one that the loader finds.
+The library is the file named by SHMFORMAT_LIBRARY; otherwise the library in the release build of the source tree.
+If neither exists, the package contains no library and uses the one that the loader finds.
 """
 import os
 import re
@@ -19,7 +19,7 @@ from wheel.bdist_wheel import bdist_wheel
 HERE = Path(__file__).resolve().parent
 NAMED = os.environ.get("SHMFORMAT_LIBRARY")
 LIBRARY = Path(NAMED or HERE.parents[1] / "build" / "release" / "bindings" / "c" / "libshmformat_c.so.1")
-# In a source distribution it stands in the package.
+# A source distribution contains the header in the package.
 HEADER = next(path for path in (HERE / "shmformat" / "shmformat.h", HERE.parent / "c" / "include" / "shmformat.h")
               if path.exists())
 

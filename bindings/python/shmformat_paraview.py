@@ -1,12 +1,13 @@
-"""ParaView's plugin for .shm files: a reader, which opens them by their name, and a writer.
+"""ParaView plugin for .shm files: a reader and a writer. ParaView chooses the reader by the extension of the file.
 
-Load it by Tools > Manage Plugins > Load New, by LoadPlugin() in a script, or by PV_PLUGIN_PATH: a folder with
-nothing in it but a link to this file, since ParaView runs all that is there. The package shmformat stands beside
-it, or is found as any other; it needs NumPy and cffi in ParaView's Python.
+There are three ways to load the plugin: Tools > Manage Plugins > Load New; LoadPlugin() in a script; or
+PV_PLUGIN_PATH. The last must be a folder that contains only a link to this file, since ParaView runs every file in
+it. The package shmformat must be next to this file or be installed; it needs NumPy and cffi in ParaView's Python.
 
-ParaView 5.11 imports inspect.getargspec(), which Python has not since 3.11, before it reads any plugin: with Python
-3.11, as on Debian 12, it loads no plugin in Python. Importing this module mends that, too late for the ways above,
-but in time for scripts and the Python shell of ParaView, with PYTHONPATH naming this folder:
+Before ParaView 5.11 reads a plugin, it imports inspect.getargspec(), which Python 3.11 no longer has. So with Python
+3.11, as on Debian 12, ParaView loads no plugin that is written in Python. Importing this module fixes that. It is too
+late for the three ways above, but works in scripts and in the Python shell of ParaView, if PYTHONPATH contains this
+folder:
 
     import shmformat_paraview
     shmformat_paraview.load()
@@ -18,7 +19,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-if not hasattr(inspect, "getargspec"):  # ParaView takes nothing of it but `args`
+if not hasattr(inspect, "getargspec"):  # ParaView uses only `args` of the result
     inspect.getargspec = inspect.getfullargspec
 
 HERE = Path(__file__).resolve()
@@ -46,7 +47,8 @@ def load() -> None:
 
 @smproxy.reader(name="ShmReader", label="SHM Reader", extensions="shm", file_description=_FILES, support_reload=False)
 class ShmReader(shmformat.vtk.Reader):
-    """As collection of blocks and sets, of which the blocks are switched on at first, or as one grid."""
+    """Reads a .shm file as a collection of blocks and sets, or as one grid. At first, blocks are switched on and sets
+    are off."""
 
     def __init__(self) -> None:
         super().__init__(blocks=True)
@@ -64,7 +66,7 @@ class ShmReader(shmformat.vtk.Reader):
     @smproperty.xml("""
         <IntVectorProperty name="OneGrid" label="One Grid" command="SetOneGrid" number_of_elements="1" default_values="0">
           <BooleanDomain name="bool"/>
-          <Documentation>All blocks as one unstructured grid, with the cell array "block", and no sets.</Documentation>
+          <Documentation>Reads all blocks as one unstructured grid, with the cell array "block", and no sets.</Documentation>
         </IntVectorProperty>""")
     def SetOneGrid(self, one: int) -> None:
         self.SetBlocks(not one)
@@ -99,7 +101,7 @@ class ShmReader(shmformat.vtk.Reader):
 @smdomain.datatype(dataTypes=["vtkUnstructuredGrid", "vtkPartitionedDataSetCollection", "vtkPartitionedDataSet",
                               "vtkMultiBlockDataSet"], composite_data_supported=True)
 class ShmWriter(VTKPythonAlgorithmBase):
-    """Writes what is shown, at its time step, as one mesh; of several processes none writes."""
+    """Writes the input at its current time step as one mesh. Fails if ParaView runs in several processes."""
 
     def __init__(self) -> None:
         super().__init__(nInputPorts=1, nOutputPorts=0, inputType="vtkDataObject")
@@ -117,7 +119,7 @@ class ShmWriter(VTKPythonAlgorithmBase):
           <StringListDomain name="levels">
             <String value="fast"/> <String value="default"/> <String value="best"/>
           </StringListDomain>
-          <Documentation>How hard to compress; values are the same with each.</Documentation>
+          <Documentation>Amount of work spent on compression. All levels are lossless.</Documentation>
         </StringVectorProperty>""")
     def SetLevel(self, level: str) -> None:
         self._writer.level = level
@@ -126,12 +128,12 @@ class ShmWriter(VTKPythonAlgorithmBase):
     def RequestData(self, request: Any, inputs: Any, outputs: Any) -> int:
         information = inputs[0].GetInformationObject(0)
         if (information.Get(Pipeline.UPDATE_NUMBER_OF_PIECES()) or 1) > 1:
-            raise ValueError(".shm files are written by one process; this one has a piece of the mesh")
+            raise ValueError(".shm files are written by a single process, but this process has only a piece of the mesh")
         self._writer.SetInputData(information.Get(vtkDataObject.DATA_OBJECT()))
         self._writer.Write()
         return 1
 
     def Write(self) -> None:
-        """ParaView's call, once the input and the name are set."""
+        """Writes the file. ParaView calls it when the input and the file name are set."""
         self.Modified()
         self.Update()

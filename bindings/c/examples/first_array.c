@@ -1,5 +1,5 @@
-/* Prints how many vertices and cells a .shm file has, and the smallest and largest value of its
-   first array of floats at the last time step that has it.
+/* Prints the numbers of vertices and cells of a .shm file, and the smallest and largest value of
+   its first array of floats, at the last time step at which the array has values.
      cc first_array.c $(pkg-config --cflags --libs shmformat-c) -o first_array
      ./first_array run.shm */
 #include <inttypes.h>

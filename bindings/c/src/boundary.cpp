@@ -13,7 +13,7 @@
 
 struct shmf_boundary {
   shm::BoundarySurface surface;
-  // Pointers to and sizes of the arrays of `surface`.
+  // Pointers to the arrays of `surface`, and the sizes of these arrays in bytes.
   std::vector<const void*> values;
   std::vector<std::uint64_t> bytes;
 };
@@ -38,7 +38,7 @@ Result<shm::BoundaryOptions> options_of(const shmf_boundary_options* options,
   return wanted;
 }
 
-/// One pass over the selected cells, then one over each requested step.
+/// Finds the boundary in one pass over the selected cells, then one pass over each requested step.
 class BoundaryPass {
  public:
   /// All arguments are borrowed.
@@ -55,8 +55,8 @@ class BoundaryPass {
   Result<void> expect_steps();
   Result<void> read_mesh(shm::BoundaryFinder& finder);
   Result<void> read_step(const shm::BoundaryArray& wanted, shm::BoundaryFinder& finder);
-  /// Returns true if the whole file is selected: numbers are then those of the file, and steps can
-  /// be read without a selection.
+  /// Returns true if the whole file is selected. Vertices and cells then have their numbers in the
+  /// file, and steps can be read without a selection.
   bool is_whole() const { return file_->piece.cells.all() && !file_->damaged; }
 
   shmf_file* file_;
@@ -120,7 +120,8 @@ Result<void> BoundaryPass::read_step(const shm::BoundaryArray& wanted,
   auto status = reader != nullptr ? reader->begin({wanted.array, wanted.step, std::nullopt, false})
                                   : file_->mesh->begin_values(wanted.array, wanted.step);
   if (!status) return status;
-  // An empty piece has no values, and values of a damaged file may be lost.
+  // Adds an empty list first, since an empty piece has no values, and values of a damaged file may
+  // be lost.
   if (auto none = finder.add(wanted.array, wanted.step, shm::StepValues()); !none) return none;
   while (true) {
     const auto values = reader != nullptr ? reader->next() : file_->mesh->next_values();
@@ -141,7 +142,7 @@ shmf_status shmf_find_boundary(shmf_file* file, const shmf_boundary_options* opt
                                shmf_error* error) {
   if (boundary != nullptr) *boundary = nullptr;
   return shmf::with_mesh(file, error, [&]() -> Result<void> {
-    if (boundary == nullptr) return misuse("nowhere to put the handle");
+    if (boundary == nullptr) return misuse("the pointer for the handle is NULL");
     const auto watched = shmf::taken_or_default(run, "run");
     if (!watched) return watched.error();
     const auto wanted = shmf::options_of(options, file->schema());

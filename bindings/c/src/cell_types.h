@@ -7,7 +7,7 @@
 
 namespace shmf {
 
-/// Returns the type of a cell with `nodes` nodes: 2 (a poly-vertex) if VTK has no type for it, 41
+/// Returns VTK's type of a cell with `nodes` nodes: 2 (a poly-vertex) if VTK has no type for it, 41
 /// (a convex point set) for polyhedra whose faces are unknown.
 std::uint8_t vtk_cell_type(shm::CellShape shape, std::uint64_t nodes);
 

@@ -1,4 +1,4 @@
-// Decoding of a stream: the caller feeds bytes and takes items.
+// Decodes a stream: the caller feeds bytes and receives items.
 #include <memory>
 #include <optional>
 #include <span>
@@ -16,7 +16,7 @@ struct shmf_decoder {
 
   shm::Decoder decoder;
   std::optional<shm::Item> item;  // the item returned last
-  // Pointers to and sizes of the arrays of `item`.
+  // Pointers to the arrays of `item`, and the sizes of these arrays in bytes.
   std::vector<const void*> values;
   std::vector<std::uint64_t> bytes;
   shmf_extra extra{};
@@ -73,10 +73,10 @@ void fill(shmf_item& item, const shm::Extra& extra, shmf_decoder& decoder) {
   item.extra = &decoder.extra;
 }
 
-/// Totals are not part of this interface.
+/// Ignores totals, since the C interface has no item for them.
 void fill(shmf_item& item, const shm::Totals&, shmf_decoder&) { item.kind = SHMF_NEED_INPUT; }
 
-/// Returns the next item that the interface has a kind for.
+/// Returns the next item that has a shmf_item_kind.
 Result<shmf_item> next_item(shmf_decoder& decoder) {
   while (true) {
     shmf_item item{};
@@ -114,7 +114,7 @@ using shmf::misuse;
 shmf_status shmf_decoder_new(const shmf_open_options* options, shmf_decoder** decoder,
                              shmf_error* error) {
   return shmf::guarded(error, [&]() -> Result<void> {
-    if (decoder == nullptr) return misuse("nowhere to put the handle");
+    if (decoder == nullptr) return misuse("the pointer for the handle is NULL");
     *decoder = nullptr;
     const auto own = shmf::taken_or_default(options, "options");
     if (!own) return own.error();

@@ -38,7 +38,7 @@ shm::Result<void> CallbackSink::write(std::span<const std::byte> bytes) {
 shm::ReadOptions read_options(const shmf_run_options& run) {
   shm::ReadOptions options;
   options.threads = run.threads == SHMF_ALL_THREADS ? 0 : std::max(run.threads, 1u);
-  options.max_ahead_bytes = std::uint64_t{32} << 20;  // in addition to the caller's arrays
+  options.max_ahead_bytes = std::uint64_t{32} << 20;  // limit in addition to the caller's arrays
   return options;
 }
 

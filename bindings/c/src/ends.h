@@ -1,4 +1,4 @@
-// Sources and sinks that call functions of the caller, and reporting of progress.
+// Sources and sinks that call functions of the caller, and progress reports.
 #pragma once
 
 #include <cstddef>
@@ -13,14 +13,14 @@
 
 namespace shmf {
 
-/// Returns a path that names a file even if it is "-", which the library takes as standard input or
-/// output.
+/// Returns a path that names a file even if it is "-", which the library otherwise treats as
+/// standard input or output.
 inline std::string path_of(const char* path) {
   const std::string name(path);
   return name == "-" ? "./-" : name;
 }
 
-/// A source that reads through a function of the caller. The destructor closes it.
+/// Reads through a function of the caller. The destructor closes the source.
 class CallbackSource final : public shm::RandomSource {
  public:
   explicit CallbackSource(const shmf_source& source) : source_(source) {}
@@ -48,14 +48,14 @@ class CallbackSink final : public shm::ByteSink {
   void* context_;
 };
 
-/// Read options with the number of threads that the caller wants.
+/// Returns read options with the number of threads that the caller requests.
 shm::ReadOptions read_options(const shmf_run_options& run);
 
 /// Reports progress to the caller.
 class Watch {
  public:
   explicit Watch(const shmf_run_options& run) : run_(run) {}
-  /// Reports that `done` of `all` is done. Fails if the caller cancels.
+  /// Reports the completed fraction, `done` / `all`. Fails if the caller cancels.
   shm::Result<void> tell(double done, double all);
 
  private:

@@ -7,7 +7,7 @@
 namespace shmf {
 namespace {
 
-/// Copies as much of `text` as fits, cut between UTF-8 characters, and a terminating 0.
+/// Copies the part of `text` that fits, cut between UTF-8 characters, and a terminating 0.
 template <std::size_t room>
 void copy_text(char (&to)[room], std::string_view text) noexcept {
   std::size_t length = std::min(text.size(), room - 1);

@@ -1,5 +1,5 @@
-// Converts failures of the library to a status and a shmf_error, and keeps exceptions from leaving
-// a call.
+// Converts failures of the library to a status and a shmf_error. No exception leaves a call of the
+// C interface.
 #pragma once
 
 #include <cstdint>
@@ -14,20 +14,20 @@
 
 namespace shmf {
 
-/// Codes in addition to shm::ErrorCode.
+/// Error codes in addition to those of shm::ErrorCode.
 inline constexpr auto kNoMemory = static_cast<shm::ErrorCode>(SHMF_NO_MEMORY);
 inline constexpr auto kCancelled = static_cast<shm::ErrorCode>(SHMF_CANCELLED);
 
-/// Error of a call that breaks the contract.
+/// Returns the error of a call that violates its contract.
 inline shm::Error misuse(std::string detail, std::string section = {}) {
   return shm::Error{shm::ErrorCode::misuse, std::move(detail), std::move(section)};
 }
-/// Error of a file that disagrees with its index.
+/// Returns the error of a file that contradicts its index.
 inline shm::Error corrupt(std::string detail, std::string section) {
   return shm::Error{shm::ErrorCode::corrupt, std::move(detail), std::move(section)};
 }
 
-/// Fills *error, unless it is null, and returns its status.
+/// Fills *error, unless it is null, and returns the status.
 shmf_status report(shmf_error* error, const shm::Error& why);
 shmf_status report_no_memory(shmf_error* error) noexcept;
 shmf_status report_other(shmf_error* error, const char* what) noexcept;

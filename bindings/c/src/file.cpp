@@ -1,4 +1,4 @@
-// Opening files, and describing their contents.
+// Opens files, and describes their contents.
 #include "file.h"
 
 #include <algorithm>
@@ -16,7 +16,7 @@ namespace {
 
 using FilePointer = std::unique_ptr<shmf_file>;
 
-/// Opens the file whose bytes `file` already holds.
+/// Opens `file`, whose source is already set.
 shm::Result<FilePointer> opened(FilePointer file, const shmf_open_options* options) {
   const auto own = taken_or_default(options, "options");
   if (!own) return own.error();
@@ -45,11 +45,11 @@ shm::Result<FilePointer> opened(FilePointer file, const shmf_open_options* optio
   return file;
 }
 
-/// Gives the caller the handle that `make` returns, or null if `make` fails.
+/// Returns the handle made by `make` in *handle, or null if `make` fails.
 template <class Handle, class Make>
 shmf_status give_handle(Handle** handle, shmf_error* error, Make&& make) noexcept {
   return guarded(error, [&]() -> shm::Result<void> {
-    if (handle == nullptr) return misuse("nowhere to put the handle");
+    if (handle == nullptr) return misuse("the pointer for the handle is NULL");
     *handle = nullptr;
     auto made = make();
     if (!made) return made.error();
@@ -206,7 +206,7 @@ shmf_status shmf_open_source(const shmf_source* source, const shmf_open_options*
   shmf_source own{};
   if (source != nullptr && source->struct_size >= sizeof(std::size_t))
     std::memcpy(&own, source, std::min(source->struct_size, sizeof own));
-  bool closes = false;  // set: the source closes itself when it is destroyed
+  bool closes = false;  // true: the source closes itself when it is destroyed
   const auto opened = shmf::give_handle(file, error, [&]() -> Result<shmf::FilePointer> {
     if (const auto status = taken(source, "the source"); !status) return status.error();
     if (own.read_at == nullptr) return misuse("the source has no read_at()");
@@ -314,7 +314,7 @@ shmf_status shmf_get_segment(const shmf_file* file, uint32_t segment, shmf_segme
 shmf_status shmf_get_times(shmf_file* file, const double** times, uint64_t* count,
                            shmf_error* error) {
   return with_mesh(file, error, [&]() -> Result<void> {
-    if (times == nullptr || count == nullptr) return misuse("nowhere to put the times");
+    if (times == nullptr || count == nullptr) return misuse("the pointer for the times is NULL");
     if (!file->times) {
       auto all = file->mesh->step_times();
       if (!all) return all.error();
@@ -329,7 +329,7 @@ shmf_status shmf_get_times(shmf_file* file, const double** times, uint64_t* coun
 shmf_status shmf_get_steps(shmf_file* file, uint32_t array, const uint64_t** steps, uint64_t* count,
                            shmf_error* error) {
   return with_mesh(file, error, [&]() -> Result<void> {
-    if (steps == nullptr || count == nullptr) return misuse("nowhere to put the steps");
+    if (steps == nullptr || count == nullptr) return misuse("the pointer for the steps is NULL");
     if (array >= file->schema().arrays.size()) return misuse("no array " + std::to_string(array));
     file->array_steps.clear();
     if (file->schema().arrays[array].per_step) {
@@ -345,7 +345,7 @@ shmf_status shmf_get_steps(shmf_file* file, uint32_t array, const uint64_t** ste
 
 shmf_status shmf_extra_count(shmf_file* file, uint64_t* count, shmf_error* error) {
   return with_mesh(file, error, [&]() -> Result<void> {
-    if (count == nullptr) return misuse("nowhere to put the count");
+    if (count == nullptr) return misuse("the pointer for the count is NULL");
     if (auto status = file->read_extras(); !status) return status;
     *count = file->extras->size();
     return {};
@@ -363,7 +363,7 @@ shmf_status shmf_get_extra(shmf_file* file, uint64_t extra, shmf_extra* info, sh
 
 shmf_status shmf_set_count(shmf_file* file, uint64_t* count, shmf_error* error) {
   return with_mesh(file, error, [&]() -> Result<void> {
-    if (count == nullptr) return misuse("nowhere to put the count");
+    if (count == nullptr) return misuse("the pointer for the count is NULL");
     if (auto status = file->read_sets(); !status) return status;
     *count = file->sets->size();
     return {};

@@ -20,16 +20,17 @@ namespace shmf {
 /// The cells selected for shmf_read(), with their counts.
 struct Piece {
   shm::CellSelection cells;
-  bool whole = true;     ///< all of an undamaged file: numbers are those of the file, from 0
-  bool counted = false;  ///< the members below are known
+  bool whole =
+      true;  ///< true: all of an undamaged file is selected; numbers are those of the file, from 0
+  bool counted = false;  ///< true: the members below are known
   std::uint64_t vertex_count = 0, cell_count = 0, corner_count = 0;
   std::vector<std::uint64_t> block_cells;
-  /// Unless `whole`: numbers in the file, ascending.
+  /// Unless `whole`: numbers of the selected vertices or cells in the file, ascending.
   std::vector<std::uint64_t> vertices, numbers;
 };
 
 shm::ReadLimits limits_of(const shmf_open_options& options);
-/// Descriptions from a schema; all counts are 0.
+/// Describe the contents of a schema; all counts are 0.
 shmf_info info_of(const shm::Schema& schema);
 shm::Result<shmf_block> block_of(const shm::Schema& schema, std::uint32_t block);
 shm::Result<shmf_array> array_of(const shm::Schema& schema, std::uint32_t array);
@@ -41,10 +42,11 @@ std::uint64_t covered_cells(const shm::Schema& schema, std::uint32_t array,
 }  // namespace shmf
 
 struct shmf_file {
-  // The order matters: later members borrow earlier members.
-  std::string name;                           // for messages; may be empty
-  std::shared_ptr<shm::RandomSource> source;  // of the whole file; for a member, of its archive
-  std::optional<shm::SectionSource> section;  // of a member of an archive
+  // The order of members matters: later members borrow earlier members.
+  std::string name;  // for messages; may be empty
+  std::shared_ptr<shm::RandomSource>
+      source;  // source of the whole file; for a member, source of its archive
+  std::optional<shm::SectionSource> section;  // section of the archive that contains this member
   std::optional<shm::ArchiveReader> archive;
   shm::ReadLimits limits;
   bool damaged = false;
@@ -55,7 +57,7 @@ struct shmf_file {
   std::optional<std::vector<shm::Extra>> extras;
   std::optional<std::vector<shm::MeshSet>> sets;
   shmf::Piece piece;
-  mutable std::atomic<bool> busy = false;  // a call is active
+  mutable std::atomic<bool> busy = false;  // true while a call is active
 
   shm::RandomSource& bytes() {
     return section ? static_cast<shm::RandomSource&>(*section) : *source;
@@ -68,9 +70,9 @@ struct shmf_file {
 
 namespace shmf {
 
-/// Runs `call` as guarded() does, for a file with an open mesh. Errors get the name of the file. A
-/// second call for the same file, made from a callback or another thread while one is active, is
-/// misuse.
+/// Runs `call` as guarded() does, for a file with an open mesh. Errors contain the name of the
+/// file. A second call for the same file while another one is active, made from a callback or
+/// another thread, is misuse.
 template <class Call>
 shmf_status with_mesh(const shmf_file* file, shmf_error* error, Call&& call) noexcept {
   return guarded(error, [&]() -> shm::Result<void> {

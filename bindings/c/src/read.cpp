@@ -1,4 +1,4 @@
-// Selecting cells, and reading whole arrays in one pass.
+// Selects cells, and reads whole arrays in one pass.
 #include <algorithm>
 #include <map>
 #include <optional>
@@ -20,7 +20,8 @@ namespace {
 using shm::MeshBlock;
 using shm::Result;
 
-/// Returns the index in the piece of the element with this number in the file, if there is one.
+/// Returns the index in the piece of the element that has this number in the file, if the piece
+/// contains it.
 std::optional<std::uint64_t> position(const std::vector<std::uint64_t>& numbers, bool whole,
                                       std::uint64_t count, std::uint64_t number) {
   if (whole) return number < count ? std::optional(number) : std::nullopt;
@@ -29,10 +30,10 @@ std::optional<std::uint64_t> position(const std::vector<std::uint64_t>& numbers,
   return static_cast<std::uint64_t>(found - numbers.begin());
 }
 
-/// One pass over the mesh, which fills the targets for vertices, cells and static arrays.
+/// Passes once over the mesh and fills the targets for vertices, cells and static arrays.
 class MeshPass {
  public:
-  /// All arguments are borrowed. `keep_blocks`: cell_blocks() will be needed.
+  /// All arguments are borrowed. `keep_blocks`: true if cell_blocks() will be needed.
   MeshPass(shmf_file& file, std::span<Target> targets, bool coordinates, bool keep_blocks);
   Result<void> run(Watch& watch, double all, const shm::ReadOptions& options);
 
@@ -40,8 +41,8 @@ class MeshPass {
   const std::vector<std::uint32_t>& cell_blocks() const { return cell_blocks_; }
 
  private:
-  /// A target, the number of elements filled, and for static cell arrays the number of elements
-  /// taken from the current block.
+  /// A target, the number of its elements filled so far, and for static cell arrays the number of
+  /// elements used from the current block.
   struct Filled {
     Target* target;
     std::uint64_t count = 0;
@@ -53,7 +54,7 @@ class MeshPass {
   }
   Result<void> take_vertices(const MeshBlock& block);
   Result<void> take_cells(const MeshBlock& block);
-  /// Appends cells `first` to `end` - 1 of a block as the next cells.
+  /// Appends cells `first` to `end` - 1 of a block to the targets.
   Result<void> append(const MeshBlock& block, std::size_t first, std::size_t end,
                       std::span<Filled> cells);
   Result<void> append_corners(const MeshBlock& block, std::size_t first, std::size_t end,
@@ -62,8 +63,8 @@ class MeshPass {
                              Filled& filled);
   Result<void> append_waiting();
   MeshBlock alone(const MeshBlock& block, std::size_t cell);
-  /// Returns true if `cell` of a block is the cell that belongs `ahead` places after the next
-  /// missing cell.
+  /// Returns true if `cell` of a block must be appended `ahead` places after the next cell to be
+  /// appended.
   bool follows(const MeshBlock& block, std::size_t cell, std::size_t ahead) const {
     const std::uint64_t next = next_cell_ + ahead;
     if (next >= piece().cell_count) return false;
@@ -75,12 +76,13 @@ class MeshPass {
   shmf_file* file_;
   bool coordinates_, keep_blocks_;
   std::vector<Filled> vertices_, cells_;
-  std::vector<std::uint32_t> arrays_;  // requested static arrays
+  std::vector<std::uint32_t> arrays_;  // static arrays to be read
   std::vector<std::uint8_t> types_;    // VTK's type per block; 0: depends on the nodes of each cell
-  std::vector<std::uint64_t> places_;  // places of the vertices of a block
+  std::vector<std::uint64_t> places_;  // for each vertex of a block: its position in the piece
   std::uint64_t vertices_done_ = 0, next_cell_ = 0, next_corner_ = 0;
   std::vector<std::uint32_t> cell_blocks_;
-  std::map<std::uint64_t, MeshBlock> waiting_;  // cells that arrived too early, by number
+  std::map<std::uint64_t, MeshBlock>
+      waiting_;  // cells that arrived before their predecessors, by number
 };
 
 MeshPass::MeshPass(shmf_file& file, std::span<Target> targets, bool coordinates, bool keep_blocks)
@@ -115,12 +117,12 @@ Result<void> MeshPass::run(Watch& watch, double all, const shm::ReadOptions& opt
   }
   if (vertices_done_ != piece().vertex_count || next_cell_ != piece().cell_count ||
       next_corner_ != piece().corner_count)
-    return corrupt("counts more elements than the file has", "index");
+    return corrupt("the index counts more elements than the file contains", "index");
   for (Filled& filled : cells_) {
     if (filled.target->what() == SHMF_CORNER_BEGIN)
       filled.target->put_number(next_cell_, next_corner_);
     if (filled.target->what() == SHMF_VALUES && filled.count != filled.target->elements())
-      return corrupt("counts more cells of a block than there are", "index");
+      return corrupt("the index counts more cells of a block than the file contains", "index");
   }
   return {};
 }
@@ -128,7 +130,7 @@ Result<void> MeshPass::run(Watch& watch, double all, const shm::ReadOptions& opt
 Result<void> MeshPass::take_vertices(const MeshBlock& block) {
   const std::size_t count = block.vertex_count();
   if (count > piece().vertex_count - vertices_done_)
-    return corrupt("counts fewer vertices than there are", "index");
+    return corrupt("the index counts fewer vertices than the file contains", "index");
   vertices_done_ += count;
   if (vertices_.empty()) return {};
   places_.resize(count);
@@ -136,7 +138,7 @@ Result<void> MeshPass::take_vertices(const MeshBlock& block) {
     const auto place =
         position(piece().vertices, piece().whole, piece().vertex_count, block.vertex_numbers[v]);
     if (!place)
-      return corrupt("has vertex " + std::to_string(block.vertex_numbers[v]) +
+      return corrupt("there is a vertex " + std::to_string(block.vertex_numbers[v]) +
                          ", the number of vertices is " + std::to_string(piece().vertex_count),
                      "mesh");
     places_[v] = *place;
@@ -149,7 +151,7 @@ Result<void> MeshPass::take_vertices(const MeshBlock& block) {
       continue;
     }
     const auto& values = target.what() == SHMF_POINTS ? block.xyz : block.arrays[target.array()];
-    for (std::size_t v = 0; v < count;) {  // runs of consecutive places
+    for (std::size_t v = 0; v < count;) {  // for each run of consecutive positions
       std::size_t end = v + 1;
       while (end < count && places_[end] == places_[v] + (end - v)) ++end;
       target.put_values(places_[v], values.data() + v * target.stride(), end - v);
@@ -171,16 +173,16 @@ Result<void> MeshPass::take_cells(const MeshBlock& block) {
       continue;
     }
     if (waiting_.size() >= piece().cell_count - next_cell_)
-      return corrupt("counts fewer cells than there are", "index");
+      return corrupt("the index counts fewer cells than the file contains", "index");
     const std::uint64_t number = block.cell_numbers[cell];
     if (!waiting_.try_emplace(number, alone(block, cell)).second)
-      return corrupt("has cell " + std::to_string(number) + " twice", "mesh");
+      return corrupt("cell " + std::to_string(number) + " occurs twice", "mesh");
     ++cell;
   }
   return {};
 }
 
-/// Copies one cell, with the requested values, to a block of its own.
+/// Returns a block that contains only this cell, with the requested values.
 MeshBlock MeshPass::alone(const MeshBlock& block, std::size_t cell) {
   MeshBlock own;
   const auto corner = [&](std::size_t i) {
@@ -204,7 +206,7 @@ Result<void> MeshPass::append_waiting() {
   while (!waiting_.empty()) {
     const MeshBlock& next = waiting_.begin()->second;
     if (!follows(next, 0, 0)) break;
-    std::vector<Filled> cells = cells_;  // counts from 0 in the cell's own block
+    std::vector<Filled> cells = cells_;  // counts elements from 0 in the block of the single cell
     for (Filled& filled : cells) filled.taken = 0;
     if (auto status = append(next, 0, 1, cells); !status) return status;
     for (std::size_t i = 0; i < cells.size(); ++i) cells_[i].count = cells[i].count;
@@ -217,7 +219,7 @@ Result<void> MeshPass::append(const MeshBlock& block, std::size_t first, std::si
                               std::span<Filled> cells) {
   const std::uint64_t corners = block.corner_begin[end] - block.corner_begin[first];
   if (corners > piece().corner_count - next_corner_)
-    return corrupt("counts fewer corners than there are", "index");
+    return corrupt("the index counts fewer corners than the file contains", "index");
   for (Filled& filled : cells) {
     Target& target = *filled.target;
     switch (target.what()) {
@@ -274,25 +276,26 @@ Result<void> MeshPass::append_corners(const MeshBlock& block, std::size_t first,
   for (const std::uint64_t corner : corners) {
     const auto place = position(piece().vertices, piece().whole, piece().vertex_count, corner);
     if (!place)
-      return corrupt("uses vertex " + std::to_string(corner) + ", which does not exist", "mesh");
+      return corrupt("a cell uses vertex " + std::to_string(corner) + ", which does not exist",
+                     "mesh");
     target.put_number(next++, *place);
   }
   return {};
 }
 
-/// The index may give wrong counts of cells per block; the target has exactly the size that follows
-/// from the index.
+/// The cell counts per block may be wrong in the index, but the size of the target is computed from
+/// them. Therefore the number of elements is checked.
 Result<void> MeshPass::append_values(const MeshBlock& block, std::size_t first, std::size_t end,
                                      Filled& filled) {
   Target& target = *filled.target;
   const std::byte* values = block.arrays[target.array()].data();
-  for (std::size_t c = first; c < end;) {  // runs of cells with, or without, values
+  for (std::size_t c = first; c < end;) {  // for each run of cells with values, or without values
     const bool has = covers(filled, block.cell_blocks[c]);
     std::size_t run_end = c + 1;
     while (run_end < end && covers(filled, block.cell_blocks[run_end]) == has) ++run_end;
     const std::size_t count = run_end - c;
     if ((has || target.fills()) && count > target.elements() - filled.count)
-      return corrupt("counts fewer cells of a block than there are", "index");
+      return corrupt("the index counts fewer cells of a block than the file contains", "index");
     if (has) {
       target.put_values(filled.count, values + filled.taken * target.stride(), count);
       filled.taken += count;
@@ -308,11 +311,12 @@ Result<void> MeshPass::append_values(const MeshBlock& block, std::size_t first, 
 /// Reads values of stepped arrays.
 class StepPass {
  public:
-  /// All arguments are borrowed. `cell_blocks`: block of each cell of the piece; needed for cell
-  /// arrays on some blocks only, unless they are filled up for all cells.
+  /// All arguments are borrowed. `cell_blocks`: block index of each cell of the piece. It is needed
+  /// only for cell arrays that do not cover all blocks, unless the target has an element for every
+  /// cell (SHMF_FILL).
   StepPass(shmf_file& file, std::span<Target> targets,
            const std::vector<std::uint32_t>& cell_blocks);
-  /// Number of elements of all targets together.
+  /// Returns the number of elements of all targets together.
   std::uint64_t elements() const;
   Result<void> run(Watch& watch, double done, double all);
 
@@ -325,8 +329,8 @@ class StepPass {
 
   shmf_file* file_;
   const std::vector<std::uint32_t>* cell_blocks_;
-  Wanted wanted_;                       // by array and step; ascending steps are fastest
-  std::vector<std::uint64_t> covered_;  // places of the cells that the current array covers
+  Wanted wanted_;                       // targets by array and step; ascending steps are fastest
+  std::vector<std::uint64_t> covered_;  // positions of the cells that the current array covers
   std::uint64_t placed_ = 0;
 };
 
@@ -381,7 +385,7 @@ Result<void> StepPass::read(std::uint32_t array, std::uint64_t step, std::span<T
   const std::uint64_t expected =
       of_points ? piece.vertex_count : covered_cells(file_->schema(), array, piece.block_cells);
   if (placed_ < expected && !file_->damaged)
-    return corrupt("has values of " + std::to_string(placed_) + " elements, expected " +
+    return corrupt("there are values of " + std::to_string(placed_) + " elements, expected " +
                        std::to_string(expected),
                    "step values");
   return {};
@@ -390,7 +394,7 @@ Result<void> StepPass::read(std::uint32_t array, std::uint64_t step, std::span<T
 Result<void> StepPass::place(const shm::StepValues& values, std::span<Target*> targets) {
   const std::size_t count = values.numbers.size();
   for (Target* target : targets) {
-    for (std::size_t i = 0; i < count;) {  // runs of consecutive places
+    for (std::size_t i = 0; i < count;) {  // for each run of consecutive positions
       const auto first = place_of(*target, values.numbers[i]);
       if (!first) return first.error();
       std::size_t end = i + 1;
@@ -420,14 +424,15 @@ Result<std::uint64_t> StepPass::place_of(const Target& target, std::uint64_t num
                 : std::nullopt;
   }
   if (!place || *place >= target.elements())
-    return corrupt("has a value of element " + std::to_string(number) + ", which does not exist",
-                   "step values");
+    return corrupt(
+        "there is a value of element " + std::to_string(number) + ", which does not exist",
+        "step values");
   return *place;
 }
 
 Result<void> read_targets(shmf_file& file, std::span<Target> targets, const shmf_run_options& run) {
-  // The mesh is needed for its own targets, for a selection, and to know which cells have values of
-  // an array that does not cover all blocks.
+  // The mesh is read for targets of the mesh itself, for a selection, and to find the cells that
+  // have values of an array that does not cover all blocks.
   bool mesh = false, stepped = false, stepped_points = false, blocks = false;
   for (const Target& target : targets) {
     if (!target.wanted()) continue;
@@ -437,7 +442,8 @@ Result<void> read_targets(shmf_file& file, std::span<Target> targets, const shmf
     mesh = mesh || !target.is_stepped();
   }
   mesh = mesh || blocks || (stepped && !file.piece.whole);
-  // Coordinates locate the segments that own the vertices, which have their step values.
+  // Step values of a vertex are in the segment that owns it. Coordinates are needed to find these
+  // segments.
   MeshPass mesh_pass(file, targets, stepped_points && !file.piece.whole, blocks);
   StepPass step_pass(file, targets, mesh_pass.cell_blocks());
   const double in_mesh =
@@ -484,8 +490,8 @@ Result<shm::CellSelection> selection_of(const shmf_selection* selection) {
   return cells;
 }
 
-/// Counts the elements of the piece by decoding its cells, if the index does not have the counts or
-/// does not have to be right.
+/// Counts the elements of the piece by decoding its cells, if the index does not contain the counts
+/// or may be wrong.
 Result<void> count_by_decoding(shmf_file& file, const shmf_run_options& run) {
   Piece& piece = file.piece;
   shm::ExtractRequest request;
@@ -535,7 +541,7 @@ shm::Result<void> shmf_file::count_piece(const shmf_run_options& run) {
       if (__builtin_mul_overflow(piece.block_cells[b], std::uint64_t{blocks[b].nodes_per_cell},
                                  &corners) ||
           __builtin_add_overflow(piece.corner_count, corners, &piece.corner_count))
-        return shmf::corrupt("counts more cells than a mesh can have", "index");
+        return shmf::corrupt("the index counts more cells than a mesh can have", "index");
     }
   }
   piece.counted = true;
@@ -584,7 +590,7 @@ shmf_status shmf_read(shmf_file* file, shmf_target* targets, size_t count,
     if (!watched) return watched.error();
     if (auto status = file->count_piece(shmf_run_options{}); !status) return status;
     std::vector<shmf::Target> own;
-    std::optional<shm::Error> first;  // returned after the loop, which sets `used` of all targets
+    std::optional<shm::Error> first;  // returned after the loop, since the loop sets all `used`
     for (std::size_t i = 0; i < count; ++i) {
       auto target = shmf::Target::of(*shmf::at(targets, i), i, *file);
       if (target)

@@ -1,4 +1,4 @@
-// Structs of the interface begin with their size, since a caller may have been compiled with a
+// Structs of the interface begin with their size, since the caller may have been compiled with a
 // header that has fewer or more members.
 #pragma once
 
@@ -13,8 +13,8 @@
 
 namespace shmf {
 
-/// Copies the caller's struct; members that it does not have become 0. `name` is used in error
-/// messages.
+/// Copies the caller's struct; members that the struct does not have become 0. `name` is used in
+/// error messages.
 template <class Struct>
 shm::Result<Struct> taken(const Struct* from, const char* name) {
   static_assert(std::is_trivially_copyable_v<Struct>);
@@ -27,7 +27,8 @@ shm::Result<Struct> taken(const Struct* from, const char* name) {
   return own;
 }
 
-/// The same for an optional struct; all members are 0 if it is missing.
+/// Copies an optional struct of the caller, as taken() does; all members are 0 if the pointer is
+/// null.
 template <class Struct>
 shm::Result<Struct> taken_or_default(const Struct* from, const char* name) {
   if (from != nullptr) return taken(from, name);
@@ -36,7 +37,7 @@ shm::Result<Struct> taken_or_default(const Struct* from, const char* name) {
   return own;
 }
 
-/// Fills the members that the caller's struct has.
+/// Copies `value` to the caller's struct, except for members that this struct does not have.
 template <class Struct>
 shm::Result<void> give(Struct* to, Struct value, const char* name) {
   static_assert(std::is_trivially_copyable_v<Struct>);
@@ -48,7 +49,8 @@ shm::Result<void> give(Struct* to, Struct value, const char* name) {
   return {};
 }
 
-/// Returns element `i` of an array of structs whose size the first one gives.
+/// Returns element `i` of an array of structs. The struct_size of the first element is the size of
+/// each element.
 template <class Struct>
 Struct* at(Struct* first, std::size_t i) {
   using Byte = std::conditional_t<std::is_const_v<Struct>, const std::byte, std::byte>;

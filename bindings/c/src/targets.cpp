@@ -17,7 +17,7 @@ bool is_number(std::int32_t type) {
   return type == SHMF_INT32 || type == SHMF_UINT32 || type == SHMF_INT64 || type == SHMF_UINT64;
 }
 
-/// Returns the bound below which all numbers of this type are.
+/// Returns the largest number of this type, plus 1.
 std::uint64_t end_of_numbers(std::int32_t type) {
   switch (type) {
     case SHMF_INT32: return std::uint64_t{1} << 31;
@@ -68,16 +68,18 @@ Result<Target> Target::of(shmf_target& target, std::size_t number, const shmf_fi
         name);
   if (made.wanted() &&
       reinterpret_cast<std::uintptr_t>(made.data_) % shm::scalar_bytes(made.to_) != 0)
-    return misuse("its memory is not aligned for its type", name);
+    return misuse("the memory of the target is not aligned for its type", name);
   return made;
 }
 
-/// Finds the number of elements in the piece, and checks that the type can hold the values.
+/// Determines the number of elements in the piece, and checks that the type can represent the
+/// values.
 Result<void> Target::fit(const shmf_target& own, const shmf_file& file) {
   const Piece& piece = file.piece;
   const auto numbers = [&](std::uint64_t count, std::uint64_t end) -> Result<void> {
-    if (!is_number(own.type)) return misuse("numbers are integers of 32 or 64 bits");
-    if (end > end_of_numbers(own.type)) return misuse("the numbers need a type of 64 bits");
+    if (!is_number(own.type))
+      return misuse("vertex and cell numbers must be integers of 32 or 64 bits");
+    if (end > end_of_numbers(own.type)) return misuse("the numbers do not fit into 32 bits");
     elements_ = count;
     wide_ = shm::scalar_bytes(to_) == 8;
     return {};
@@ -118,7 +120,8 @@ Result<void> Target::fit_values(const shmf_target& own, const shmf_file& file) {
   step_ = own.step;
   from_ = info_->type;
   components_ = info_->components;
-  if (!info_->per_step && step_ != 0) return misuse("a step of an array that is not per step");
+  if (!info_->per_step && step_ != 0)
+    return misuse("the array is not per step, so the step must be 0");
   if (to_ != from_ && !(from_ == ScalarType::float64 && to_ == ScalarType::float32))
     return misuse("the array has another type, " + std::string(shm::scalar_name(from_)));
   const bool of_points = info_->location == shm::Location::point;

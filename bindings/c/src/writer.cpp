@@ -1,4 +1,4 @@
-// Writing: the schema, vertices and cells, then steps, extras and sets.
+// Writes files: the schema, vertices and cells, then steps, extras and sets.
 #include <array>
 #include <memory>
 #include <optional>
@@ -36,8 +36,8 @@ std::size_t stride_of(const shm::ArrayInfo& info) {
   return shm::scalar_bytes(info.type) * info.components;
 }
 
-/// Replaces the file that is still being read, and closes it first, since not all systems can
-/// replace an open file. Nothing reads the old file after commit().
+/// Replaces the file that is still being read. It is closed first, since not all systems can
+/// replace an open file. The old file is not read after commit().
 class SuccessorSink final : public shm::ByteSink {
  public:
   SuccessorSink(std::unique_ptr<shm::ByteSink> sink, std::unique_ptr<shm::FileRandomSource>& old)
@@ -65,19 +65,19 @@ struct shmf_writer {
   std::unique_ptr<shm::ByteSink> sink;
   std::string name;  // for messages; may be empty
   shm::RecordedOrder order;
-  std::optional<shm::Writer> writer;  // once the schema is complete
-  // Or, to append steps to an existing file:
+  std::optional<shm::Writer> writer;  // exists once the schema is complete
+  // Used instead of `writer` to append steps to an existing file:
   std::unique_ptr<shm::FileRandomSource> old;
   std::optional<shm::Appender> appender;
   shmf::Stage stage = shmf::Stage::schema;
-  bool keeps_blocks = false;               // a stepped array covers some blocks only
-  std::vector<std::uint32_t> cell_blocks;  // needed if keeps_blocks
+  bool keeps_blocks = false;               // true: a stepped array covers only some blocks
+  std::vector<std::uint32_t> cell_blocks;  // block index of each cell; filled if keeps_blocks
   bool has_sets = false;
-  /// Elements of the array written last, in coding order.
+  /// Elements of the most recently written array, in coding order.
   std::optional<std::uint32_t> ordered_array;
   std::vector<std::uint64_t> coded_elements;
   std::optional<shm::Error> failed;
-  bool ran_out = false;  // an earlier call ran out of memory
+  bool ran_out = false;  // true: an earlier call ran out of memory
 
   shm::Result<void> begin_mesh();
   shm::Result<void> end_mesh();
@@ -90,7 +90,7 @@ struct shmf_writer {
   }
   shm::Result<void> add_extra(shm::Extra extra);
   shm::Result<void> read_order();
-  /// Returns the size in bytes of an element's values in static arrays, packed.
+  /// Returns the size in bytes of one element's values in all static arrays, packed.
   std::size_t element_bytes(shm::Location location, std::uint32_t block) const;
 };
 
@@ -98,7 +98,7 @@ using shm::Result;
 using shmf::misuse;
 using shmf::Stage;
 
-/// Creates the writer; the schema is complete now.
+/// Creates the writer when the schema is complete.
 Result<void> shmf_writer::begin_mesh() {
   if (stage == Stage::mesh) return {};
   if (stage != Stage::schema) return misuse("the mesh has ended");
@@ -135,7 +135,7 @@ std::size_t shmf_writer::element_bytes(shm::Location location, std::uint32_t blo
   return bytes;
 }
 
-/// Writes values in coding order, a part at a time.
+/// Writes values in coding order, part by part.
 Result<void> shmf_writer::add_values(std::uint32_t array, std::uint64_t step,
                                      std::span<const std::byte> values) {
   if (array >= schema.arrays.size()) return misuse("no array " + std::to_string(array));
@@ -162,12 +162,12 @@ Result<void> shmf_writer::add_values(std::uint32_t array, std::uint64_t step,
     if (auto status = add_coded_values(array, step, some); !status) return status;
     some.clear();
   }
-  // An array without elements is reported to the writer, too.
+  // The writer must also receive the (empty) values of an array without elements.
   return coded_elements.empty() ? add_coded_values(array, step, {}) : Result<void>();
 }
 
-/// Adds an extra. References use the caller's numbers; when appending, the numbers that readers
-/// see.
+/// Adds an extra. Its references use the caller's numbers, or, when steps are appended, the numbers
+/// that readers see.
 Result<void> shmf_writer::add_extra(shm::Extra extra) {
   if (appender) return appender->add_extra(extra);
   if (schema.order != shm::Order::keep)
@@ -175,7 +175,7 @@ Result<void> shmf_writer::add_extra(shm::Extra extra) {
   return writer->add_extra(extra);
 }
 
-/// Reads the coding order of the old file, and the block of each cell.
+/// Reads the coding order and the block of each cell of the old file.
 Result<void> shmf_writer::read_order() {
   auto mesh = appender->without_steps();
   if (!mesh) return mesh.error();
@@ -198,7 +198,7 @@ Result<void> shmf_writer::read_order() {
   cell_blocks.resize(coded_blocks.size());
   for (std::size_t i = 0; i < coded_blocks.size(); ++i) {
     if (order.cells[i] >= coded_blocks.size())
-      return shmf::corrupt("has cell " + std::to_string(order.cells[i]) +
+      return shmf::corrupt("there is a cell " + std::to_string(order.cells[i]) +
                                ", the number of cells is " + std::to_string(coded_blocks.size()),
                            "mesh");
     cell_blocks[static_cast<std::size_t>(order.cells[i])] = coded_blocks[i];
@@ -209,7 +209,8 @@ Result<void> shmf_writer::read_order() {
 namespace shmf {
 namespace {
 
-/// Runs `call` as guarded() does. After the first failure of a writer all calls fail with it.
+/// Runs `call` as guarded() does. After the first failure of a writer all calls fail with the same
+/// error.
 template <class Call>
 shmf_status with_writer(shmf_writer* writer, shmf_error* error, Call&& call) noexcept {
   return guarded(error, [&]() -> Result<void> {
@@ -264,13 +265,13 @@ Result<std::unique_ptr<shmf_writer>> writer_with(const shmf_write_options& optio
   return made;
 }
 
-/// Makes a writer, lets `open(writer, options)` open its sink, and gives it to the caller, or null
+/// Makes a writer, lets `open(writer, options)` open its sink, and returns it in *writer, or null
 /// on failure.
 template <class Open>
 shmf_status give_writer(const shmf_write_options* options, shmf_writer** writer, shmf_error* error,
                         Open&& open) noexcept {
   return guarded(error, [&]() -> Result<void> {
-    if (writer == nullptr) return misuse("nowhere to put the handle");
+    if (writer == nullptr) return misuse("the pointer for the handle is NULL");
     *writer = nullptr;
     const auto own = taken_or_default(options, "options");
     if (!own) return own.error();
@@ -285,17 +286,17 @@ shmf_status give_writer(const shmf_write_options* options, shmf_writer** writer,
 Result<shm::NumberSpan> numbers_of(const shmf_target& from) {
   const std::size_t width = shmf_type_bytes(from.type);
   const bool is_number = from.type >= SHMF_INT32 && from.type <= SHMF_UINT64;
-  if (!is_number) return misuse("numbers are integers of 32 or 64 bits");
+  if (!is_number) return misuse("vertex numbers must be integers of 32 or 64 bits");
   if (reinterpret_cast<std::uintptr_t>(from.data) % width != 0)
-    return misuse("its memory is not aligned for its type");
+    return misuse("the memory of the array is not aligned for its type");
   const auto count = static_cast<std::size_t>(from.bytes / width);
-  // A negative number becomes one that no mesh has.
+  // A negative number becomes a large number that no mesh has.
   if (width == 4)
     return shm::NumberSpan(std::span(static_cast<const std::uint32_t*>(from.data), count));
   return shm::NumberSpan(std::span(static_cast<const std::uint64_t*>(from.data), count));
 }
 
-/// Collects a whole mesh from arrays of the caller.
+/// Collects the arrays of the caller that form a whole mesh.
 class ArraysOfCaller {
  public:
   explicit ArraysOfCaller(const shm::Schema& schema) : schema_(&schema) {
@@ -332,7 +333,7 @@ Result<void> ArraysOfCaller::take(const shmf_target& from) {
       if (from.type != SHMF_INT32 && from.type != SHMF_UINT32)
         return misuse("blocks are integers of 32 bits");
       if (reinterpret_cast<std::uintptr_t>(from.data) % sizeof(std::uint32_t) != 0)
-        return misuse("its memory is not aligned for its type");
+        return misuse("the memory of the array is not aligned for its type");
       mesh_.cell_blocks = std::span(static_cast<const std::uint32_t*>(from.data),
                                     static_cast<std::size_t>(from.bytes / sizeof(std::uint32_t)));
       return {};
@@ -353,7 +354,7 @@ Result<void> ArraysOfCaller::take_values(const shmf_target& from) {
   return {};
 }
 
-/// Derives the number of cells and returns the mesh.
+/// Computes the number of cells and returns the mesh.
 Result<const shm::MeshArrays*> ArraysOfCaller::finish() {
   if (!mesh_.corner_begin.empty()) {
     mesh_.cells = mesh_.corner_begin.size() - 1;

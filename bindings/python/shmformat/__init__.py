@@ -4,14 +4,14 @@
 
     with shmformat.open("run.shm") as mesh:
         mesh.points                      # float64 or float32, (vertices, 3)
-        mesh.cells.connectivity          # vertex numbers, cell after cell, as VTK has them
-        mesh.point_data["u"][4]          # an array at time step 4; decoded on access
+        mesh.cells.connectivity          # vertex numbers, cell after cell, in VTK's order
+        mesh.point_data["u"][4]          # the array "u" at time step 4; decoded on access
         part = mesh.select(box=(0, 0, 0, 1, 1, 1))
         mesh.boundary(cell_data=["p"], step=4)  # the faces that belong to exactly one cell
 
     shmformat.write("cube.shm", points, hexahedra)
 
-All arrays are NumPy arrays, which the library fills directly; meanwhile other Python threads can run.
+All arrays are NumPy arrays. The library fills them directly, while other Python threads can run.
 Failures raise Error, with a code, a section and an offset.
 """
 from ._library import Error, library_version

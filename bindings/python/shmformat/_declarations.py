@@ -23,7 +23,7 @@ def declarations(header: Path) -> str:
 
 
 def write_table(header: Path, module: Path) -> None:
-    """Writes a module that defines `ffi`."""
+    """Writes a Python module that defines `ffi`, with the declarations of the header."""
     parser = cffi.FFI()
     parser.cdef(declarations(header))
     parser.set_source(f"shmformat.{module.stem}", None)
@@ -32,7 +32,7 @@ def write_table(header: Path, module: Path) -> None:
 
 
 def table_of(header: Path) -> Any:
-    """Returns the `ffi` of such a module, for use without a written module."""
+    """Returns the `ffi` of the module that write_table() would write, without keeping the module."""
     names: dict[str, Any] = {}
     with tempfile.TemporaryDirectory() as folder:
         module = Path(folder) / "_table.py"

@@ -1,8 +1,9 @@
-"""The C library, loaded through its own header: cffi parses it, so no compiler and no Python version is involved.
+"""Loads the C library with cffi. cffi parses the C header, so the package needs no compiler and works with every
+Python version.
 
 The library is the file named by SHMFORMAT_LIBRARY; otherwise libshmformat_c.so.1 next to this module;
-otherwise the one found by the loader. The header was parsed when the package was built; in the source tree it
-is parsed now.
+otherwise the library found by the loader. The header is parsed when the package is built, or, in the source tree,
+when this module is imported.
 """
 from __future__ import annotations
 
@@ -36,7 +37,7 @@ def _loaded() -> Any:
     try:
         return ffi.dlopen(path)
     except OSError as why:
-        raise ImportError(f"{path} cannot be loaded: {why}. SHMFORMAT_LIBRARY may name the library.") from why
+        raise ImportError(f"{path} cannot be loaded: {why}. SHMFORMAT_LIBRARY can be set to its path.") from why
 
 
 ffi = _interface()
@@ -48,12 +49,11 @@ def library_version() -> str:
 
 
 class Error(Exception):
-    """Why a call failed.
+    """The failure of a call.
 
-    code: a word: "io", "truncated", "corrupt", "unsupported", "over limit", "misuse", "output", "no memory"
-          or "cancelled".
+    code: "io", "truncated", "corrupt", "unsupported", "over limit", "misuse", "output", "no memory" or "cancelled".
     section: the part of the file, or "".
-    offset: bytes from the start of the file, or None.
+    offset: byte offset in the file, or None.
     detail: one sentence, without file and place; str() returns the whole message.
     """
 
@@ -78,21 +78,22 @@ def encoded(name: str | os.PathLike[str]) -> bytes:
 
 
 def raise_with(why: Error, raised: BaseException | None) -> NoReturn:
-    """Raises `why`, caused by the exception of a callback; re-raises that one if it is to end the program."""
+    """Raises `why`, with the exception `raised` of a callback as its cause. An exception that ends the program, such
+    as KeyboardInterrupt, is raised itself."""
     if raised is not None and not isinstance(raised, Exception):
         raise raised
     raise why from raised
 
 
 def struct(name: str) -> Any:
-    """Returns a new struct of the interface with its struct_size set."""
+    """Returns a new struct of the C interface with its struct_size set."""
     made = ffi.new(f"shmf_{name}*")
     made.struct_size = ffi.sizeof(f"shmf_{name}")
     return made
 
 
 def check(call: Any, *arguments: Any) -> None:
-    """Calls a function of the interface, whose last argument is the error, and raises its failure."""
+    """Calls a function of the C interface, whose last argument is the error, and raises an exception if it fails."""
     why = ffi.new("shmf_error*")
     status = call(*arguments, why)
     if status == lib.SHMF_OK:
@@ -114,12 +115,12 @@ SHAPES = ("other", "vertex", "line", "triangle", "quad", "polygon", "tetrahedron
           "hexahedron", "polyhedron", "faces")
 
 
-# Cells with a fixed number of nodes that have a VTK type.
+# Shape and number of nodes of the cells that have a VTK type and a fixed number of nodes.
 KINDS = (("vertex", 1), ("line", 2), ("line", 3), ("line", 4), ("triangle", 3), ("triangle", 6), ("triangle", 7), ("quad", 4),
          ("quad", 8), ("quad", 9), ("tetrahedron", 4), ("tetrahedron", 10), ("pyramid", 5), ("pyramid", 13), ("pyramid", 19),
          ("wedge", 6), ("wedge", 15), ("wedge", 18), ("hexahedron", 8), ("hexahedron", 20), ("hexahedron", 24),
          ("hexahedron", 27))
-POLYGON, CONVEX_POINT_SET, POLYHEDRON = 7, 41, 42  # VTK's types with any number of nodes
+POLYGON, CONVEX_POINT_SET, POLYHEDRON = 7, 41, 42  # VTK's cell types with any number of nodes
 
 
 def vtk_type(shape: str, nodes: int) -> int:
@@ -127,7 +128,7 @@ def vtk_type(shape: str, nodes: int) -> int:
 
 
 def copied(data: Any, shape: int | tuple[int, ...], dtype: Any) -> np.ndarray:
-    """Copies numbers of the library to a new NumPy array."""
+    """Copies numbers from memory of the library to a new NumPy array."""
     out = np.empty(shape, dtype)
     if out.size:
         ffi.memmove(ffi.from_buffer(out), data, out.nbytes)

@@ -1,4 +1,4 @@
-"""Reading: a mesh whose arrays are decoded on access."""
+"""Reads meshes; their arrays are decoded on access."""
 from __future__ import annotations
 
 import io
@@ -25,7 +25,7 @@ class Block:
     id: int
     name: str
     shape: str  # "hexahedron", ...
-    nodes_per_cell: int  # 0: varies from cell to cell
+    nodes_per_cell: int  # 0: differs from cell to cell
     cells: int
 
 
@@ -42,12 +42,12 @@ class Segment:
 
 @dataclass(frozen=True)
 class Set:
-    """A named set of vertices, sides or cells. Numbers are those of the whole mesh."""
+    """A named set of vertices, sides or cells. Its numbers refer to the whole mesh."""
     kind: str  # "node", "side" or "element"
     id: int
     name: str
     numbers: np.ndarray
-    sides: np.ndarray | None = None  # side sets: numbered from 1 as in Exodus
+    sides: np.ndarray | None = None  # side sets: the side of each cell, numbered from 1 as in Exodus
     blocks: np.ndarray | None = None  # element sets: all cells of these blocks belong to the set too
     factors: np.ndarray | None = None  # distribution factors, unless all are 1
 
@@ -118,7 +118,7 @@ class _Array:
 
 
 class Steps(Mapping):
-    """An array at time steps: steps[4] is decoded on access."""
+    """The values of an array by time step: steps[4] is decoded on access."""
 
     def __init__(self, mesh: Mesh, array: int):
         self._mesh, self._array = mesh, array
@@ -140,7 +140,8 @@ class Steps(Mapping):
 
 
 class Data(Mapping):
-    """Arrays by name: an ndarray, or Steps if the array has time steps. If several arrays share a name, the first one."""
+    """The arrays by name, each an ndarray, or Steps if it has time steps. Of several arrays with the same name, only
+    the first one is accessible."""
 
     def __init__(self, mesh: Mesh, location: int):
         self._mesh = mesh
@@ -174,14 +175,14 @@ class Data(Mapping):
 
 
 class _Handle:
-    """A shmf_file, and the objects that must live as long."""
+    """A shmf_file, and the objects that must live as long as the file."""
 
     def __init__(self, file: Any, *keep: Any):
         self.file = file
         self.keep = keep
         self.remote: Remote | None = None  # closed with the file
-        self.error: BaseException | None = None  # raised by a callback
-        self.origin = self  # the handle in which callbacks leave their exceptions
+        self.error: BaseException | None = None  # the exception raised by a callback
+        self.origin = self  # the handle in whose `error` callbacks store their exceptions
         self.selected: Any = None  # token of the Mesh whose cells are selected in the file
         self._calls = 0
 
@@ -245,7 +246,7 @@ def _opened(source: Source, wanted: Mapping[str, int | None]) -> _Handle:
 
 
 def _opened_object(source: BinaryIO, options: Any, file: Any) -> _Handle:
-    """Opens a seekable file object, which is borrowed."""
+    """Opens a seekable file object, which the caller must keep open."""
 
     def read_into(offset: int, into: memoryview) -> None:
         source.seek(offset)
@@ -261,7 +262,7 @@ def _opened_object(source: BinaryIO, options: Any, file: Any) -> _Handle:
 
 def _opened_ranges(size: int, read_into: Callable[[int, memoryview], None], source: Any, options: Any,
                    file: Any, tell: Callable[[Sequence[tuple[int, int]]], None] | None = None) -> _Handle:
-    """Opens a source that is read by the Python function read_into; its exceptions become the cause of the Error.
+    """Opens a source whose bytes the Python function read_into returns; its exceptions become the cause of the Error.
     tell, if given, is called with the ranges that will be read next, as (first byte, end)."""
     handle = _Handle(None)
 
@@ -305,8 +306,8 @@ def open(source: Source, *, damaged: bool = False, max_cells: int | None = None,
 
     Reads the end of the file, its index and its schema. With `damaged`, the intact parts of a damaged file can be
     read; lost values are NaN, or 0 for integers. An archive of several files is returned as an Archive. A file
-    with more than max_cells cells or max_vertices vertices raises Error "over limit", since a small file can
-    contain very many.
+    with more than max_cells cells or max_vertices vertices raises Error "over limit"; these limits protect against
+    small files with very many cells.
     """
     wanted = {"damaged": damaged, "max_cells": max_cells, "max_vertices": max_vertices}
     handle = _opened(source, wanted)
@@ -316,7 +317,7 @@ def open(source: Source, *, damaged: bool = False, max_cells: int | None = None,
 
 
 class Archive(Mapping):
-    """The files in an archive, by name; archive[name] opens one."""
+    """The files in an archive, by name; archive[name] opens one of them."""
 
     def __init__(self, handle: _Handle, members: int, wanted: Mapping[str, int | None]):
         self._handle, self._wanted = handle, wanted
@@ -350,10 +351,10 @@ class Archive(Mapping):
 
 
 class Mesh:
-    """A mesh in a file, or a selection of its cells. Arrays are decoded on access and belong to NumPy.
+    """A mesh in a file, or a selection of its cells. Arrays are decoded on access, into memory of NumPy.
 
     Use a mesh in one thread at a time. Meshes opened by separate calls of open() are independent; a result of select()
-    shares the file with its mesh and counts as the same mesh.
+    shares the file with its mesh, so only one thread may use the two.
     """
 
     def __init__(self, handle: _Handle, selection: Any = None, keep: Any = None):
@@ -425,7 +426,7 @@ class Mesh:
 
     @property
     def cell_data(self) -> Data:
-        """Cell arrays with one element per cell; NaN (integers: 0) if its block has no values."""
+        """Cell arrays with one element per cell: NaN (integers: 0) for cells of blocks without values."""
         return Data(self, lib.SHMF_CELL_DATA)
 
     @property
@@ -462,16 +463,16 @@ class Mesh:
                blocks: Sequence[int] | None = None, box: Sequence[float] | None = None) -> Mesh:
         """Returns the cells that meet all conditions, with their vertices, renumbered in their old order.
 
-        cells: (first, end) of a range of numbers. numbers: single cell numbers. blocks: indices into `blocks`.
-        box: smallest x y z, largest x y z; selects cells with a vertex in it. All of these refer to the whole file,
-        even if this mesh is a selection itself.
+        cells: (first, end) of a range of cell numbers. numbers: single cell numbers. blocks: indices into `blocks`.
+        box: smallest x y z, largest x y z; selects cells with a vertex in the box. All conditions refer to the whole
+        file, even if this mesh is a selection itself.
         """
         selection = struct("selection")
         keep = []
         if cells is not None:
             selection.first_cell, selection.end_cell = cells
             if tuple(cells) == (0, 0):
-                blocks = ()  # no cells; the library would take it as no condition
+                blocks = ()  # no cells; for the library, 0, 0 means no condition
         if blocks is not None:
             listed = sorted(set(blocks))
             keep.append(ffi.new("uint32_t[]", listed or [0]))
@@ -513,7 +514,7 @@ class Mesh:
 
     @property
     def points(self) -> np.ndarray:
-        """Coordinates, (vertices, 3), of the type in the file. They are read once."""
+        """Coordinates of all vertices, shape (vertices, 3), in the type of the file. They are read once."""
         if self._points is None:
             self._points = self.read(cells=False).points
         return self._points
@@ -528,13 +529,13 @@ class Mesh:
     def read(self, *, points: bool = True, cells: bool = True, point_data: Sequence[str] = (),
              cell_data: Sequence[str] = (), step: int | None = None, out: Mapping[str, np.ndarray] | None = None,
              progress: Callable[[float], Any] | None = None, threads: int = 1) -> Arrays:
-        """Reads several arrays in one pass over the file, which is faster than one after the other.
+        """Reads several arrays in one pass over the file, which is faster than reading them one after the other.
 
         step: time step of arrays that have steps. out: arrays to fill, by name: "points", "offsets", "connectivity",
         "types", "blocks", or the name of a point or cell array. They must be contiguous and have the right shape;
         points may be float32 or float64, offsets and connectivity integers of 32 or 64 bits.
-        progress: called regularly with the completed fraction, 0 to 1. threads: number of decoding threads; 0 is
-        one per core.
+        progress: called regularly with the completed fraction, 0 to 1. threads: number of decoding threads; 0: one
+        per core.
         """
         counts = self._count()
         left = dict(out or {})
@@ -575,10 +576,11 @@ class Mesh:
     def boundary(self, *, point_data: Sequence[str] = (), cell_data: Sequence[str] = (), step: int | None = None,
                  max_bytes: int = 0, progress: Callable[[float], Any] | None = None, threads: int = 1) -> Boundary:
         """Returns the boundary of the mesh or selection: the sides that belong to exactly one volume cell, and all
-        cells of lower dimension. Memory follows the active surface and the result; for a selection, its size.
+        cells of lower dimension. Memory grows with the active surface and the result; for a selection, with the size
+        of the selection.
 
         point_data, cell_data: arrays to transfer to the boundary. step: time step of arrays that have steps.
-        max_bytes: memory limit, 0 is 4 GiB. progress and threads: as for read().
+        max_bytes: memory limit; 0: 4 GiB. progress and threads: as for read().
         """
         names = [(self.point_data, name) for name in point_data] + [(self.cell_data, name) for name in cell_data]
         arrays = [data._arrays[name] for data, name in names]
@@ -645,7 +647,7 @@ class Mesh:
         return [into for _, into, _, _ in wanted]
 
     def verify(self, progress: Callable[[float], Any] | None = None, threads: int = 1) -> None:
-        """Decodes the whole file and discards the result; raises an Error if anything is wrong with it."""
+        """Decodes the whole file and discards the result; raises an Error if any part is invalid."""
         with _Run(progress, threads) as run:
             self._handle(lib.shmf_verify, run.options)
 

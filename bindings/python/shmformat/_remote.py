@@ -1,8 +1,8 @@
-"""Remote files: byte ranges of a URL, with a cache of recently fetched bytes.
+"""Reads byte ranges of remote files, with a cache of recently fetched bytes.
 
-The library announces the ranges that it will read: ranges less than 64 KB apart are fetched as one, and several in
-one request if the server supports that. fsspec, if installed, provides other protocols; http and https use Python's
-own client over one connection.
+The library announces the ranges that it will read. Ranges less than 64 KB apart are fetched as one range, and several
+ranges in one request if the server supports that. fsspec, if installed, provides other protocols; http and https use
+Python's own client over one connection.
 """
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from typing import Protocol
 
 from ._library import Error
 
-_NEAR = 1 << 16  # bytes; ranges less far apart are fetched as one
-_MOST_AT_ONCE = 16 << 20  # bytes of announced ranges per request
-_MOST_RANGES = 64  # per request
-_MOST_OF_HEADERS = 1 << 12  # bytes, per part of a response
-_MOST_KEPT = 64 << 20  # bytes in the cache
-_MOST_PIECES = 1 << 12  # in the cache
+_NEAR = 1 << 16  # bytes; ranges closer than this are fetched as one range
+_MOST_AT_ONCE = 16 << 20  # maximum bytes of announced ranges per request
+_MOST_RANGES = 64  # maximum number of ranges per request
+_MOST_OF_HEADERS = 1 << 12  # maximum bytes of headers per part of a response
+_MOST_KEPT = 64 << 20  # maximum bytes in the cache
+_MOST_PIECES = 1 << 12  # maximum number of pieces in the cache
 _MOST_REDIRECTS = 5
 
 Range = tuple[int, int]  # first byte, end
@@ -36,7 +36,7 @@ class Ranges(Protocol):
     size: int
 
     def fetch(self, ranges: Sequence[Range]) -> list[bytes]:
-        """Returns the bytes of each range; the ranges ascend and do not touch."""
+        """Returns the bytes of each range; the ranges are in ascending order with gaps between them."""
 
     def close(self) -> None: ...
 
@@ -47,7 +47,7 @@ class _Http:
     def __init__(self, url: str):
         self._url = self._first_url = url
         self._connection: http.client.HTTPConnection | None = None
-        self._version: str | None = None  # from the first response
+        self._version: str | None = None  # ETag or Last-Modified of the first response
         self._gives_many = True  # the server may support several ranges per request
         try:
             status, headers, self.tail = self._follow(f"bytes=-{_NEAR}")
@@ -61,7 +61,7 @@ class _Http:
 
     def _total(self, status: int, headers: http.client.HTTPMessage) -> int:
         if status == 200 and self.tail:
-            return len(self.tail)  # a small file, all of it
+            return len(self.tail)  # the response is a whole small file
         if status == 200:
             raise _error(self._url, "the server does not support byte ranges")
         found = re.fullmatch(r"bytes (\d+)-(\d+)/(\d+)", headers.get("Content-Range", ""))
@@ -86,7 +86,7 @@ class _Http:
         raise _error(self._url, "the server redirects without end")
 
     def _request(self, wanted: str, most: int = _NEAR) -> tuple[int, http.client.HTTPMessage, bytes]:
-        """most: number of bytes of a body to read; of a longer body, one more byte is read."""
+        """Sends a request. most: maximum number of bytes of the body; one more byte is read of a longer body."""
         parts = urllib.parse.urlsplit(self._url)
         if parts.scheme not in ("http", "https") or not parts.netloc:
             raise _error(self._url, "without fsspec only http and https can be read")
@@ -99,7 +99,7 @@ class _Http:
                 self._connection.request("GET", target, headers={"Range": wanted, "Accept-Encoding": "identity"})
                 answer = self._connection.getresponse()
                 if answer.status == 200 and int(answer.headers.get("Content-Length") or _NEAR + 1) > _NEAR:
-                    self.close()  # a large file, all of it
+                    self.close()  # the response is a whole large file
                     return answer.status, answer.headers, b""
                 body = answer.read(most + 1)
                 if len(body) > most:
@@ -148,7 +148,7 @@ class _Http:
         if status != 206 or headers.get_content_type() != "multipart/byteranges":
             return None
         bodies, position = [], 0
-        for first, end in ranges:  # per part: headers, an empty line, the bytes
+        for first, end in ranges:  # each part consists of headers, an empty line and the bytes
             begin = body.find(b"\r\n\r\n", position) + 4
             wanted = rb"(?i)content-range:\s*bytes %d-%d/%d\s" % (first, end - 1, self.size)
             if begin < 4 or not re.search(wanted, body[position:begin]) or len(body) - begin < end - first:
@@ -164,7 +164,7 @@ class _Http:
 
 
 class _Fsspec:
-    """A file of any protocol that fsspec knows."""
+    """A file of any protocol that fsspec supports."""
 
     tail = b""
 
@@ -188,12 +188,12 @@ class _Fsspec:
 
 
 class Remote:
-    """Random access to a remote file, with a cache of the bytes fetched last."""
+    """Random access to a remote file, with a cache of the most recently fetched bytes."""
 
     def __init__(self, ranges: Ranges, tail: bytes = b""):
         self._ranges = ranges
         self.size = ranges.size
-        self._kept: list[tuple[int, bytes]] = []  # first byte, and the bytes; the oldest first
+        self._kept: list[tuple[int, bytes]] = []  # offset and bytes of each piece; the oldest first
         self._kept_bytes = len(tail)
         self._told: list[Range] = []  # announced ranges, ascending and disjoint
         if tail:
@@ -226,7 +226,7 @@ class Remote:
         return None
 
     def _fetch(self, first: int, end: int) -> None:
-        """Fetches these bytes, together with announced ranges that follow them."""
+        """Fetches these bytes, together with announced ranges after them."""
         index = bisect_right(self._told, first, key=lambda told: told[0]) - 1
         told_end = self._told[index][1] if index >= 0 else 0
         ranges = [(first, max(end, min(told_end, first + _MOST_AT_ONCE)))]
@@ -238,7 +238,7 @@ class Remote:
             if room < 0 or told[0] <= ranges[-1][1] or len(ranges) == _MOST_RANGES:
                 break
             ranges.append(told)
-        if len(ranges) == 1:  # up to _NEAR bytes cost nothing extra
+        if len(ranges) == 1:  # a request of _NEAR bytes takes no longer than a smaller one
             ranges = [(first, max(ranges[0][1], min(first + _NEAR, self.size)))]
         bodies = self._ranges.fetch(ranges)
         self._kept += zip((begin for begin, _ in ranges), bodies)

@@ -1,6 +1,6 @@
-"""Sides of cells, numbered from 1 as in Exodus: the nodes of a cell that belong to each side.
+"""The nodes of each side of a cell. Sides are numbered from 1 as in Exodus.
 
-The tables are those of converters/sets/set_cells.cpp, which `shm extract --set` uses; a test compares the two.
+The tables are the same as in converters/sets/set_cells.cpp, which `shm extract --set` uses; a test compares them.
 """
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ._mesh import Cells, Mesh
 
 # Corners of each side by shape, numbered as in the Exodus manual.
 _SIDES: dict[str, tuple[tuple[int, ...], ...]] = {
-    # In three dimensions these are shells: front, back, then edges.
+    # In three-dimensional meshes triangles and quads are shells: front, back, then edges.
     "triangle": ((0, 1, 2), (0, 2, 1), (0, 1), (1, 2), (2, 0)),
     "quad": ((0, 1, 2, 3), (0, 3, 2, 1), (0, 1), (1, 2), (2, 3), (3, 0)),
     "tetrahedron": ((0, 1, 3), (1, 2, 3), (0, 3, 2), (0, 2, 1)),
@@ -23,7 +23,7 @@ _SIDES: dict[str, tuple[tuple[int, ...], ...]] = {
 }
 _CORNERS = {"triangle": 3, "quad": 4, "tetrahedron": 4, "pyramid": 5, "wedge": 6, "hexahedron": 8}
 
-# Second-order nodes follow the corners: first the middles of these edges, in VTK's order.
+# Second-order nodes come after the corners: first the middles of these edges, in VTK's order,
 _EDGES: dict[str, tuple[tuple[int, int], ...]] = {
     "triangle": ((0, 1), (1, 2), (2, 0)),
     "quad": ((0, 1), (1, 2), (2, 3), (3, 0)),
@@ -32,7 +32,7 @@ _EDGES: dict[str, tuple[tuple[int, int], ...]] = {
     "wedge": ((0, 1), (1, 2), (2, 0), (3, 4), (4, 5), (5, 3), (0, 3), (1, 4), (2, 5)),
     "hexahedron": ((0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)),
 }
-# Then the middles of these quads. Triangular sides are returned without a node in the middle.
+# then the middles of these quads. Triangular sides are returned without a node in the middle.
 _MIDDLES: dict[str, tuple[tuple[int, ...], ...]] = {
     "quad": ((0, 1, 2, 3),),
     "pyramid": ((0, 1, 2, 3),),
@@ -49,11 +49,11 @@ def is_flat(mesh: Mesh) -> bool:
 
 @lru_cache(maxsize=None)
 def side_of(shape: str, nodes: int, side: int, flat: bool) -> tuple[str, tuple[int, ...]]:
-    """Returns the shape of a side, and the indices of its nodes in the cell in VTK's order.
+    """Returns the shape of a side, and the indices of its nodes in the cell, in VTK's order.
 
-    An unknown side has no nodes.
+    For an unknown side the list of nodes is empty.
 
-    flat: the mesh is two-dimensional, so that sides of triangles and quads are edges.
+    flat: true if the mesh is two-dimensional, so that the sides of triangles and quads are edges.
     """
     sides = _SIDES.get(shape, ())
     if flat and shape in ("triangle", "quad"):
@@ -79,11 +79,11 @@ def side_of(shape: str, nodes: int, side: int, flat: bool) -> tuple[str, tuple[i
 
 def sides_as_cells(cells: Cells, shapes: list[str], rows: np.ndarray, sides: np.ndarray,
                    flat: bool) -> tuple[Cells, np.ndarray]:
-    """Returns sides of the cells in `rows` as cells in the same order, and the indices of these sides.
+    """Returns sides of cells as cells, in the same order, and their indices in `sides`.
 
     Unknown sides are left out.
 
-    shapes: shape of each block.
+    shapes: shape of each block. rows: index of the cell of each side. sides: number of each side in its cell.
     """
     begin = np.asarray(cells.offsets, np.int64)[rows]
     size = np.asarray(cells.offsets, np.int64)[rows + 1] - begin

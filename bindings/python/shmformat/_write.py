@@ -1,4 +1,4 @@
-"""Writing whole meshes."""
+"""Writes whole meshes."""
 from __future__ import annotations
 
 import os
@@ -33,7 +33,7 @@ class _Writer:
             def taken(_: Any, data: Any, count: int) -> int:
                 try:
                     left = memoryview(ffi.buffer(data, count)[:])
-                    while left:  # raw files may write less
+                    while left:  # write() of a raw file may write only a part
                         taken_now = to.write(left)
                         left = left[len(left) if taken_now is None else taken_now:]
                     return 0
@@ -53,7 +53,7 @@ class _Writer:
             raise_with(why, self._raised)
 
     def finish(self) -> int:
-        """Returns the size of the file in bytes."""
+        """Completes the file, and returns its size in bytes."""
         size = ffi.new("uint64_t*")
         self(lib.shmf_writer_finish, size)
         return int(size[0])
@@ -62,7 +62,7 @@ class _Writer:
         ffi.release(self._writer)
 
     def kept(self, data: Any) -> Any:
-        """Returns a C pointer to data that is kept as long as the writer."""
+        """Returns a C pointer to `data`, which lives as long as the writer."""
         if isinstance(data, str):
             data = encoded(data)
         if isinstance(data, bytes):
@@ -76,7 +76,7 @@ class _Writer:
 
 
 def _plain(values: Any, dtype: Any = None) -> np.ndarray:
-    """Returns a contiguous array in native byte order, of a type that a file can have."""
+    """Returns a contiguous array in native byte order, of a type that .shm files support."""
     array = np.asarray(values, order="C")
     array = array.astype(array.dtype.newbyteorder("="), copy=False)
     if dtype is not None and array.dtype != dtype:
@@ -116,12 +116,12 @@ def write(to: Target, points: Any, cells: Cells | Any, *, blocks: Sequence[Block
           errors: Mapping[str, float] | None = None, source_format: str = "", replace: bool = False) -> int:
     """Writes a mesh, and returns the size of the file in bytes.
 
-    to: a path or a file object. A path appears complete or not at all; an existing file is kept unless `replace`.
+    to: a path or a file object. The file appears complete or not at all; an existing file is kept unless `replace`.
     points: (n, 3), float64 or float32. cells: an (n, 8) array of hexahedra, or Cells, whose `types` are ignored
     since the `blocks` define the shapes. point_data, cell_data: an array with one element per vertex or cell, or a
     mapping from time steps to such arrays. order: "keep", "stream" or "free". level: "fast", "default" or "best".
-    threads: 0 is one per core. coordinate_error, errors (by name of the array): the largest allowed error of a
-    value; 0 is lossless.
+    threads: 0: one per core. coordinate_error, errors (by name of the array): the largest allowed error of a
+    value; 0: lossless.
     """
     options = struct("write_options")
     options.order, options.level = _ORDERS[order], _LEVELS[level]
@@ -175,7 +175,7 @@ def append(path: str | os.PathLike[str], *, point_data: Mapping[str, Mapping[int
     """Adds time steps to a file, and returns its size in bytes. The file is unchanged until the new one replaces it.
 
     point_data, cell_data: for arrays of the file, a mapping from new steps to values, in the numbering of a Mesh of
-    the file. step_times: the times of all steps, old steps included.
+    the file. step_times: the times of all steps, including old steps.
     """
     wanted: list[tuple[int, np.dtype, Mapping[int, np.ndarray]]] = []
     with open_shm(path) as mesh:

@@ -6,9 +6,9 @@
     mesh = meshio.read("run.shm")
     meshio.write("again.shm", mesh)
 
-A cell block is a run of cells of one block and one type, as in meshio's own readers. For an array with time
-steps it has the values of its first step, as for Exodus files; read(path, step=...) returns another step.
-Node sets become point_sets, element sets cell_sets; meshio has no place for side sets.
+A cell block is a run of cells of one block and one type, as in meshio's own readers. Arrays with time steps
+have the values of their first step, as meshio returns them for Exodus files; read(path, step=...) returns another
+step. Node sets become point_sets, element sets become cell_sets; meshio cannot represent side sets.
 """
 from __future__ import annotations
 
@@ -25,19 +25,19 @@ from ._library import KINDS, POLYGON, vtk_type
 
 
 def _name(shape: str, nodes: int) -> str:
-    """Returns meshio's name of a cell type: the smallest number of nodes of a shape is left out."""
+    """Returns meshio's name of a cell type: the shape, and the number of nodes unless it is the smallest of the shape."""
     fewest = min(n for s, n in KINDS if s == shape)
     return ("tetra" if shape == "tetrahedron" else shape) + ("" if nodes == fewest else str(nodes))
 
 
-_SHAPES = {_name(*kind): kind for kind in KINDS if kind != ("pyramid", 19)}  # meshio does not have it
+_SHAPES = {_name(*kind): kind for kind in KINDS if kind != ("pyramid", 19)}  # meshio has no pyramid19
 _NAMES = {vtk_type(*kind): name for name, kind in _SHAPES.items()}
-# meshio's linear wedges have the opposite orientation to VTK's.
+# Linear wedges of meshio are oriented opposite to VTK's wedges.
 _ORDERS = {"wedge": [0, 2, 1, 3, 5, 4]}
 
 
 def _runs(cells: Cells) -> list[tuple[int, int]]:
-    """Returns first and end of each run of cells with the same block, type and number of nodes."""
+    """Returns (first, end) of each run of cells with the same block, type and number of nodes."""
     if not len(cells):
         return []
     sizes = np.diff(cells.offsets)
@@ -85,7 +85,7 @@ def _sets(mesh: Mesh, cells: Cells, runs: list[tuple[int, int]]) -> tuple[dict[s
 
 
 def read(filename: str | os.PathLike[str], step: int | None = None) -> meshio.Mesh:
-    """Returns a meshio mesh with values at a step; arrays without values there are left out."""
+    """Returns a meshio mesh with the values at a step; arrays without values at this step are left out."""
     with open_shm(filename) as mesh:
         if not isinstance(mesh, Mesh):
             raise meshio.ReadError(f"{filename} is an archive of several meshes")

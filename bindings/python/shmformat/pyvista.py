@@ -1,6 +1,6 @@
 """PyVista reads and writes .shm files: the entry points `pyvista.readers` and `pyvista.writers` refer to this module.
 
-Not tested on systems that cannot import PyVista, such as Debian 12. Its base, shmformat.vtk, is tested.
+On systems that cannot import PyVista, such as Debian 12, only the underlying module shmformat.vtk is tested.
 """
 from __future__ import annotations
 

@@ -5,9 +5,9 @@
     reader.Update()
     grid = reader.GetOutput()
 
-Arrays are in VTK's own memory, which the library fills: nothing belongs to NumPy, and only the points and values of
-node sets and side sets are copied. Arrays, blocks and sets that are switched off are not read. In parallel
-pipelines, pieces are runs of segments.
+The library decodes arrays directly into VTK's memory. Only the points and values of node sets and side sets are
+copied. Arrays, blocks and sets that are switched off are not read. In parallel pipelines, each piece is a run of
+segments.
 """
 from __future__ import annotations
 
@@ -38,11 +38,11 @@ _SHAPES = {vtk_type(*kind): kind for kind in KINDS} | {POLYGON: ("polygon", 0)}
 
 # Names of the groups in a collection, as in VTK's reader of Exodus files (vtkIOSSReader).
 _GROUPS = {"block": "element_blocks", "node": "node_sets", "side": "side_sets", "element": "element_sets"}
-VERTEX_NUMBERS = "shm_vertex_number"  # the name that the tool uses in extracted pieces
+VERTEX_NUMBERS = "shm_vertex_number"  # name of the array of vertex numbers in pieces that the tool extracts
 
 
 def _array(dtype: np.dtype, count: int, components: int = 1) -> tuple[Any, np.ndarray]:
-    """Returns a new VTK array, and its memory as a NumPy array."""
+    """Returns a new VTK array, and a NumPy array that shares its memory."""
     made = vtkDataArray.CreateDataArray(get_vtk_array_type(dtype))
     made.SetNumberOfComponents(components)
     made.SetNumberOfTuples(count)
@@ -52,7 +52,7 @@ def _array(dtype: np.dtype, count: int, components: int = 1) -> tuple[Any, np.nd
 
 
 def _filled(values: np.ndarray, name: str | None = None) -> Any:
-    """Returns a copy as a VTK array."""
+    """Returns a copy of `values` as a VTK array."""
     made, memory = _array(values.dtype, len(values), values.shape[1] if values.ndim == 2 else 1)
     memory[...] = values
     made.SetName(name)
@@ -60,7 +60,7 @@ def _filled(values: np.ndarray, name: str | None = None) -> Any:
 
 
 def _cell_array(offsets: Any, corners: Any) -> vtkCellArray:
-    """Makes a vtkCellArray that shares the memory of two arrays. It needs them as arrays of another VTK class."""
+    """Makes a vtkCellArray that shares the memory of two arrays. vtkCellArray requires other VTK classes of arrays."""
     own = vtkTypeInt32Array if offsets.GetDataTypeSize() == 4 else vtkTypeInt64Array
     kept = own(), own()
     for made, array in zip(kept, (offsets, corners)):
@@ -83,7 +83,7 @@ def _grid_of(points: np.ndarray, cells: Cells, point_data: dict[str, np.ndarray]
 
 
 class _Wanted:
-    """The arrays to be read from a mesh in one pass, into VTK arrays."""
+    """The VTK arrays to be filled in one pass over a mesh."""
 
     def __init__(self, mesh: Mesh):
         self._mesh = mesh
@@ -139,8 +139,8 @@ class _Wanted:
         return grid
 
     def _set_polyhedra(self, grid: vtkUnstructuredGrid, kinds: np.ndarray) -> None:
-        """Converts faces, each of which ends by repeating its first vertex, to VTK's lists with counts. A cell that is not
-        such a list becomes a convex point set."""
+        """Converts polyhedra, whose faces each end with their first vertex again, to VTK's lists with counts. A cell that
+        is not such a list of faces becomes a convex point set."""
         offsets, corners = vtk_to_numpy(self.offsets), vtk_to_numpy(self.corners)
         cells, faces, places = vtkCellArray(), vtkIdTypeArray(), vtkIdTypeArray()
         for index, (kind, first, end) in enumerate(zip(kinds.tolist(), offsets[:-1], offsets[1:])):
@@ -173,19 +173,19 @@ def _faces(closed: list[int]) -> list[list[int]] | None:
 
 
 class Reader(VTKPythonAlgorithmBase):
-    """Reads a .shm file as a vtkUnstructuredGrid, or with blocks=True as a vtkPartitionedDataSetCollection: a grid for each
-    block, node set (vertices), side set (edges and faces) and element set (cells), and an assembly with a group for
-    each of these kinds, as in vtkIOSSReader.
+    """Reads a .shm file as a vtkUnstructuredGrid, or with blocks=True as a vtkPartitionedDataSetCollection. The collection
+    contains a grid for each block, node set (vertices), side set (edges and faces) and element set (cells), and an
+    assembly with a group for each of these kinds, as in vtkIOSSReader.
 
     GetPointDataArraySelection() and GetCellDataArraySelection() list the arrays after UpdateInformation(), and switch
     them on and off; in collections GetElementBlockSelection(), GetNodeSetSelection(), GetSideSetSelection() and
     GetElementSetSelection() do the same for blocks and sets. Sets are off by default, unless sets=True, since their
     cells have to be decoded once more.
 
-    Points of blocks and element sets have global ids, "shm_vertex_number", which identify a vertex of several blocks.
-    The cell array "block" is the index of each cell's block. Side sets have the cell arrays "shm_cell_number", the number
-    of a side's cell in the file, and "shm_side", the side of that cell, from 1. Sides of lines, polygons and polyhedra are
-    unknown and left out.
+    Points of blocks and element sets have global ids, "shm_vertex_number", which identify vertices that several blocks
+    use. The cell array "block" contains the block index of each cell. Side sets have two cell arrays: "shm_cell_number"
+    is the number of a side's cell in the file, and "shm_side" the number of the side in that cell, from 1. Sides of
+    lines, polygons and polyhedra are unknown and left out.
     """
 
     def __init__(self, blocks: bool = False, sets: bool = False):
@@ -211,7 +211,7 @@ class Reader(VTKPythonAlgorithmBase):
         return self._name
 
     def SetBlocks(self, blocks: bool) -> None:
-        """Chooses between a collection and one grid as output."""
+        """Sets the output: a collection if `blocks` is true, otherwise one grid."""
         if blocks != self._blocks:
             self._blocks = blocks
             self.Modified()
@@ -254,7 +254,7 @@ class Reader(VTKPythonAlgorithmBase):
         return self._mesh
 
     def _times(self) -> list[float]:
-        """Returns the time of each step, or its number if the file has no times."""
+        """Returns the time of each step, or the step numbers if the file has no times."""
         mesh = self._opened()
         times = mesh.step_times.tolist()
         return times if len(times) >= mesh.step_count else list(map(float, range(mesh.step_count)))
@@ -297,7 +297,7 @@ class Reader(VTKPythonAlgorithmBase):
 
     @staticmethod
     def _piece(mesh: Mesh, information: Any) -> tuple[Mesh, int, int]:
-        """Returns the requested part of the mesh, a run of segments, and the range of its cells."""
+        """Returns the requested piece of the mesh (a run of segments), and the first and end of its cells."""
         pieces = information.Get(Pipeline.UPDATE_NUMBER_OF_PIECES()) or 1
         number = information.Get(Pipeline.UPDATE_PIECE_NUMBER()) or 0
         if pieces <= 1:
@@ -308,7 +308,7 @@ class Reader(VTKPythonAlgorithmBase):
         return mesh.select(cells=(first, end)), first, end
 
     def _arrays_at(self, mesh: Mesh, step: int) -> list[int]:
-        """Returns the arrays that are switched on and have values at the step."""
+        """Returns the indices of the arrays that are switched on and have values at the step."""
         return [index for index, array in enumerate(mesh._arrays)
                 if self._selections[array.location].ArrayIsEnabled(array.name)
                 and (not array.per_step or step in mesh._steps_of(index))]
@@ -322,7 +322,7 @@ class Reader(VTKPythonAlgorithmBase):
         return wanted.read()
 
     def _collect(self, mesh: Mesh, cells: tuple[int, int], step: int, out: vtkPartitionedDataSetCollection) -> None:
-        """Fills the collection, and the assembly that names its parts."""
+        """Fills the collection, and the assembly that contains the names of its parts."""
         assembly = vtkDataAssembly()
         assembly.SetRootNodeName("shm")
         next_part = 0
@@ -350,13 +350,14 @@ class Reader(VTKPythonAlgorithmBase):
         return list(zip(map(_name_of, sets), make(sets, mesh, cells, step)))
 
     def _points_of(self, mesh: Mesh, step: int, cells: bool) -> Arrays:
-        """Reads points and their values into NumPy arrays, from which sets are copied."""
+        """Reads points and point data into NumPy arrays, from which the grids of sets are copied."""
         names = [mesh._arrays[index].name for index in self._arrays_at(mesh, step)
                  if mesh._arrays[index].location == lib.SHMF_POINT_DATA]
         return mesh.read(cells=cells, point_data=list(dict.fromkeys(names)), step=step)
 
     def _node_sets(self, sets: list[Set], mesh: Mesh, cells: tuple[int, int], step: int) -> list[vtkUnstructuredGrid]:
-        """Makes a grid with a vertex for each node. If there are several pieces, the first one has them."""
+        """Makes a grid for each node set, with a vertex cell for each node. Of several pieces, only the first one contains
+        the nodes."""
         if cells[0] != 0:
             return [vtkUnstructuredGrid() for _ in sets]
         all_of = self._points_of(mesh, step, cells=False)
@@ -370,7 +371,7 @@ class Reader(VTKPythonAlgorithmBase):
         return made
 
     def _side_sets(self, sets: list[Set], mesh: Mesh, cells: tuple[int, int], step: int) -> list[vtkUnstructuredGrid]:
-        """Makes the grids of side sets, decoding the cells of all sets in one pass."""
+        """Makes a grid for each side set. The cells of all sets are decoded in one pass."""
         if self._flat is None:
             self._flat = is_flat(mesh)
         numbers = np.unique(np.concatenate([own.numbers for own in sets])).astype(np.int64)
@@ -409,11 +410,11 @@ def _name_of(part: Block | Set) -> str:
 class Writer:
     """Writes a vtkUnstructuredGrid; like VTK's writers, it replaces an existing file.
 
-    The integer cell array "block", if there is one, and the cell types divide the cells into blocks. VTK's polyhedra, and
-    types that .shm files do not have, raise a ValueError.
+    Cells with the same type and the same value of the integer cell array "block" (if it exists) form a block. VTK's
+    polyhedra, and cell types that .shm files do not support, raise a ValueError.
 
     In a collection each grid becomes a block; groups of sets are not written. Only arrays that all grids have are
-    written. Points with the same global id are merged if all their values are the same; without global ids each
+    written. Points with the same global id are merged if all their values are equal; without global ids each
     grid keeps its own points.
     """
 
@@ -449,7 +450,7 @@ class Writer:
 
 
 def _leaves(data: Any, name: str = "") -> Iterator[tuple[str, vtkUnstructuredGrid]]:
-    """Yields the grids of a collection with their names, without those of sets."""
+    """Yields the grids of a collection with their names, except the grids of sets."""
     if data is None:
         return
     if isinstance(data, vtkUnstructuredGrid):
@@ -482,7 +483,7 @@ def _in_groups_of_sets(assembly: vtkDataAssembly | None) -> set[int]:
 
 @dataclass(frozen=True)
 class _Joined:
-    """One grid, or several joined grids, in the form to be written."""
+    """One grid, or several joined grids, in the form that write() needs."""
     points: np.ndarray
     cells: Cells
     blocks: list[Block]
@@ -517,7 +518,8 @@ def _joined(leaves: list[tuple[str, vtkUnstructuredGrid]]) -> _Joined:
 
 
 def _named(block: Block, name: str, others: list[Block]) -> Block:
-    """Gives a block the name of its grid, or the number in a name made by Reader; the number is made unique."""
+    """Returns the block with the name of its grid, or, for a name "block N" made by Reader, with the id N. The id is
+    changed if another block has the same."""
     number = re.fullmatch(r"block (\d+)", name)
     wanted = int(number[1]) if number else block.id
     used = {other.id for other in others}
@@ -563,7 +565,7 @@ def _cells_of(grid: vtkUnstructuredGrid) -> tuple[Cells, list[Block]]:
 
 
 def _data_of(data: Any, without: str = "") -> dict[str, np.ndarray]:
-    """Returns the named arrays of numbers; if several share a name, the first one."""
+    """Returns the arrays of numbers by name; of several arrays with the same name, the first one."""
     arrays: dict[str, np.ndarray] = {}
     for index in range(data.GetNumberOfArrays()):
         array = data.GetArray(index)  # None for arrays of strings

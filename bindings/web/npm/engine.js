@@ -1,5 +1,5 @@
-// Engine: an open file. Calls the functions of shmformat.h in WebAssembly; a Source supplies the
-// bytes. Usually runs in a worker (worker.js).
+// Engine: an open file. It calls the functions of shmformat.h in WebAssembly; a Source supplies the
+// bytes of the file. An Engine usually runs in a worker (worker.js).
 import { ShmError } from "./errors.js";
 import { Source } from "./sources.js";
 import { LAYOUTS, readStruct, toNumber, writeStruct } from "./structs.js";
@@ -31,7 +31,7 @@ const FILL = 1;
 
 const utf8 = new TextDecoder();
 
-/** Memory of one call, freed at its end. */
+/** WebAssembly memory that one call allocates, freed at the end of the call. */
 class Scratch {
   constructor(wasm) {
     this.wasm = wasm;
@@ -90,7 +90,7 @@ class Wasm {
   copied(Type, place, count) {
     return new Type(this.memory.buffer.slice(place, place + count * Type.BYTES_PER_ELEMENT));
   }
-  /** Returns an error that says why the instance trapped. */
+  /** Returns an error with the reason why the instance trapped. */
   lastWords(trap) {
     const words = this.view().getUint32(this.exports.shmf_page_last_words.value, true);
     if (words === 0) return new ShmError("io", `the decoder failed: ${trap.message}`);
@@ -104,7 +104,7 @@ function narrowed(numbers) {
   return numbers.every((number) => number < 2n ** 32n) ? Uint32Array.from(numbers, Number) : numbers;
 }
 
-/** Returns true for errors after which the instance cannot be used again, stack overflows included. */
+/** Returns true for errors, including stack overflows, after which the instance cannot be used. */
 function isTrap(error) {
   return error instanceof WebAssembly.RuntimeError || error.name === "InternalError"
     || (error instanceof RangeError && /call stack/.test(error.message));
@@ -131,7 +131,7 @@ export class Engine {
     this.ended = false;
   }
 
-  /** Runs a call. Calls for one file run one after the other. run: {signal, progress}. */
+  /** Runs a call, after all earlier calls for this file. run: {signal, progress}. */
   async call(name, argument, run = {}) {
     if (this.ended) throw new ShmError("misuse", "the file is closed");
     const mine = this.last.then(() => this.attempt(name, argument, run));
@@ -206,7 +206,7 @@ export class Engine {
     };
   }
 
-  /** Reports progress. A repeated call does not report less than before. */
+  /** Reports progress. If a call is repeated, it does not report less than before. */
   tell(done) {
     const all = this.run.from + this.run.share * done;
     if (all <= this.run.told) return;
@@ -214,8 +214,8 @@ export class Engine {
     this.run.progress?.(all);
   }
 
-  /** Calls a function of shmformat.h that returns a status, and throws if it fails. args: all
-   *  arguments but the last, which is the error. */
+  /** Calls a function of shmformat.h that returns a status, and throws if the function fails. args:
+   *  all arguments except the last, which is the error. */
   status(scratch, name, ...args) {
     const error = scratch.struct("shmf_error");
     const status = this.wasm.exports[name](...args, error);
@@ -234,13 +234,14 @@ export class Engine {
       offset: report.offset < 2n ** 53n ? Number(report.offset) : null,
     });
   }
-  /** Returns the struct that a function of shmformat.h fills in. */
+  /** Calls a function of shmformat.h that fills a struct, and returns the struct. */
   told(scratch, call, struct, ...args) {
     const place = scratch.struct(struct);
     this.status(scratch, call, this.file, ...args, place);
     return readStruct(this.wasm.view(), struct, place);
   }
-  /** Returns the list that a function returns as a pointer and a count. */
+  /** Calls a function of shmformat.h that returns a list as a pointer and a count, and returns a
+   *  copy of the list. */
   listed(scratch, call, Type, ...args) {
     const places = scratch.bytes(16);
     this.status(scratch, call, this.file, ...args, places, places + 8);
@@ -305,7 +306,7 @@ export class Engine {
       const own = {};
       if (select.cells !== undefined) {
         [own.first_cell, own.end_cell] = select.cells;
-        // An empty range. The library would take it as no condition.
+        // Selects no cells: for the library, the range 0, 0 means no condition.
         if (own.first_cell === 0 && own.end_cell === 0) own.blocks = scratch.bytes(1);
       }
       if (select.blocks !== undefined && own.blocks === undefined) {
@@ -325,7 +326,8 @@ export class Engine {
       corners: toNumber(counts.corners) };
   }
 
-  /** Calls shmf_read() for some targets: determines their sizes, or fills `data`. */
+  /** Calls shmf_read() for some targets. Targets without `data` receive their sizes in `used`;
+   *  otherwise `data` is filled. */
   readTargets(scratch, targets) {
     const { bytes } = LAYOUTS.shmf_target;
     const place = scratch.bytes(bytes * targets.length);
@@ -364,7 +366,7 @@ export class Engine {
   }
 }
 
-/** Returns the array of the file that `wanted` names. */
+/** Returns the array that `wanted` identifies by index, or by name and location. */
 function found(arrays, wanted) {
   const array = arrays.find(({ index, name, location }) => (wanted.index === undefined
     ? name === wanted.name && (wanted.location ?? location) === location
@@ -420,7 +422,7 @@ const CALLS = {
   },
 
   /** Reads the mesh with its static arrays in one pass, then arrays at time steps in a second pass.
-   *  If bytes are missing in the second pass, the mesh is not decoded again. */
+   *  If bytes are missing in the second pass, only the second pass is repeated. */
   read(engine, scratch, wanted, kept) {
     const arrays = engine.arrays(scratch);
     const counts = engine.select(scratch, wanted.select);
@@ -476,7 +478,8 @@ const CALLS = {
     return result;
   },
 
-  /** Returns the sides that belong to a single cell, and cells of lower dimension themselves. */
+  /** Returns the boundary surface: sides that belong to a single volume cell, and all cells of
+   *  lower dimension. */
   boundary(engine, scratch, wanted) {
     const { exports } = engine.wasm;
     const arrays = Array.from(wanted.arrays ?? [], (one) => {

@@ -1,4 +1,5 @@
-/** Why a call failed. `message` is a sentence for people, from the library if it has one. */
+/** The failure of a call. `message` is a human-readable sentence, from the library if it returned
+ *  one. */
 export class ShmError extends Error {
   /**
    * @param {string} status "io", "truncated", "corrupt", "unsupported", "over limit", "misuse",
@@ -16,7 +17,7 @@ export class ShmError extends Error {
   }
 }
 
-/** Converts an error to an object that can be sent between threads, and back. */
+/** Converts an error to an object that can be sent to another thread; unpacked() restores it. */
 export function packed(error) {
   if (!(error instanceof ShmError)) {
     return { name: error?.name ?? "Error", message: String(error?.message ?? error) };

@@ -1,11 +1,11 @@
-// Remote: an Engine that runs in a worker, with the same calls.
+// Remote: has the same calls as an Engine, and runs the Engine in a worker.
 import { ShmError, unpacked } from "./errors.js";
 
 export class Remote {
-  /** Takes the arguments of Engine(). */
+  /** Has the same arguments as Engine(). */
   constructor(...open) {
     this.open = open;
-    this.calls = new Map(); // pending, the oldest first
+    this.calls = new Map(); // pending calls by id, the oldest first
     this.ids = 0;
     this.worker = null;
     this.ended = false;

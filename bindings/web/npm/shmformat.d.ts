@@ -1,13 +1,14 @@
 /** 64-bit integers are returned as Number. A file with a number above 2^53 is rejected with a
  *  RangeError. */
 
-/** Why a call failed. `message` is a sentence for people, from the library if it has one. */
+/** The failure of a call. `message` is a human-readable sentence, from the library if it returned
+ *  one. */
 export class ShmError extends Error {
   readonly status: "io" | "truncated" | "corrupt" | "unsupported" | "over limit" | "misuse"
     | "no memory" | "cancelled";
   /** Part of the file, such as "group 3, geometry"; or "". */
   readonly section: string;
-  /** One sentence, without the names of file and place. */
+  /** One sentence, without the file name, section and offset. */
   readonly detail: string;
   /** Offset from the start of the file in bytes; null if unknown. */
   readonly offset: number | null;
@@ -17,12 +18,13 @@ export type ScalarType = "int8" | "uint8" | "int16" | "uint16" | "int32" | "uint
   | "uint64" | "float32" | "float64";
 export type Values = Int8Array | Uint8Array | Int16Array | Uint16Array | Int32Array | Uint32Array
   | BigInt64Array | BigUint64Array | Float32Array | Float64Array;
-/** Numbers of vertices or cells: 32 bits if all of them fit, otherwise 64 bits. */
+/** Vertex numbers, cell numbers or offsets: 32 bits if all of them fit, otherwise 64 bits. */
 export type Numbers = Uint32Array | BigUint64Array;
 
 export interface Run {
-  /** Aborting it rejects the call with the signal's reason. If a worker is decoding the call, it is
-   *  terminated; other calls for the same file start again in a new worker. */
+  /** Aborting this signal rejects the call with the signal's reason. If a worker is already
+   *  decoding the call, the worker is terminated; other calls for the same file start again in a
+   *  new one. */
   signal?: AbortSignal;
 }
 export interface LongRun extends Run {
@@ -33,7 +35,7 @@ export interface LongRun extends Run {
 export interface OpenOptions extends Run {
   /** Opens a damaged file and reads its intact parts. Lost values are NaN or 0. */
   damaged?: boolean;
-  /** Limits on the resources that a file may demand. Defaults: see ReadLimits in shm/reader.h. */
+  /** Limits on the resources that a file may demand. Defaults: see ReadLimits in shm/limits.h. */
   limits?: {
     maxArrays?: number;
     maxStaticComponents?: number;
@@ -59,8 +61,8 @@ export interface OpenOptions extends Run {
 /**
  * Opens a file. Reads its end, its index and its schema, but no values. For a URL, only the needed
  * ranges are fetched; a server without range requests sends the whole file, which is accepted up to
- * 256 MiB. The bytes that a call reads stay in memory while it runs. Buffers are copied once, not
- * borrowed. In Node.js, a string that is not a URL is a path.
+ * 256 MiB. The bytes that a call reads stay in memory while the call runs. Buffers are copied once,
+ * not borrowed. In Node.js, a string that is not a URL is a path.
  *
  * Throws ShmError; TypeError if `source` is not one of these types.
  */
@@ -70,12 +72,12 @@ export function open(
 ): Promise<Mesh | Archive>;
 
 export interface Block {
-  /** ID in the source file; need not be unique. BigInt if above 2^53. */
+  /** ID in the source file; need not be unique. BigInt if its magnitude exceeds 2^53 - 1. */
   readonly id: number | bigint;
   readonly name: string;
   readonly shape: "other" | "vertex" | "line" | "triangle" | "quad" | "polygon" | "tetrahedron"
     | "pyramid" | "wedge" | "hexahedron" | "polyhedron" | "faces";
-  /** 0: varies from cell to cell. */
+  /** Number of nodes of each cell; 0: differs from cell to cell. */
   readonly nodesPerCell: number;
   readonly cells: number;
 }
@@ -88,9 +90,9 @@ export interface ArrayInfo {
   readonly location: "point" | "cell";
   readonly type: ScalarType;
   readonly components: number;
-  /** Number of elements with values: vertices, or cells of the blocks below. */
+  /** Number of elements with values: all vertices, or the cells of `blocks`. */
   readonly elements: number;
-  /** For cell data: indices of the blocks that it covers; null: all. */
+  /** For cell data: indices of the blocks whose cells have values; null: all blocks. */
   readonly blocks: number[] | null;
   /** 0: lossless; otherwise the largest difference between a value and its source. */
   readonly error: number;
@@ -98,23 +100,24 @@ export interface ArrayInfo {
   readonly steps: number[] | null;
 }
 
-/** An array to read: by index, or the first with this name (and location). */
+/** An array to read, identified by its index; or the first array with this name (and location). */
 export interface WantedArray {
   index?: number;
   name?: string;
   location?: "point" | "cell";
-  /** Required if the array has time steps. */
+  /** Time step; required if the array has time steps. */
   step?: number;
-  /** Default: the type of the array. float64 arrays can also be read as "float32". */
+  /** Type of the returned values. Default: the type of the array. float64 arrays can also be read
+   *  as "float32". */
   type?: ScalarType;
-  /** For cell data. false: values of the covered cells only. Default: values of all cells, with NaN
-   *  (0 for integers) in cells without values. */
+  /** For cell data. true (the default): returns values for all cells: NaN (0 for integers) for
+   *  cells without values. false: returns only the existing values. */
   fill?: boolean;
 }
 
 /** Selects the cells that meet all given conditions, with their vertices. */
 export interface Selection {
-  /** Range of cell numbers, without the end. */
+  /** Range of cell numbers, first to end - 1. */
   cells?: [first: number, end: number];
   /** Indices of blocks. */
   blocks?: Iterable<number>;
@@ -125,14 +128,16 @@ export interface Selection {
 }
 
 export interface Wanted extends LongRun {
-  /** true (the default): in the type of the file. */
+  /** Whether to read coordinates. true (the default): in the type of the file; otherwise in the
+   *  given type. */
   points?: boolean | "float32" | "float64";
-  /** Default: true. */
+  /** Whether to read the cells. Default: true. */
   cells?: boolean;
   arrays?: Iterable<WantedArray>;
   /** Whether to return the numbers of vertices and cells in the whole mesh. */
   numbers?: boolean;
-  /** Default: all cells, and unused vertices. Selected vertices and cells are renumbered from 0. */
+  /** Default: all cells, and all vertices, even unused ones. Selected vertices and cells are
+   *  renumbered from 0. */
   select?: Selection;
 }
 
@@ -153,13 +158,14 @@ export interface ReadArray {
   readonly name: string;
   readonly location: "point" | "cell";
   readonly components: number;
-  /** null for static arrays. */
+  /** Time step of the values; null for static arrays. */
   readonly step: number | null;
   /** Length: elements * components. The components of an element are adjacent. */
   readonly values: Values;
 }
 
-/** The arrays that read() returns. Each has a buffer of its own, which belongs to the caller. */
+/** The arrays that read() returns. Each array has a separate buffer, which belongs to the
+ *  caller. */
 export interface Arrays {
   readonly vertexCount: number;
   readonly cellCount: number;
@@ -210,13 +216,13 @@ export interface Segment {
   readonly cells: number;
   readonly firstVertex: number;
   readonly vertices: number;
-  /** Bytes in the file. */
+  /** Size of the segment in the file, in bytes. */
   readonly bytes: number;
   /** Smallest x y z, largest x y z. */
   readonly box: number[];
 }
 
-/** A named set. Numbers refer to the whole mesh. */
+/** A named set of vertices, sides or cells. Its numbers refer to the whole mesh. */
 export interface MeshSet {
   readonly kind: "node" | "side" | "element";
   readonly id: number | bigint;
@@ -256,21 +262,22 @@ export interface Mesh {
   readonly sourceFormat: string;
   readonly blocks: Block[];
   readonly arrays: ArrayInfo[];
-  /** Times of the time steps; empty if the file has none. */
+  /** The time of each step; empty if the file has no times. */
   readonly times: number[];
 
   /** Reads points, cells and arrays. Only the requested data is fetched and decoded. */
   read(wanted?: Wanted): Promise<Arrays>;
-  /** Finds the boundary: sides that belong to a single volume cell, and cells of lower dimension
-   *  themselves. One pass over the cells; memory grows with the active surface and the boundary. */
+  /** Finds the boundary: sides that belong to a single volume cell, and all cells of lower
+   *  dimension. It needs one pass over the cells; memory grows with the active surface and the
+   *  boundary. */
   boundary(wanted?: WantedBoundary): Promise<Boundary>;
-  /** Runs of cells that can be decoded independently. */
+  /** Returns the segments: runs of cells that can be decoded independently. */
   segments(run?: Run): Promise<Segment[]>;
   sets(run?: Run): Promise<MeshSet[]>;
   extras(run?: Run): Promise<Extra[]>;
-  /** Decodes the whole file, without keeping anything. Rejects if anything is wrong. */
+  /** Decodes the whole file and discards the result. Rejects if any part of the file is invalid. */
   verify(run?: LongRun): Promise<void>;
-  /** Rejects the pending calls. Arrays that were read stay valid. */
+  /** Closes the file and rejects the pending calls. Arrays that were read stay valid. */
   close(): Promise<void>;
 }
 
@@ -278,6 +285,6 @@ export interface Mesh {
 export interface Archive {
   /** Names of the files. */
   readonly members: string[];
-  /** Opens a member. Close it by its own close(). */
+  /** Opens a member. The caller closes the returned Mesh with its close(). */
   open(name: string, run?: Run): Promise<Mesh>;
 }

@@ -1,27 +1,28 @@
 // Sources: bytes of a Blob, a file or a URL, fetched on demand. WebAssembly cannot wait for a
-// fetch. So a decoder call that needs missing bytes fails; the bytes are fetched, and the call is
-// made again. The library announces most ranges before it reads the first of them, so only a few
-// repetitions are needed.
+// fetch. Therefore a decoder call that needs missing bytes fails; the bytes are fetched, and the
+// call is repeated. The library announces most ranges before it reads the first of them, so only a
+// few repetitions are needed.
 import { ShmError } from "./errors.js";
 
-// bytes fetched first: they identify the file, and usually contain its schema
+// Number of bytes fetched first. They identify the file, and usually contain its schema.
 const FRONT = 1 << 12;
-// guess: bytes fetched around a missing byte in a range that was not announced; at the end of a
-// file on a server, they usually contain the index. near: ranges closer than this are fetched as
-// one. Local bytes are cheap, but each fetch repeats a call.
+// FAR applies to files on a server, HERE to local files. guess: number of bytes fetched around a
+// missing byte in a range that was not announced; at the end of a file, they usually contain the
+// index. near: ranges closer than this are fetched as one range. Local bytes are cheap, but each
+// fetch repeats a call.
 const FAR = { guess: 1 << 14, near: 1 << 11 };
 const HERE = { guess: 1 << 20, near: 1 << 16 };
-const NEAR_OF_MANY = 1 << 16; // `near` if there would be many ranges
+const NEAR_OF_MANY = 1 << 16; // largest value of `near`; `near` grows if there are over MANY ranges
 const MANY = 24;
-const MOST_AT_ONCE = 6; // requests
-const MOST_KEPT = 64 << 20; // bytes kept from one call to the next
+const MOST_AT_ONCE = 6; // maximum number of concurrent requests
+const MOST_KEPT = 64 << 20; // maximum bytes kept from one call to the next
 const MOST_WHOLE = 256 << 20; // largest file that is fetched from a server without range requests
 const MOST_GUESSED = 16 << 20; // largest guess
 
 /** Every .shm file begins with these bytes. */
 const SIGNATURE = [0x89, 0x53, 0x48, 0x4d, 0x0d, 0x0a, 0x1a, 0x0a];
 
-/** A range of bytes is [first, end], without the byte at end. */
+/** In this file, a range of bytes is [first, end]; the byte at `end` does not belong to it. */
 
 class BlobBytes {
   constructor(blob) {
@@ -103,8 +104,8 @@ class UrlBytes {
     return file;
   }
 
-  /** Returns the size of the file. A server of another origin may hide Content-Range; then HEAD is
-   *  used. */
+  /** Returns the size of the file. A server of another origin may hide Content-Range; a HEAD
+   *  request then returns the size. */
   async total(answer, signal) {
     const range = /^bytes (\d+)-(\d+)\/(\d+)$/.exec(answer.headers.get("Content-Range") ?? "");
     if (range !== null) {
@@ -126,7 +127,7 @@ class UrlBytes {
   error(sentence, { status = "io", cause } = {}) {
     return new ShmError(status, `${this.name}: ${sentence}`, { detail: sentence, cause });
   }
-  /** Throws unless an answer contains a range. */
+  /** Throws an error unless the response contains the requested range (status 206). */
   async expect(answer) {
     const { status } = answer;
     if (status === 206) return;
@@ -167,8 +168,8 @@ class UrlBytes {
     return this.ask({ headers: { Range: `bytes=${first}-${end - 1}` } }, signal);
   }
 
-  /** Reads a body. Stops with an error if it is longer than `most`, or if check(its first bytes)
-   *  throws. */
+  /** Reads the body of a response. Throws an error if the body has more than `most` bytes, or if
+   *  check(first bytes of the body) throws. */
   async body(answer, most, signal, check) {
     const pieces = [];
     let length = 0;
@@ -225,7 +226,7 @@ class UrlBytes {
   async close() {}
 }
 
-/** Opens a source as an object that fetches its bytes. */
+/** Returns an object that fetches the bytes of a source. */
 function opened(source, isDamaged, signal) {
   if (typeof source !== "string") return new BlobBytes(source);
   const url = new URL(source);
@@ -303,7 +304,7 @@ export class Source {
     file.kept = new Pieces();
     if (file.from.front !== undefined) file.kept.add(0, file.from.front);
     file.told = [];
-    file.missing = null; // the first range that the last call needed and did not get
+    file.missing = null; // the first missing range that the last call needed
     file.misses = 0;
     return file;
   }
@@ -313,7 +314,8 @@ export class Source {
     for (const { offset, bytes } of ranges) this.told.push([offset, offset + bytes]);
   }
 
-  /** Fills `into` and returns true, or notes the missing range and returns false. */
+  /** Fills `into` and returns true if all its bytes have been fetched; otherwise stores the range
+   *  in `missing` and returns false. */
   read(offset, into) {
     if (this.kept.gaps(offset, offset + into.length).length > 0) {
       this.missing ??= [offset, offset + into.length];
@@ -342,7 +344,7 @@ export class Source {
     const fetchSome = async () => {
       for (const [from, to] of next) {
         const bytes = await this.from.fetch([from, to], signal);
-        // A run may include pieces between the gaps that are here already.
+        // A run may include bytes between the gaps that were fetched earlier.
         for (const [first, end] of this.kept.gaps(from, to)) {
           this.kept.add(first, bytes.subarray(first - from, end - from));
         }
@@ -353,8 +355,8 @@ export class Source {
     for (const one of done) if (one.status === "rejected") throw one.reason;
   }
 
-  /** Returns a range larger than the missing one, doubling with each miss: nearby bytes are likely
-   *  to be read next. */
+  /** Returns a range that contains the missing range, since nearby bytes are likely to be read
+   *  next. Its size doubles with each miss. */
   guessed(first, end) {
     const least = Math.min(MOST_GUESSED, this.reach.guess * 2 ** this.misses++);
     const to = Math.min(this.size, Math.max(end, first + least));
@@ -372,7 +374,7 @@ export class Source {
     return runs;
   }
 
-  /** Ends a call: drops all but the most recently fetched bytes. */
+  /** Ends a call: drops all bytes except the most recently fetched MOST_KEPT bytes. */
   end() {
     this.begin();
     this.misses = 0;

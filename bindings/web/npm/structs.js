@@ -67,7 +67,8 @@ export function toNumber(big) {
   return Number(big);
 }
 
-/** Returns the members of the struct at `address`: 64-bit integers as BigInt, arrays as Array. */
+/** Returns the members of the struct at `address`, with 64-bit integers as BigInt and arrays as
+ *  Array. */
 export function readStruct(view, name, address) {
   const read = (type, place) => {
     switch (type) {
@@ -91,8 +92,8 @@ export function readStruct(view, name, address) {
   return struct;
 }
 
-/** Writes `values` to the members of the struct at `address`, its size to struct_size, and 0 to the
- *  other members. */
+/** Writes `values` to the members of the struct at `address`, the size of the struct to
+ *  struct_size, and 0 to all other members. */
 export function writeStruct(view, name, address, values = {}) {
   const { fields, bytes } = LAYOUTS[name];
   for (let i = 0; i < bytes; ++i) view.setUint8(address + i, 0);

@@ -23,7 +23,7 @@ export function cameraFrom(view) {
   return { round, high, zoom: 1, scale: 1, lift: 0, target: [0, 0, 0] };
 }
 
-/** Returns unit vectors at right angles: to the right, up, and towards the viewer. */
+/** Returns three orthogonal unit vectors: to the right, up, and towards the viewer. */
 export function axesOf({ round, high }) {
   const view = [Math.cos(high) * Math.cos(round), Math.cos(high) * Math.sin(round),
     Math.sin(high)];
@@ -31,7 +31,8 @@ export function axesOf({ round, high }) {
   return { right, up: cross(view, right), view };
 }
 
-/** Rotates by angles: around the mesh, and up, at most to straight above or below. */
+/** Returns the camera rotated by two angles: `round` around the mesh, and `high` upwards, at most
+ *  until it looks from straight above or below. */
 export function turned(camera, round, high) {
   const most = Math.PI / 2;
   return { ...camera,
@@ -39,7 +40,8 @@ export function turned(camera, round, high) {
     high: Math.min(Math.max(camera.high + high, -most), most) };
 }
 
-/** Moves by fractions of half the smaller side of the picture: to the right, and up. */
+/** Returns the camera moved to the right and up, in units of half the smaller side of the
+ *  picture. */
 export function moved(camera, across, upwards) {
   const { right, up } = axesOf(camera);
   const size = 1 / (camera.scale * camera.zoom);
@@ -49,7 +51,8 @@ export function moved(camera, across, upwards) {
       Math.min(Math.max(coordinate - size * (across * right[i] + upwards * up[i]), -most), most)) };
 }
 
-/** Zooms. The point at (across, upwards), in the units of moved(), stays in place. */
+/** Returns the camera zoomed. The point at (across, upwards), in the units of moved(), stays in
+ *  place. */
 export function zoomed(camera, times, across = 0, upwards = 0) {
   const zoom = Math.min(Math.max(camera.zoom * times, LEAST_ZOOM), MOST_ZOOM);
   const real = zoom / camera.zoom;
@@ -58,8 +61,9 @@ export function zoomed(camera, times, across = 0, upwards = 0) {
   return { ...near, zoom };
 }
 
-/** Fits a box {least, most} of frame coordinates into the picture. `aspect`: width divided by
- *  height. `below`: share of the height at the lower side that is reserved. */
+/** Returns the camera that fits a box {least, most} of frame coordinates into the picture.
+ *  `aspect`: width divided by height. `below`: fraction of the height that stays free at the lower
+ *  side. */
 export function fitted(camera, { least, most }, aspect, below = 0) {
   const { right, up } = axesOf(camera);
   const half = most.map((to, i) => (to - least[i]) / 2);
@@ -77,7 +81,8 @@ export function matrixOf(camera, aspect) {
   const size = camera.scale * camera.zoom;
   const [wide, tall] = aspect >= 1 ? [aspect, 1] : [1, 1 / aspect];
   const rows = [right.map((part) => part * size / wide), up.map((part) => part * size / tall),
-    // deep enough: a mesh extends over 2 sqrt(3), plus the clamping of inFrame()
+    // The factor 1/4 keeps all points in the depth range: inFrame() limits coordinates to -2..2, so
+    // depth is at most 2 sqrt(3).
     view.map((part) => -part / 4)];
   const shift = rows.map((row) => -dot(row, camera.target));
   shift[1] += camera.lift / tall;
@@ -87,6 +92,6 @@ export function matrixOf(camera, aspect) {
     .concat(shift, 1));
 }
 
-/** Directions of view by key: from each side of the mesh. */
+/** Direction of view for each number key: the six sides of the mesh, and the usual view. */
 export const SIDES = { 1: [1, 0, 0], 2: [-1, 0, 0], 3: [0, 1, 0], 4: [0, -1, 0], 5: [0, 0, 1],
   6: [0, 0, -1], 7: USUAL_VIEW };

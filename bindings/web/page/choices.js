@@ -1,8 +1,8 @@
 // Choices: the options that a mesh offers, and the requests to the package for the chosen options.
 
-/** Returns the arrays that can be shown as colours: field data. Cell arrays on different blocks
- *  that share name, components and steps count as one. [{label, name, location, components, steps,
- *  parts}], parts: indices of the arrays. */
+/** Returns the arrays that can be shown as colours (field data), as [{label, name, location,
+ *  components, steps, parts}]. parts: indices of the arrays in the file. Cell arrays on different
+ *  blocks that have the same name, components and steps are one entry. */
 export function colourings(arrays) {
   const found = new Map();
   for (const array of arrays) {
@@ -28,7 +28,7 @@ export function nearStep(steps, step) {
 }
 
 /**
- * Returns the selection of the shown cells for the package; undefined: all.
+ * Returns the selection of the shown cells, as the package expects it; undefined: all cells.
  *
  * chosen: hidden, a Set of block indices; segment, an element of segments() or null; clip, {axis,
  * from, sign} or null: shows cells with a vertex at sign * coordinate <= sign * from.
@@ -49,8 +49,8 @@ export function selection({ hidden, segment, clip }, blockCount) {
   return Object.keys(select).length === 0 ? undefined : select;
 }
 
-/** Returns the parameters of the page's address: ?url= of a file on a server, segment= of a
- *  segment. */
+/** Returns the parameters of the page's address: ?url= (address of a file on a server) and segment=
+ *  (number of a segment). */
 export function wantedOf(search, base) {
   const parameters = new URLSearchParams(search);
   const given = parameters.get("url");

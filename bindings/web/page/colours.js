@@ -1,7 +1,7 @@
 // The colours of `shm preview` (converters/picture/colours.cpp), bit by bit. A colour is [red,
 // green, blue], each 0..255.
 
-// The palette of M. Okabe and K. Ito without its black, blue first.
+// The palette of M. Okabe and K. Ito, without black, beginning with blue.
 const HUES = [[86, 180, 233], [230, 159, 0], [0, 158, 115], [240, 228, 66], [204, 121, 167],
   [213, 94, 0], [0, 114, 178]];
 
@@ -14,7 +14,7 @@ const STEPS = 17; // interpolation steps from one colour to the next
 /** Colour of elements without a value. */
 export const NO_VALUE = [150, 150, 150];
 
-/** Interpolates from `a` to `b`: at `part` of `of` steps. */
+/** Returns the number that is `part` of `of` steps from `a` to `b`. */
 function between(a, b, part, of) {
   const half = Math.floor(of / 2);
   return a.map((from, i) => Math.floor((from * (of - part) + b[i] * part + half) / of));
@@ -23,7 +23,7 @@ function between(a, b, part, of) {
 /** Block colours repeat with this period. */
 export const BLOCK_COLOURS = 3 * HUES.length;
 
-/** Returns the colour of a block by its index: seven hues, then darker, then lighter variants. */
+/** Returns the colour of the block with this index: seven hues, then darker, then lighter hues. */
 export function blockColour(block) {
   const hue = HUES[block % HUES.length];
   switch (Math.floor(block / HUES.length) % 3) {
@@ -33,7 +33,7 @@ export function blockColour(block) {
   }
 }
 
-/** Returns the colour of a value, scaled to 0..1; NO_VALUE for NaN. */
+/** Returns the colour of a value in 0..1; NO_VALUE for NaN. */
 export function valueColour(share) {
   if (Number.isNaN(share)) return NO_VALUE;
   const most = (VALUES.length - 1) * STEPS; // 255

@@ -1,10 +1,10 @@
-// Drawing: draws a surface on a canvas with WebGL 2. Vertices and faces are textures. The corners
-// of triangles are pairs of numbers, a vertex and a face. A new time step changes only the texture
-// of values.
+// Drawing: draws a surface on a canvas with WebGL 2. Data of vertices and faces is stored in
+// textures. Each corner of a triangle is a pair of a vertex index and a face index. A new time step
+// changes only the texture of values.
 import { BLOCK_COLOURS, NO_VALUE, blockColour, valueTable } from "./colours.js";
 import { axesOf, matrixOf } from "./camera.js";
 
-const WIDE = 2048; // width in elements of textures that hold lists
+const WIDE = 2048; // width of the textures that store lists, in elements
 
 const VERTEX = `#version 300 es
 precision highp float;
@@ -89,7 +89,7 @@ function compiled(gl, type, source) {
   return shader;
 }
 
-/** Formats of lists: numbers per element, and the texture format. */
+/** Formats of lists: count of numbers per element, and the texture format. */
 function kindsOf(gl) {
   return {
     places: { unit: 0, parts: 4, internal: gl.RGBA32F, format: gl.RGBA, type: gl.FLOAT,
@@ -164,8 +164,9 @@ export class Drawing {
     return texture;
   }
 
-  /** Stores a list as a texture with rows of WIDE elements. Throws RangeError if it is too long.
-   *  Does nothing while the graphics context is lost: all lists are stored again afterwards. */
+  /** Stores a list as a texture with rows of WIDE elements. Throws RangeError if the list is too
+   *  long. Does nothing while the graphics context is lost: all lists are stored again
+   *  afterwards. */
   list(name, values) {
     const { gl } = this;
     if (this.isLost) return;
@@ -184,8 +185,8 @@ export class Drawing {
     gl.texImage2D(gl.TEXTURE_2D, 0, internal, WIDE, rows, 0, format, type, padded);
   }
 
-  /** Draws this surface from now on: {places, corners, blocks}, as from surface.js; blocks:
-   *  Uint8Array with a colour for each face. The arrays are borrowed until the next call. */
+  /** Sets the surface to draw: {places, corners, blocks}, as surface.js returns them. blocks:
+   *  Uint8Array with the colour of each face. The arrays are borrowed until the next call. */
   show(surface) {
     const { gl } = this;
     this.surface = surface;
@@ -204,15 +205,15 @@ export class Drawing {
     this.change({});
   }
 
-  /** Colours by values, {shares, ofPoints}; or by blocks if null. */
+  /** Sets the values that determine the colours, {shares, ofPoints}; null: colours show blocks. */
   colour(shares) {
     this.shares = shares;
     if (shares !== null) this.list("shares", shares.shares);
     this.change({});
   }
 
-  /** Changes settings: edges; clip: [x, y, z, most] in the frame, or null; camera. Redraws with the
-   *  next animation frame. */
+  /** Changes settings: edges, true or false; clip, [x, y, z, most] in the frame, or null; camera.
+   *  Redraws with the next animation frame. */
   change(settings) {
     Object.assign(this.set, settings);
     if (this.wanted) return;

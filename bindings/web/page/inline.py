@@ -5,8 +5,8 @@
 
 PAGE: the folder of index.html, style.css and main.js. MODULES: the folder of the web package's JavaScript. PACKAGE:
 the built web package, with shmformat.wasm, LICENSE and licences/. Modules become functions in one script, each after
-its dependencies; the decoder is compressed with gzip. The same sources give the same bytes, provided that zlib does.
-The page's policy allows the script and the style by their hashes, and nothing more.
+its dependencies; the decoder is compressed with gzip. With the same version of zlib, the same sources produce the
+same bytes. The page's Content-Security-Policy allows only its script and its style, identified by their hashes.
 """
 import base64
 import hashlib
@@ -19,9 +19,9 @@ from pathlib import Path
 IMPORT = re.compile(r"^import (\{[^}]*\})\s*from \"(\.[^\"]+)\";\n", re.M)
 EXPORT = re.compile(r"^export (?=(?:async )?(?:function|class|const) (\w+))", re.M)
 EXPORTED = re.compile(r"^export \{([^}]*)\};\n", re.M)
-# How the package starts its worker in browsers, and in Node.js, in the form that bundlers
-# recognize. The page's worker is a classic script: from a Blob URL of a page opened from file://,
-# Chromium starts no module workers.
+# The expressions with which the package starts its worker in browsers and in Node.js; bundlers
+# recognize them. The page uses a classic script as worker, because Chromium does not start module
+# workers from a Blob URL of a page that was opened from file://.
 WORKER = 'new URL("./worker.js", import.meta.url), { type: "module" }'
 NODES_WORKER = 'new URL("./worker.js", import.meta.url)'
 # The page passes its embedded decoder to the package, so this location is never used.
@@ -105,7 +105,7 @@ def main():
     if len(sys.argv) != 5:
         sys.exit(__doc__)
     page, modules, package, out = map(Path, sys.argv[1:])
-    # opening.js supplies the files that the package would otherwise look for next to itself.
+    # opening.js supplies the decoder and the worker, which the package otherwise loads from files next to itself.
     script = "\n" + script_of(page / "main.js", "globalThis.shmWorkerUrl()")
     style = "\n" + (page / "style.css").read_text(encoding="utf-8")
     inside = {

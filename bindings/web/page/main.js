@@ -12,11 +12,11 @@ import { cameraKey, takePointers } from "./pointing.js";
 import { boxOf, cornersOf, frameOf, joined, numbersOf, placesOf, rangeOf, sharesOf, viewOfPlane }
   from "./surface.js";
 
-const LARGE = 64e6; // bytes; of larger files on a server, only the first segment is shown at first
-const MOST_BLOCKS = 1000; // entries of a list
-const MOST_VERTICES = 4e6; // drawn of a mesh without faces
+const LARGE = 64e6; // bytes; larger files on a server are first shown by one segment only
+const MOST_BLOCKS = 1000; // maximum number of blocks in the list
+const MOST_VERTICES = 4e6; // maximum number of vertices drawn of a mesh without faces
 
-/** A surface without faces. */
+/** The surface of an empty selection. */
 const NOTHING = { vertexCount: 0, faceCount: 0, leftOut: 0, points: new Float32Array(0),
   connectivity: new Uint32Array(0), offsets: new Uint32Array(1), blocks: new Uint32Array(0),
   arrays: null };
@@ -167,7 +167,7 @@ async function readSurface(mesh, choice, step) {
     arrays: ofPoints.length > 0 ? read.arrays : null };
 }
 
-/** Returns a number of the chosen array for each vertex or face; null if it has no values. */
+/** Returns one number per vertex or face from the chosen array; null if the array has no values. */
 function numbersOfChoice({ mesh, choice, component }, surface) {
   if (choice === null || surface.arrays === null || surface.arrays.length === 0) return null;
   const parts = surface.arrays.map(({ values, components, index }) => ({
@@ -204,9 +204,10 @@ function putColours() {
 }
 
 let looking = null; // the current run of look()
-let isStale = false; // whether the choices have changed since it began
+let isStale = false; // true if the choices have changed since the current run of look() began
 
-/** Shows the current choices. Runs one read at a time, and repeats if choices change meanwhile. */
+/** Shows the mesh with the current choices. Reads once at a time, and again if choices change
+ *  during a read. */
 function look() {
   if (state.mesh === null) return Promise.resolve();
   isStale = true;
@@ -234,7 +235,7 @@ async function lookOnce(mesh, choice, place) {
     if (mesh !== state.mesh || choice !== state.choice) return;
     if (!drawing.isLost) $("error").hidden = true;
     putSurface(read);
-    // The read cells are shown whole, even if the clip plane cuts them.
+    // The cells that were read are shown whole, even if the clip plane cuts them.
     if (state.clip === clip) drawing.change({ clip: null });
     putColours();
     drawLegend();
@@ -493,7 +494,7 @@ function connectControls() {
   $("clip-at").addEventListener("change", () => chooseClip(false));
   $("segment").addEventListener("change", ({ target }) => {
     state.segment = target.value === "" ? null : Number(target.value);
-    state.frame = null; // the part may be small compared with the whole
+    state.frame = null; // the chosen part may be small compared with the whole mesh
     state.clip = null;
     $("clip").value = "";
     $("clip-more").hidden = true;

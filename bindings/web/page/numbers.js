@@ -1,6 +1,6 @@
-// Numbers as text for people, independent of the locale.
+// Converts numbers and names to human-readable text, independent of the locale.
 
-/** Returns six significant digits, formatted like %g of printf. */
+/** Returns a value with six significant digits, formatted like %g of printf. */
 export function valueText(value) {
   if (Number.isNaN(value)) return "no number";
   if (!Number.isFinite(value)) return value < 0 ? "-inf" : "inf";
@@ -18,7 +18,7 @@ export function countText(count) {
   return String(count).replace(/\B(?=(\d{3})+$)/g, ",");
 }
 
-/** "1 cell", "2 cells". */
+/** Returns a count with the singular or plural of a noun: "1 cell", "2 cells". */
 export function plural(count, one, many) {
   return `${countText(count)} ${count === 1 ? one : many}`;
 }

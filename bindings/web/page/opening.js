@@ -1,10 +1,10 @@
-// The data embedded in the page: the decoder, the script of its worker, and possibly a file (`shm
-// view`). Opens files with them.
+// Opens files with the data embedded in the page: the decoder, the script of its worker, and
+// possibly a file (`shm view`).
 import { open } from "../npm/shmformat.js";
 
 // First bytes of every .shm file.
 const SIGNATURE = [0x89, 0x53, 0x48, 0x4d, 0x0d, 0x0a, 0x1a, 0x0a];
-const PIECE = 1 << 20; // characters of base64 at a time; a multiple of 4
+const PIECE = 1 << 20; // number of base64 characters decoded at a time; a multiple of 4
 
 /** Returns an element's base64 text as a Blob. Throws Error if it is not base64. */
 function blobOf(element, type) {
@@ -49,7 +49,8 @@ export function fileInside() {
   return { name: element.dataset.name, source };
 }
 
-/** Rejects files of other kinds by their first bytes. (The decoder would begin at the end.) */
+/** Rejects files of other kinds by their first bytes. (The decoder would first read the end of the
+ *  file.) */
 async function checkBeginning(file, name) {
   const first = new Uint8Array(await file.slice(0, SIGNATURE.length).arrayBuffer());
   if (first.length > 0 && SIGNATURE.some((byte, i) => byte !== first[i])) {

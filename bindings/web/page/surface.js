@@ -1,6 +1,6 @@
-// Surface: converts the result of the package's boundary() for the graphics card. Numbers from a
-// file may be anything: points that are not finite are not drawn, and values that are not finite
-// are shown as missing.
+// Surface: converts the result of the package's boundary() for the graphics card. Coordinates and
+// values from a file may be any numbers: points that are not finite are not drawn, and values that
+// are not finite are shown as missing.
 
 /** Returns the frame of the mesh. Frame coordinates are relative to the middle of all finite
  *  points, and -1..1 along the largest side. */
@@ -23,8 +23,8 @@ export function frameOf(points) {
   return { middle, half: half > 0 ? half : 1, least, most, isEmpty };
 }
 
-/** Converts one coordinate to the frame. Halving the smallest numbers may cause errors up to the
- *  size of the mesh. */
+/** Converts one coordinate to the frame. The halving can cause an error up to the size of the mesh
+ *  if the mesh is as small as the smallest floating-point numbers. */
 export function inFrame(frame, axis, coordinate) {
   return Math.min(Math.max((coordinate - frame.middle[axis]) / frame.half, -2), 2);
 }
@@ -49,13 +49,13 @@ export function placesOf(frame, points) {
   return places;
 }
 
-// Bits of a corner's second number above the face number: which sides of its triangle, each from a
-// corner to the next, are edges of the polygon.
+// The second number of a corner is the face number in the lower 29 bits. The bits above mark the
+// sides of the triangle (each from one corner to the next) that are edges of the polygon.
 const EDGE = 29;
 export const MOST_FACES = 2 ** EDGE;
 
-/** Returns the corner at which the triangle fan of a polygon begins: the smallest x, then y, then
- *  z. The picture then does not depend on the order of the corners. */
+/** Returns the corner at which the triangle fan of a polygon begins: the corner with the smallest
+ *  x, then y, then z. So the picture does not depend on the order of the corners. */
 function fanCorner(points, connectivity, from, end) {
   let best = from;
   for (let i = from + 1; i < end; ++i) {
@@ -68,9 +68,9 @@ function fanCorner(points, connectivity, from, end) {
   return best;
 }
 
-/** Returns two numbers per corner: its vertex, and its face with the bits of EDGE. Triangles have
- *  three corners, lines two, points one. Faces with a vertex that is not finite are left out.
- *  offsets: Uint32Array or BigUint64Array. */
+/** Returns two numbers per corner: the index of its vertex, and the index of its face with the edge
+ *  bits above (EDGE). Triangles have three corners, lines two, points one. Faces with a vertex that
+ *  is not finite are left out. offsets: Uint32Array or BigUint64Array. */
 export function cornersOf({ points, connectivity, offsets, faceCount }, places) {
   if (faceCount > MOST_FACES) throw new RangeError(`${faceCount} faces are more than can be drawn`);
   const begin = (f) => Number(offsets[f]);
@@ -134,8 +134,8 @@ function lengthOf(values, from, components) {
   return most * Math.sqrt(sum);
 }
 
-/** Returns a number for each element of an array. component: its index, or null for the vector's
- *  length. */
+/** Returns one number for each element of an array. component: index of the component, or null for
+ *  the length of the vector. */
 export function numbersOf(values, components, component) {
   const count = Math.floor(values.length / components);
   const numbers = new Float64Array(count);
@@ -147,8 +147,8 @@ export function numbersOf(values, components, component) {
   return numbers;
 }
 
-/** Combines cell arrays with the same name on different blocks. `blocks`: block of each face; the
- *  blocks of a part may be null for all. */
+/** Combines cell arrays with the same name on different blocks. `blocks`: block index of each face.
+ *  The blocks of a part are null if the part covers all blocks. */
 export function joined(parts, blocks) {
   const numbers = new Float64Array(blocks.length).fill(NaN);
   for (const part of [...parts].reverse()) {

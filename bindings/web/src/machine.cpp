@@ -1,10 +1,10 @@
 // The environment of the decoder in WebAssembly: three JavaScript functions as callbacks of
-// shmformat.h, and a way to end where native code would throw or abort. JavaScript calls the shmf_*
-// functions directly.
+// shmformat.h, and functions that end the instance where native code would throw or abort.
+// JavaScript calls the shmf_* functions directly.
 //
-// The module is built without exceptions. If memory runs out, it stores a message where JavaScript
-// finds it, and traps. JavaScript then discards the instance with everything that was open in it.
-// So no call returns with less memory than it asked for.
+// The module is built without exceptions. If memory runs out, the module stores a message at an
+// address that JavaScript knows, and traps. JavaScript then discards the instance with everything
+// that was open in it. So code after a failed allocation never runs.
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
@@ -27,14 +27,14 @@ void page_prefetch(void* context, const shmf_range* ranges, size_t count);
 SHM_FROM_PAGE("progress")
 int page_progress(void* context, double done);
 
-// JavaScript copies these structs and fills in context and size: it can call exported functions,
-// but cannot create pointers to its own functions.
+// JavaScript copies these structs and fills in context and size. It cannot create the function
+// pointers in them itself.
 extern const shmf_source shmf_page_source = {sizeof(shmf_source), nullptr, 0,
                                              page_read_at,        nullptr, page_prefetch};
 extern const shmf_run_options shmf_page_run = {sizeof(shmf_run_options), page_progress, nullptr, 0,
                                                0};
 
-// A sentence that says why the instance ended; null while it is alive.
+// A sentence with the reason why the instance ended; null while the instance is usable.
 extern const char* shmf_page_last_words;
 const char* shmf_page_last_words = nullptr;
 }
@@ -84,13 +84,13 @@ extern "C" [[noreturn]] void __cxa_throw(void* /*thrown*/, std::type_info* type,
   end_of_throw(type->name());
 }
 
-// Called by the C++ library, which is compiled without exceptions, instead of throwing. The text
-// names the exception.
+// The C++ library, which is compiled without exceptions, calls this function instead of throwing.
+// The text contains the name of the exception.
 _LIBCPP_BEGIN_NAMESPACE_STD
 [[noreturn]] void __libcpp_verbose_abort(const char* text, ...) { end_of_throw(text); }
 _LIBCPP_END_NAMESPACE_STD
 
-// Called for errors that cannot happen, such as the call of a pure virtual function.
+// Called for errors that never occur in correct code, such as the call of a pure virtual function.
 extern "C" [[noreturn]] void abort_message(const char* /*text*/, ...) {
   end("the C++ library aborted");
 }

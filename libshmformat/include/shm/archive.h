@@ -24,8 +24,8 @@ struct ArchiveMember {
   std::uint64_t bytes = 0;
 };
 
-/// Returns true for 1 to 255 bytes that form a plain file name, not a path: no '/', '\\' or control
-/// character, and neither "." nor "..".
+/// Returns true if `name` is a plain file name of 1 to 255 bytes, not a path: without '/', '\\' and
+/// control characters, and neither "." nor "..".
 SHM_API bool is_member_name(std::string_view name);
 
 /// Writes members one after the other, front to back. After the first error every call returns that
@@ -38,10 +38,10 @@ class SHM_API ArchiveWriter {
   ArchiveWriter& operator=(ArchiveWriter&&) noexcept;
   ~ArchiveWriter();
 
-  /// Ends the previous member and begins one named `name`, which must be a member name that is not
-  /// in use. The bytes written to the returned sink until the next call of the ArchiveWriter must
-  /// form one .shm file that is not itself an archive; only its first bytes are checked. The sink
-  /// lives as long as the ArchiveWriter.
+  /// Ends the previous member and begins one named `name`, which must be a valid member name that
+  /// is not in use yet. The bytes written to the returned sink until the next call of the
+  /// ArchiveWriter must form one .shm file that is not itself an archive; only its first bytes are
+  /// checked. The sink lives as long as the ArchiveWriter.
   Result<ByteSink*> add_member(const std::string& name);
   /// Ends the last member, writes the list of members and commits the sink. The file is valid only
   /// if this succeeds; the destructor reports nothing. Returns the total number of bytes written.
@@ -60,8 +60,8 @@ SHM_API bool looks_like_archive(std::span<const std::byte> head);
 /// independent.
 class SHM_API ArchiveReader {
  public:
-  /// Reads the list of members, which may have at most limits.max_chunk_bytes. `source` is borrowed
-  /// during the call.
+  /// Reads the list of members, whose size is limited by limits.max_chunk_bytes. `source` is
+  /// borrowed during the call.
   static Result<ArchiveReader> open(RandomSource& source, const ReadLimits& limits = {});
   /// Members in file order. All names are valid member names and distinct.
   const std::vector<ArchiveMember>& members() const { return members_; }

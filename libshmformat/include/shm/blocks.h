@@ -1,5 +1,5 @@
-// What a Reader yields: vertices and cells block by block, values of time steps, totals.
-// Plain values.
+// The items that a Reader yields: vertices and cells block by block, values of time steps, and
+// totals. All types are plain values.
 #pragma once
 
 #include <array>
@@ -16,7 +16,7 @@
 
 namespace shm {
 
-/// Converts numbers of `type`, as stored in memory, to type T, as static_cast does.
+/// Converts the numbers in `from`, stored as `type` in host byte order, to T, as static_cast does.
 template <class T>
 std::vector<T> numbers_as(ScalarType type, std::span<const std::byte> from) {
   std::vector<T> to;
@@ -48,17 +48,18 @@ std::vector<T> numbers_as(ScalarType type, std::span<const std::byte> from) {
 struct MeshBlock {
   std::uint64_t first_vertex = 0;             ///< stream number of the first vertex
   std::vector<std::uint64_t> vertex_numbers;  ///< original numbers (Order::keep) or stream numbers
-  std::vector<std::byte> xyz;                 ///< 3 coordinates each
-  std::uint64_t first_cell = 0;               ///< position in coding order of the first cell
+  std::vector<std::byte> xyz;                 ///< 3 coordinates of each vertex
+  std::uint64_t first_cell = 0;               ///< position of the first cell in coding order
   std::vector<std::uint64_t>
       cell_numbers;  ///< original numbers (Order::keep) or positions in coding order
   std::vector<std::uint32_t> cell_blocks;
-  std::vector<std::uint64_t> corner_begin;  ///< cells + 1 offsets into corners
-  std::vector<std::uint64_t> corners;       ///< vertex numbers
-  std::vector<std::uint64_t> last_use;      ///< bit i: corner i is finalized by this cell
+  std::vector<std::uint64_t>
+      corner_begin;                     ///< offsets of the cells in `corners`; cells + 1 entries
+  std::vector<std::uint64_t> corners;   ///< vertex numbers of the corners
+  std::vector<std::uint64_t> last_use;  ///< for each cell: bit i is set if it finalizes corner i
   std::vector<std::uint64_t> vertices_before_cell;
-  /// Empty if each vertex occurs once, in the segment that owns it. If a segment is read on its
-  /// own: 1 for each vertex that an earlier segment owns, otherwise 0.
+  /// Empty if each vertex occurs once, in the segment that owns it. If a single segment is read: 1
+  /// for each vertex that an earlier segment owns, otherwise 0.
   std::vector<std::uint8_t> imported;
   /// Values of static arrays by array index: point arrays for each vertex, cell arrays for each
   /// cell whose block they cover. Empty for stepped arrays.
@@ -68,7 +69,8 @@ struct MeshBlock {
   std::size_t cell_count() const { return cell_blocks.size(); }
 };
 
-/// A segment as described by the index. Reading the segment fails if its contents disagree.
+/// A segment as described by the index. Reading the segment fails if its contents differ from this
+/// description.
 struct SegmentInfo {
   std::uint64_t first_cell = 0, cells = 0;       ///< in coding order
   std::uint64_t first_vertex = 0, vertices = 0;  ///< vertices that the segment owns; stream numbers
@@ -88,22 +90,25 @@ struct StepPiece {
 struct StepTimes {
   std::vector<double> times;
 };
-/// Totals of a whole file; the last item.
+/// Totals of a whole file; the last item that a Reader yields.
 struct Totals {
   std::uint64_t vertices = 0, cells = 0, hexahedra = 0;
   std::uint64_t max_active_vertices = 0;
-  std::vector<std::uint64_t> segment_starts;  ///< position in coding order of their first cells
+  std::vector<std::uint64_t>
+      segment_starts;  ///< position of each segment's first cell in coding order
   /// Connectivity codec of each segment; automatic for a segment without cells.
   std::vector<ConnectivityCodec> segment_connectivity;
   std::uint64_t imported_vertices = 0;  ///< vertices coded again by segments that do not own them
   std::uint64_t total_bytes = 0;
-  std::map<std::string, std::uint64_t> streams;  ///< as in SizeReport
+  std::map<std::string, std::uint64_t> streams;  ///< bytes of each kind of stream, as in SizeReport
   std::uint64_t steps = 0;
   std::vector<std::uint64_t> block_cells;
-  std::uint64_t trailing_bytes = 0;  ///< ignored bytes after the end record: a torn append
+  std::uint64_t trailing_bytes =
+      0;  ///< ignored bytes after the end record, left by an interrupted append
 };
 
-// Single events of MeshBlocks, for callers that keep only a small part of the mesh.
+// The contents of a MeshBlock as single events, for callers that keep only a small part of the
+// mesh.
 
 struct VertexEvent {
   std::uint64_t number;

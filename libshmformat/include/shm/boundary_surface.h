@@ -1,5 +1,5 @@
 // The boundary surface of a mesh: the faces that belong to exactly one cell, for pictures, web
-// pages and other views from outside. It is found in one pass; memory follows the active surface
+// pages and other views from outside. It is found in one pass; memory grows with the active surface
 // and the size of the result.
 //   shm::FileRandomSource& file = ...;
 //   const auto surface = shm::read_boundary(file);
@@ -23,7 +23,7 @@
 namespace shm {
 
 /// Finds the boundary of a mesh that the caller reads, block by block. Not thread safe; distinct
-/// BoundaryFinders are independent. After an error it must not be used again.
+/// BoundaryFinders are independent. A BoundaryFinder must not be used after an error.
 class SHM_API BoundaryFinder {
  public:
   /// `schema` is copied. ErrorCode::misuse if a requested array does not exist.
@@ -34,15 +34,15 @@ class SHM_API BoundaryFinder {
 
   /// Adds the next block, as returned by a Reader, or by a MeshExtractor with the requested arrays.
   /// In the second case the result is the boundary of the piece; since the cells of a piece do not
-  /// finalize vertices, memory then follows the size of the piece. Other blocks are
-  /// ErrorCode::misuse, or ErrorCode::corrupt if a cell uses a vertex that does not exist.
+  /// finalize vertices, memory then grows with the size of the piece. Other blocks fail with
+  /// ErrorCode::misuse, or with ErrorCode::corrupt if a cell uses a vertex that does not exist.
   Result<void> add(const MeshBlock& block);
-  /// After the mesh: adds values of a stepped array, in coding order. Values that were not
-  /// requested are ignored.
+  /// Adds values of a stepped array, in coding order. Call it after the last block. Values that
+  /// were not requested are ignored.
   Result<void> add(const StepPiece& piece);
   /// Adds values of an array at a step, as returned by a StepReader or MeshExtractor. They are
-  /// assigned by element numbers if `values` has numbers, otherwise by coding order. Pieces need
-  /// numbers.
+  /// assigned by element numbers if `values` has numbers, otherwise by coding order. Values of a
+  /// piece must have numbers.
   Result<void> add(std::uint32_t array, std::uint64_t step, const StepValues& values);
   /// Ends the input and returns the boundary. ErrorCode::misuse if no values of a requested stepped
   /// array were added although it has some, or if finish() was called before.
@@ -55,7 +55,7 @@ class SHM_API BoundaryFinder {
 };
 
 /// Finds the boundary of a file with random access. Only the requested values are read. `reading`
-/// gives the number of threads. A wrong index can hide cells, as in a MeshExtractor.
+/// sets the number of threads. A wrong index can hide cells, as in a MeshExtractor.
 /// ErrorCode::misuse if a requested array does not exist or has no values at its step. `source` is
 /// borrowed during the call.
 SHM_API Result<BoundarySurface> read_boundary(RandomSource& source,

@@ -1,5 +1,5 @@
-// Sources and sinks of bytes: small interfaces, and the usual implementations. File names are the
-// bytes that the system uses; on Windows they are UTF-8.
+// Sources and sinks of bytes: small interfaces and their usual implementations. File names are
+// passed to the system unchanged; on Windows they are UTF-8.
 #pragma once
 
 #include <cstddef>
@@ -38,11 +38,11 @@ class SHM_API ByteSink {
 class SHM_API ByteSource {
  public:
   virtual ~ByteSource() = default;
-  /// Fills the front of `into` and returns the number of bytes; 0 only at the end.
+  /// Fills the front of `into` and returns the number of bytes read, which is 0 only at the end.
   virtual Result<std::size_t> read(std::span<std::byte> into) = 0;
 };
 
-/// Appends to memory.
+/// Appends all bytes to `bytes`.
 class SHM_API MemorySink final : public ByteSink {
  public:
   Result<void> write(std::span<const std::byte> bytes) override;
@@ -68,12 +68,23 @@ class SHM_API NullSink final : public ByteSink {
   std::uint64_t bytes = 0;
 };
 
-/// Writes a file that appears complete or not at all. Bytes go to an unnamed file in the same
-/// folder, which disappears with its process. commit() flushes it to the disk and gives it its
-/// name; an existing file of that name is replaced by renaming. Writer, PartJoiner, Appender and
-/// ArchiveWriter call commit() in finish(), and write_mesh() and write_in_order() call it at their
-/// end. Callers that write bytes themselves must call it too: a FileSink that is destroyed without
-/// commit() leaves no file.
+/// Writes a file that appears complete or not at all. Bytes are written to an unnamed file in the
+/// same folder, which disappears with its process. commit() flushes this file to the disk and makes
+/// it visible under the final name; an existing file of that name is replaced by renaming. Writer,
+/// PartJoiner, Appender and ArchiveWriter call commit() in finish(), and write_mesh() and
+/// write_in_order() call it at their end. Callers that write bytes themselves must call it too: a
+/// FileSink that is destroyed without commit() leaves no file.
+///
+/// If the system has no unnamed files, or if the caller requests a named temporary file, its name
+/// is ".NAME.tmp" plus numbers that identify the process and the machine. It is removed when the
+/// FileSink is destroyed without commit(). If a process was killed, the next create() of a named
+/// temporary file for the same path removes its leftovers (after an hour if they are from another
+/// machine).
+///
+/// The new file inherits the permissions and, if allowed, the group of the file that it replaces
+/// (Windows has neither). If the path is a symbolic link, its target is replaced. On Windows a file
+/// that is open elsewhere can be replaced only if its file system supports that. "-" is standard
+/// output (commit does nothing).
 ///
 /// If the system has no unnamed files, or if a named one is requested, the temporary file is called
 /// ".NAME.tmp" plus numbers of process and machine. It is removed when the FileSink is destroyed
@@ -89,14 +100,14 @@ class SHM_API FileSink final : public ByteSink {
   enum class Temporary : std::uint8_t { unnamed, named };
   enum class Existing : std::uint8_t { replace, refuse };
   /// `how`: `named` forces a named temporary file. `existing`: `refuse` fails with
-  /// ErrorCode::output if the path exists, now or when the file is committed, and leaves the
-  /// existing file unchanged.
+  /// ErrorCode::output if the path exists now or at the commit, and leaves the existing file
+  /// unchanged.
   static Result<std::unique_ptr<FileSink>> create(const std::string& path,
                                                   Temporary how = Temporary::unnamed,
                                                   Existing existing = Existing::replace);
-  /// Creates a scratch file in `folder` that never gets its final name and is accessible to this
-  /// user only. If it needs a temporary name, `name` in it shows whose file it is. commit() does
-  /// nothing.
+  /// Creates a scratch file in `folder`, which only this user may access and which never appears
+  /// under a final name. If the file needs a temporary name, that name contains `name`, to show
+  /// where the file comes from. commit() does nothing.
   static Result<std::unique_ptr<FileSink>> create_scratch(const std::string& folder,
                                                           const std::string& name,
                                                           Temporary how = Temporary::unnamed);
@@ -105,13 +116,14 @@ class SHM_API FileSink final : public ByteSink {
   FileSink& operator=(const FileSink&) = delete;
   Result<void> write(std::span<const std::byte> bytes) override;
   Result<void> copy(RandomSource& from, std::uint64_t offset, std::uint64_t bytes) override;
-  /// After it has succeeded, further calls do nothing and nothing more can be written. All steps
-  /// that can fail happen before the file gets its name, except flushing the folder; the error then
-  /// says so.
+  /// Completes the file. After commit() has succeeded, further calls do nothing and nothing more
+  /// can be written. Everything that can fail happens before the file appears under its name,
+  /// except flushing the folder; the error then says so.
   Result<void> commit() override;
 
-  /// Name by which this process may open the file until commit() and write to it instead of through
-  /// this sink; for an unnamed file, a name in /proc. Empty if nothing is renamed in the end.
+  /// Returns the name by which this process may open the file until commit(), to write to it
+  /// without this sink; for an unnamed file, a name in /proc. Empty if commit() does not rename a
+  /// file.
   const std::string& temporary() const { return temporary_; }
   bool is_named() const { return named_; }
 
@@ -130,10 +142,10 @@ class SHM_API FileSink final : public ByteSink {
     std::uint32_t mode = 0, group = 0;
   };
   int descriptor_ = -1;
-  bool named_ = false;    // there is a temporary file to remove
-  bool scratch_ = false;  // never gets its final name
+  bool named_ = false;    // true: there is a temporary file to remove
+  bool scratch_ = false;  // true: the file never gets a final name
   bool committed_ = false;
-  bool replaces_ = true;  // whether commit() replaces an existing file
+  bool replaces_ = true;  // true: commit() replaces an existing file
   std::optional<Permissions> permissions_;
   std::string path_, temporary_;
 };
@@ -146,8 +158,8 @@ class SHM_API FileSource final : public ByteSource {
   FileSource(const FileSource&) = delete;
   FileSource& operator=(const FileSource&) = delete;
   Result<std::size_t> read(std::span<std::byte> into) override;
-  /// Opens the same file for random access, all of it and independently of this source. Fails if
-  /// the file is not seekable, e.g. a pipe.
+  /// Opens the whole file again for random access, independently of this source. Fails if the file
+  /// is not seekable, e.g. a pipe.
   Result<std::unique_ptr<FileRandomSource>> anywhere() const;
 
  private:
@@ -185,7 +197,7 @@ class SHM_API MemoryRandomSource final : public RandomSource {
   std::span<const std::byte> bytes_;
 };
 
-/// Makes another source usable by several threads: it lets one thread at a time read.
+/// Makes another source usable by several threads, by letting only one thread at a time read.
 class SHM_API SharedSource final : public RandomSource {
  public:
   explicit SharedSource(std::unique_ptr<RandomSource> source);
@@ -210,10 +222,10 @@ class SHM_API FileRandomSource final : public RandomSource {
   FileRandomSource& operator=(const FileRandomSource&) = delete;
   std::uint64_t size() const override { return size_; }
   Result<void> read_at(std::uint64_t offset, std::span<std::byte> into) override;
-  /// Copies bytes from `offset` on to the current position of the open file `descriptor`, without
-  /// passing them through this process; file systems that support it share the blocks of both
-  /// files. Returns how many of the `bytes` bytes were copied; fewer, or none, if the system cannot
-  /// copy them.
+  /// Copies `bytes` bytes, beginning at `offset`, to the current position of the open file
+  /// `descriptor`, without passing them through this process; file systems that support it share
+  /// the blocks of both files. Returns the number of bytes copied. It is less than `bytes`, or 0,
+  /// if the system cannot copy them.
   std::uint64_t copy_to(int descriptor, std::uint64_t offset, std::uint64_t bytes) const;
 
  private:
@@ -224,7 +236,7 @@ class SHM_API FileRandomSource final : public RandomSource {
   std::string path_;
 };
 
-/// A range of bytes of another source, as a source of its own, sequential or with random access.
+/// A range of bytes of another source, as a separate source, sequential or with random access.
 class SHM_API SectionSource final : public RandomSource, public ByteSource {
  public:
   /// `whole` is borrowed and must outlive the section. Reading beyond the end of `whole` fails.

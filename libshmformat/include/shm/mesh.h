@@ -1,4 +1,4 @@
-// Mesh: a whole mesh in memory, for callers with enough of it. Convenience over Writer and Reader.
+// Mesh: a whole mesh in memory, and convenience functions that write and read it.
 //   auto mesh = shm::read_file("run.shm");
 //   if (!mesh) return complain(mesh.error().message());
 //   const auto t = mesh->find_array(shm::Location::point, "temperature");
@@ -23,15 +23,15 @@
 
 namespace shm {
 
-/// A mesh with its own numbering of vertices and cells, from 0. Values are raw bytes of the
-/// declared scalar types in host order. A plain value: several threads may call const members at
-/// once.
+/// A mesh whose vertices and cells are numbered from 0. Values are raw bytes of the declared scalar
+/// types in host order. A plain value: several threads may call const members at the same time.
 struct Mesh {
   Schema schema;
-  std::vector<std::byte> xyz;                     ///< 3 coordinates for each vertex
-  std::vector<std::uint32_t> cell_blocks;         ///< block index of each cell
-  std::vector<std::uint64_t> corner_begin = {0};  ///< cells + 1 offsets into corners
-  std::vector<std::uint64_t> corners;             ///< vertex numbers
+  std::vector<std::byte> xyz;              ///< 3 coordinates for each vertex
+  std::vector<std::uint32_t> cell_blocks;  ///< block index of each cell
+  std::vector<std::uint64_t> corner_begin = {
+      0};                              ///< offsets of the cells in `corners`; cells + 1 entries
+  std::vector<std::uint64_t> corners;  ///< vertex numbers of the corners
   /// Values of static arrays, by array index: one element for each vertex, or for each cell of a
   /// covered block in cell order. Empty for stepped arrays.
   std::vector<std::vector<std::byte>> arrays;
@@ -47,7 +47,8 @@ struct Mesh {
   }
   std::uint64_t cell_count() const { return cell_blocks.size(); }
 
-  /// Smallest x y z and largest x y z of the finite coordinates; +inf and -inf if there are none.
+  /// Returns the smallest x y z and the largest x y z of the finite coordinates; +inf and -inf if
+  /// there are none.
   SHM_API std::array<double, 6> bounds() const;
   /// Returns the coordinates x y z of all vertices, vertex after vertex.
   template <class T>
@@ -59,8 +60,8 @@ struct Mesh {
   SHM_API std::vector<std::array<std::uint64_t, 8>> hexahedra(std::uint32_t block = 0) const;
   /// Returns the index of the first array of that name and location, if there is one.
   SHM_API std::optional<std::size_t> find_array(Location location, std::string_view name) const;
-  /// Returns the values of an array, of a stepped array at `step`; the components of an element are
-  /// stored together. Empty if there are none.
+  /// Returns the values of an array (of a stepped array: its values at `step`); the components of
+  /// an element are stored together. Empty if the array has no such values.
   template <class T>
   std::vector<T> values_as(std::size_t array, std::size_t step = 0) const {
     if (array >= schema.arrays.size()) return {};
@@ -81,8 +82,8 @@ struct Mesh {
     const auto bytes = std::as_bytes(values);
     return add(std::move(name), location, scalar_type_of<T>(), components, bytes);
   }
-  /// Adds values at a time step to the array of that name and location. Creates the array if there
-  /// is none.
+  /// Adds values at a time step to the array of that name and location. Creates the array if it
+  /// does not exist.
   template <class T>
   void add_step(const std::string& name, Location location, std::size_t step,
                 std::span<const T> values, std::uint32_t components = 1) {
@@ -112,8 +113,8 @@ class NumberSpan {
   std::uint64_t operator[](std::size_t i) const {
     return narrow_ != nullptr ? narrow_[i] : wide_[i];
   }
-  /// Returns `count` numbers from `first` on; numbers of 32 bits are widened into `room`. Must
-  /// hold: first + count <= size().
+  /// Returns the `count` numbers from index `first` on; 32-bit numbers are converted into `room`.
+  /// Must hold: first + count <= size().
   std::span<const std::uint64_t> part(std::size_t first, std::size_t count,
                                       std::vector<std::uint64_t>& room) const {
     if (narrow_ == nullptr) return {wide_ + first, count};
@@ -127,38 +128,39 @@ class NumberSpan {
   std::size_t size_ = 0;
 };
 
-/// Vertices and cells in arrays of the caller, laid out as in a Mesh: for Writer::add_mesh().
+/// A mesh in arrays of the caller, laid out as in a Mesh, for Writer::add_mesh().
 struct MeshArrays {
   std::span<const std::byte> xyz;  ///< 3 coordinates for each vertex
   std::uint64_t cells = 0;
   std::span<const std::uint32_t> cell_blocks;  ///< empty: all cells belong to block 0
-  NumberSpan corner_begin;  ///< empty: each cell has its block's nodes_per_cell corners
+  NumberSpan corner_begin;  ///< empty: each cell has nodes_per_cell corners, as its block declares
   NumberSpan corners;
   std::vector<std::span<const std::byte>> arrays;  ///< as Mesh::arrays
 };
 
 /// Writes a whole mesh. Vertices are interleaved with cells and finalized as early as possible
 /// (vertex compaction). Unless the order is Order::keep, references in extras are renumbered to the
-/// numbers that a Reader will see. Only the delay buffer moves cells. Sizes that contradict each
-/// other are ErrorCode::misuse. Needs 16 bytes per vertex and cell in addition to the memory of a
-/// Writer.
+/// numbers that a Reader will see. Cells are reordered only by the delay buffer. Sizes that
+/// contradict each other are ErrorCode::misuse. Needs 16 bytes per vertex and cell in addition to
+/// the memory of a Writer.
 SHM_API Result<SizeReport> write_mesh(ByteSink& sink, const Mesh& mesh,
                                       const WriteOptions& options = {});
 
-/// Reads a whole file. With Order::keep everything has its original numbering, otherwise the order
-/// of the stream. Memory: one and a half times the mesh, plus a second copy of all corners if a
-/// delay moved cells of several shapes. `limits` protect against hostile files. For bytes in
-/// memory, the index gives the size of the mesh in advance, as in read_file().
+/// Reads a whole file. With Order::keep all vertices and cells have their original numbers,
+/// otherwise the numbers of the stream. Memory: one and a half times the mesh, plus a second copy
+/// of all corners if a delay buffer reordered cells of several shapes. `limits` protect against
+/// hostile files. For bytes in memory, the index gives the size of the mesh in advance, as in
+/// read_file().
 SHM_API Result<Mesh> read_mesh(ByteSource& source, const ReadLimits& limits = {},
                                const ReadOptions& options = {});
 SHM_API Result<Mesh> read_mesh(MemorySource& source, const ReadLimits& limits = {},
                                const ReadOptions& options = {});
 
-/// The same for files. A file appears complete or not at all; an existing file is kept unless
-/// `existing` allows replacing it. Errors name the file. If the file is seekable, its index gives
-/// the size of the mesh in advance. Reading then needs the mesh, the memory of a Reader, and 4
-/// bytes for each vertex and cell that arrives out of order, at the end 12 bytes (a million
-/// hexahedra with two fields: 1.3 times the mesh).
+/// write_mesh() and read_mesh() for files. A file appears complete or not at all; an existing file
+/// is kept unless `existing` allows replacing it. Errors contain the file name. If the file is
+/// seekable, its index gives the size of the mesh in advance. Reading then needs memory for the
+/// mesh and for a Reader, and 4 bytes for each vertex and cell that arrives out of order, at the
+/// end 12 bytes (a million hexahedra with two fields: 1.3 times the mesh).
 SHM_API Result<SizeReport> write_file(const std::string& path, const Mesh& mesh,
                                       const WriteOptions& options = {},
                                       FileSink::Existing existing = FileSink::Existing::refuse);

@@ -1,9 +1,9 @@
 // MeshExtractor: reads a piece of a mesh from a .shm file: some of its cells with their vertices
-// and values. In addition to index and schema it reads only the segments that may contain such
-// cells, and of these only the requested streams and, for stepped arrays, only the requested steps.
-// Memory: one chunk group (with threads: as in ReadOptions), the vertices that wait for their last
-// use, and 8 to 16 bytes for each vertex and cell of the piece; for steps also the memory of a
-// StepReader.
+// and values. The extractor reads the index, the schema, and only the segments that may contain
+// such cells. From these segments it reads only the requested streams and, for stepped arrays, only
+// the requested steps. Memory: one chunk group (with threads: as in ReadOptions), the vertices that
+// wait for their last use, and 8 to 16 bytes for each vertex and cell of the piece; for steps also
+// the memory of a StepReader.
 // spec: "Segments", "Index and trailer"
 #pragma once
 
@@ -24,10 +24,10 @@
 
 namespace shm {
 
-/// The extractor skips segments that cannot contain selected cells according to the index, so a
-/// wrong index can hide cells (they are missing in the piece), but do nothing worse. The data that
-/// is read must agree with the index, boxes included; otherwise reading fails. Not thread safe;
-/// distinct MeshExtractors are independent.
+/// The extractor skips segments that, according to the index, cannot contain selected cells. A
+/// wrong index can therefore hide cells (they are missing in the piece), but has no other effect.
+/// Data that is read must agree with the index, including boxes; otherwise reading fails. Not
+/// thread safe; distinct MeshExtractors are independent.
 class SHM_API MeshExtractor {
  public:
   /// Reads index and schema. `source` is borrowed and must outlive the MeshExtractor.
@@ -35,10 +35,10 @@ class SHM_API MeshExtractor {
   /// Opens a damaged file for reading its intact parts: of each segment, the groups before the
   /// first one whose cells or coordinates are damaged; values of arrays whose bitstreams are
   /// intact; and step values of these groups if everything that they refer to is intact. segments()
-  /// then lists the segments of which anything is left; vertices(), cells() and block_cells() give
-  /// the known counts of the whole file. A piece of all cells contains all cells that are left.
-  /// Reads the whole file once, and then the requested parts. Accepts undamaged files too. Fails if
-  /// no schema is left or the file cannot be read.
+  /// then lists the segments of which anything is left; vertices(), cells() and block_cells()
+  /// return the known counts of the whole file. A request for all cells returns all cells that are
+  /// left. Reads the whole file once, and then the requested parts. Accepts undamaged files too.
+  /// Fails if no schema is left or the file cannot be read.
   static Result<MeshExtractor> open_damaged(RandomSource& source, const ReadLimits& limits = {});
   MeshExtractor(MeshExtractor&&) noexcept;
   MeshExtractor& operator=(MeshExtractor&&) noexcept;
@@ -47,19 +47,20 @@ class SHM_API MeshExtractor {
   const Schema& schema() const;
   const std::vector<SegmentInfo>& segments() const;
   /// Static arrays (indices into Schema::arrays) that are lost in a segment of segments(). In parts
-  /// of the piece their values are NaN there, or 0 for integers, unless another segment has the
-  /// vertex too. Empty unless the file is damaged.
+  /// of the piece from that segment their values are NaN, or 0 for integers, unless another segment
+  /// has the vertex too. Empty unless the file is damaged.
   std::span<const std::uint32_t> lost_arrays(std::size_t segment) const;
-  /// Number of a segment in the file; differs from its index in segments() if segments are lost.
+  /// Returns the number of a segment in the file; it differs from the index in segments() if
+  /// segments are lost.
   std::uint32_t segment_number(std::size_t segment) const;
-  /// Returns true if a damaged file has or may have had values of a stepped array at a step; they
-  /// may be lost.
+  /// Returns true if a damaged file has or may have had values of a stepped array at a step. These
+  /// values may be lost.
   bool had_values(std::uint32_t array, std::uint64_t step) const;
   // Totals of the whole file, from the index.
   std::uint64_t vertices() const;
   std::uint64_t cells() const;
   std::uint64_t hexahedra() const;
-  /// Number of time steps; each stepped array has values at some of the steps.
+  /// Returns the number of time steps; each stepped array has values at some of the steps.
   std::uint64_t step_count() const;
   const std::vector<std::uint64_t>& block_cells() const;
 
@@ -71,7 +72,8 @@ class SHM_API MeshExtractor {
   Result<std::vector<std::uint64_t>> steps(std::uint32_t array);
 
   /// Returns a reader of the file's steps that uses the same index. The first call creates it; it
-  /// lives as long as this object. A request to it cancels one of begin_values(), and vice versa.
+  /// lives as long as this object. A request to that reader cancels a request of begin_values(),
+  /// and vice versa.
   Result<StepReader*> step_reader();
 
   /// Starts a request, whose parts next() returns, and drops the previous piece. Announces to the
@@ -85,9 +87,9 @@ class SHM_API MeshExtractor {
   /// segment by segment, not always in order; numbers are those of the whole mesh. Each cell occurs
   /// once. Each vertex occurs once, before or with the first cell that uses it; vertices that no
   /// cell uses occur only if all cells are selected or ExtractRequest::unused_vertices is set. In a
-  /// part, first_vertex and first_cell count within the piece. last_use is 0, unless the piece is
-  /// all cells of an undamaged file: then it is as in a Reader. `imported` is empty, and so are
-  /// arrays that were not requested.
+  /// part, first_vertex and first_cell count within the piece. last_use is 0, unless the piece
+  /// consists of all cells of an undamaged file; then last_use is as in a Reader. `imported` is
+  /// empty, and so are arrays that were not requested.
   Result<MeshBlock*> next();
 
   // After next() has returned null.

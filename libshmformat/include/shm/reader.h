@@ -1,8 +1,8 @@
-// Reader and Decoder: decode a .shm file piece by piece. Memory follows the active surface and one
-// chunk. For a file with stepped arrays they also hold the compressed connectivity, up to 64 MiB of
-// neighbourhoods (ReadOptions::kept_topology_bytes), and one step of all stepped arrays if that is
-// 128 MiB or less.
-//   Decoder   push: takes bytes and yields items; no I/O, no threads, no global state
+// Reader and Decoder: decode a .shm file piece by piece. Memory grows with the active surface and
+// one chunk, not with the mesh. For a file with stepped arrays they also hold the compressed
+// connectivity, up to 64 MiB of neighbourhoods (ReadOptions::kept_topology_bytes), and one step of
+// all stepped arrays if that is 128 MiB or less.
+//   Decoder   push: receives bytes and yields items; no I/O, no threads, no global state
 //   Reader    pull: reads from a ByteSource and yields items; with threads if requested
 // spec: "Decoding a file"
 #pragma once
@@ -25,11 +25,11 @@ namespace container {
 struct Index;
 }
 
-/// One item of a file. A Decoder yields MeshBlocks, then StepPieces; Extras and StepTimes at any
-/// place; Totals last.
+/// One item of a file. A Decoder yields MeshBlocks, then StepPieces, and finally Totals. Extras and
+/// StepTimes can occur between any of them.
 using Item = std::variant<MeshBlock, StepPiece, StepTimes, Extra, Totals>;
 
-/// Decodes bytes that the caller reads. Accepts pieces of any size, even single bytes. After the
+/// Decodes bytes that the caller feeds to it, in pieces of any size, even single bytes. After the
 /// first error every call returns that error. Not thread safe; distinct Decoders are independent.
 class SHM_API Decoder {
  public:
@@ -39,15 +39,16 @@ class SHM_API Decoder {
   ~Decoder();
 
   enum class Progress : std::uint8_t {
-    need_input,  ///< no item; feed more
+    need_input,  ///< no item is ready; feed more bytes
     item_ready,  ///< take() returns an item
     finished,    ///< all items up to end_of_input() have been taken
   };
-  /// Copies `bytes` into the decoder's buffer, which keeps at most one chunk in addition to them.
+  /// Copies `bytes` into the decoder's buffer, which contains at most one chunk in addition to
+  /// them.
   Result<void> feed(std::span<const std::byte> bytes);
   /// Declares the end of the input: from now on a missing end record is ErrorCode::truncated.
   void end_of_input();
-  /// Decodes until an item is ready or input is missing.
+  /// Decodes until an item is ready or more input is needed.
   Result<Progress> advance();
   /// Must hold: advance() returned item_ready. Moves the item out.
   Item take();
@@ -61,15 +62,15 @@ class SHM_API Decoder {
   friend class Reader;
   friend class IndexBuilder;
   Decoder(const ReadLimits& limits, const ReadOptions& options);
-  /// Returns the index that belongs to everything decoded so far, without entries and ranges.
-  /// ErrorCode::corrupt if step values are incomplete.
+  /// Returns the index of everything decoded so far, without entries and ranges. ErrorCode::corrupt
+  /// if step values are incomplete.
   Result<container::Index> held() const;
 
   class Impl;
   std::unique_ptr<Impl> impl_;
 };
 
-/// Pulls a whole file through a Decoder.
+/// Reads a whole file from a ByteSource through a Decoder.
 class SHM_API Reader {
  public:
   /// Reads up to and including the schema. `source` is borrowed and must outlive the Reader.

@@ -35,10 +35,10 @@ struct SHM_API RecordedOrder final : public CodingOrder {
   Result<std::vector<std::uint64_t>> elements(const Schema& schema, std::size_t array,
                                               std::span<const std::uint32_t> cell_blocks) const;
 
-  /// Converts the references of an extra from the numbers that the Writer was given to the numbers
+  /// Converts the references of an extra from the numbers that the Writer received to the numbers
   /// that a Reader will see; needed unless the order is Order::keep. Numbers that refer to nothing
-  /// are kept. Needs 8 bytes per vertex or cell during the call. ErrorCode::misuse as above, or if
-  /// the references are neither int32 nor int64.
+  /// are kept. Needs 8 bytes per vertex or cell during the call. ErrorCode::misuse as in
+  /// elements(), or if the references are neither int32 nor int64.
   Result<void> renumber(Extra& extra) const;
 };
 

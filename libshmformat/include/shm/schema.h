@@ -30,7 +30,7 @@ enum class ScalarType : std::uint8_t {
   float64 = 10,
 };
 
-/// Bytes of one scalar: 1, 2, 4 or 8; 0 for a value outside the enumeration.
+/// Returns the size of one scalar in bytes: 1, 2, 4 or 8; 0 for a value outside the enumeration.
 constexpr std::size_t scalar_bytes(ScalarType type) {
   switch (type) {
     case ScalarType::int8:
@@ -46,7 +46,7 @@ constexpr std::size_t scalar_bytes(ScalarType type) {
   }
   return 0;
 }
-/// The scalar type of T: an integer or a floating-point number of 1, 2, 4 or 8 bytes.
+/// Returns the scalar type of T: an integer or a floating-point number of 1, 2, 4 or 8 bytes.
 template <class T>
 constexpr ScalarType scalar_type_of() {
   static_assert(std::is_arithmetic_v<T> && !std::is_same_v<T, bool> && sizeof(T) <= 8);
@@ -63,14 +63,14 @@ constexpr bool is_signed_integer(ScalarType type) {
   return type == ScalarType::int8 || type == ScalarType::int16 || type == ScalarType::int32 ||
          type == ScalarType::int64;
 }
-/// "int8" .. "float64".
+/// Returns the name of a type: "int8", ..., "float64".
 SHM_API std::string_view scalar_name(ScalarType type);
 
-/// Geometric kind of a cell. `nodes_per_cell` gives the order of the element: a hexahedron with 20
-/// nodes is the serendipity element, one with 27 nodes the full quadratic element. Nodes are in
-/// VTK's order for the shape (corners first; corners 0..3 of a hexahedron are the bottom, 4..7 the
-/// top, 4 above 0); converters permute the nodes of formats with another order. The values are the
-/// bytes of the format (spec "Cell shapes").
+/// Geometric kind of a cell. `nodes_per_cell` determines the order of the element: a hexahedron
+/// with 20 nodes is the serendipity element, one with 27 nodes the full quadratic element. Nodes
+/// are in VTK's order for the shape (corners first; corners 0..3 of a hexahedron are the
+/// bottom, 4..7 the top, 4 above 0); converters permute the nodes of formats with another order.
+/// The values are the bytes of the format (spec "Cell shapes").
 enum class CellShape : std::uint8_t {
   other = 0,  ///< a list of vertices without a geometry that the library knows
   vertex = 1,
@@ -82,17 +82,18 @@ enum class CellShape : std::uint8_t {
   pyramid = 7,
   wedge = 8,
   hexahedron = 9,
-  polyhedron = 10,  ///< the vertices of all faces in turn; the face sizes are stored separately
-  faces = 11,       ///< a polyhedron, face by face; each face ends by repeating its first vertex
+  polyhedron = 10,  ///< a list of the vertices of its faces, face after face; the face sizes are
+                    ///< stored separately
+  faces = 11,       ///< a polyhedron, face by face; each face ends with its first vertex again
 };
 SHM_API std::string_view shape_name(CellShape shape);
 
 /// A set of cells that share a shape (Exodus element block, Gmsh entity, VTK cell type).
 struct BlockInfo {
-  std::int64_t id = 0;  ///< number used by the source; need not be unique or positive
+  std::int64_t id = 0;  ///< id of the block in the source; need not be unique or positive
   std::string name;
   CellShape shape = CellShape::hexahedron;
-  std::uint32_t nodes_per_cell = 8;  ///< 0: varies from cell to cell
+  std::uint32_t nodes_per_cell = 8;  ///< 0: differs from cell to cell
   bool operator==(const BlockInfo&) const = default;
 };
 
@@ -104,29 +105,29 @@ enum class Location : std::uint8_t { point = 0, cell = 1 };
 /// Uniform quantization of floating-point values. A value v of component c is stored as the integer
 /// k nearest to (v - minimum[c]) / step() and restored as minimum[c] + k * step(), rounded to the
 /// stored type. Non-finite values, and finite values whose restored value would exceed
-/// `max_error()`, are stored exactly; -0.0 may be restored as 0.0. There are two ways to define the
-/// step: N bits of a box, with step = (largest side of the box) / (2^N - 1); or an absolute bound
-/// with an explicit step. Use `absolute()` for the second.
+/// `max_error()`, are stored exactly; -0.0 may be restored as 0.0. The step is defined in one of
+/// two ways: by N bits of a box, with step = (largest side of the box) / (2^N - 1); or by an
+/// absolute bound with an explicit step, see `absolute()`.
 struct Quantization {
   static constexpr std::uint32_t kAbsolute = 64;  ///< value of `bits` for an absolute bound
 
-  std::uint32_t bits = 0;       ///< 0 (lossless), 1..52 (of the box) or kAbsolute
+  std::uint32_t bits = 0;       ///< 0: lossless; 1..52: bits of the box; or kAbsolute
   std::vector<double> minimum;  ///< per component, finite; absolute: the value of k = 0
   std::vector<double> maximum;  ///< per component, finite, >= minimum; absolute: empty
   double max_abs = 0;           ///< absolute: the bound; otherwise 0
   double spacing = 0;           ///< absolute: the step; otherwise 0
   bool operator==(const Quantization&) const = default;
 
-  /// Guarantees |restored - v| <= max_abs for every finite value, 0 < max_abs < 1e300. The steps
-  /// start at 0 and are slightly smaller than 2 * max_abs, so that few values exceed the bound
-  /// after rounding to the stored type and have to be stored exactly. A caller who knows the values
-  /// may change `spacing`: the bound holds for any step.
+  /// Returns a quantization that guarantees |restored - v| <= max_abs for every finite value, 0 <
+  /// max_abs < 1e300. Restored values are multiples of a step slightly smaller than 2 * max_abs, so
+  /// that few values exceed the bound after rounding to the stored type and have to be stored
+  /// exactly. A caller who knows the values may change `spacing`: the bound holds for any step.
   SHM_API static Quantization absolute(double max_abs, std::uint32_t components);
   bool lossy() const { return bits != 0; }
   SHM_API double step() const;
-  /// Guaranteed bound of |restored - v| for a value stored as `type`. Absolute: max_abs for every
-  /// type. Box: half a step plus the rounding to the stored type at the largest magnitude of the
-  /// box.
+  /// Returns the guaranteed bound of |restored - v| for a value stored as `type`. Absolute: max_abs
+  /// for every type. Box: half a step plus the rounding to the stored type at the largest magnitude
+  /// of the box.
   SHM_API double max_error(ScalarType type) const;
 };
 
@@ -152,43 +153,46 @@ enum class Order : std::uint8_t {
   stream = 1,  ///< cells in input order except for the delay buffer, vertices numbered by first use
   free = 2,    ///< the same mesh: as stream, but the cells may have been reordered before writing
 };
-/// "keep", "stream", "free".
+/// Returns "keep", "stream" or "free".
 SHM_API std::string_view order_name(Order order);
 
-/// Encoding of hexahedra. A Reader accepts all of them.
+/// Codec of the cells of a segment. A Reader accepts all of them.
 enum class ConnectivityCodec : std::uint8_t {
   automatic = 0,  ///< chosen by the Writer's level
   paper = 1,      ///< the published scheme, as a baseline (spec "Connectivity stream")
-  rows = 2,       ///< predicted from the neighbouring row (spec "Row hexahedra")
-  replay = 3,     ///< repeated from earlier cells, including the numbers (spec "Replay hexahedra")
-  mixed = 4,      ///< like rows, smaller and slower (spec "Mixed rows")
-  /// A cell is the cell before it plus constant offsets. Many times faster if numbers run in rows
-  /// and layers; values are coded the same way and become larger (spec "Shifts"). Any order without
-  /// delay, cells of 1 to 64 nodes, no stepped array with more than 32 components.
+  rows = 2,       ///< hexahedra are predicted from the neighbouring row (spec "Row hexahedra")
+  replay = 3,     ///< hexahedra and their numbers repeat earlier ones (spec "Replay hexahedra")
+  mixed = 4,      ///< as rows, but smaller and slower (spec "Mixed rows")
+  /// A cell is coded as the previous cell plus constant offsets. Many times faster if vertices are
+  /// numbered in rows and layers; values are coded in the same way and become larger (spec
+  /// "Shifts"). Any order without a delay buffer, cells of 1 to 64 nodes, no stepped array with
+  /// more than 32 components.
   shifts = 5,
-  /// A cell is described by the positions of its vertices in earlier cells: fast for all kinds of
-  /// meshes (spec "Patterns"). Any order without delay, cells of 1 to 64 nodes.
+  /// A cell is coded by the positions of its vertices in earlier cells: fast for all kinds of
+  /// meshes (spec "Patterns"). Any order without a delay buffer, cells of 1 to 64 nodes.
   patterns = 6,
 };
-/// "automatic", "paper", "rows", "replay", "mixed", "shifts", "patterns".
+/// Returns "automatic", "paper", "rows", "replay", "mixed", "shifts" or "patterns".
 SHM_API std::string_view codec_name(ConnectivityCodec codec);
 
-/// How much work a Writer spends on making files small. A Reader reads the files of all levels:
-/// every bitstream names its codec.
+/// Amount of work that a Writer spends on making files small. A Reader reads the files of all
+/// levels, since every bitstream names its codec.
 enum class Level : std::uint8_t {
   fast = 0,      ///< shifts if suitable; otherwise patterns, or rows if patterns are not possible
-  standard = 1,  ///< replay or rows: the smallest, or a faster one that is nearly as small
-  best = 2,      ///< the smallest of these and mixed; at most half as fast as rows
+  standard = 1,  ///< the smallest of shifts, replay, rows and mixed, or a faster one that is nearly
+                 ///< as small
+  best = 2,  ///< the smallest of the same codecs; values are coded with mixed predictions, which is
+             ///< slower
 };
 
-/// The steps that the values of a stepped array at one step refer to.
+/// Earlier steps relative to which the values of a stepped array at one step are coded.
 enum class StepReference : std::uint8_t {
   nothing = 0,
-  before = 1,  ///< the step before
-  trend = 2,   ///< extrapolation of the two steps before
+  before = 1,  ///< the previous step
+  trend = 2,   ///< extrapolation of the two previous steps
 };
 
-/// Everything a file says about itself before its first vertex.
+/// Description of a mesh, stored before its first vertex.
 struct Schema {
   Order order = Order::keep;
   bool corner_order = true;  ///< false: corners may be restored rotated (not in Order::keep)
@@ -198,12 +202,13 @@ struct Schema {
   std::vector<BlockInfo> blocks;
   std::vector<ArrayInfo> arrays;
   std::string source_format;  ///< origin of the mesh: "exodus", "vtk", "gmsh", ...; may be empty
-  /// The most that step values may refer to. Writer and Reader hold that number of earlier steps of
-  /// all stepped arrays. A Writer lowers it if WriteOptions::key_steps rules out such references.
+  /// The largest reference that step values may have. Writer and Reader hold that number of earlier
+  /// steps of all stepped arrays. A Writer lowers it if WriteOptions::key_steps rules out such
+  /// references.
   StepReference step_references = StepReference::trend;
-  /// True if values may be coded by earlier values, and if the other features of 0.10 may be used;
-  /// false in files of versions 0.9 and 0.1. Readers set it; a Writer always sets it for a new file
-  /// and ignores the value given here.
+  /// True if values may be coded by reference to earlier values, and if the other features of 0.10
+  /// may be used; false in files of versions 0.9 and 0.1. Readers set it. A Writer always sets it
+  /// for a new file and ignores the value given here.
   bool earlier_values = true;
   bool operator==(const Schema&) const = default;
 
@@ -213,13 +218,13 @@ struct Schema {
   }
 };
 
-/// Returns the name under which reports count the bytes of an array: "array:point/NAME" or
+/// Returns the name under which reports list the size of an array: "array:point/NAME" or
 /// "array:cell/NAME", with "#2", "#3", ... appended if the name occurs again at the same location.
 SHM_API std::string array_stream_name(const Schema& schema, std::size_t array);
 /// Returns the names of all arrays. Asking for a single name scans all arrays before it.
 SHM_API std::vector<std::string> array_stream_names(const Schema& schema);
 
-/// Meaning of the numbers in an Extra. References follow a renumbering of the mesh.
+/// Meaning of the numbers in an Extra. If the mesh is renumbered, these numbers are changed too.
 enum class Reference : std::uint8_t {
   nothing = 0,
   vertex = 1,  ///< vertex numbers, from 0
@@ -227,15 +232,15 @@ enum class Reference : std::uint8_t {
 };
 
 /// A typed key/value pair for data that the mesh model does not cover: sets, names, maps of the
-/// source. Text is stored as uint8. References must be int32 or int64; negative numbers are never
-/// renumbered.
+/// source. Text is stored as uint8. Values that refer to vertices or cells must be int32 or int64;
+/// negative numbers are never renumbered.
 struct Extra {
   /// Slash-separated path that begins with the format, e.g. "exodus/skeleton", or with "mesh" for
   /// data of no particular format (sets.h).
   std::string key;
   ScalarType type = ScalarType::uint8;
   Reference refers = Reference::nothing;
-  std::vector<std::uint64_t> shape;  ///< row-major; the product is the number of values
+  std::vector<std::uint64_t> shape;  ///< sizes, row-major; their product is the number of values
   std::vector<std::byte> data;       ///< values in host byte order
   bool operator==(const Extra&) const = default;
 };

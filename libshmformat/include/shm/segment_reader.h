@@ -1,6 +1,6 @@
-// SegmentReader: reads one segment of a .shm file at a time, in any order. It reads the bytes of
-// the segment, the index and the schema, and nothing else. Distinct SegmentReaders are independent,
-// so threads or processes can divide a file among them.
+// SegmentReader: reads one segment of a .shm file at a time, in any order. It reads only the bytes
+// of the segment, the index and the schema. Distinct SegmentReaders are independent, so threads or
+// processes can divide a file among them.
 // spec: "Segments", "Index and trailer"
 #pragma once
 
@@ -27,8 +27,8 @@ class SHM_API SegmentReader {
   const Schema& schema() const;
   const std::vector<SegmentInfo>& segments() const;
   /// Reads all of segment `index`: its cells and every vertex that they use. MeshBlock::imported
-  /// marks vertices that an earlier segment owns; they have the same numbers and values as there. A
-  /// vertex is finalized only by the last segment that uses it.
+  /// marks vertices that an earlier segment owns; they have the same numbers and values in both
+  /// segments. Only the last segment that uses a vertex finalizes it.
   Result<std::vector<MeshBlock>> read(std::size_t index);
 
  private:

@@ -1,4 +1,4 @@
-// Which cells, vertices and arrays of a mesh a caller wants.
+// CellSelection and ExtractRequest: the cells, vertices and arrays that a caller requests.
 #pragma once
 
 #include <array>
@@ -8,18 +8,18 @@
 
 namespace shm {
 
-/// Selects cells: those that meet every given condition; without conditions, all cells.
+/// Selects the cells that meet every given condition; without conditions, all cells.
 struct CellSelection {
   struct Range {
     std::uint64_t first = 0, end = 0;  ///< first, first + 1, ..., end - 1
   };
-  /// Range of numbers as in MeshBlock::cell_numbers.
+  /// Range of cell numbers, as in MeshBlock::cell_numbers.
   std::optional<Range> range{};
-  /// Single numbers of the same kind, ascending.
+  /// Single cell numbers, as in MeshBlock::cell_numbers, ascending.
   std::optional<std::vector<std::uint64_t>> numbers{};
   /// Indices into Schema::blocks, ascending.
   std::optional<std::vector<std::uint32_t>> blocks{};
-  /// Smallest x y z, largest x y z: selects cells with a vertex in this box or on its faces.
+  /// Smallest x y z, largest x y z: selects cells with a vertex inside this box or on its faces.
   std::optional<std::array<double, 6>> box{};
 
   bool all() const { return !range && !numbers && !blocks && !box; }
@@ -27,9 +27,9 @@ struct CellSelection {
 
 struct ExtractRequest {
   CellSelection cells{};
-  /// If given: selects these vertices, by ascending numbers as in MeshBlock::vertex_numbers, and no
-  /// cells. Of the conditions for cells only a box may be given as well; it then selects vertices
-  /// in it.
+  /// If given: selects these vertices (ascending numbers, as in MeshBlock::vertex_numbers) and no
+  /// cells. The only condition for cells that may be given as well is a box; it then selects the
+  /// vertices inside.
   std::optional<std::vector<std::uint64_t>> vertices{};
   /// Indices of the requested static arrays; not given: all.
   std::optional<std::vector<std::uint32_t>> arrays{};
@@ -37,7 +37,7 @@ struct ExtractRequest {
   bool coordinates = true;
   /// Also selects vertices that no cell uses, from all segments that are read for the cells and
   /// from all segments without cells. (The Writer codes such vertices after the last cell, unless
-  /// it is given them earlier.) They are always included if all cells are selected.
+  /// the caller adds them earlier.) They are always included if all cells are selected.
   bool unused_vertices = false;
 };
 

@@ -1,9 +1,9 @@
-// StepReader: reads one stepped array at one step, without the rest of the file. In addition to
-// index and schema it reads the chunks of that array from the key step of the requested step on. Of
-// the mesh it reads only the connectivity, and only if values are predicted from it or element
-// numbers are requested. Memory as in a Reader: the compressed connectivity that was read, up to 64
-// MiB of neighbourhoods decoded from it, and the most recently read steps of arrays whose steps
-// refer to each other, 128 MiB at most.
+// StepReader: reads one stepped array at one step, without the rest of the file. The StepReader
+// reads the index, the schema, and the chunks of that array from the key step of the requested step
+// on. It reads the connectivity of the mesh only if values are predicted from it or if element
+// numbers are requested, and nothing else of the mesh. Memory, as in a Reader: the compressed
+// connectivity that was read, up to 64 MiB of neighbourhoods decoded from it, and the most recently
+// read steps of arrays whose steps refer to each other, 128 MiB at most.
 // spec: "Step values", "Index and trailer"
 #pragma once
 
@@ -25,7 +25,8 @@ class IndexedFile;
 struct StepRequest {
   std::uint32_t array = 0;  ///< index of a stepped array
   std::uint64_t step = 0;
-  std::optional<std::size_t> segment{};  ///< only this segment; not given: all, in order
+  std::optional<std::size_t>
+      segment{};  ///< if given: reads only this segment; otherwise all, in order
   /// Requests the numbers of the elements. Without them fewer bytes are read if the file keeps the
   /// source's numbers. The numbers are the same at every step.
   bool numbers = true;
@@ -40,15 +41,15 @@ struct StepValues {
   std::vector<std::uint64_t> numbers;
 };
 
-/// Ascending steps are fastest: a step that follows the step read before needs no other step. Not
-/// thread safe; distinct StepReaders are independent.
+/// Reads stepped arrays. Ascending steps are fastest: the step after the most recently read step
+/// can be decoded without other steps. Not thread safe; distinct StepReaders are independent.
 class SHM_API StepReader {
  public:
   /// Reads index, schema and step times. `source` is borrowed and must outlive the StepReader.
   static Result<StepReader> open(RandomSource& source, const ReadLimits& limits = {});
-  /// Opens a damaged file for reading its intact parts, as MeshExtractor::open_damaged() finds
-  /// them: segments() lists the segments of which anything is left, and steps() the steps with
-  /// values in any of them. next() skips segments whose values are lost.
+  /// Opens a damaged file for reading its intact parts, as MeshExtractor::open_damaged() does:
+  /// segments() lists the segments of which anything is left, and steps() the steps with values in
+  /// any of them. next() skips segments whose values are lost.
   static Result<StepReader> open_damaged(RandomSource& source, const ReadLimits& limits = {});
   StepReader(StepReader&&) noexcept;
   StepReader& operator=(StepReader&&) noexcept;
@@ -56,9 +57,9 @@ class SHM_API StepReader {
 
   const Schema& schema() const;
   const std::vector<SegmentInfo>& segments() const;
-  /// The time of each step; empty if the file has none.
+  /// Returns the time of each step; empty if the file has none.
   const std::vector<double>& step_times() const;
-  /// Returns the number of elements of a stepped array, as given by the index.
+  /// Returns the number of elements of a stepped array, according to the index.
   std::uint64_t elements(std::uint32_t array) const;
   /// Returns the steps at which the array has values, ascending.
   std::vector<std::uint64_t> steps(std::uint32_t array) const;
@@ -68,7 +69,7 @@ class SHM_API StepReader {
   /// Returns the values of the next group that has elements of the array, in coding order; null at
   /// the end. Valid until the next call. The values of a vertex are in the segment that owns it.
   Result<StepValues*> next();
-  /// Reads all values of a request at once.
+  /// Reads all values of a request, as begin() and next() would return them.
   Result<std::vector<StepValues>> read(const StepRequest& request);
 
  private:

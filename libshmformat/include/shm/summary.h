@@ -1,6 +1,6 @@
 // Summary: the contents of a .shm file, reported without its cells and values. Only a small part of
-// the file is read, and memory follows the number of chunks and the size of the extras, not the
-// mesh.
+// the file is read, and memory grows with the number of chunks and the size of the extras, not with
+// the mesh.
 // spec: "Index and trailer"
 #pragma once
 
@@ -19,10 +19,16 @@ struct Summary {
   Totals totals;                   ///< as a Reader yields them at the end
 };
 
-/// Reads index, schema, extras and step times completely, and of all other chunks only the headers,
-/// including those of groups and of parts of step values. These headers must match the index, and
-/// the file must not have other chunks. Bytes after the end record (a torn append) are counted in
-/// `totals`. `source` is borrowed during the call.
+/// Reads the index, schema, extras and step times completely. Of all other chunks, including groups
+/// and parts of step values, it reads only the headers. These headers must match the index, and the
+/// file must not have other chunks. Bytes after the end record (left by an interrupted append) are
+/// counted in `totals`. `source` is borrowed during the call.
+///
+/// Damage to bitstreams is not detected, and the number of cells of each block is taken from the
+/// index without a check; use a Reader to verify them. The members max_active_vertices and
+/// max_group_bytes of `limits`, and the limits on the size of the result, are ignored, so a file
+/// that is too large to be read can still be reported. ErrorCode::truncated if the end of the file
+/// is missing.
 ///
 /// Damage to bitstreams is not detected, and the number of cells of each block is taken from the
 /// index without a check; use a Reader to verify them. The members max_active_vertices and

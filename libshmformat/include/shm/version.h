@@ -1,4 +1,4 @@
-// The version of these headers, and of the library that is loaded.
+// The version of these headers and of the loaded library.
 #pragma once
 
 #include <cstdint>
@@ -13,8 +13,8 @@ struct Version {
   std::uint32_t major = kVersionMajor, minor = kVersionMinor, patch = kVersionPatch;
   bool operator==(const Version&) const = default;
 };
-/// Returns the version of the loaded library. It differs from Version() if a program runs with
-/// another library than it was compiled with.
+/// Returns the version of the loaded library. It differs from Version() if the program was compiled
+/// with the headers of another version.
 SHM_API Version library_version();
 
 }  // namespace shm

@@ -1,8 +1,9 @@
-// Writer: takes a mesh vertex by vertex and cell by cell, and writes a .shm file to a sink. Memory
-// follows the active surface, the delay buffer and one chunk group, not the mesh. With stepped
-// arrays it also holds the compressed connectivity, up to 64 MiB of neighbourhoods, and one step of
-// all stepped arrays if that is 128 MiB or less.
-// spec: "Group"; the event grammar is that of streaming meshes (Isenburg & Lindstrom 2005).
+// Writer: receives a mesh vertex by vertex and cell by cell, and writes a .shm file to a sink.
+// Memory grows with the active surface, the delay buffer and one chunk group, not with the mesh.
+// With stepped arrays it also holds the compressed connectivity, up to 64 MiB of neighbourhoods,
+// and one step of all stepped arrays if that is 128 MiB or less.
+// spec: "Group"
+// The event grammar is that of streaming meshes (Isenburg & Lindstrom 2005).
 #pragma once
 
 #include <cstdint>
@@ -33,23 +34,24 @@ class SHM_API Writer {
   ~Writer();
 
   /// Adds a vertex. `number` identifies it in later calls. The number must be free: never used
-  /// before, or (except in Order::keep) finalized. With Order::keep a Reader restores it. `xyz`: 3
-  /// scalars of the coordinate type. `data`: values of the static point arrays in schema order,
-  /// packed.
+  /// before, or (except in Order::keep) finalized. With Order::keep a Reader returns the same
+  /// number. `xyz`: 3 scalars of the coordinate type. `data`: values of the static point arrays in
+  /// schema order, packed.
   Result<void> add_vertex(std::uint64_t number, std::span<const std::byte> xyz,
                           std::span<const std::byte> data = {});
-  /// Adds a vertex that no cell uses: it is coded at once and not kept. Other vertices that turn
-  /// out to be unused at the end of the mesh are coded too, but stay in memory until then.
+  /// Adds a vertex that no cell uses; it is coded immediately and not kept in memory. Other
+  /// vertices that turn out to be unused at the end of the mesh are coded too, but stay in memory
+  /// until then.
   Result<void> add_unused_vertex(std::uint64_t number, std::span<const std::byte> xyz,
                                  std::span<const std::byte> data = {});
-  /// Adds a cell. `corners`: nodes_per_cell numbers of live vertices; repeats are allowed. Bit i of
-  /// `last_use` (i < 64): no later cell uses corner i. Vertices that are never marked stay in
-  /// memory to the end, in Writer and Reader. `data`: values of the static cell arrays that cover
-  /// this block, in schema order, packed.
+  /// Adds a cell. `corners`: nodes_per_cell numbers of live vertices; repeats are allowed.
+  /// `last_use`: bit i (i < 64) is set if no later cell uses corner i. Vertices that are never
+  /// marked stay in memory to the end, in Writer and Reader. `data`: values of the static cell
+  /// arrays that cover this block, in schema order, packed.
   Result<void> add_cell(std::uint32_t block, std::span<const std::uint64_t> corners,
                         std::uint64_t last_use = 0, std::span<const std::byte> data = {});
-  // Several vertices or cells in one call, each handled as above.
-  /// `xyz` and `data`: those of all vertices, one after the other.
+  // Functions that add several vertices or cells in one call.
+  /// Adds vertices. `xyz` and `data`: coordinates and values of all vertices, vertex after vertex.
   Result<void> add_vertices(std::span<const std::uint64_t> numbers, std::span<const std::byte> xyz,
                             std::span<const std::byte> data = {});
   /// Adds `cells` cells of one block with the same number of corners. `last_uses`: one value per
@@ -58,14 +60,15 @@ class SHM_API Writer {
                          std::span<const std::uint64_t> corners,
                          std::span<const std::uint64_t> last_uses = {},
                          std::span<const std::byte> data = {});
-  /// Adds a whole mesh, with vertices numbered from 0. Vertices are interleaved with the cells and
-  /// finalized as early as possible (vertex compaction). No other vertices or cells
-  /// may be added; continue with end_mesh(). ErrorCode::misuse if sizes contradict each other, or
-  /// if a vertex or block number does not exist. `mesh` is borrowed during the call, which needs 8
-  /// bytes per vertex.
+  /// Adds a whole mesh, whose vertices are numbered from 0. Vertices are interleaved with the cells
+  /// and finalized as early as possible (vertex compaction). No other vertices or cells may be
+  /// added; continue with end_mesh(). ErrorCode::misuse if sizes contradict each other, or if a
+  /// vertex or block number does not exist. `mesh` is borrowed during the call, which needs 8 bytes
+  /// per vertex.
   Result<void> add_mesh(const MeshArrays& mesh);
 
-  /// Codes everything that is pending, unused vertices last. No vertices or cells may follow.
+  /// Codes all pending vertices and cells; unused vertices come last. No vertices or cells may
+  /// follow.
   Result<void> end_mesh();
 
   /// Adds values of array `array` (a per_step array) at step `step`. Pass the values of all its
@@ -75,12 +78,12 @@ class SHM_API Writer {
                                std::span<const std::byte> values);
   /// Sets the time of each step. Call it once, at any time after end_mesh.
   Result<void> set_step_times(std::span<const double> times);
-  /// May be called at any time after create. References must already use the numbers that a Reader
-  /// will see.
+  /// Adds an extra, at any time after create. Its references must already use the numbers that a
+  /// Reader will see.
   Result<void> add_extra(const Extra& extra);
 
-  /// Writes index and totals, and commits the sink. The file is valid, and the file of a FileSink
-  /// exists, only if this succeeds; the destructor reports nothing.
+  /// Writes the index and the totals, and commits the sink. The file is valid, and the file of a
+  /// FileSink exists, only if this succeeds; the destructor reports nothing.
   Result<SizeReport> finish();
 
  private:
