@@ -58,7 +58,8 @@ bool may_replace(const std::string& what) {
   return answer[0] == 'y' || answer[0] == 'Y';
 }
 
-// Checks the folder of an output. Without this check an error would only appear after all the work.
+// Checks that the folder of an output exists. Without this check an error would only appear after
+// all the work.
 void check_folder(const std::string& path) {
   const std::filesystem::path parent = std::filesystem::path(path).parent_path();
   const std::string folder = parent.empty() ? "." : parent.string();

@@ -126,7 +126,7 @@ ExitCode DiffCommand::run() {
   options.ignored = ignored;
   options.limit = limit;
   ProgressLine line(*this);
-  // --match reads positions and values in random order.
+  // --match reads positions and values in random order, so the spool gets more memory.
   Spool spool(spool_directory(*this), spool_memory(*this, match), mesh_limits(*this));
   line.show("reading " + input);
   const auto part_in = [&](const std::string& path) {
