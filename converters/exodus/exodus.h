@@ -85,29 +85,32 @@
 namespace shm::converters {
 
 // Recognizes files by their content: `head` is the beginning of the file, up to 4096 bytes. Returns
-// true for any netCDF or HDF5 file; open_exodus finds out whether it is an Exodus file.
+// true for any netCDF or HDF5 file; open_exodus() checks whether the file is an Exodus file.
 bool looks_like_exodus(std::span<const std::byte> head);
 
 // Opens an Exodus file. Arrays and cells stay in the file, which must not change; extras are read
 // immediately. `spool` must outlive the mesh. Throws Failure.
 std::unique_ptr<MeshSource> open_exodus(const std::string& path, Spool& spool);
 
-// Number maps, counted from 1. The numbers that the original whole mesh had, in a part of a
-// decomposed mesh, are written as a map called original_global_id_map, as nem_spread does: one
-// integer per vertex or cell.
+// Number maps of Exodus; their numbers count from 1. If the mesh is a part of a decomposed mesh,
+// the numbers of the whole mesh are written as a map called original_global_id_map, as nem_spread
+// does: one integer per vertex or cell.
 inline constexpr NumberMaps kExodusMaps = {.vertices = "node_num_map",
                                            .cells = "elem_num_map",
                                            .vertices_role = "exodus:node_num_map",
                                            .cells_role = "exodus:elem_num_map",
                                            .original_role = "exodus:original_map"};
 
-// Writes a mesh. A mesh that came from Exodus gets its netCDF structure back. Any other mesh
-// becomes a 64-bit offset file (netCDF-4 if a variable is too large for that): one element block
-// for each block and number of nodes, polygons as NSIDED; 32-bit floats if they can hold all
-// values, otherwise 64-bit; arrays without a role as variables, one per component (name_x, name_y,
-// name_z or name_1, ...), static arrays with the same values at every step; arrays with the roles
-// of kExodusMaps as maps. Throws Failure: output on a disk error, unsupported for polyhedra of
-// other formats.
+// Writes a mesh.
+// - If the mesh came from Exodus, the file has the netCDF structure of its source.
+// - Any other mesh becomes a 64-bit offset file, or netCDF-4 if a variable is too large for that.
+// Each block, and each number of nodes in it, becomes an element block; polygons become NSIDED
+// blocks. Floats have 32 bits if 32-bit floats can represent all values, otherwise 64.
+// - Arrays without a role become variables, one per component (name_x, name_y, name_z or name_1,
+// ...). Static arrays have the same values at every step. Arrays with the roles of kExodusMaps
+// become maps.
+//
+// Throws Failure: output on a disk error, unsupported for polyhedra of other formats.
 void write_exodus(MeshSource& mesh, const std::string& path);
 
 extern const Format kExodusFormat;

@@ -131,8 +131,8 @@ int parse_and_run(const Commands& commands, int argc, char** argv, Command*& cho
   try {
     app.parse(words);
   } catch (const CLI::ParseError& error) {
-    const bool asked =
-        error.get_exit_code() == 0;  // true if the user asked for help or the version
+    // True if the user asked for help or the version.
+    const bool asked = error.get_exit_code() == 0;
     if (asked) app.exit(error, argc == 1 ? std::cerr : std::cout);
     if (!asked) std::fprintf(stderr, "shm: %s\n", complaint(app, error).c_str());
     return asked && argc > 1 ? kDone : kWrongUse;

@@ -33,9 +33,8 @@ class FileInPage final : public ByteSink {
   // Writes the rest of the page. Call this once, after the last byte of the file.
   Result<void> finish();
   std::uint64_t bytes() const { return bytes_; }  // size of the file so far
-  std::uint64_t page_bytes() const {
-    return written_;
-  }  // size of the page so far, including the file
+  // Size of the page so far, including the file.
+  std::uint64_t page_bytes() const { return written_; }
 
  private:
   Result<void> put(std::string_view text);
@@ -44,8 +43,8 @@ class FileInPage final : public ByteSink {
   std::string head_;  // part of the page before the file; empty once it has been written
   ByteSink& out_;
   std::uint64_t bytes_ = 0, written_ = 0;
-  std::vector<std::byte>
-      rest_;  // bytes of an incomplete group: three bytes become four base64 characters
+  // Bytes of an incomplete group: three bytes become four base64 characters.
+  std::vector<std::byte> rest_;
 };
 
 }  // namespace shm::converters
