@@ -51,15 +51,18 @@ namespace shm::converters {
 // Returns true if a file that starts with `head` is a VTK XML file, of any data set.
 bool looks_like_vtu(std::span<const std::byte> head);
 
-// Reads the whole file, with all numbers into `spool`, which must outlive the result. Refuses a
-// DOCTYPE, so entities are never resolved. Throws Failure.
+// Opens a file. Reads the whole file and stores all numbers in `spool`, which must outlive the
+// result. Refuses a DOCTYPE, so entities are never resolved. Throws Failure.
 std::unique_ptr<MeshSource> open_vtu(const std::string& path, Spool& spool);
 
-// Writes `mesh` front to back. A mesh that came from VTU gets its XML, encoding and compressor
-// back. A mesh of another format becomes version 1.0 (2.2 for Lagrange hexahedra of legacy 5.1),
-// appended raw, zlib, 64-bit headers, little endian, with the values and the time of the last time
-// step; a mesh from a legacy file keeps everything that XML can hold of it (vtu_from_vtk.h). Throws
-// Failure (output) if the disk fails.
+// Writes a mesh front to back.
+// - If the mesh came from VTU, the file has the XML, encoding and compressor of its source.
+// - A mesh of another format becomes version 1.0 (2.2 for Lagrange hexahedra of legacy 5.1), with
+// raw appended data, zlib, 64-bit headers, little endian, and with the values and the time of the
+// last time step. If the mesh came from a legacy file, everything that XML can express is kept
+// (vtu_from_vtk.h).
+//
+// Throws Failure (output) if the disk fails.
 void write_vtu(MeshSource& mesh, const std::string& path, Spool& spool);
 
 extern const Format kVtuFormat;
