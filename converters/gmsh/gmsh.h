@@ -53,14 +53,14 @@
 
 namespace shm::converters {
 
-// Throws Failure. `spool` must outlive the mesh.
+// Opens a file. `spool` must outlive the mesh. Throws Failure.
 std::unique_ptr<MeshSource> open_gmsh(const std::string& path, Spool& spool);
 
 // Recognizes the format by content. `head` is the beginning of the file, up to 4096 bytes.
 bool looks_like_gmsh(std::span<const std::byte> head);
 
-// Writes a mesh. A mesh that came from Gmsh gets its version, encoding and sections back; any other
-// mesh becomes MSH 4.1, binary.
+// Writes a mesh. If the mesh came from Gmsh, the file has the version, encoding and sections of its
+// source. Any other mesh becomes MSH 4.1, binary.
 void write_gmsh(MeshSource& mesh, const std::string& path);
 
 extern const Format kGmshFormat;
