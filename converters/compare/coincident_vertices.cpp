@@ -13,7 +13,7 @@ namespace shm::converters {
 namespace {
 
 constexpr std::uint32_t kNoSite = ~std::uint32_t{0};
-// These stand for NaN and infinity, so that all points can be ordered.
+// Numbers that replace NaN and infinity, so that all points can be sorted.
 constexpr double kNan = 1.7e308, kInfinite = 1.6e308;
 
 double orderly(double x) {
@@ -54,7 +54,7 @@ class Places {
   std::size_t size() const { return points_.size(); }
   const PlainPoint& point(std::size_t index) const { return points_[order_[index]]; }
   std::uint32_t vertex(std::size_t index) const { return order_[index]; }
-  // Returns the end of the run of vertices at the same place as the one at `index`.
+  // Returns the end of the run of vertices that are at the same place as vertex `index`.
   std::size_t run_end(std::size_t index) const {
     std::size_t end = index + 1;
     while (end < size() && point(end) == point(index)) ++end;
@@ -66,8 +66,8 @@ class Places {
   std::vector<std::uint32_t> order_;
 };
 
-// Runs of vertices of one mesh at the same place, if the other mesh does not have the same number
-// of vertices there.
+// Runs of vertices of one mesh that are at the same place, if the other mesh does not have the same
+// number of vertices there.
 struct Runs {
   std::vector<PlainPoint> points;
   std::vector<std::uint32_t> begin, end, site;
@@ -141,7 +141,7 @@ class SiteFinder {
     const auto runs_a = static_cast<std::uint32_t>(left_a_.points.size());
     const std::size_t runs = runs_a + left_b_.points.size();
     Groups groups(runs);
-    // True if a run has too many neighbours to examine them all.
+    // True for a run that has too many neighbours to examine all of them.
     std::vector<bool> crowded(runs, false);
     for (std::uint32_t i = 0; i < runs; ++i) {
       std::size_t found = 0;
@@ -155,7 +155,7 @@ class SiteFinder {
       crowded[i] = found >= kCrowd;
     }
     const std::vector<bool> close = close_groups(groups, crowded);
-    std::vector<std::uint32_t> site(runs, kNoSite);  // by group
+    std::vector<std::uint32_t> site(runs, kNoSite);  // site of each group
     for (std::uint32_t i = 0; i < runs; ++i) {
       const std::uint32_t group = groups.of(i);
       if (!close[group]) continue;
@@ -174,12 +174,12 @@ class SiteFinder {
     return i < runs_a ? left_a_.site[i] : left_b_.site[i - runs_a];
   }
 
-  // Returns, for each group, true if all its members are within the tolerance of each other.
+  // Returns, for each group, whether all its members are within the tolerance of each other.
   std::vector<bool> close_groups(Groups& groups, const std::vector<bool>& crowded) const {
     std::vector<PlainPoint> low(crowded.size()), high(crowded.size());
     std::vector<bool> close(crowded.size(), true);
     for (std::uint32_t i = 0; i < crowded.size(); ++i) {
-      const std::uint32_t group = groups.of(i);  // the group's number is its lowest member
+      const std::uint32_t group = groups.of(i);  // number of the group: its lowest member
       const PlainPoint& point = run_point(i);
       if (crowded[i]) close[group] = false;
       if (i == group) low[group] = high[group] = point;
@@ -192,8 +192,8 @@ class SiteFinder {
     return close;
   }
 
-  // First joins pairs that are each other's nearest run; then joins each remaining run to its
-  // nearest one.
+  // First joins pairs of runs if each run is the nearest one to the other. Then joins each
+  // remaining run to its nearest run.
   void take_nearest(const PointTree& tree_a, const PointTree& tree_b) {
     std::vector<std::uint32_t> nearest_a(left_b_.points.size(), kNoSite);
     for (std::size_t k = 0; k < nearest_a.size(); ++k)

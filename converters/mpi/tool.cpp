@@ -1,4 +1,5 @@
-// shm_mpi: compression and decompression by the ranks of an MPI program. Exit codes as in shm.
+// shm_mpi: compression and decompression by the ranks of an MPI program. The exit codes are those
+// of shm.
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <csignal>
@@ -79,7 +80,8 @@ ExitCode run_compress(Ranks& ranks, CompressCommand& command) {
   return kDone;
 }
 
-// Removes the options for several files and for removing IN. Ranks share one file and keep it.
+// Removes the options for several files and for removing IN, because ranks share one file and keep
+// it.
 void leave_out_many_files(CLI::App& command) {
   for (const char* const option : {"--recursive", "--stdout", "--rm", "--keep"})
     command.remove_option(command.get_option(option));
@@ -156,7 +158,7 @@ int guarded_run(int argc, char** argv) {
     if (ranks.first()) complain(commands, failure.error());
     return exit_code(failure.error().code);
   } catch (...) {
-    // An error on a single rank, while other ranks wait in collective calls.
+    // An error occurred on a single rank, while other ranks wait in collective calls.
     MpiRanks::abort_with([&] { return complain(commands, current_error()); });
   }
 }
@@ -165,6 +167,7 @@ int guarded_run(int argc, char** argv) {
 }  // namespace shm::converters
 
 int main(int argc, char** argv) {
-  std::signal(SIGXFSZ, SIG_IGN);  // a file that grows too large is an ordinary error
+  // Ignored, so that writing beyond the file size limit is an ordinary error.
+  std::signal(SIGXFSZ, SIG_IGN);
   return shm::converters::guarded_run(argc, argv);
 }
