@@ -52,6 +52,7 @@ class ArchiveFile {
   void restore(const ArchiveMember& member, const std::string& path, Spool& spool,
                const Progress& progress, unsigned threads);
   std::string place(const ArchiveMember& member) const;  // returns "FILE: NAME", for messages
+
   // Returns a view of the member's bytes, which is valid as long as this object.
   SectionSource bytes(const ArchiveMember& member);
 

@@ -25,7 +25,8 @@ class ForeignSteps final : public ForwardingMesh {
   void read_array(std::size_t array, std::uint64_t step, std::uint64_t first, std::uint64_t count,
                   std::byte* out) override;
 
-  // Describes the differences that show that the source is not the same mesh with the same arrays.
+  // Describes each difference that proves that the source is not the same mesh with the same
+  // arrays.
   std::vector<std::string> differences(const Progress& progress);
 
  private:

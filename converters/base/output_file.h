@@ -60,6 +60,7 @@ class OutputFile {
   const std::string& path() const { return path_; }
   const std::string& temporary() const { return sink_->temporary(); }  // path for writing by name
   void write(std::span<const std::byte> bytes);                        // writes front to back
+
   // Returns a sink for writing front to back. The sink ignores commit() from the writer of a .shm
   // file, because parity or an error may still follow; only commit() below has an effect.
   ByteSink& sink() { return uncommitted_; }

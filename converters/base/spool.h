@@ -91,6 +91,7 @@ class PageFrames {
   static constexpr std::uint32_t kAbsent = ~std::uint32_t{0};
   struct Entry {
     std::uint32_t place = kAbsent;  // index of the frame of the page
+
     // Number of the eviction that removed the page, counted from 1; 0 if it was never evicted.
     std::uint32_t left_at = 0;
   };

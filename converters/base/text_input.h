@@ -26,6 +26,7 @@ class TextInput {
   void enter(std::string section) { section_ = std::move(section); }
 
   bool at_end();  // skips no white space
+
   // Returns the next line without its line end (LF or CRLF). Throws Failure (truncated) at the end
   // of the file.
   std::string line();

@@ -18,6 +18,7 @@ struct DiffOptions {
   bool with_roles = true;   // compare arrays that only one format has: number maps, attributes
   bool with_extras = true;  // compare sets, titles, field data, ...
   std::vector<std::string> only;  // names of the only arrays to compare; empty: all arrays
+
   // Names to ignore: arrays, "coordinates", extras (also all extras below a path).
   std::vector<std::string> ignored;
   std::uint64_t limit = 3;  // maximum number of places listed per difference
@@ -27,6 +28,7 @@ struct DiffOptions {
 struct DiffPlace {
   std::string element;                // "vertex", "cell", "value", "step"
   std::optional<std::uint64_t> a, b;  // number of the element in each mesh
+
   // Position of the point in A; for a cell, the mean of its corners.
   std::optional<std::array<double, 3>> where;
   std::optional<std::uint64_t> step_a, step_b;
@@ -45,10 +47,12 @@ struct Finding {
   std::string what;  // item that differs: "vertices", "coordinates", "array 'point/T'", "extra
                      // 'vtk/skeleton'", ...
   std::string a, b;  // descriptions of both sides; may be empty
+
   // Only for values, cells, times and extras: number of compared and of different items.
   std::uint64_t compared = 0, different = 0;
   double largest = 0;              // largest distance
   std::optional<double> relative;  // largest distance as a fraction of the range of A's values
+
   // Places: first the largest difference, then the differences found first.
   std::vector<DiffPlace> places;
 };

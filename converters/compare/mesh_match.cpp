@@ -391,6 +391,7 @@ class Matcher {
   std::vector<bool> one_sided_;
   std::unordered_map<std::uint64_t, Bucket> buckets_;
   std::vector<std::uint64_t> due_;  // keys that exactly one cell of each mesh has
+
   // Pairs of vertices that were matched recently.
   std::vector<std::pair<std::uint32_t, std::uint32_t>> fresh_;
   std::vector<std::uint64_t> names_;

@@ -14,6 +14,7 @@ class DiffNames {
   DiffNames(const DiffOptions& options, const MeshInfo& a, const MeshInfo& b);
 
   bool is_ignored(const std::string& path) const;  // e.g. "coordinates", "point/T"
+
   // Returns true if the item is to be compared, and is not ignored.
   bool is_wanted(const std::string& path) const;
   bool is_ignored_extra(const std::string& key) const;

@@ -100,6 +100,7 @@ class NumberingSearch {
   bool wanted_, has_more_ = false;
   Numbering numbering_;
   std::optional<NumberTable> source_vertex_;  // source's number of each restored vertex
+
   // Position of each source vertex. If the table exists, the numbering is a bijection.
   std::optional<NumberTable> position_of_vertex_;
   std::optional<NumberTable> position_of_cell_;

@@ -29,11 +29,13 @@ struct CompressOptions {
   Lossy lossy;                      // arrays and coordinates that may be rounded; by default none
   std::uint64_t segment_cells = 0;  // number of cells per segment; 0: restart_budget decides
   double restart_budget = .002;  // maximum share of vertices stored twice, as in shm::WriteOptions
+
   // Largest distance between key steps, as in shm::WriteOptions. If not set: 1 for a mesh with one
   // step, otherwise the default of shm::WriteOptions.
   std::optional<std::uint32_t> key_steps;
   unsigned threads = 1;                 // number of threads, as in shm::WriteOptions
   CodingOrder* coding_order = nullptr;  // receives the coding order, too; borrowed, may be null
+
   // For Order::free: the order of cells to use instead of searching for one. Lists each cell once.
   // Borrowed; may be null.
   const CellSequence* cell_order = nullptr;

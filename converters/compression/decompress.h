@@ -51,6 +51,7 @@ class StagedMesh final : public MeshSource {
     PagedArray values;                             // values of all steps, one step after another
     std::map<std::uint64_t, std::uint64_t> steps;  // position of each step in `values`, by step
     std::uint64_t staged = 0;                      // number of elements staged
+
     // Positions of elements; only for cell arrays on some blocks if cells are reordered.
     std::unique_ptr<NumberTable> positions;
   };

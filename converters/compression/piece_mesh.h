@@ -34,6 +34,7 @@ struct PieceOptions {
   // Cells to extract; its member `arrays` is replaced by the selection below.
   ExtractRequest request;
   std::optional<std::uint64_t> step;  // if set, the piece has only this step
+
   // Index of a static point array with the positions of the points at that step. The array has 3
   // components, of the type of the coordinates. This array, and all other arrays of its role, do
   // not become arrays of the piece.
@@ -134,6 +135,7 @@ class PieceMesh final : public MeshSource {
   std::uint64_t last_vertex_ = 0, last_cell_ = 0;
   std::optional<NumberTable> cell_positions_;  // position of each cell in order of arrival
   std::vector<std::uint64_t> block_cells_;     // number of cells of each block of the file
+
   // Values of static arrays, by index of the array in the file.
   std::map<std::uint32_t, PagedArray> staged_;
   // Numbers of covered cells, by list of blocks.

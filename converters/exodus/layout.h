@@ -49,6 +49,7 @@ struct ArrayLayout {
   ArrayInfo info;  // description of the array; the name is empty if it is in a table of the file
   std::vector<ArrayPart> parts;  // parts of the array, in the order of blocks
   int field = 0;                 // number of the nodal or element variable, from 1
+
   // Number of dimensions between the step and the elements, and the array's index in these
   // dimensions. Used by the single variable for all nodal fields of old files, and by additional
   // variables of users.
@@ -104,6 +105,7 @@ bool is_integer(int nc_type);
 // Key of the extra that holds variable `name`.
 std::string extra_key(std::string_view name);
 std::string plain_key(std::string_view name);  // returns "exodus/variable/NAME"
+
 // Returns the kind of entities to which the numbers in variable `name`, from 1, refer.
 Reference reference_of(std::string_view name);
 

@@ -53,6 +53,7 @@ class ExodusMesh final : public MeshSource, public VariableValues {
   struct Position {
     std::uint32_t block = 0;
     std::uint64_t cell = 0;  // index of the cell in its block
+
     // Index into the block's connectivity (polygons) or list of faces (polyhedra).
     std::uint64_t node = 0;
   };
@@ -96,6 +97,7 @@ class ExodusMesh final : public MeshSource, public VariableValues {
   MeshInfo info_;
   std::uint64_t most_bytes_ = 0;  // maximum size of a variable's values in a file of this size
   std::vector<std::vector<std::uint8_t>> places_;  // positions of the nodes of a cell, by block
+
   // Index of the first node of each face; only with polyhedra.
   std::vector<std::uint64_t> face_begin_;
   std::vector<std::int64_t> face_nodes_;

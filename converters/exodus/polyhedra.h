@@ -27,6 +27,7 @@ std::vector<std::uint64_t> face_places(const std::vector<std::uint32_t>& uses, b
 // A face block that stores the nodes of its faces in the variable `nodes`.
 struct FaceBlock {
   int nodes = -1;  // variable with the nodes of all faces
+
   // Variable with the number of nodes of each face; -1: all faces have `size` nodes.
   int counts = -1;
   std::uint64_t faces = 0;

@@ -19,6 +19,7 @@ namespace shm::converters::exodus {
 struct Place {
   std::string file;
   ErrorCode code;  // for failures without a more specific code
+
   // Throws Failure if `status`, the result of a netCDF call, is an error.
   void check(int status, const std::string& section) const;
   [[noreturn]] void fail(ErrorCode why, const std::string& section,

@@ -9,6 +9,7 @@ namespace shm::converters {
 namespace {
 
 constexpr std::uint64_t kMaxComponents = 65535;  // largest number of components of an array
+
 // Largest number of entries of a view that is sorted in memory.
 constexpr std::uint64_t kFewEntries = 1 << 16;
 

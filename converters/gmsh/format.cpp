@@ -122,6 +122,7 @@ class SectionsOfSteps {
   const MeshInfo& info_;
   const StepRange steps_;
   std::set<std::pair<bool, std::string>> stepped_;  // stepped arrays, as pairs (of points, name)
+
   // New number of each remaining section, by its old number.
   std::map<std::string, std::size_t> numbers_;
   std::string list_;

@@ -127,6 +127,7 @@ void expect_section_end(GmshReading& reading);
 void read_gmsh_nodes(GmshReading& reading, bool parametric_section);
 void read_gmsh_elements(GmshReading& reading);
 void keep_gmsh_tags(GmshReading& reading);  // call it after all sections
+
 // Reads a data section. Returns false if its header has an unknown form; the caller then reads the
 // section again as raw text.
 bool read_gmsh_data(GmshReading& reading);

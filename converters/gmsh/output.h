@@ -20,6 +20,7 @@ class GmshOutput {
   GmshOutput& operator=(const GmshOutput&) = delete;
 
   void text(std::string_view content);  // writes text verbatim, in binary files too
+
   // Makes numbers text in a binary file, because some of its sections are text.
   void write_numbers_as_text(bool yes) { numbers_as_text_ = yes; }
   // Write numbers. In text, the numbers of a line are separated by a space.

@@ -42,6 +42,7 @@ struct GmshPlan {
   GmshEncoding encoding;
   std::vector<GmshPlannedSection> sections;
   std::vector<std::array<std::int32_t, 3>> node_entities;  // dimension, tag, parametric
+
   // Groups of elements; the first ones are one group per block.
   std::vector<GmshElementGroup> groups;
   // Groups of blocks without a fixed number of nodes, by block and number of nodes.

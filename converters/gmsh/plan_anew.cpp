@@ -226,6 +226,7 @@ class PlanAnew {
   GmshPlan plan_;
   bool named_ = false;
   std::map<std::int32_t, std::uint32_t> entities_[4];  // block of each entity, by dimension
+
   // Entities, by dimension and by id and name of a block.
   std::map<std::tuple<std::int32_t, std::int64_t, std::string>, std::int32_t> entity_of_;
 };

@@ -8,6 +8,7 @@ namespace shm::converters {
 namespace {
 
 constexpr std::size_t kMaxTagBlocks = 1024;  // largest number of blocks by tags (see gmsh.h)
+
 // Limit for entity blocks, far above the number in real models.
 constexpr std::uint64_t kMaxEntityBlocks = 1u << 20;
 constexpr std::uint64_t kMaxElementTags = 64;  // largest number of tags of one MSH 2 element
@@ -63,8 +64,8 @@ class NodeReader {
       const std::uint64_t count = r_.scan.count();
       if (dimension < 0 || dimension > 3 || parametric < 0 || parametric > 1)
         r_.input.fail(ErrorCode::corrupt,
-                      "an entity block states a dimension outside 0..3, or is "
-                      "neither parametric nor not");
+                      "an entity block states a dimension outside 0..3, or a "
+                      "parametric flag other than 0 and 1");
       if (count > total - done)
         r_.input.fail(ErrorCode::corrupt, "entity blocks hold more nodes than the section states");
       done += count;

@@ -54,6 +54,7 @@ struct GmshWriting {
   Spool spool;
   GmshTagValues node_tags, element_tags;
   std::string section = "elements";  // section that error messages state
+
   // Computed by look_at_gmsh_cells():
   PagedArray cell_blocks;                  // uint32, block of each cell
   std::vector<GmshType> types;             // type of each group of the plan

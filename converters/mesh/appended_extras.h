@@ -12,6 +12,7 @@ namespace shm::converters {
 struct AppendedExtras {
   bool changed = false;       // true if `extras` differ from the mesh's own extras
   std::vector<Extra> extras;  // all extras of the mesh, if they changed
+
   // Data of the other file that differs from the mesh's data and is dropped.
   std::vector<std::string> losses;
 };

@@ -17,6 +17,7 @@ struct Kind {
   std::uint8_t corners;
   std::vector<Rotation> generators;  // rotations from which all other rotations can be composed
   Between between;                   // the nodes that are not corners
+
   // Node counts of the variants of the cell. Each variant has only the first nodes, up to its
   // count.
   std::vector<std::size_t> sizes;

@@ -44,6 +44,7 @@ NamedAccuracy parse_named_accuracy(const std::string& text, const std::string& o
 struct Lossy {
   Accuracy coordinates;
   Accuracy fields;  // accuracy of all floating-point arrays without a role
+
   // Accuracies of single arrays, which override the other two members.
   std::vector<NamedAccuracy> named;
 };

@@ -27,6 +27,7 @@ struct MeshInfo {
   std::vector<std::uint64_t> block_cells;  // number of cells of each block
   std::vector<double> step_times;          // time of each time step
   std::vector<Extra> extras;               // all data for which the model has no other place
+
   // Only if the mesh comes from a .shm file: the first cell of each segment in coding order, and
   // the codec of its hexahedra.
   std::vector<std::uint64_t> segment_starts;

@@ -57,8 +57,8 @@ struct Renamed {
   std::uint64_t number = 0, fresh = 0;
 };
 
-// The new numbers in the file of all vertices or cells. The owner of a number stores its new
-// number.
+// The numbers that all vertices, or all cells, have in the new file. The owner of a number stores
+// its new number.
 class FreshNumbers {
  public:
   FreshNumbers(Ranks& ranks, std::uint64_t numbers) : owners_(ranks, numbers) {
@@ -172,6 +172,7 @@ class PartCompression {
   std::uint64_t first_vertex_ = 0;    // new number of the first vertex that this rank owns
   std::optional<PartWriter> writer_;  // writer of this part; empty if the rank is idle
   std::optional<FreshNumbers> vertices_, cells_;  // set only if numbers change
+
   // Moved elements, by the blocks of the array.
   std::map<std::vector<std::uint32_t>, NumberList> moved_;
   std::vector<std::uint64_t> first_elements_;  // index of this rank's first element of each array

@@ -19,8 +19,8 @@ namespace shm::converters {
 // on rank 0, and empty sizes on the other ranks. Throws SharedFailure.
 SizeReport compress_with_ranks(Ranks& ranks, MeshSource& mesh, SharedOutput& output,
                                const CompressOptions& options, Spool& spool);
-// Compresses a mesh that is read from parts. The bytes are those of compressing a file with the
-// whole mesh.
+// Compresses a mesh that is read from parts. The output is byte for byte the same as if a file with
+// the whole mesh were compressed.
 SizeReport compress_with_ranks(Ranks& ranks, JoinedMesh& mesh, SharedOutput& output,
                                const CompressOptions& options, Spool& spool);
 

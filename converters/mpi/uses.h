@@ -47,6 +47,7 @@ struct PartUses {
   std::vector<std::uint64_t> last;  // the last cell of the mesh that uses the vertex
   std::vector<bool> imported;       // true if a cell before the range uses the vertex
   std::uint64_t own = 0;            // number of vertices that are not imported
+
   // Only on rank `last_rank`: the vertices that no cell of the mesh uses, ascending.
   std::vector<std::uint64_t> unused;
   // Number of cells of each block in the range.

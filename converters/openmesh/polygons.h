@@ -26,6 +26,7 @@ struct PolygonOptions {
 struct Polygons {
   std::vector<std::size_t> face_begin{0};  // faces + 1 offsets into corners
   std::vector<std::uint32_t> corners;      // indices into `vertices`
+
   // For each polygon, the face of the surface from which it was made.
   std::vector<std::uint32_t> faces;
   // For each vertex, its number in the surface: first the vertices in ascending order, then the

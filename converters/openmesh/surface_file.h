@@ -42,6 +42,7 @@ struct WrittenSurface {
   std::uint64_t vertices = 0, faces = 0;  // numbers of vertices and faces in the file
   std::uint64_t triangles_before = 0;     // number of triangles before decimation; 0: no decimation
   std::uint64_t rounded = 0;              // number of vertices whose position is rounded to float32
+
   // Counts with the same meaning as in Polygons.
   std::uint64_t copies = 0, lines_and_points = 0, collapsed = 0, not_finite = 0;
 };

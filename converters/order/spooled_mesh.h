@@ -101,6 +101,7 @@ class SpooledMesh final : public MeshSource, public Cells {
   mutable std::vector<std::uint32_t> corners_;
   std::uint64_t next_cell_ = 0;
   std::vector<Values> values_;  // values by array
+
   // New numbers of elements by covered blocks.
   std::map<std::vector<std::uint32_t>, Numbers> places_;
 };

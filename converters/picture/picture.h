@@ -26,6 +26,7 @@ struct PictureOptions {
   std::uint32_t width = 1024, height = 768;  // kLeastPixels..kMostPixels
   std::optional<Vector> view;                // direction to the viewer; nothing: Camera chooses it
   std::size_t up = 2;                        // axis that points up in the picture, 0..2
+
   // True: outlines are drawn around all polygons, lighter around narrow polygons. False: outlines
   // are drawn only around polygons that are several pixels wide.
   bool edges = false;

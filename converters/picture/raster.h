@@ -31,6 +31,7 @@ struct Paint {
   Rgb colour;
   std::uint32_t light = 256;  // intensity of light, see lit()
   bool by_value = false;      // true: uses value_colour() of the points' shares instead of `colour`
+
   // Intensity of light for samples at most one sample away from an outline, 0..256.
   std::uint32_t outline_light = 256;
 };

@@ -149,7 +149,7 @@ void SetCells::leave_arrays_on_own_blocks() {
     listed += own_blocks_;
     if (listed > kMostListed)
       throw Failure(Error{ErrorCode::over_limit,
-                          "there are too many cell arrays on too many blocks for sets to be cells",
+                          "there are too many cell arrays and blocks to convert sets to cells",
                           "sets",
                           kNoOffset,
                           {}});

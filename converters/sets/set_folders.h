@@ -14,6 +14,7 @@ namespace shm::converters {
 
 struct SetFolder {
   std::string_view format, kind, number;  // "exodus", "node_set", "3"
+
   // Extras by the part of the key after the number.
   std::map<std::string_view, const Extra*> extras{};
 

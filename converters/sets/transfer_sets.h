@@ -12,6 +12,7 @@
 namespace shm::converters {
 
 std::string label_of(const MeshSet& set);  // e.g. "side set 3 'inlet'"
+
 // Returns the set's name, or e.g. "side_set_3" if it has no name.
 std::string short_name_of(const MeshSet& set);
 // Returns true if there is one distribution factor per member, or one per node of each side.

@@ -101,7 +101,7 @@ void check_places(const Places& places, bool force) {
   check_series(places, force);
   const std::string& path = *places.output;
   if (path == kStandardStream && places.compressed && ::isatty(STDOUT_FILENO) != 0)
-    refuse("standard output", "is a terminal, which takes no compressed bytes; -o names a file");
+    refuse("standard output", "is a terminal; write compressed data to a file: -o FILE");
   const auto status = status_of(path, STDOUT_FILENO);
   if (!status) {
     if (errno != ENOENT) refuse(path, std::string("cannot be written: ") + std::strerror(errno));

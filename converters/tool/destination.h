@@ -12,9 +12,11 @@ namespace shm::converters {
 // The files that a command reads and writes.
 struct Places {
   std::vector<std::string> inputs;  // paths; "-" and "" are ignored
+
   // Path of the output; nothing: not known yet, or the input is changed in place.
   std::optional<std::string> output;
   bool compressed = false;  // true: the output is binary, so a terminal is refused
+
   // Existing output files, if the output is a name for many files.
   std::vector<std::string> series = {};
 };

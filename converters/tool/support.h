@@ -28,11 +28,13 @@ ExitCode exit_code(ErrorCode code);
 struct CommonOptions {
   std::string input;   // path of the input; messages that name no file refer to it
   std::string output;  // empty: none; "-": standard output
+
   // Path of the temporary copy of a piped input; the pipe's name.
   std::string spooled, spooled_from;
   std::string part;  // name of the part of an archive to read; empty: the only part
   std::string temp;  // folder for temporary files; empty: next to the output
   std::optional<std::uint64_t> memory;  // limit of the spool, in bytes
+
   // Largest size of a mesh: bytes of its numbers; number of cells.
   std::optional<std::uint64_t> max_output, max_cells;
   bool quiet = false;

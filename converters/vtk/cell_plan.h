@@ -29,6 +29,7 @@ class CellPlan {
   int block_type(std::uint32_t block) const { return block_types_[block]; }
   bool has_polyhedra() const { return has_polyhedra_; }
   const Extra* extra(const std::string& key) const;  // returns null if there is no such extra
+
   // Returns the values of an int32 or int64 extra. Returns an empty list if there is no such extra.
   std::vector<std::int64_t> integers(const std::string& key) const;
 

@@ -122,6 +122,7 @@ struct Entry {
   Origin origin = Origin::none;
   std::size_t index = 0;  // index into schema.arrays, or the k of vtk/data/<k>
   std::string name{};     // %-encoded
+
   // Type word. For lists of cells, the type word of the offsets, which is empty for classic rows.
   // For kinds with plain_words(), these words.
   std::string type{};

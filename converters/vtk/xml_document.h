@@ -16,6 +16,7 @@ enum class NodeKind : std::uint8_t { element, text, comment, instruction, values
 struct Node {
   NodeKind kind = NodeKind::element;
   std::string name{};  // name of an element, or target of an instruction
+
   // Characters of a text, comment or instruction. For a node of kind `values`, the word that
   // replaces the numbers (see vtu.h).
   std::string text{};
@@ -46,6 +47,7 @@ Node array_element(std::string type, std::string name, std::uint64_t components,
 
 struct Document {
   std::vector<Node> nodes;  // the root, and the nodes before and after it
+
   // Offset in the file of the byte after the '_'; 0 if there are no appended data.
   std::uint64_t appended_begin = 0;
   Node& root();  // returns the root element, which always exists

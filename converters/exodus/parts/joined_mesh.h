@@ -109,6 +109,7 @@ class JoinedMesh : public MeshSource {
   std::uint64_t next_cell_ = 0;
 
   std::map<std::size_t, Kept> static_;  // values of static arrays, by array
+
   // Array and step of the stepped values read last, and these values.
   std::optional<std::pair<std::size_t, std::uint64_t>> step_;
   std::optional<Kept> step_values_;

@@ -83,6 +83,7 @@ class Joiner {
   PartFiles& parts_;
   Ranks& ranks_;
   SkeletonJoin skeletons_;  // structures of the parts, joined; used on rank 0 only
+
   // For each variable that is equal in all parts: the part from which its values are taken.
   std::map<std::string, std::uint64_t> suppliers_;
   Skeleton skeleton_;                    // lengths of set dimensions are preliminary

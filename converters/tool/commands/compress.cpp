@@ -125,8 +125,8 @@ CLI::App* CompressCommand::add_to(CLI::App& tool) {
   command
       ->add_option_function<std::string>(
           "--parity", [this](const std::string& text) { parity = percent_of(text); },
-          "Append parity, P percent of the file size, such as 5%: shm repair then restores lost "
-          "bytes,\nwherever they are, as long as they are fewer than that")
+          "Append parity of P percent of the file size, e.g. 5%. shm repair can then restore lost "
+          "bytes\nanywhere in the file, as long as they are fewer than that")
       ->type_name("P%");
   command
       ->add_option(

@@ -154,8 +154,8 @@ CLI::App* DecompressCommand::add_to(CLI::App& tool) {
   add_files(*command, *this, ".shm file, - for standard input");
   add_output(*command, *this,
              output_text() +
-                 ". Or a folder for it\n(default: the source format of IN, under the name of IN "
-                 "without .shm)",
+                 ". OUT may also be a folder\n(default: IN without .shm, in the source format of "
+                 "IN)",
              "OUT");
   add_removal(*command, *this);
   add_format(*command, format);

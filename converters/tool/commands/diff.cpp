@@ -80,7 +80,7 @@ CLI::App* DiffCommand::add_to(CLI::App& tool) {
                    "cell/NAME if several have that name.\nMay be repeated")
       ->allow_extra_args(false)
       ->type_name("NAME:HOW");
-  command->add_option("--only", only, "Compare no other array than this one. May be repeated")
+  command->add_option("--only", only, "Compare no array except this one. May be repeated")
       ->allow_extra_args(false)
       ->type_name("NAME");
   command

@@ -68,6 +68,7 @@ int main(int argc, char** argv) {
   ::mallopt(M_MMAP_THRESHOLD, 768 * 1024);
   shm::converters::remove_outputs_on_signals();
   std::signal(SIGPIPE, SIG_IGN);  // ignored, so that writing to a closed pipe returns an error
+
   // Ignored, so that writing beyond the file size limit returns an error.
   std::signal(SIGXFSZ, SIG_IGN);
   return shm::converters::run_tool(shm::converters::commands, argc, argv);

@@ -28,6 +28,7 @@ struct FileList {
 struct FilePurpose {
   bool recursive = false;
   std::string folder;  // folder for all outputs; empty: each output is next to its input
+
   // Returns true if the command handles files of this format in folders. The format is null if it
   // is unknown.
   std::function<bool(const Format*)> is_for;

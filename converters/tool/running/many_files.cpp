@@ -202,7 +202,7 @@ int run_on_files(FileCommand& command) {
   }
   if (command.files.size() == 1 && !is_folder(command.files[0])) return run_on_one(command);
   if (command.output == "-")
-    wrong_use("standard output takes the output of one file; IN are several");
+    wrong_use("only one output can go to standard output, but there are several IN");
   for (const std::string& file : command.files)
     if (file == "-") wrong_use("- is standard input, and cannot be one of several files");
   if (!command.output.empty() && !is_folder(command.output))

@@ -33,6 +33,7 @@ class FileInPage final : public ByteSink {
   // Writes the rest of the page. Call this once, after the last byte of the file.
   Result<void> finish();
   std::uint64_t bytes() const { return bytes_; }  // size of the file so far
+
   // Size of the page so far, including the file.
   std::uint64_t page_bytes() const { return written_; }
 

@@ -93,8 +93,8 @@ class LegacyBuilder {
  private:
   void lose(std::string loss) { losses_.add(std::move(loss)); }
 
-  // Returns true if the points of each polyhedron ascend, because VTK sorts them when it reads a
-  // legacy file.
+  // Returns true if the points of each polyhedron ascend. VTK sorts them when it reads a legacy
+  // file, so any other order is lost.
   bool points_of_polyhedra_ascend() const {
     const Extra* counts = extras_.find("vtu/polyhedron/counts");
     const Extra* points = extras_.find("vtu/polyhedron/points");

@@ -36,6 +36,7 @@ class Lattice {
   std::array<std::uint64_t, 3> dimensions_{}, cell_dimensions_{};
   std::uint64_t points_ = 0, cells_ = 0;
   std::size_t nodes_ = 1;  // nodes per cell
+
   // Numbers of a cell's corners relative to its first corner.
   std::array<std::uint64_t, 8> offsets_{};
   std::array<std::uint64_t, 8> corners_{};
@@ -57,6 +58,7 @@ struct Axis {
 struct LatticePoints {
   std::array<Axis, 3> axes;
   ScalarType type = ScalarType::float64;  // float32 or float64
+
   // Fills `out` with `count` points of `lattice`, starting at point `first`.
   void read(const Lattice& lattice, std::uint64_t first, std::uint64_t count, std::byte* out) const;
 };

@@ -42,7 +42,7 @@ void FilePlan::check_lists() const {
     const bool known = std::any_of(lists_.begin(), lists_.end(),
                                    [&](const CellList& list) { return list.kind == each.kind; });
     if (!known || !listed.insert(each.kind).second)
-      fail_extra("vtk/skeleton", "lists cells as its data set does not");
+      fail_extra("vtk/skeleton", "has a list of cells twice, or one that its data set cannot have");
   }
 }
 

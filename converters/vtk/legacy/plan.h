@@ -62,6 +62,7 @@ class FilePlan : public CellPlan {
   Extra time_, names_;
   MadeExtras made_;               // extras for values that the source has in another form
   std::set<std::size_t> placed_;  // arrays that have a place in the skeleton
+
   // Roles under which arrays have occurred; each is allowed once per array.
   std::set<std::pair<std::size_t, EntryKind>> roles_;
   std::vector<CellList> lists_;

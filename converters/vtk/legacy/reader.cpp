@@ -129,8 +129,8 @@ void Parser::dataset() {
   if (!dataset)
     input_.fail(ErrorCode::unsupported,
                 "the data set is '" + word.substr(0, 40) +
-                    "', which is not read; UNSTRUCTURED_GRID, STRUCTURED_GRID, RECTILINEAR_GRID, "
-                    "STRUCTURED_POINTS and POLYDATA are");
+                    "', which is not supported; supported are UNSTRUCTURED_GRID, STRUCTURED_GRID, "
+                    "RECTILINEAR_GRID, STRUCTURED_POINTS and POLYDATA");
   skeleton_.dataset = *dataset;
   info_.schema.source_format = "vtk";
 }
@@ -372,8 +372,8 @@ void Parser::blanking() {
     input_.fail(ErrorCode::corrupt, "'" + entry.type.substr(0, 40) + "' is not a type of numbers");
   if (!source_.lattice_ || source_.lattice_->points() != entry.tuples)
     input_.fail(ErrorCode::corrupt,
-                "does not have one value for each of the points that "
-                "DIMENSIONS, which comes first, states");
+                "does not have one value for each point; the number of "
+                "points is stated by DIMENSIONS, which must come first");
   values(std::move(entry));
 }
 

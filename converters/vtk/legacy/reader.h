@@ -117,6 +117,7 @@ class Parser {
   bool saw_types_ = false;
   std::size_t data_count_ = 0;
   std::set<std::pair<std::size_t, EntryKind>> roles_;  // kinds under which each array has occurred
+
   // Indices of the first few arrays of each name.
   std::map<std::pair<Location, std::string>, std::vector<std::size_t>> named_;
 };

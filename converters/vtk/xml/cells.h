@@ -59,7 +59,8 @@ class CellCollector {
   PagedArray offsets_, connectivity_, types_;
   // Face streams of the current piece, with point numbers that count within the piece.
   std::uint64_t face_nodes_ = 0;  // points of the faces of all polyhedra of a piece
-  // Streams_: all streams; stream_ends_: for each cell the end of its stream.
+
+  // streams_: all streams; stream_ends_: for each cell the end of its stream.
   PagedArray streams_, stream_ends_;
   // Polyhedra whose points are in a different order than in the other polyhedra.
   struct Reordered {

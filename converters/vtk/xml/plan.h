@@ -62,6 +62,7 @@ class VtuPlan : public vtk::CellPlan {
   ByteForm form_;
   bool raw_appended_ = true, own_ = false;
   std::string format_ = "appended";  // format of new arrays, which the source did not have
+
   // Ranges of points and cells of the pieces, which are consecutive.
   std::vector<PieceRange> pieces_;
   std::map<const Node*, std::size_t> by_node_;
