@@ -8,8 +8,8 @@
 // elements have shape `other` and keep the node order of the file.
 //
 // Arrays with a role:
-//   gmsh:node_tag, gmsh:element_tag   int64, only if tags do not count up by one, or if a part of
-//                                     the file that is kept verbatim may name nodes and elements
+//   gmsh:node_tag, gmsh:element_tag   int64, only if tags are not consecutive, or if a part of the
+//                                     file that is kept verbatim may refer to them
 //   gmsh:node_entity                  int32, row of gmsh/nodes/entities, if there are several
 //   gmsh:node_parameters              float64 x 3, if some nodes have parametric coordinates
 //   gmsh:tag_<i>                      int32, i-th tag of an MSH 1/2 element, on the blocks whose

@@ -1,13 +1,13 @@
 // AVS UCD files (text) as meshes.
 //
 // In the model: one block for each material and cell type, in order of first appearance;
-// BlockInfo::id is the material. If there are more than 1024 of them, there is one block per cell
-// type (id 0), and the materials are in an array. Node and cell data are float64 arrays, one for
-// each labelled component. Pyramids have their apex first in the file, last in the model.
+// BlockInfo::id is the material. If there would be more than 1024 blocks, there is one block per
+// cell type (id 0), and the materials are in an array. Node and cell data are float64 arrays, one
+// for each labelled component. Pyramids have their apex first in the file, last in the model.
 //
 // Arrays with a role:
-//   ucd:node_id, ucd:cell_id   int64, only if they do not count up from 1
-//   ucd:material               int64, only if block ids do not give the material
+//   ucd:node_id, ucd:cell_id   int64, only if the numbers are not 1, 2, 3, ...
+//   ucd:material               int64, only if block ids are not the materials
 //
 // Extras:
 //   ucd/comments               text: the lines before the counts, each begins with '#'

@@ -104,7 +104,7 @@ CLI::App* SurfaceCommand::add_to(CLI::App& tool) {
       "location,\nstep, least, greatest; or null).");
   add_files(*command, *this, mesh_file_text());
   add_output(*command, *this,
-             "File to write, or folder for files \n(default: IN.ply, or IN with the extension of "
+             "File to write, or folder for files\n(default: IN.ply, or IN with the extension of "
              "--format, next to IN)",
              "OUT.ply");
   command->add_option("--format", format, "Format of OUT (default: by its name)")

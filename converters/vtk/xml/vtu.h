@@ -15,11 +15,10 @@
 //   vtk/strings/<i>          uint8: the different strings of array i of the schema, each ended by 0
 //   vtu/data/<k>             values of the array that the skeleton calls x<k>, in their own type;
 //                            strings as their bytes, each ended by 0
-//   vtu/polyhedron/ascending int32[1]: if present, the points of a polyhedron ascend, otherwise
-//   they
-//                            are in the order in which its faces first use them; exceptions follow
+//   vtu/polyhedron/ascending int32[1]: if present, the points of each polyhedron ascend; otherwise
+//                            they are in the order in which the faces first use them
 //   vtu/polyhedron/cells     int64[n], refers to cells: polyhedra whose points have another order
-//   vtu/polyhedron/counts    int64[n]: number of points of each
+//   vtu/polyhedron/counts    int64[n]: number of points of each of these polyhedra
 //   vtu/polyhedron/points    int64, refers to vertices: their points in the file's order
 //
 // The skeleton: all elements with all attributes in file order, texts, comments and instructions.
