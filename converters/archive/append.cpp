@@ -67,7 +67,7 @@ class Appending {
       refuse(ErrorCode::unsupported, "has time steps without times");
   }
 
-  // Compares the two meshes and their arrays; sets `differences` if they are not the same.
+  // Compares the two meshes and their arrays. Stores the differences in `differences`.
   void compare() {
     MeshSource& source = *steps_;
     if (source.info().schema.source_format == old().schema.source_format) {
@@ -105,7 +105,8 @@ class Appending {
     for (const std::uint64_t step : outcome_.steps) outcome_.times.push_back(times[step]);
   }
 
-  // Numbers of the source's vertices and cells in coding order; null: the source's own order.
+  // Return the numbers of the source's vertices and cells in coding order. Null means the source's
+  // own order.
   NumberList* vertex_order() {
     return keeps_numbers() ? &mesh_->vertex_order() : numbering_.vertices.get();
   }

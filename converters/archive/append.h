@@ -1,5 +1,5 @@
-// Appending: adds time steps of a mesh, read from any file, to those of a .shm file with the same
-// mesh. The new file goes to a sink; the old file is only read.
+// Appending: adds time steps to a .shm file. The steps are read from any file with the same mesh.
+// The new file is written to a sink; the old file is only read.
 #pragma once
 
 #include <cstdint>
@@ -17,14 +17,16 @@
 namespace shm::converters {
 
 struct AppendHow {
-  // Append all steps of the source; false: only those later than the last step of the file.
+  // True: append all steps of the source; false: only steps later than the last step of the file.
   bool all = false;
-  std::vector<std::uint64_t> steps;  // if not empty: append these steps, from 0, in this order
-  std::optional<double> time;        // time of a source that has neither steps nor a time
-  bool strict = false;               // write nothing if something would be left out
+  // Numbers of the steps to append, from 0, in this order; empty: not given.
+  std::vector<std::uint64_t> steps;
+  // Time of the only step of a source that has neither steps nor a time.
+  std::optional<double> time;
+  bool strict = false;  // write nothing if data of the source would be left out
   AppendOptions options;
   unsigned threads = 1;                      // threads that decode the mesh; 0: one per core
-  const CellSequence* cell_order = nullptr;  // as in compare_meshes
+  const CellSequence* cell_order = nullptr;  // cell order, as in compare_meshes()
   Progress progress;
 };
 
@@ -33,11 +35,11 @@ struct AppendOutcome {
   LossList losses;                       // data of the source that the new file does not contain
   std::vector<std::uint64_t> steps;      // steps of the source that were appended
   std::vector<double> times;             // times of all steps of the new file
-  std::optional<SizeReport> sizes;       // empty if nothing was written
+  std::optional<SizeReport> sizes;       // sizes of the new file; nothing if no file was written
 };
 
-// `path` is the old file. Throws Failure if the old file or the source is damaged, or if they do
-// not match for a reason other than differing values.
+// Appends steps. `path` is the old file. Throws Failure if the old file or the source is damaged,
+// or if they do not match for a reason other than differing values.
 AppendOutcome append_steps(const std::string& path, MeshSource& source, ByteSink& sink,
                            const AppendHow& how, Spool& spool);
 

@@ -37,10 +37,10 @@ void copy_all(ByteSource& from, const std::string& name, ByteSink& to) {
     unwrap(to.write(std::span(piece).first(n)));
 }
 
-// Returns the names that the members will have; throws Failure (misuse) if two are equal.
+// Returns the names that the members will have. Throws Failure (misuse) if two names are equal.
 std::map<std::string, std::string> member_names(const std::vector<std::string>& inputs) {
-  std::map<std::string, std::string> names;  // input -> name
-  std::map<std::string, std::string> taken;  // name -> input
+  std::map<std::string, std::string> names;  // name of each input
+  std::map<std::string, std::string> taken;  // input of each name
   for (const std::string& input : inputs) {
     const std::string name = std::filesystem::path(input).filename().string();
     const auto [entry, is_new] = taken.emplace(name, input);

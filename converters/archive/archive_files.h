@@ -1,6 +1,6 @@
-// Archives: several meshes joined into one .shm file, and extracted again. Members are named after
-// the files they came from. A .shm file keeps its name and its bytes in the archive; any other file
-// is compressed, and is restored in its own format.
+// Archives: several meshes joined into one .shm file, and extracted again. Each member has the name
+// of the file from which it was made. A .shm file keeps its name and its bytes in the archive. Any
+// other file is compressed, and is restored in its own format.
 #pragma once
 
 #include <cstdint>
@@ -21,17 +21,17 @@ namespace shm::converters {
 struct MemberReport {
   std::string name;
   std::uint64_t input_bytes = 0, bytes = 0;
-  bool is_decoded = true;  // false: stored unchanged, without checking
+  bool is_decoded = true;  // false: stored unchanged, without checking the contents
 };
 
-// Writes `inputs` as an archive to `sink`. Files that are not .shm files are compressed as `how`
-// states. Spools use `spool_memory` bytes of memory, and `spool_directory`. Throws Failure; misuse
-// if two inputs have the same name.
+// Writes `inputs` as an archive to `sink`. Files that are not .shm files are compressed with the
+// options `how`. Spools use `spool_memory` bytes of memory and the folder `spool_directory`. Throws
+// Failure; its code is misuse if two inputs have the same name.
 std::vector<MemberReport> join_files(const std::vector<std::string>& inputs, ByteSink& sink,
                                      const CompressOptions& how, const std::string& spool_directory,
                                      std::size_t spool_memory, const MeshLimits& limits = {});
 
-// Returns true if the file begins like an archive; false if `path` is not a regular file.
+// Returns true if the file begins like an archive. Returns false if `path` is not a regular file.
 bool is_archive(const std::string& path);
 
 class ArchiveFile {
@@ -40,18 +40,20 @@ class ArchiveFile {
   const std::vector<ArchiveMember>& members() const { return list_.members(); }
   const ArchiveMember& find(const std::string& name) const;  // throws Failure (misuse)
 
-  // Decodes a member. The spool must outlive the mesh. `threads`: as in open_shm.
+  // Decodes a member. The spool must outlive the mesh. `threads` has the same meaning as in
+  // open_shm().
   std::unique_ptr<StagedMesh> open(const ArchiveMember& member, Spool& spool,
                                    const Progress& progress, unsigned threads);
   FileSummary summarize(const ArchiveMember& member);
   // Writes the unchanged bytes of a member to a file, which appears complete or not at all.
   void copy(const ArchiveMember& member, const std::string& path);
-  // Restores a member in the format that the mesh came from; if that is unknown, in the format of
-  // its name.
+  // Restores a member in the format of the file from which it was made. If that format is unknown,
+  // uses the format of the member's name.
   void restore(const ArchiveMember& member, const std::string& path, Spool& spool,
                const Progress& progress, unsigned threads);
-  std::string place(const ArchiveMember& member) const;  // "FILE: NAME", for messages
-  // Returns a view of the member's bytes; valid as long as this object.
+  std::string place(const ArchiveMember& member) const;  // returns "FILE: NAME", for messages
+
+  // Returns a view of the member's bytes, which is valid as long as this object.
   SectionSource bytes(const ArchiveMember& member);
 
  private:

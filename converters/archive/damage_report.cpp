@@ -19,7 +19,7 @@ const char* kind_word(DamageKind kind) {
   return "";
 }
 
-// Damages of the same kind, in chunks of the same kind, that share a line.
+// Damages of the same kind, in chunks of the same kind, that are reported in one line.
 struct DamageRun {
   DamageKind kind = DamageKind::damaged;
   std::string section;
@@ -29,8 +29,8 @@ struct DamageRun {
   std::uint64_t cells = 0;
   std::vector<std::uint32_t> arrays{};
   std::set<std::uint64_t> steps{};
-  std::uint64_t begin = 0, end = 0;  // bytes
-  bool has_gaps = false;             // undamaged parts lie between them
+  std::uint64_t begin = 0, end = 0;  // byte range in the file
+  bool has_gaps = false;             // true: some parts within the range are undamaged
 
   explicit DamageRun(const Damage& damage)
       : kind(damage.kind),
@@ -47,7 +47,7 @@ struct DamageRun {
   }
   void take_bytes(const DamageRun& next) {
     chunks += next.chunks;
-    // Another part of the same chunk.
+    // If the place is the same, the damage is in another part of the same chunk.
     const bool same_place = next.begin == begin && next.end == end;
     has_gaps |= next.has_gaps || (!same_place && next.begin != end);
     begin = std::min(begin, next.begin);
@@ -57,8 +57,9 @@ struct DamageRun {
 
 bool is_step_values(const Damage& damage) { return damage.step && damage.arrays.size() == 1; }
 
-// Combines damaged step values. Those of one array in one segment form a run. Arrays that lack the
-// same steps are joined, and then consecutive segments with the same losses.
+// Combines damaged step values. First, the steps of one array in one segment form a run. Then
+// arrays that lack the same steps are joined, and finally consecutive segments with the same
+// losses.
 class StepRuns {
  public:
   void add(const Damage& damage) {

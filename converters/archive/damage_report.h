@@ -1,4 +1,4 @@
-// The text and JSON with which verify and repair report damage.
+// The text and the JSON in which verify and repair report damage.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,7 @@ namespace shm::converters {
 // Returns text such as "1 block" or "2 blocks".
 std::string counted(std::uint64_t count, const std::string& one);
 
-// Returns text such as "point/u"; only the array's number if the schema is lost.
+// Returns text such as "point/u", or only the array's number if the schema is lost.
 std::string array_label(const std::optional<Schema>& schema, std::uint32_t array);
 
 // Returns text such as "point/u, point/v" for the first few arrays.

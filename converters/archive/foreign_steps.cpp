@@ -122,7 +122,7 @@ void ForeignSteps::read_array(std::size_t array, std::uint64_t step, std::uint64
                             "array '" + info.name + "'",
                             kNoOffset,
                             {}});
-      std::uint64_t run = 1;  // elements that are consecutive there too
+      std::uint64_t run = 1;  // number of elements that are consecutive in the other file too
       while (i + run < count && entities[i + run] == entities[i] + run &&
              from.element_of(entities[i + run]) == *element + run)
         ++run;
@@ -148,8 +148,8 @@ std::vector<std::string> ForeignSteps::differences(const Progress& progress) {
     if (theirs.arrays[a].per_step) their_values.insert(a);
   DiffOptions options;
   options.with_extras = false;
-  // Roles belong to one format, and some depend on the positions of other arrays, so no array is
-  // removed.
+  // Compare roles only if both meshes have the same format. No array is removed, because some roles
+  // depend on the positions of other arrays.
   options.with_roles = info_.schema.source_format == theirs.source_format;
   if (options.with_roles) {
     constexpr std::size_t kPrefix = std::string_view("array:").size();

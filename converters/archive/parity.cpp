@@ -26,9 +26,9 @@ namespace {
 constexpr std::size_t kHeaderBytes = 40, kPacketBytes = kHeaderBytes + kParityBlockBytes;
 constexpr std::size_t kTrailerBytes = 16;
 constexpr std::size_t kChecksumsEach = kParityBlockBytes / 4;
-constexpr std::uint32_t kMostBlocks = 255;  // per stripe
+constexpr std::uint32_t kMostBlocks = 255;  // largest number of blocks per stripe
 constexpr std::string_view kMark = "SHMP";
-// Number of bytes read at once.
+// Number of bytes that are read together.
 constexpr std::uint64_t kWindowBytes = std::uint64_t{1} << 20;
 
 enum PacketKind : std::uint8_t { kChecksums = 1, kParity = 2 };
@@ -66,7 +66,7 @@ void read_padded(RandomSource& file, std::uint64_t end, std::uint64_t offset,
   std::fill(into.begin() + static_cast<std::ptrdiff_t>(there), into.end(), std::byte{0});
 }
 
-// Returns the checksums of all blocks.
+// Returns the checksums of all blocks of the file.
 std::vector<std::uint32_t> block_checksums(RandomSource& file, const ParityShape& shape,
                                            const Progress& progress, std::string_view phase) {
   std::vector<std::uint32_t> checksums;
@@ -83,7 +83,7 @@ std::vector<std::uint32_t> block_checksums(RandomSource& file, const ParityShape
 }
 
 #ifdef SHM_HAS_ISAL
-// Number of stripes coded at once.
+// Number of stripes that are coded together.
 constexpr std::uint64_t kStripesAtOnce = 16;
 
 using Bytes = std::vector<unsigned char>;
@@ -93,8 +93,8 @@ unsigned char coefficient(const ParityShape& shape, std::uint32_t row, std::uint
   return ::gf_inv(static_cast<unsigned char>((shape.data + row) ^ position));
 }
 
-// Computes `coded` = `matrix` times `sources`. The matrix has a row for each coded block and a
-// column for each source; all blocks have `bytes` bytes.
+// Multiplies `matrix` by `sources` and stores the product in `coded`. The matrix has a row for each
+// coded block and a column for each source. All blocks have `bytes` bytes.
 void multiply(Bytes& matrix, std::size_t bytes, std::vector<unsigned char*>& sources,
               std::vector<unsigned char*>& coded) {
   const int columns = static_cast<int>(sources.size()), rows = static_cast<int>(coded.size());
@@ -112,7 +112,7 @@ struct ParityPacket {
   std::uint32_t set = 0;
   PacketKind kind = kChecksums;
   std::uint64_t number = 0;
-  bool again = false;  // second copy of a checksum packet; not part of the header
+  bool again = false;  // true: second copy of a checksum packet; not part of the header
 
   std::array<std::byte, kHeaderBytes> header(std::uint32_t payload_checksum) const {
     std::array<std::byte, kHeaderBytes> out{};
@@ -135,7 +135,7 @@ struct ParityPacket {
     if (again) before += shape.parity_packets();
     return shape.protected_bytes + before * kPacketBytes;
   }
-  // Returns nothing if these bytes are not a valid header.
+  // Parses a header. Returns nothing if these bytes are not a valid header.
   static std::optional<ParityPacket> parse(std::span<const std::byte, kHeaderBytes> in) {
     if (std::memcmp(in.data(), kMark.data(), kMark.size()) != 0 ||
         get(&in[36], 4) != checksum(in.first<36>()) || in[5] != std::byte{0})
@@ -167,7 +167,7 @@ bool has_parity_codes() {
 #endif
 }
 
-// Uses the largest possible stripes, and distributes the blocks evenly.
+// Returns the layout with the largest possible stripes, and distributes the blocks evenly.
 ParityShape parity_shape(std::uint64_t bytes, double share) {
   ParityShape shape;
   shape.protected_bytes = bytes;
@@ -280,7 +280,7 @@ class ProtectedFile::Healed final : public RandomSource {
  private:
   RandomSource* file_;
   ParityShape shape_;
-  std::map<std::uint64_t, std::uint64_t> place_;  // healed block -> offset in the scratch file
+  std::map<std::uint64_t, std::uint64_t> place_;  // offset of each healed block in the scratch file
   std::unique_ptr<FileRandomSource> scratch_;
 };
 
@@ -294,8 +294,8 @@ std::unique_ptr<ProtectedFile> ProtectedFile::open(RandomSource& file) {
 
 namespace {
 
-/// Returns the size of the chunk, including its header, that begins with these bytes. The header is
-/// short or long. Returns 0 if no chunk begins here.
+/// Returns the size of the chunk that begins with these bytes, including its header, which is short
+/// or long. Returns 0 if no chunk begins here.
 std::uint64_t bytes_of_chunk(std::span<const std::byte, 32> beginning) {
   const bool is_long = std::memcmp(beginning.data(), "SHMC", 4) == 0;
   if (!is_long && std::memcmp(beginning.data(), "SHMc", 4) != 0) return 0;
@@ -330,7 +330,7 @@ double ProtectedFile::share() const {
              : static_cast<double>(shape_.parity) / shape_.data;
 }
 
-// The trailer at the very end is a copy of the protected one.
+// Compare the trailer at the end of the file, which is a copy of the protected trailer.
 bool ProtectedFile::is_of_something_else() {
   if (file_->size() < kTrailerBytes) return false;
   std::array<std::byte, kTrailerBytes> trailer;
@@ -340,7 +340,8 @@ bool ProtectedFile::is_of_something_else() {
          get(trailer.data(), 8) >= shape_.protected_bytes;
 }
 
-// Every packet contains the shape. Takes the last packet whose stated place is its actual place.
+// Finds the parity. Every packet contains the shape. Uses the last packet whose stated place is its
+// actual place.
 bool ProtectedFile::find() {
   const std::uint64_t size = file_->size();
   std::vector<std::byte> window;
@@ -354,7 +355,7 @@ bool ProtectedFile::find() {
       if (window.size() - mark < kHeaderBytes) continue;
       auto packet = ParityPacket::parse(
           std::span<const std::byte, kHeaderBytes>(&window[mark], kHeaderBytes));
-      // A packet that protects more bytes than the file has is not valid.
+      // A packet is invalid if it protects more bytes than the file has.
       if (!packet || packet->shape.protected_bytes > size) continue;
       bool in_place = packet->place() == begin + mark;
       if (!in_place && packet->kind == kChecksums) {
@@ -367,12 +368,12 @@ bool ProtectedFile::find() {
       return true;
     }
     if (begin == 0) break;
-    end = begin + kHeaderBytes - 1;  // a header may lie across the boundary
+    end = begin + kHeaderBytes - 1;  // the ranges overlap, because a header may cross the boundary
   }
   return false;
 }
 
-// Returns false if the packet is damaged.
+// Reads a packet. Returns false if the packet is damaged.
 bool ProtectedFile::read_packet(const ParityPacket& wanted, std::vector<std::byte>& payload) {
   const std::uint64_t offset = wanted.place();
   if (offset > file_->size() || file_->size() - offset < kPacketBytes) return false;
@@ -413,7 +414,7 @@ void ProtectedFile::check(const Progress& progress) {
     if (known_[b] == 0 || found[b] != checksums_[b]) damaged_.push_back(b);
 }
 
-// Returns true if the copy of the trailer at the end is there and equals the protected trailer.
+// Returns true if the file ends with a copy of the trailer that equals the protected trailer.
 bool ProtectedFile::trailer_is_there() {
   const std::uint64_t offset =
       shape_.protected_bytes +
@@ -455,13 +456,14 @@ std::vector<std::uint64_t> ProtectedFile::heal(FileSink& scratch, const Progress
   return lost;
 }
 
-// Appends the healed blocks to the scratch file, in order; returns those that could not be healed.
+// Appends the healed blocks to the scratch file, in order. Returns the blocks that could not be
+// healed.
 std::vector<std::uint64_t> ProtectedFile::heal_stripe(std::uint64_t stripe,
                                                       std::span<const std::uint64_t> damaged,
                                                       FileSink& scratch) {
 #ifdef SHM_HAS_ISAL
   std::vector<std::uint64_t> wanted(damaged.begin(), damaged.end());
-  // Undamaged parity rows.
+  // Numbers of undamaged parity rows.
   std::vector<std::uint32_t> rows;
   std::vector<std::vector<std::byte>> parity;
   std::vector<std::byte> payload;
@@ -470,14 +472,15 @@ std::vector<std::uint64_t> ProtectedFile::heal_stripe(std::uint64_t stripe,
       rows.push_back(row);
       parity.push_back(payload);
     }
-  // Blocks with an unknown checksum may well be undamaged.
+  // If there are not enough rows, blocks with an unknown checksum are not healed, because they may
+  // be undamaged.
   if (rows.size() < wanted.size())
     std::erase_if(wanted, [&](std::uint64_t block) { return known_[block] == 0; });
   if (rows.size() < wanted.size()) return {damaged.begin(), damaged.end()};
   rows.resize(wanted.size());
 
-  // First computes the share of the damaged blocks in the parity rows; then computes these blocks
-  // by multiplying with the inverse of their part of the matrix.
+  // First computes the share of the damaged blocks in the parity rows. Then computes these blocks
+  // by multiplying with the inverse of the part of the matrix that belongs to them.
   const std::uint64_t stripes = shape_.stripes();
   std::vector<std::vector<std::byte>> blocks;
   Bytes of_all, of_damaged;

@@ -21,8 +21,8 @@
 namespace shm::converters {
 namespace {
 
-// If step times are lost, step numbers replace them, for at most this number of steps per step with
-// values.
+// If step times are lost, step numbers replace them. This is the largest number of such steps for
+// each step that has values.
 constexpr std::uint64_t kMostStepsForEach = 1000;
 
 class Salvage {
@@ -59,8 +59,8 @@ void Salvage::report_missing(std::string sentence, nlohmann::json json) {
   report_.missing_json.push_back(std::move(json));
 }
 
-// Collects the known properties of the original file. If the index is lost, the sets give a lower
-// bound of its size.
+// Collects the known properties of the original file. If the index is lost, the references of
+// extras give a lower bound of the number of vertices and cells.
 void Salvage::read_whole() {
   whole_.schema = file_.schema();
   whole_.vertices = file_.vertices();
@@ -90,8 +90,8 @@ std::vector<double> Salvage::step_times() {
         steps = std::max(steps, of_array.back() + 1);
         with_values += of_array.size();
       }
-  // Uses the number of steps from the index as far as the steps with values make it plausible,
-  // because steps cost memory and time.
+  // Steps need memory and time, so the number of steps in the index is used only if it is plausible
+  // compared with the number of steps with values.
   const std::uint64_t most = kMostStepsForEach * (with_values + 1);
   steps = std::max(steps, std::min(damage_.steps.value_or(0), most));
   if (times.size() >= steps) return times;
@@ -162,7 +162,7 @@ void Salvage::tell_steps(const PieceMesh& piece) {
     std::set<std::uint64_t> steps;
     std::uint64_t least = ~std::uint64_t{0}, most = 0;
   };
-  std::map<std::uint32_t, Lost> lost;  // by array
+  std::map<std::uint32_t, Lost> lost;  // lost values by array
   for (const auto& [key, count] : piece.lost_values()) {
     if (count == 0) continue;
     Lost& of_array = lost[key.first];
@@ -193,7 +193,8 @@ void Salvage::tell_others() {
           {{"what", "extra"}, {"offset", damage.offset}, {"bytes", damage.bytes}});
 }
 
-// Reports data that only the source format knows: it describes the whole mesh and is not kept.
+// Reports data that only the source format can interpret. It describes the whole mesh and is not
+// kept.
 void Salvage::tell_words(const Translation& translation) {
   for (const std::string& loss : translation.losses())
     report_missing(loss, {{"what", "other"}, {"name", loss}});

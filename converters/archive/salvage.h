@@ -1,5 +1,5 @@
 // Salvage: writes the undamaged parts of a damaged .shm file as a new .shm file, and reports the
-// missing parts. spec/decisions/0054-salvage.md
+// missing parts. See spec/decisions/0054-salvage.md.
 #pragma once
 
 #include <cstdint>
@@ -15,13 +15,14 @@
 namespace shm::converters {
 
 struct SalvageReport {
-  std::uint64_t vertices = 0, cells = 0;  // numbers of vertices and cells that remain
-  std::vector<std::string> missing;       // one sentence per missing part
-  std::string laid_out;                   // source format whose file layout is not kept
+  std::uint64_t vertices = 0, cells = 0;  // numbers of remaining vertices and cells
+  std::vector<std::string> missing;       // descriptions of the missing parts, one sentence each
+  std::string laid_out;  // source format whose file layout could not be kept; empty: none
   nlohmann::json missing_json = nlohmann::json::array();
 };
 
-// Writes the remains of `file`, which has `damage`. `name` is used in messages. Throws Failure.
+// Writes the undamaged parts of `file`. `damage`: damage of the file. `name` is used in messages.
+// Throws Failure.
 SalvageReport salvage(RandomSource& file, const DamageReport& damage, const std::string& name,
                       ByteSink& sink, Spool& spool, const Progress& progress = {});
 

@@ -1,4 +1,4 @@
-// Conversion of numbers in files whose byte order may differ from the machine's.
+// Conversion of numbers in files whose byte order may differ from that of the machine.
 #pragma once
 
 #include <bit>
@@ -18,7 +18,7 @@ void swap_words(std::byte* values, std::size_t count, Word (*swap)(Word)) {
   }
 }
 
-// Converts values from the byte order of a file to that of the machine, or back.
+// Converts values from the byte order of a file to that of the machine, or the reverse.
 inline void swap_from_file(std::byte* values, std::size_t count, std::size_t value_bytes,
                            bool big_endian) {
   if (big_endian == (std::endian::native == std::endian::big)) return;

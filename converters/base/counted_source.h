@@ -1,4 +1,4 @@
-// CountedSource: forwards reads to another source and counts bytes: all bytes read, and the
+// CountedSource: forwards reads to another source and counts two things: all bytes read, and the
 // distinct bytes of the file that were read.
 #pragma once
 

@@ -7,8 +7,8 @@
 namespace shm::converters {
 namespace {
 
-// Bytes of the temporary file that are in memory: it is written and read front to back, so a few
-// pages suffice.
+// Number of bytes of the temporary file that are in memory. The file is written and read front to
+// back, so a few pages suffice.
 constexpr std::size_t kFileBytes = 8 * Spool::kPageBytes;
 constexpr std::size_t kMostHeld = std::numeric_limits<std::uint32_t>::max();
 
@@ -18,7 +18,7 @@ ExternalSorter::ExternalSorter(std::string directory, std::size_t record_bytes, 
     : directory_(std::move(directory)), record_bytes_(record_bytes), memory_(memory) {}
 
 void ExternalSorter::add(std::uint64_t key, const std::byte* record) {
-  // Address space to reserve; the pages use memory only when they are written.
+  // Address space to reserve, in bytes. The pages need memory only when they are written.
   constexpr std::size_t kReserved = std::size_t{1} << 28;
   const std::size_t held = entries_.size(), bytes = sizeof(Entry) + record_bytes_;
   const std::size_t most = std::clamp<std::size_t>(memory_ / bytes, 1, kMostHeld);
@@ -67,11 +67,11 @@ std::size_t ExternalSorter::most_runs() const {
   return std::max<std::size_t>(memory_ / std::max(Spool::kPageBytes, stored_bytes()), 2);
 }
 
-// Merges runs until the remaining ones can be merged at once. Only adjacent runs are merged, in
+// Merges runs until the remaining runs can be merged together. Only adjacent runs are merged, in
 // order, so records with equal keys keep their order.
 void ExternalSorter::begin_merge() {
   if (!entries_.empty()) write_run();
-  entries_ = decltype(entries_)();  // frees the memory, which {} does not
+  entries_ = decltype(entries_)();  // frees the memory; assigning {} would keep it
   records_ = decltype(records_)();
   std::vector<std::byte> piece;
   while (extent_.size() > most_runs()) {

@@ -1,6 +1,6 @@
-// ExternalSorter: sorts any number of records by key in bounded memory. Records collect in memory;
-// when it is full, they are sorted and appended to a temporary file as a run. At the end the runs
-// are merged. Each run is read front to back, so the disk sees no random access.
+// ExternalSorter: sorts any number of records by key in bounded memory. Records are collected in
+// memory. When the memory is full, they are sorted and appended to a temporary file as a run. At
+// the end the runs are merged. Each run is read front to back, so the disk sees no random access.
 #pragma once
 
 #include <cstddef>
@@ -19,8 +19,8 @@ namespace shm::converters {
 class ExternalSorter {
  public:
   // `record_bytes` is the size of a record without its key; it may be 0. `memory` is a budget in
-  // bytes. The sorter always uses enough for one record, and for a page of each of two runs.
-  // `directory` holds the temporary file, which is created when it is first needed.
+  // bytes. The sorter always uses enough memory for one record, and for a page of each of two runs.
+  // `directory` is the folder of the temporary file, which is created when it is first needed.
   ExternalSorter(std::string directory, std::size_t record_bytes, std::size_t memory);
 
   std::uint64_t size() const { return size_; }
@@ -38,13 +38,13 @@ class ExternalSorter {
       return key != other.key ? key < other.key : place < other.place;
     }
   };
-  // Sorted records in the file; the next few are buffered in memory.
+  // A run: sorted records in the file, of which the next few are buffered in memory.
   struct Run {
     std::uint64_t next = 0, end = 0;  // byte range in the file that has not been read yet
     std::vector<std::byte> held;
-    std::size_t at = 0;  // position in held
+    std::size_t at = 0;  // position in `held`
   };
-  // Key and run: of equal keys, the earlier run comes first.
+  // Key and run of the next record. If keys are equal, the earlier run comes first.
   using Head = std::pair<std::uint64_t, std::size_t>;
 
   std::size_t stored_bytes() const { return sizeof(std::uint64_t) + record_bytes_; }
@@ -62,7 +62,7 @@ class ExternalSorter {
   std::uint64_t size_ = 0;
   std::vector<Entry> entries_;
   std::vector<std::byte> records_;
-  std::size_t at_ = 0;  // position in entries_ if everything fits in memory
+  std::size_t at_ = 0;  // position in entries_ if all records fit in memory
   bool ended_ = false;
 
   std::unique_ptr<Spool> spool_;
@@ -72,7 +72,7 @@ class ExternalSorter {
   std::size_t run_bytes_ = 0;                                    // buffer size of each run
   std::priority_queue<Head, std::vector<Head>, std::greater<>> heads_;
   std::size_t last_ = 0;  // run of the record that next_merged() returned last
-  bool any_ = false;      // next_merged() has returned a record
+  bool any_ = false;      // true: next_merged() has returned a record
 };
 
 }  // namespace shm::converters

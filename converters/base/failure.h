@@ -1,6 +1,6 @@
 // Failure: the exception that reports every error in the converters. The tool catches it in one
-// place. The library itself never throws, but converters parse deeply nested input and need to bail
-// out from anywhere.
+// place. The library itself never throws, but converters parse deeply nested input and need to
+// leave it from any depth.
 #pragma once
 
 #include <exception>
@@ -22,7 +22,7 @@ class Failure : public std::exception {
   std::string text_;
 };
 
-// Throws Failure (misuse): the user asked for something that is not possible.
+// Throws Failure (misuse), because the user asked for something that is not possible.
 [[noreturn]] inline void wrong_use(const std::string& sentence) {
   throw Failure(Error{ErrorCode::misuse, sentence, {}, kNoOffset, {}});
 }

@@ -1,5 +1,5 @@
-// LenientSource: another source in which unreadable sectors read as zeros, so that lost sectors are
-// handled like any other damage.
+// LenientSource: forwards reads to another source, but returns zeros for sectors that cannot be
+// read, so that lost sectors are handled like any other damage.
 #pragma once
 
 #include <algorithm>

@@ -9,7 +9,8 @@
 namespace shm::converters {
 namespace {
 
-// Throws Failure with the loader's last message: "libx.so.1: cannot open shared object file: ...".
+// Throws Failure with the loader's last message, e.g. "libx.so.1: cannot open shared object file:
+// ...".
 [[noreturn]] void not_loaded(const std::string& name) {
   const char* const words = ::dlerror();
   std::string_view why = words != nullptr ? words : "unknown";
@@ -23,8 +24,8 @@ namespace {
 
 }  // namespace
 
-// RTLD_GLOBAL makes the library's symbols visible to everything that is loaded later, as if the
-// program were linked to it: HDF5 filters rely on that.
+// RTLD_GLOBAL makes the library's symbols visible to all libraries that are loaded later, as if the
+// program were linked to the library. HDF5 filters rely on this.
 LoadedLibrary::LoadedLibrary(const char* name)
     : name_(name), library_(::dlopen(name, RTLD_LAZY | RTLD_GLOBAL)) {
   if (library_ == nullptr) not_loaded(name_);

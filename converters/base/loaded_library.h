@@ -1,10 +1,10 @@
-// A shared library that is opened when it is first needed, but otherwise behaves as if the program
-// were linked to it. Linking the libraries of all formats, with their own dependencies, would make
-// up most of the tool's start-up time.
+// A shared library that is loaded when it is first needed, but otherwise behaves as if the program
+// were linked to it. If the tool were linked to the libraries of all formats, loading them and
+// their dependencies would take most of its start-up time.
 //
-// A library is used through a struct with one function pointer per function, filled in by its
-// constructor. A build without SHM_..._LIBRARY (cmake/ShmLoaded.cmake) is linked to the library and
-// takes the addresses of its functions.
+// A library is used through a struct with one function pointer per function. The constructor of the
+// struct sets the pointers. A build without SHM_..._LIBRARY (cmake/ShmLoaded.cmake) is linked to
+// the library, and the struct contains the addresses of its functions.
 #pragma once
 
 #include <string>

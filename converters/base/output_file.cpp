@@ -22,8 +22,8 @@
 namespace shm::converters {
 namespace {
 
-// Names of the files that the signal handler removes. The strings belong to the registering
-// objects.
+// Names of the files that the signal handler removes. The objects that registered the names own the
+// strings.
 std::array<std::atomic<const char*>, 4> names_to_remove{};
 static_assert(std::atomic<const char*>::is_always_lock_free);
 
@@ -86,7 +86,8 @@ void OutputFile::commit() {
 }
 
 std::string OutputFile::folder_of(const std::string& path) {
-  // An open file without a name has a link in /proc; the link's target is in the file's folder.
+  // An open file without a name has a link in /proc. The target of the link is in the file's
+  // folder.
   std::error_code none;
   const std::filesystem::path link = std::filesystem::read_symlink(path, none);
   return (path.starts_with("/proc/") && !none ? link : std::filesystem::path(path))

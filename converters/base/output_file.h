@@ -1,6 +1,6 @@
-// OutputFile: a file that appears under its name complete or not at all. It is a FileSink
+// OutputFile: a file that appears under its final name only when it is complete. It is a FileSink
 // (shm/io.h) that can also be written by name. If its temporary file has a name, SIGINT, SIGTERM
-// and SIGHUP remove that file once remove_outputs_on_signals() has been called. Devices and pipes
+// and SIGHUP remove that file after remove_outputs_on_signals() has been called. Devices and pipes
 // receive all bytes at the end.
 #pragma once
 
@@ -19,8 +19,8 @@
 
 namespace shm::converters {
 
-// Registers a file that the signal handlers of remove_outputs_on_signals() remove while this object
-// lives. A process has four such places; files beyond that are not registered.
+// Registers a file. The signal handlers of remove_outputs_on_signals() remove the file while this
+// object exists. A process can register four files; further files are not registered.
 class RemovedOnSignals {
  public:
   // `name` is borrowed and must stay at the same address.
@@ -49,8 +49,8 @@ class RemovedOnSignals::Pause {
 class OutputFile {
  public:
   // Creates an empty temporary file. Throws Failure (output). Standard output ("-"), devices and
-  // pipes receive all bytes at commit, from a temporary file in `folder`. `how`: use a named
-  // temporary file for libraries that cannot open a path in /proc.
+  // pipes receive all bytes at commit(), from a temporary file in `folder`. `how`: libraries that
+  // cannot open a path in /proc need a named temporary file.
   explicit OutputFile(std::string path, const std::string& folder = {},
                       FileSink::Temporary how = FileSink::Temporary::unnamed);
   ~OutputFile();
@@ -58,12 +58,13 @@ class OutputFile {
   OutputFile& operator=(const OutputFile&) = delete;
 
   const std::string& path() const { return path_; }
-  const std::string& temporary() const { return sink_->temporary(); }  // write here, by name
-  void write(std::span<const std::byte> bytes);                        // or here, front to back
-  // Or write here, front to back. The sink ignores commit() from the writer of a .shm file, because
-  // parity or an error may still follow; only commit() below counts.
+  const std::string& temporary() const { return sink_->temporary(); }  // path for writing by name
+  void write(std::span<const std::byte> bytes);                        // writes front to back
+
+  // Returns a sink for writing front to back. The sink ignores commit() from the writer of a .shm
+  // file, because parity or an error may still follow; only commit() below has an effect.
   ByteSink& sink() { return uncommitted_; }
-  // Flushes the file to disk and gives it its name. Throws Failure (output).
+  // Flushes the file to disk and renames it to its final name. Throws Failure (output).
   void commit();
 
   // Returns the folder of a file, even if `path` is a link in /proc to an open file without a name.
@@ -83,18 +84,19 @@ class OutputFile {
   };
 
   std::string path_;
-  bool is_stream_ = false;  // a device, a pipe or standard output: nothing is replaced
+  bool is_stream_ = false;  // true: a device, a pipe or standard output, so no file is replaced
   std::unique_ptr<FileSink> sink_;
   Uncommitted uncommitted_{sink_};
   std::optional<RemovedOnSignals> on_signals_;  // set if the temporary file has a name
 };
 
-// From this call on, a signal that ends the process first removes the temporary files of open
-// OutputFiles, and all other files registered by RemovedOnSignals.
+// Installs signal handlers. From this call on, a signal that ends the process first removes the
+// temporary files of open OutputFiles, and all other files registered by RemovedOnSignals.
 void remove_outputs_on_signals();
 
-// NumberOutput: a file that is written front to back: text, and numbers as text or as big-endian
-// bytes. Buffered; every error of the operating system is thrown as Failure (output).
+// NumberOutput: a file that is written front to back. It contains text, and numbers as text or as
+// big-endian bytes. Output is buffered; every error of the operating system is thrown as Failure
+// (output).
 class NumberOutput {
  public:
   NumberOutput(const std::string& path, bool binary);
@@ -111,16 +113,17 @@ class NumberOutput {
   // Writes `count` values, given in host byte order. Text values are separated by blanks,
   // `per_line` to a line.
   void numbers(ScalarType type, const std::byte* values, std::size_t count, std::size_t per_line);
-  // Ends the last line after a run of numbers.
+  // Ends the last line after numbers have been written.
   void end_column() {
     if (binary_ || in_line_ > 0) text("\n");
     in_line_ = 0;
   }
-  // Number of bytes written so far. patch() overwrites bytes from `offset` on, all before
-  // position().
+  // position() returns the number of bytes written so far. patch() overwrites bytes from `offset`
+  // on; all of them must be before position().
   std::uint64_t position() const { return flushed_ + buffer_.size(); }
   void patch(std::uint64_t offset, std::string_view text);
-  // Hands everything to the operating system. The file is complete only if this call returns.
+  // Passes all buffered bytes to the operating system and closes the file. The file is complete
+  // only if this call returns.
   void finish();
 
  private:
@@ -132,7 +135,7 @@ class NumberOutput {
   std::string path_;
   bool binary_;
   int descriptor_ = -1;
-  std::size_t in_line_ = 0;  // numbers in the current line
+  std::size_t in_line_ = 0;  // count of numbers in the current line
   std::uint64_t flushed_ = 0;
   std::vector<char> buffer_;
   std::vector<std::byte> swapped_;

@@ -1,5 +1,5 @@
-// Progress: a callback through which long-running jobs report their progress. May be empty; called
-// every few thousand elements.
+// Progress: a callback through which long-running jobs report their progress. It may be empty, and
+// is called every few thousand elements.
 #pragma once
 
 #include <cstdint>

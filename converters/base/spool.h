@@ -24,20 +24,20 @@
 
 namespace shm::converters {
 
-// The set of pages that are in memory. Recently used pages stay (second-chance replacement). The
-// number of frames starts small and grows by one, up to a budget, whenever a page is needed again
-// soon after its eviction. So sequential access needs little memory, and random access gets the
-// whole budget.
+// Manages the set of pages that are in memory. Recently used pages stay in memory (second-chance
+// replacement). The number of frames starts small. It grows by one, up to a budget, whenever a page
+// is needed again soon after its eviction. Sequential access therefore needs little memory, and
+// random access may use the whole budget.
 class PageFrames {
  public:
   struct Frame {
     std::unique_ptr<std::byte[]> bytes;
     std::uint64_t page = 0;
-    bool dirty = false;  // for the caller; false at first
+    bool dirty = false;  // for use by the caller; false at first
     bool used = false;   // used since the clock hand last passed
   };
 
-  // Starts with frames for `start_bytes` and grows to `budget_bytes`; there are at least four
+  // Starts with frames for `start_bytes` and may grow to `budget_bytes`. There are at least four
   // frames.
   PageFrames(std::size_t page_bytes, std::size_t start_bytes, std::size_t budget_bytes)
       : page_bytes_(page_bytes),
@@ -45,26 +45,27 @@ class PageFrames {
         most_ever_(std::max(budget_bytes / page_bytes, most_)) {}
 
   std::uint64_t pages() const { return entries_.size(); }
-  // Adds `count` pages, none of them in memory. Each page costs 8 bytes of bookkeeping.
+  // Adds `count` pages that are not in memory. Each page needs 8 bytes of bookkeeping.
   void add_pages(std::uint64_t count) { entries_.resize(entries_.size() + count); }
   std::size_t resident_bytes() const { return frames_.size() * page_bytes_; }
 
-  // Returns the frame of a page, or null if the page is not in memory. Valid until the next
-  // bring().
+  // Returns the frame of a page, or null if the page is not in memory. The frame is valid until the
+  // next bring().
   Frame* find(std::uint64_t page) {
     const std::uint32_t place = entries_[page].place;
     if (place == kAbsent) return nullptr;
     frames_[place].used = true;
     return &frames_[place];
   }
-  // Returns true if a page that is not in memory was in memory before.
+  // Returns true if the page was in memory earlier. The page must not be in memory now.
   bool was_here(std::uint64_t page) const { return entries_[page].left_at != 0; }
-  // Returns a frame for a page that is not in memory; the caller fills in its bytes. If another
-  // page is evicted for it, leave(frame) is called first. If leave throws, nothing has changed.
+  // Returns a frame for a page that is not in memory; the caller must then fill in the bytes of the
+  // page. If this evicts another page, leave(frame) is called first. If leave throws, nothing has
+  // changed.
   template <class Leave>
   Frame& bring(std::uint64_t page, Leave&& leave) {
     Entry& entry = entries_[page];
-    // With somewhat more frames the page would still be in memory, so allow one more.
+    // With a few more frames, the page would still be in memory, so allow one more frame.
     if (was_here(page) && evictions_ - entry.left_at < 2 * most_ && most_ < most_ever_) ++most_;
     if (frames_.size() < most_) {
       entry.place = static_cast<std::uint32_t>(frames_.size());
@@ -89,22 +90,25 @@ class PageFrames {
  private:
   static constexpr std::uint32_t kAbsent = ~std::uint32_t{0};
   struct Entry {
-    std::uint32_t place = kAbsent;  // index of its frame
-    // Number of the eviction that removed the page, counted from 1; 0: never evicted.
+    std::uint32_t place = kAbsent;  // index of the frame of the page
+
+    // Number of the eviction that removed the page, counted from 1; 0 if it was never evicted.
     std::uint32_t left_at = 0;
   };
 
-  std::size_t page_bytes_, most_, most_ever_;  // number of frames allowed now, and at most
+  std::size_t page_bytes_, most_, most_ever_;  // current and maximum number of frames
   std::vector<Frame> frames_;
   std::vector<Entry> entries_;  // indexed by page
   std::size_t hand_ = 0;
   std::uint32_t evictions_ = 0;
 };
 
-// Limits for a mesh that is read through a spool. Exceeding one is an over_limit error.
+// Limits for a mesh that is read through a spool. A mesh beyond a limit causes an over_limit error.
 struct MeshLimits {
-  std::uint64_t most = ~std::uint64_t{0};   // cells, and likewise vertices
-  std::uint64_t bytes = ~std::uint64_t{0};  // bytes of coordinates, corners and arrays
+  // Maximum number of cells, and maximum number of vertices.
+  std::uint64_t most = ~std::uint64_t{0};
+  // Maximum size in bytes of coordinates, corners and arrays.
+  std::uint64_t bytes = ~std::uint64_t{0};
 };
 
 // Storage for the pages of many arrays, with one memory budget and one temporary file. Not
@@ -112,13 +116,14 @@ struct MeshLimits {
 class Spool {
  public:
   static constexpr std::size_t kPageBytes = 64 * 1024;
-  static constexpr std::size_t kSmallBytes = 4 * 1024;  // arrays up to this size need no page
+  // Size in bytes of the largest array that needs no page.
+  static constexpr std::size_t kSmallBytes = 4 * 1024;
   static constexpr std::size_t kStartBytes = std::size_t{8} << 20;
   static constexpr std::size_t kUsualBudget = std::size_t{256} << 20;
 
-  // `directory` holds the temporary file, which is created when it is first needed. `memory_budget`
-  // is the number of bytes for the spool and its users together: half for pages, a quarter for
-  // caches, and a quarter for the topology that the library keeps.
+  // `directory` is the folder of the temporary file, which is created when it is first needed.
+  // `memory_budget` is the number of bytes for the spool and its users together: half for pages, a
+  // quarter for caches, and a quarter for the topology that the library keeps.
   explicit Spool(std::string directory, std::size_t memory_budget = kUsualBudget,
                  const MeshLimits& limits = {});
   ~Spool();
@@ -128,7 +133,7 @@ class Spool {
 
   std::size_t memory_budget() const { return memory_budget_; }
   const MeshLimits& limits() const { return limits_; }
-  // Bytes of all pages that were ever written.
+  // Returns the size in bytes of all pages that have been written at least once.
   std::uint64_t paged_bytes() const { return pages_written_ * kPageBytes; }
   std::size_t resident_bytes() const { return frames_.resident_bytes(); }
 
@@ -136,7 +141,7 @@ class Spool {
   friend class PagedArray;
   using Frame = PageFrames::Frame;
 
-  // Returns the bytes of a page. Valid until the next call.
+  // Returns the bytes of a page. The pointer is valid until the next call.
   std::byte* page(std::uint64_t number, bool for_writing) {
     Frame* frame = frames_.find(number);
     if (frame == nullptr) frame = load(number);
@@ -146,7 +151,7 @@ class Spool {
   std::uint64_t reserve_pages(std::uint64_t count);
   Frame* load(std::uint64_t number);
   void begin_writing(Frame& frame);
-  bool take_small(std::size_t bytes);  // false: small arrays have used up their budget
+  bool take_small(std::size_t bytes);  // returns false if small arrays have used up their budget
   void write_out(const Frame& frame);
 
   std::string directory_;
@@ -154,19 +159,20 @@ class Spool {
   MeshLimits limits_;
   PageFrames frames_;
   int descriptor_ = -1;
-  std::size_t small_room_;          // bytes that small arrays may still use
-  std::vector<bool> ever_written_;  // indexed by page
+  std::size_t small_room_;          // number of bytes that small arrays may still use
+  std::vector<bool> ever_written_;  // true for each page that has been written, by page number
   std::uint64_t pages_written_ = 0;
 };
 
-// Bytes of topology that the library may keep in memory in addition to such a spool.
+// Returns the number of bytes of topology that the library may keep in memory in addition to such a
+// spool.
 inline std::size_t kept_topology_bytes(const Spool& spool) {
   return std::min(spool.memory_budget() / 4, std::size_t{64} << 20);
 }
 
-// An array of elements of `element_bytes` each. Elements are zero until written; writing past the
-// end makes the array longer. The array uses its Spool, which must outlive it. Throws Failure on a
-// disk error.
+// An array of elements of `element_bytes` bytes each. Elements are zero until they are written.
+// Writing past the end makes the array longer. The array uses its Spool, which must outlive it.
+// Throws Failure on a disk error.
 class PagedArray {
  public:
   PagedArray(Spool& spool, std::size_t element_bytes);
@@ -201,7 +207,8 @@ class PagedArray {
   // True if no element crosses the end of a page.
   template <class T>
   static constexpr bool kNeverSplit = Spool::kPageBytes % sizeof(T) == 0;
-  static constexpr std::uint64_t kExtentPages = 16;  // pages reserved together: 1 MiB of file
+  // Number of pages that are reserved together: 1 MiB of the file.
+  static constexpr std::uint64_t kExtentPages = 16;
 
   std::byte* at(std::uint64_t byte, bool for_writing) {
     const std::uint64_t page = byte / Spool::kPageBytes;
@@ -217,12 +224,12 @@ class PagedArray {
   Spool* spool_;
   std::size_t element_bytes_;
   std::uint64_t size_ = 0;
-  std::vector<std::byte> small_;        // all elements, until there are extents
+  std::vector<std::byte> small_;        // all elements, as long as there are no extents
   std::vector<std::uint64_t> extents_;  // first page number of each extent
 };
 
-// A number for each vertex or cell, initially zero, with random access, in the spool. Each number
-// uses 4 bytes if the largest one fits, and 8 bytes otherwise.
+// A table of numbers, one for each vertex or cell, initially zero, with random access, in the
+// spool. Each number uses 4 bytes if the largest number fits into 4 bytes, and 8 bytes otherwise.
 class NumberTable {
  public:
   static constexpr std::uint64_t kAnyNumber = std::numeric_limits<std::uint64_t>::max();
@@ -249,9 +256,9 @@ class NumberTable {
   PagedArray paged_;
 };
 
-// Random access to single elements of an array that is read in runs. A fetch brings a whole page of
-// neighbouring elements, so a coherent access order costs one fetch per page. PageFrames bounds the
-// memory.
+// Random access to single elements of an array that can be read efficiently only in runs. A fetch
+// reads a whole page of neighbouring elements, so a coherent access order needs one fetch per page.
+// PageFrames bounds the memory.
 class PageCache {
  public:
   // Fills `out` with `count` elements, starting at element `first`.
@@ -270,7 +277,7 @@ class PageCache {
     frames_.add_pages((elements >> page_bits_) + 1);
   }
 
-  // Returns an element. Requires index < elements. Valid until the next call.
+  // Returns an element. Requires index < elements. The pointer is valid until the next call.
   const std::byte* operator[](std::uint64_t index) {
     const std::uint64_t page = index >> page_bits_;
     PageFrames::Frame* frame = frames_.find(page);
@@ -298,8 +305,8 @@ class PageCache {
   Fetch fetch_;
 };
 
-// A long list of numbers, written front to back and read in runs. The initial part that counts up
-// from 0 (0, 1, 2, ...) needs no storage; other numbers use 4 bytes as long as all of them fit.
+// A long list of numbers, written front to back and read in runs. The initial numbers 0, 1, 2, ...
+// need no storage. Other numbers use 4 bytes as long as all of them fit into 4 bytes.
 class NumberList {
  public:
   explicit NumberList(Spool& spool)
@@ -357,19 +364,19 @@ class NumberList {
     tail_.clear();
   }
 
-  // The list consists of three parts: numbers that count up from 0, then narrow numbers, then
-  // everything from the first wide number on.
+  // The list consists of three parts: the numbers 0, 1, 2, ...; then numbers of 4 bytes; then all
+  // numbers from the first larger number on.
   std::uint64_t counted_ = 0;
   PagedArray narrow_, wide_;
   std::uint64_t size_ = 0;
   std::vector<std::uint64_t>
-      tail_;  // last numbers of the list, not yet appended to narrow_ or wide_
+      tail_;  // last numbers of the list, which are not yet in narrow_ or wide_
   std::vector<std::uint32_t> piece_;  // buffer
 };
 
-// Returns the inverse of a permutation: position[number] for a list of all numbers below `size`.
-// Throws corrupt unless the list holds each number below `size` exactly once; `what` names the
-// numbers in the error message.
+// Returns the inverse of a permutation: a table that contains the position of each number. Throws
+// Failure (corrupt) unless `order` contains each number below `size` exactly once. `what`: meaning
+// of the numbers, for the error message.
 NumberTable invert(NumberList& order, std::uint64_t size, const char* what, Spool& spool);
 
 }  // namespace shm::converters

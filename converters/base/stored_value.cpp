@@ -19,7 +19,7 @@ std::string nan_text(const std::byte* from) {
          ")";
 }
 
-// An integer of any type, as sign and magnitude.
+// An integer of any type as sign and magnitude.
 struct Whole {
   bool negative;
   std::uint64_t magnitude;
@@ -52,7 +52,7 @@ bool same_number(const std::byte* a, ScalarType type_a, const std::byte* b, Scal
 double distance(const std::byte* a, ScalarType type_a, const std::byte* b, ScalarType type_b) {
   if (!is_float(type_a) && !is_float(type_b)) {
     const auto x = whole(a, type_a), y = whole(b, type_b);
-    if (x->negative == y->negative)  // exact, however large the numbers are
+    if (x->negative == y->negative)  // exact even for large numbers
       return static_cast<double>(x->magnitude > y->magnitude ? x->magnitude - y->magnitude
                                                              : y->magnitude - x->magnitude);
   }

@@ -1,4 +1,4 @@
-// Scalar values as stored, of any type: their text, and the distance between two values.
+// Scalar values of any type as they are stored: their text, and the distance between two values.
 #pragma once
 
 #include <charconv>
@@ -26,7 +26,7 @@ std::string number_text(T value) {
   return {text, std::to_chars(text, text + sizeof text, value).ptr};
 }
 
-// As number_text; for NaN the text includes the bits, e.g. "nan (0x7fc00000)".
+// Returns the text of number_text(). For NaN, the text includes the bits, e.g. "nan (0x7fc00000)".
 std::string value_text(const std::byte* value, ScalarType type);
 
 // Calls `body(T{})` with the C++ type of `type`.
@@ -49,16 +49,17 @@ decltype(auto) with_scalar(ScalarType type, Body&& body) {
 
 double as_double(const std::byte* value, ScalarType type);
 
-// How two numbers are compared. Exact: the bits must be equal; numbers of two different types must
-// have the same value. Tolerant: the values must be equal (NaN equals NaN, -0.0 equals 0.0), or one
-// of the two is floating-point and they differ by at most `bound`.
+// Rule by which two numbers are compared.
+// - Exact: the bits must be equal; numbers of two different types must have the same value.
+// - Tolerant: the values must be equal (NaN equals NaN, -0.0 equals 0.0), or at least one of the
+// types is floating-point and the values differ by at most `bound`.
 struct Likeness {
   bool tolerant = false;
   double bound = 0;
 };
 
-// Returns nothing if the two numbers count as equal. Otherwise returns their distance: 0 for the
-// same value in different bits, infinity if one of them is not finite.
+// Returns nothing if the rule considers the two numbers equal. Otherwise returns their distance: 0
+// for the same value with different bits, infinity if one of them is not finite.
 std::optional<double> distance_of_unlike(const std::byte* a, ScalarType type_a, const std::byte* b,
                                          ScalarType type_b, const Likeness& likeness);
 

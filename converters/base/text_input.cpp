@@ -13,7 +13,8 @@ namespace shm::converters {
 namespace {
 
 constexpr std::size_t kBufferBytes = std::size_t{1} << 18;
-constexpr std::size_t kLongestLine = std::size_t{1} << 26;  // no text file has longer lines
+// Largest length in bytes; no text file has longer lines.
+constexpr std::size_t kLongestLine = std::size_t{1} << 26;
 
 bool is_space(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
 
@@ -173,7 +174,8 @@ bool TextInput::parse_slow(std::string_view text, double& value) {
   if (copy.empty() || end != copy.data() + copy.size()) return false;
   if (error == std::errc()) return true;
   if (error != std::errc::result_out_of_range) return false;
-  // Too large a number becomes infinity, too small a number becomes zero, as with strtod.
+  // As with strtod, a number that is too large becomes infinity, and a number that is too small
+  // becomes zero.
   const bool negative = copy.front() == '-';
   const std::size_t e = copy.find_first_of("eE");
   const bool tiny = e != std::string::npos && e + 1 < copy.size() && copy[e + 1] == '-';

@@ -1,6 +1,6 @@
 // TextInput: reads files that mix text and raw binary data (VTK legacy, Gmsh MSH) front to back.
-// Error messages give the section and the byte offset. Buffered; memory does not grow with the
-// file.
+// Error messages state the section and the byte offset. Input is buffered; memory does not grow
+// with the file.
 #pragma once
 
 #include <charconv>
@@ -22,25 +22,26 @@ class TextInput {
   TextInput(const TextInput&) = delete;
   TextInput& operator=(const TextInput&) = delete;
 
-  // Sets the section that error messages name from here on, e.g. "CELLS" or "$Nodes".
+  // Sets the section that later error messages name, e.g. "CELLS" or "$Nodes".
   void enter(std::string section) { section_ = std::move(section); }
 
-  bool at_end();  // skips nothing
-  // Returns the next line without its line end (LF or CRLF). Throws truncated at the end of the
-  // file.
+  bool at_end();  // skips no white space
+
+  // Returns the next line without its line end (LF or CRLF). Throws Failure (truncated) at the end
+  // of the file.
   std::string line();
-  // Returns the next word, delimited by white space. Throws truncated at the end of the file. Valid
-  // until the next call.
+  // Returns the next word, delimited by white space. Throws Failure (truncated) at the end of the
+  // file. The view is valid until the next call.
   std::string_view word();
-  // As word(), but returns an empty view at the end of the file.
+  // Returns the next word as word() does, but returns an empty view at the end of the file.
   std::string_view word_or_end();
-  // Returns the next word without consuming it; empty at the end of the file.
+  // Returns the next word without consuming it. Returns an empty view at the end of the file.
   std::string_view peek_word();
   // Skips the rest of the current line, including its line end.
   void skip_line();
 
-  // Reads the next word as a number of type T. Floating-point numbers may be "nan", "inf",
-  // Fortran's 1.0D+00, or start with '+'.
+  // Reads the next word as a number of type T. A floating-point number may be "nan" or "inf", may
+  // have Fortran's form 1.0D+00, and may begin with '+'.
   template <class T>
   T number() {
     const std::string_view text = word();
@@ -56,24 +57,24 @@ class TextInput {
     return parse_slow(text, value);
   }
 
-  // Reads exactly `count` raw bytes. Throws truncated if the file ends before that.
+  // Reads exactly `count` raw bytes. Throws Failure (truncated) if the file ends before that.
   void bytes(std::byte* out, std::size_t count);
-  // Moves to an absolute byte offset.
+  // Moves to an absolute byte offset in the file.
   void seek(std::uint64_t offset);
   void skip_bytes(std::uint64_t count);
 
-  std::uint64_t offset() const { return base_ + begin_; }  // of the next unread byte
+  std::uint64_t offset() const { return base_ + begin_; }  // offset of the next unread byte
   std::uint64_t size() const { return size_; }
   std::uint64_t left() const { return size_ - offset(); }
   const std::string& path() const { return path_; }
 
   [[noreturn]] void fail(ErrorCode code, const std::string& detail) const;
-  // Throws corrupt unless `count` items of at least `bytes_each` bytes fit into the rest of the
-  // file. Call it before allocating memory for a count that the file states.
+  // Throws Failure (corrupt) unless `count` items of at least `bytes_each` bytes fit into the rest
+  // of the file. Call it before allocating memory for a count that the file states.
   void expect_room(std::uint64_t count, std::uint64_t bytes_each, const char* what) const;
 
  private:
-  bool fill();  // reads more bytes after those buffered; returns false at the end
+  bool fill();  // reads more bytes and appends them to the buffer; returns false at the end
   void skip_space();
   [[noreturn]] void fail_number(std::string_view text) const;
   static bool parse_slow(std::string_view text, double& value);
@@ -87,7 +88,7 @@ class TextInput {
   std::FILE* file_ = nullptr;
   std::vector<char> buffer_;
   std::size_t begin_ = 0, end_ = 0;  // unread part of buffer_
-  std::uint64_t base_ = 0;           // file offset of buffer_[0]
+  std::uint64_t base_ = 0;           // offset in the file of buffer_[0]
   std::uint64_t size_ = 0;
 };
 

@@ -13,7 +13,8 @@
 namespace shm::converters {
 namespace {
 
-// The functions of libarchive that are used here. Throws Failure if the library cannot be loaded.
+// The functions of libarchive that are used here. The constructor throws Failure if the library
+// cannot be loaded.
 struct ArchiveFunctions {
 #ifdef SHM_ARCHIVE_LIBRARY
   LoadedLibrary library{SHM_ARCHIVE_LIBRARY};
@@ -34,7 +35,7 @@ struct ArchiveFunctions {
 #undef SHM_FUNCTION
 };
 
-// The first call opens the library.
+// Returns the functions. The first call loads the library.
 const ArchiveFunctions& libarchive() {
   static const ArchiveFunctions functions;
   return functions;

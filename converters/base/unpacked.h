@@ -14,8 +14,8 @@ struct archive;
 
 namespace shm::converters {
 
-// Returns the name without the compression's extension: "run.e" for "run.e.gz". Other names are
-// returned unchanged.
+// Returns the name without the extension of the compression, e.g. "run.e" for "run.e.gz". Other
+// names are returned unchanged.
 std::string unpacked_name(const std::string& path);
 
 class UnpackedSource final : public ByteSource {
@@ -26,7 +26,8 @@ class UnpackedSource final : public ByteSource {
   UnpackedSource(const UnpackedSource&) = delete;
   UnpackedSource& operator=(const UnpackedSource&) = delete;
 
-  // Reports errors of the packed source, and corrupt if the data cannot be decompressed.
+  // Reads decompressed bytes. Returns the errors of the packed source, and corrupt if the data
+  // cannot be decompressed.
   Result<std::size_t> read(std::span<std::byte> into) override;
 
  private:
@@ -39,9 +40,10 @@ class UnpackedSource final : public ByteSource {
   std::unique_ptr<ByteSource> packed_;
   std::string name_;
   std::vector<std::byte> piece_;
-  Result<void> refusal_;  // the packed source's error, if any
+  Result<void> refusal_;  // error of the packed source, if it reported one
   std::unique_ptr<archive, Closed> reader_;
-  bool begun_ = false, at_end_ = false;  // state of the packed source
+  // begun_: reading has begun; at_end_: the packed source is at its end.
+  bool begun_ = false, at_end_ = false;
 };
 
 }  // namespace shm::converters

@@ -14,7 +14,7 @@ namespace shm::converters {
 namespace {
 
 constexpr std::uint32_t kNoSite = ~std::uint32_t{0};
-// These stand for NaN and infinity, so that all points can be ordered.
+// Numbers that replace NaN and infinity, so that all points can be sorted.
 constexpr double kNan = 1.7e308, kInfinite = 1.6e308;
 
 double orderly(double x) {
@@ -55,7 +55,7 @@ class Places {
   std::size_t size() const { return points_.size(); }
   const PlainPoint& point(std::size_t index) const { return points_[order_[index]]; }
   std::uint32_t vertex(std::size_t index) const { return order_[index]; }
-  // Returns the end of the run of vertices at the same place as the one at `index`.
+  // Returns the end of the run of vertices that are at the same place as vertex `index`.
   std::size_t run_end(std::size_t index) const {
     std::size_t end = index + 1;
     while (end < size() && point(end) == point(index)) ++end;
@@ -67,8 +67,8 @@ class Places {
   std::vector<std::uint32_t> order_;
 };
 
-// Runs of vertices of one mesh at the same place, if the other mesh does not have the same number
-// of vertices there.
+// Runs of vertices of one mesh that are at the same place, if the other mesh does not have the same
+// number of vertices there.
 struct Runs {
   std::vector<PlainPoint> points;
   std::vector<std::uint32_t> begin, end, site;
@@ -137,7 +137,7 @@ class SiteFinder {
       crowded[i] = found >= kCrowd;
     }
     const std::vector<bool> close = close_groups(groups, crowded);
-    std::vector<std::uint32_t> site(runs, kNoSite);  // by group
+    std::vector<std::uint32_t> site(runs, kNoSite);  // site of each group
     for (std::uint32_t i = 0; i < runs; ++i) {
       const std::uint32_t group = groups.first(i);
       if (!close[group]) continue;
@@ -174,8 +174,8 @@ class SiteFinder {
     return close;
   }
 
-  // First joins pairs that are each other's nearest run; then joins each remaining run to its
-  // nearest one.
+  // First joins pairs of runs if each run is the nearest one to the other. Then joins each
+  // remaining run to its nearest run.
   void take_nearest(const PointTree& tree_a, const PointTree& tree_b) {
     std::vector<std::uint32_t> nearest_a(left_b_.points.size(), kNoSite);
     for (std::size_t k = 0; k < nearest_a.size(); ++k)

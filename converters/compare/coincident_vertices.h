@@ -1,5 +1,5 @@
-// Sites: points in space that are shared by vertices of two meshes. Memory: 36 bytes per vertex,
-// and 40 more for a vertex that is not at exactly the same place as one of the other mesh.
+// Sites: points in space that vertices of two meshes share. Needs 36 bytes of memory per vertex,
+// and 40 more for a vertex that is not at exactly the same place as a vertex of the other mesh.
 #pragma once
 
 #include <array>
@@ -15,10 +15,10 @@ struct CoincidentVertices {
   std::uint32_t count = 0;
 };
 
-// Vertices at exactly the same place share a site (NaN counts as a place). With a tolerance,
-// vertices whose coordinates differ by at most the tolerance also share a site, provided that this
-// holds for all pairs of vertices of the site. If vertices of a mesh are closer together than the
-// tolerance, each vertex shares a site with the nearest one of the other mesh.
+// Finds the sites of two meshes. Vertices at exactly the same place share a site (NaN counts as a
+// place). With a tolerance, vertices whose coordinates differ by at most the tolerance also share a
+// site, if this is true for all pairs of vertices of the site. If vertices of a mesh are closer
+// together than the tolerance, each vertex shares a site with the nearest vertex of the other mesh.
 CoincidentVertices find_coincident(MeshSource& a, MeshSource& b, double tolerance);
 
 }  // namespace shm::converters

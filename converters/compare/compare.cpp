@@ -21,10 +21,10 @@
 namespace shm::converters {
 namespace {
 
-// A sequence of values that both meshes have.
+// A sequence of values that both meshes have: the coordinates, or an array at one step.
 struct Column {
   std::string name;     // "coordinates" or "array 'T'"
-  std::string what;     // the same, for one step: "array 'T', step 3"
+  std::string what;     // name with the step: "array 'T', step 3"
   std::string element;  // "vertex", "cell" or "element"
   ScalarType type;
   std::uint32_t components;
@@ -35,7 +35,7 @@ struct Column {
 
 class Comparison {
  public:
-  // `spooled` holds the renumbered source; it is created if it is needed.
+  // `spooled` holds the renumbered source. It is created when it is needed.
   Comparison(MeshSource& source, MeshSource& restored, Spool& spool, const Progress& progress,
              const CellSequence* given_order, bool with_steps,
              std::unique_ptr<SpooledSource>& spooled)
@@ -45,7 +45,7 @@ class Comparison {
         with_steps_(with_steps),
         numbers_(source, restored, spool, progress, given_order, spooled) {}
 
-  // Compares the meshes, using guess number `guess` for the numbering.
+  // Compares the meshes. The numbering is guess number `guess`.
   CompareReport run(std::size_t guess) {
     compare_structure();
     if (!same_counts_) return std::move(report_);
@@ -60,7 +60,7 @@ class Comparison {
     if (with_steps_) compare_extras();
     return std::move(report_);
   }
-  // After run(): returns the search with its current guess.
+  // Returns the search for the numbering, with its current guess. Requires run().
   const NumberingSearch& numbers() const { return numbers_; }
 
  private:
@@ -242,7 +242,7 @@ void Comparison::compare_array(std::size_t array, const std::string& name) {
   }
 }
 
-// Returns "array 'T'", or "array 'point/T'" if there are several T.
+// Returns names such as "array 'T'", or "array 'point/T'" if several arrays are called T.
 std::vector<std::string> Comparison::array_names(const Schema& schema) {
   constexpr std::string_view kPrefix = "array:";
   std::map<std::string_view, std::size_t> same;
@@ -263,7 +263,8 @@ MeasuredError* Comparison::measured_error(const Column& column) {
   return &report_.measured.back();
 }
 
-// `order` lists the source's element for each restored element; null: the same.
+// Compares two columns. `order` contains the source's element for each restored element; null: the
+// same element.
 void Comparison::compare_column(const Column& column, NumberList* order) {
   const std::size_t stride = column.components * scalar_bytes(column.type);
   MeasuredError* measured = measured_error(column);

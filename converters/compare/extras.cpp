@@ -20,8 +20,8 @@ std::string_view characters(const Extra& extra) {
   return {reinterpret_cast<const char*>(extra.data.data()), extra.data.size()};
 }
 
-// Returns true if the bytes are text: characters of any encoding, line ends, and zeros that
-// terminate or pad.
+// Returns true if the bytes are text: characters of any encoding, line ends, and zeros that end the
+// text or fill it up.
 bool is_text(const Extra& extra) {
   if (extra.type != ScalarType::uint8 || extra.refers != Reference::nothing) return false;
   return std::all_of(extra.data.begin(), extra.data.end(), [](std::byte byte) {
@@ -102,7 +102,7 @@ class ExtrasDiff {
     found_.push_back(std::move(finding));
   }
 
-  // Compares lists of vertices or cells: counts the members of each list that the other one lacks.
+  // Compares lists of vertices or cells. Counts the members of each list that the other list lacks.
   static void compare_members(const Extra& a, const Extra& b, Finding& finding) {
     const auto members = [](const Extra& extra) {
       std::vector<std::int64_t> list(extra.data.size() / scalar_bytes(extra.type));
@@ -130,7 +130,8 @@ class ExtrasDiff {
     const auto lines_a = lines_of(characters(a)), lines_b = lines_of(characters(b));
     std::size_t line = 0;
     while (line < lines_a.size() && line < lines_b.size() && lines_a[line] == lines_b[line]) ++line;
-    if (line == lines_a.size() && line == lines_b.size()) {  // only zeros or line ends differ
+    // The texts differ only in zeros or line ends.
+    if (line == lines_a.size() && line == lines_b.size()) {
       finding.a = kind_text(a);
       finding.b = kind_text(b);
       return;
@@ -156,8 +157,8 @@ class ExtrasDiff {
     if (range.overall() > 0) finding.relative = finding.largest / range.overall();
   }
 
-  // Sorts the members of each set in ascending order; other lists of the set with the same length
-  // are reordered with them.
+  // Sorts the members of each set in ascending order. Other lists of the set with the same length
+  // are reordered in the same way.
   static void sort_members(std::vector<Extra>& extras) {
     std::map<std::string, std::vector<Extra*>> by_parent;
     for (Extra& extra : extras)

@@ -13,7 +13,8 @@
 namespace shm::converters {
 namespace {
 
-constexpr std::string_view kBlockIds = "BlockId";  // name that writers give this array
+// Name that writers choose for the array of block numbers.
+constexpr std::string_view kBlockIds = "BlockId";
 
 std::vector<std::string> paths_of(const Schema& schema) {
   constexpr std::string_view kPrefix = "array:";
@@ -56,7 +57,7 @@ class Pairing {
   }
 
  private:
-  using Arrays = std::set<std::size_t>;  // sets, because there may be very many arrays
+  using Arrays = std::set<std::size_t>;  // sets, because meshes may have very many arrays
   using Name = std::tuple<std::string, Location, std::string>;
   using ByName = std::map<std::pair<std::string, Location>, Arrays>;
 
@@ -72,7 +73,7 @@ class Pairing {
     return list;
   }
 
-  // Returns the arrays to pair. Between formats, arrays without values may be missing.
+  // Returns the arrays to pair. If the formats differ, arrays without values may be missing.
   Arrays candidates(const MeshInfo& info) const {
     Arrays list;
     for (std::size_t i = 0; i < info.schema.arrays.size(); ++i) {
@@ -85,14 +86,14 @@ class Pairing {
     return list;
   }
 
-  // Returns true if both formats treat the array as strings.
+  // Returns true if both formats treat the values of the array as strings.
   bool has_strings(const ArrayInfo& array) const {
     return source_format(a_).has_strings(array) && source_format(b_).has_strings(array);
   }
 
   static Name name_of(const ArrayInfo& array) { return {array.name, array.location, array.role}; }
 
-  // Pairs arrays of the same name in order: the k-th of A with the k-th of B.
+  // Pairs arrays of the same name in order: the k-th such array of A with the k-th of B.
   void pair_by_name() {
     std::map<Name, Arrays> same;
     for (const std::size_t b : left_b_) same[name_of(b_.schema.arrays[b])].insert(b);
@@ -149,7 +150,8 @@ class Pairing {
     return true;
   }
 
-  // One format does not allow two arrays of the same name: there the second "v" is called "v (2)".
+  // Pairs arrays if one format does not allow two arrays of the same name, so that the second "v"
+  // is called "v (2)".
   void pair_numbered(const MeshInfo& repeated, Arrays& repeats, const MeshInfo& numbered,
                      Arrays& others, bool swapped) {
     if (!format_of(numbered).capabilities.unique_names) return;
@@ -170,7 +172,8 @@ class Pairing {
     });
   }
 
-  // Pairs `v` of one mesh with v_x, v_y, v_z, or v_1, v_2, ..., or v [0], v [1], ... of the other.
+  // Pairs a vector `v` of one mesh with v_x, v_y, v_z, or v_1, v_2, ..., or v [0], v [1], ... of
+  // the other mesh.
   void pair_components(const MeshInfo& whole, Arrays& wholes, const MeshInfo& apart, Arrays& parts,
                        bool swapped) {
     ByName named = by_name(apart, parts);
@@ -227,7 +230,7 @@ class Pairing {
     return found;
   }
 
-  // Pairs an array of block numbers of one mesh with the block ids of the other.
+  // Pairs an array of block numbers of one mesh with the block ids of the other mesh.
   void pair_block_ids(const MeshInfo& holder, Arrays& arrays, const MeshInfo& blocks,
                       bool swapped) {
     if (format_of(blocks).capabilities.blocks_by_type) return;
@@ -301,7 +304,7 @@ void FieldReader::read(std::uint64_t step, std::uint64_t first, std::uint64_t co
   }
   const std::size_t bytes = scalar_bytes(side_->type);
   std::memset(out, 0, count * stride_);
-  std::size_t held = FieldSide::kZeros;  // index of the array in `piece_`
+  std::size_t held = FieldSide::kZeros;  // index of the array whose values are in `piece_`
   for (std::size_t c = 0; c < side_->parts.size(); ++c) {
     const auto [array, component] = side_->parts[c];
     if (array == FieldSide::kZeros) continue;

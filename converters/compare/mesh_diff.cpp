@@ -95,12 +95,14 @@ class Diff {
     differ({"not_compared", what, why});
   }
 
-  // Returns true if vertices or cells of A and B correspond, by a match or by equal counts.
+  // Returns true if it is known which vertices or cells of A and B correspond, by a match or
+  // because their counts are equal.
   bool is_paired(Location location) const {
     return match_ ||
            (location == Location::point ? a_.vertices == b_.vertices : a_.cells() == b_.cells());
   }
-  // Map a vertex or cell of A to its counterpart in B, and back; nothing if it has none.
+  // Convert a vertex or cell of A to its counterpart in B, and back. Return nothing if there is no
+  // counterpart.
   std::optional<std::uint64_t> to_b(Location location, std::uint64_t number) const {
     return match_ ? through(location == Location::point ? match_->vertex : match_->cell, number)
                   : number;
@@ -152,8 +154,8 @@ void Diff::compare_blocks() {
   }
 }
 
-// Formats differ in the scalar types that they support, so only an exact comparison of the same
-// format reports types as differences.
+// Compares scalar types. Formats support different scalar types, so types are differences only in
+// an exact comparison of meshes of the same format; otherwise they are notes.
 void Diff::compare_types(const std::string& what, const std::string& a, const std::string& b,
                          bool tolerant) {
   Finding finding{"type", what, a, b};
@@ -209,7 +211,7 @@ void Diff::add_unmatched(const char* element, const std::vector<std::uint32_t>& 
   if (finding.different > 0) differ(std::move(finding));
 }
 
-// Adds a finding about values if any differ. `range` returns the range of A's values.
+// Adds a finding about values if any values differ. `range` returns the range of A's values.
 void Diff::add_values(Finding finding, const std::function<double()>& range) {
   result_.values_compared += finding.compared;
   result_.values_different += finding.different;
@@ -440,7 +442,7 @@ void Diff::compare_step(const StepPair& step, const FieldPair& field, FieldReade
   if (!one_format_ && !a.covers_all()) compare_uncovered(step, field, a, b, scan);
 }
 
-// Compares, between formats, elements of B for which A has no values.
+// Compares elements of B for which A has no values, if the formats differ.
 void Diff::compare_uncovered(const StepPair& step, const FieldPair& field, FieldReader& a,
                              FieldReader& b, ValueScan& scan) {
   std::vector<std::byte> values;

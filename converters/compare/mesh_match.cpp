@@ -47,14 +47,15 @@ struct Side {
   const MeshInfo& info;
   const CellTable cells;
   const std::vector<std::uint32_t>& class_of_block;
-  std::vector<std::uint32_t> site;           // by vertex
-  std::vector<std::uint32_t> left_at;        // by site: number of vertices without a counterpart
-  std::vector<std::uint32_t>* to = nullptr;  // by vertex: its counterpart, or kNone
+  std::vector<std::uint32_t> site;     // site of each vertex
+  std::vector<std::uint32_t> left_at;  // for each site: number of vertices without a counterpart
+  std::vector<std::uint32_t>* to = nullptr;  // counterpart of each vertex, or kNone
   std::vector<std::uint32_t>* cell_to = nullptr;
-  // Unmatched cells: the cells at each vertex, the vertices at each site, and the keys of cells.
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> users;    // vertex, cell; ascending
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> waiting;  // site, vertex; ascending
-  std::unordered_map<std::uint32_t, std::uint64_t> key_of;       // by cell
+  // Data of unmatched cells: the cells at each vertex, the vertices at each site, and the keys of
+  // cells.
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> users;    // (vertex, cell), ascending
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> waiting;  // (site, vertex), ascending
+  std::unordered_map<std::uint32_t, std::uint64_t> key_of;       // key of each cell
 };
 
 class Matcher {
@@ -91,12 +92,12 @@ class Matcher {
   }
 
  private:
-  // Returns the name of a vertex in a key: its counterpart if known, otherwise its site. All
-  // vertices without any counterpart in the other mesh share the name kNowhere.
+  // Returns the name of a vertex in a key: its counterpart if that is known, otherwise its site.
+  // All vertices that have no counterpart in the other mesh share the name kNowhere.
   static constexpr std::uint64_t kNowhere = ~std::uint64_t{0};
   std::uint64_t name_of(const Side& side, std::uint32_t vertex) const {
     const std::uint32_t other = (*side.to)[vertex];
-    if (other != kNone) return &side == &a_ ? vertex : other;  // A's number
+    if (other != kNone) return &side == &a_ ? vertex : other;  // the number of the vertex in A
     const std::uint32_t site = side.site[vertex];
     if (is_one_sided(site)) return kNowhere;
     return (std::uint64_t{1} << 32) + site;
@@ -126,7 +127,8 @@ class Matcher {
     ++result_.matched_vertices;
   }
   void match_lone_vertices() {
-    std::vector<std::uint32_t> lone(a_.left_at.size(), kNone);  // vertices of A, by site
+    // For each site: the only vertex of A there.
+    std::vector<std::uint32_t> lone(a_.left_at.size(), kNone);
     for (std::uint32_t v = 0; v < a_.site.size(); ++v)
       if (a_.left_at[a_.site[v]] == 1 && b_.left_at[a_.site[v]] == 1) lone[a_.site[v]] = v;
     for (std::uint32_t v = 0; v < b_.site.size(); ++v)
@@ -142,7 +144,7 @@ class Matcher {
     return keys;
   }
 
-  // Calls visit(cells of A, cells of B) for each key that occurs on both sides.
+  // Calls visit(cells of A, cells of B) for each key that occurs in both meshes.
   template <class KeyOf, class Visit>
   void join(KeyOf&& key, Visit&& visit) {
     const std::vector<Keyed> a = keys_of_unmatched(a_, key), b = keys_of_unmatched(b_, key);
@@ -179,7 +181,7 @@ class Matcher {
                        [&](std::uint32_t v) { return (*side.to)[v] != kNone; });
   }
 
-  // Returns true if at least half of the nodes are known; this is required for a match.
+  // Returns true if at least half of the nodes have known names, which a match requires.
   bool is_known(std::span<const std::uint64_t> names) const {
     const auto nowhere = std::count(names.begin(), names.end(), kNowhere);
     return 2 * static_cast<std::size_t>(nowhere) <= names.size();
@@ -237,9 +239,9 @@ class Matcher {
     ++result_.matched_cells;
   }
 
-  // Matches remaining vertices and cells one by one. If only one cell of each mesh fits, matching
-  // them also matches more vertices, and these match more cells. If several cells fit, the first
-  // ones are taken: they are copies, or the meshes differ.
+  // Matches remaining vertices and cells one by one. If only one cell of each mesh fits, the cells
+  // are matched together with their vertices, and these vertices allow more cells to be matched. If
+  // several cells fit, the first ones are matched: either they are copies, or the meshes differ.
   void match_rest_by_cells() {
     for (std::uint32_t site = 0; site < one_sided_.size(); ++site)
       one_sided_[site] = is_one_sided(site);
@@ -303,7 +305,7 @@ class Matcher {
     drop(b_, b);
   }
 
-  // Makes all matches that are certain, until there are no more.
+  // Makes all matches that are certain, until no further match is possible.
   void settle() {
     while (!due_.empty() || !fresh_.empty()) {
       while (!fresh_.empty()) {
@@ -311,8 +313,8 @@ class Matcher {
         fresh_.pop_back();
         rename(a_, a);
         rename(b_, b);
-        // From now on the vertices left at a one-sided site count as being nowhere. This is
-        // recorded once per site.
+        // From now on, the vertices that are left at a one-sided site have the name kNowhere. This
+        // is recorded once per site.
         for (const std::uint32_t site : {a_.site[a], b_.site[b]}) {
           if (one_sided_[site] || !is_one_sided(site)) continue;
           one_sided_[site] = true;
@@ -346,14 +348,15 @@ class Matcher {
       if ((*side.to)[each->second] == kNone) rename(side, each->second);
   }
 
-  // Matches vertices that have the same cells, in their order.
+  // Matches vertices that belong to the same cells, in their order.
   void match_rest_in_order() {
-    std::vector<std::pair<std::uint32_t, std::uint32_t>> left;  // site, vertex of A
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> left;  // (site, vertex of A)
     for (std::uint32_t v = 0; v < a_.site.size(); ++v)
       if (result_.vertex[v] == kNone && b_.left_at[a_.site[v]] > 0)
         left.emplace_back(a_.site[v], v);
     std::sort(left.begin(), left.end(), std::greater<>());
-    std::unordered_map<std::uint32_t, std::vector<std::uint32_t>> at_site;  // lowest vertex last
+    // Vertices at each site, the lowest vertex last.
+    std::unordered_map<std::uint32_t, std::vector<std::uint32_t>> at_site;
     for (const auto& [site, vertex] : left) at_site[site].push_back(vertex);
     for (std::uint32_t v = 0; v < b_.site.size(); ++v) {
       if (result_.vertex_of_b[v] != kNone) continue;
@@ -364,14 +367,14 @@ class Matcher {
     }
   }
 
-  // Cells with the same vertices in another order, or in other blocks, are matched as changed
-  // cells.
+  // Matches cells that have the same vertices in another order, or that are in other blocks, as
+  // changed cells.
   void match_cells_of_same_vertices() {
     join(
         [this](const Side& side, std::uint32_t cell) {
           name_nodes(side, cell, names_);
           std::sort(names_.begin(), names_.end());
-          // A cell with unknown vertices gets a unique key.
+          // A cell with an unknown vertex gets a unique key.
           const bool known = std::find(names_.begin(), names_.end(), kNowhere) == names_.end();
           return hash_of(known ? 0 : 1 + 2 * std::uint64_t{cell} + (&side == &a_ ? 0 : 1), names_);
         },
@@ -384,10 +387,13 @@ class Matcher {
   const Progress& progress_;
   MeshMatch result_;
   Side a_, b_;
-  std::vector<bool> one_sided_;  // sites without unmatched vertices of A or B, as used in keys
+  // Sites at which only one mesh has unmatched vertices, as used in keys.
+  std::vector<bool> one_sided_;
   std::unordered_map<std::uint64_t, Bucket> buckets_;
-  std::vector<std::uint64_t> due_;                              // keys with one cell of each mesh
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> fresh_;  // recently matched vertices
+  std::vector<std::uint64_t> due_;  // keys that exactly one cell of each mesh has
+
+  // Pairs of vertices that were matched recently.
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> fresh_;
   std::vector<std::uint64_t> names_;
 };
 

@@ -10,14 +10,14 @@ namespace {
 
 constexpr std::string_view kCoordinates = "coordinates";
 
-// Returns true if `name` is the path or its last part: "T" fits "point/T" and "cell/T".
+// Returns true if `name` is the whole path or its last part: "T" fits "point/T" and "cell/T".
 bool fits(const std::string& name, const std::string& path) {
   if (name == path) return true;
   const std::size_t slash = path.find('/');
   return slash != path.npos && path.compare(slash + 1, path.npos, name) == 0;
 }
 
-// Returns true if `name` is the key or a path above it.
+// Returns true if `name` is the key or a path that contains it.
 bool fits_extra(const std::string& name, const std::string& key) {
   return key.compare(0, name.size(), name) == 0 &&
          (key.size() == name.size() || key[name.size()] == '/');

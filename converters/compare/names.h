@@ -10,11 +10,13 @@ namespace shm::converters {
 
 class DiffNames {
  public:
-  // Throws misuse if a name occurs in neither mesh, or if a tolerance is not valid.
+  // Throws Failure (misuse) if a name occurs in neither mesh, or if a tolerance is invalid.
   DiffNames(const DiffOptions& options, const MeshInfo& a, const MeshInfo& b);
 
-  bool is_ignored(const std::string& path) const;  // "coordinates", "point/T"
-  bool is_wanted(const std::string& path) const;   // wanted and not ignored
+  bool is_ignored(const std::string& path) const;  // e.g. "coordinates", "point/T"
+
+  // Returns true if the item is to be compared, and is not ignored.
+  bool is_wanted(const std::string& path) const;
   bool is_ignored_extra(const std::string& key) const;
   Accuracy accuracy_of(const std::string& path) const;
   Accuracy accuracy_of_coordinates() const;

@@ -26,9 +26,10 @@ NumberingSearch::NumberingSearch(MeshSource& source, MeshSource& restored, Spool
       wanted_(restored.info().schema.order != Order::keep &&
               source.info().schema.order == Order::keep) {}
 
-// Cells that look the same after a rotation, or that lie on each other, may fit a guess although
-// their vertices and values do not. Then the next guess is used: first the numbers as they are,
-// then the numbers that result from encoding the source, in each order of cells that fits.
+// Adopts a guess. A guess may fit the cells although it does not fit their vertices and values, if
+// cells look the same after a rotation or coincide. Then the caller tries the next guess. The first
+// guess is that the numbers are unchanged. The other guesses are the numbers that result from
+// encoding the source, in each order of cells that fits.
 void NumberingSearch::take(std::size_t guess) {
   const bool as_they_are = same_as_they_are() || same_within_blocks();
   if (as_they_are) has_more_ = true;
@@ -47,14 +48,14 @@ bool NumberingSearch::same_as_they_are() {
   return true;
 }
 
-// Returns true if the cells are the same within each block: a format that stores the blocks one
+// Returns true if the cells are the same within each block. A format that stores the blocks one
 // after the other reorders cells, but not vertices.
 bool NumberingSearch::same_within_blocks() {
   const MeshInfo& info = source_->info();
   const Schema& schema = restored_->info().schema;
   const bool cells_move = schema.delay > 0 || schema.order == Order::free;
   if (!cells_move || info.block_cells.size() < 2) return false;
-  std::vector<std::uint64_t> next;  // position of each block's next cell in source_cell
+  std::vector<std::uint64_t> next;  // for each block: position of its next cell in source_cell
   for (std::uint64_t sum = 0; const std::uint64_t count : info.block_cells) {
     next.push_back(sum);
     sum += count;
@@ -92,7 +93,7 @@ void NumberingSearch::replay(std::size_t guess) {
          schema.delay > 0 ? std::shared_ptr<NumberList>(log, &log->cells()) : nullptr);
 }
 
-// As replay(), for cells that were put in another order first.
+// Does the same as replay() for cells that were reordered before encoding.
 bool NumberingSearch::replay_free_order(std::size_t guess) {
   std::optional<CellTable> table;
   if (given_order_ == nullptr && must_be_spooled(source_->info(), spool_->memory_budget()))
@@ -182,7 +183,7 @@ std::string NumberingSearch::corners_text(std::span<const std::uint64_t> corners
 }
 
 std::size_t NumberingSearch::cache_bytes() const {
-  // The spool of a spooled mesh already caches the pages that are needed.
+  // Small, because the spool of a spooled mesh already caches the pages that are needed.
   return in_spool_ == nullptr ? kCacheBytes : spooled_->memory.cache_bytes / 4;
 }
 

@@ -1,6 +1,6 @@
-// NumberingSearch: finds out how the vertices and cells of a restored mesh are numbered compared
-// with those of its source. It makes guesses, which are then checked: the same numbers, or the
-// numbers that result from encoding the source again, in each order of cells that fits.
+// NumberingSearch: finds the relation between the numbers of vertices and cells in a restored mesh
+// and in its source. It makes guesses, which are then checked: that the numbers are the same, or
+// that they result from encoding the source again, in each order of cells that fits.
 #pragma once
 
 #include <cstddef>
@@ -20,13 +20,13 @@
 
 namespace shm::converters {
 
-// The source's number of each restored vertex and cell; null: the same numbers.
+// The source's number of each restored vertex and cell; null: the numbers are the same.
 struct Numbering {
   std::shared_ptr<NumberList> vertices, cells;
 };
 
-// A renumbered copy of the source in a spool, with tables about it, used if the source does not fit
-// in memory. Created once for all guesses.
+// A renumbered copy of the source in a spool, with tables about it. Used if the source does not fit
+// in memory, and created once for all guesses.
 struct SpooledSource {
   SpooledSource(MeshSource& source, const Spool& spool, const Progress& progress)
       : memory(spool.memory_budget()),
@@ -41,44 +41,45 @@ struct SpooledSource {
 
 class NumberingSearch {
  public:
-  // Borrows everything. `given_order` may be null; it is an order of cells in addition to those
-  // that are tried. `spooled` holds the renumbered source, which is created if it is needed.
+  // Borrows all arguments. `given_order` is an order of cells that is tried in addition to the
+  // known orders; it may be null. `spooled` holds the renumbered source, which is created when it
+  // is needed.
   NumberingSearch(MeshSource& source, MeshSource& restored, Spool& spool, const Progress& progress,
                   const CellSequence* given_order, std::unique_ptr<SpooledSource>& spooled);
 
-  // Returns true if numbers may differ: only the restored mesh has another order than keep.
+  // Returns true if numbers may differ, i.e. if only the restored mesh has another order than keep.
   bool is_wanted() const { return wanted_; }
-  // Adopts guess number `guess`. Throws Failure if it is not a bijection.
+  // Adopts guess number `guess`. Throws Failure if the guess is not a bijection.
   void take(std::size_t guess);
-  // After take(): returns true if there is another guess.
+  // Returns true if there is another guess. Requires take().
   bool has_more() const { return has_more_; }
 
-  // Returns the source. After take() it may be the renumbered copy, to which all source numbers
-  // below then refer.
+  // Returns the source. After take() this may be the renumbered copy. All source numbers below then
+  // are numbers of the copy.
   MeshSource& source() { return *source_; }
-  // Spool for the comparison: the same as for the search, which leaves memory for a renumbered
-  // source.
+  // Returns the spool for the comparison. The search uses the same spool, and leaves memory in it
+  // for a renumbered source.
   Spool& spool() { return *spool_; }
-  // Return the source's number of each restored vertex, cell, or element of an array; null: the
-  // same numbers.
+  // Return the source's number of each restored vertex, cell, or element of an array. Null means
+  // that the numbers are the same.
   NumberList* vertices() { return numbering_.vertices.get(); }
   NumberList* cells() { return numbering_.cells.get(); }
   NumberList* elements(std::size_t array);
-  // Converts the source's numbers to restored numbers.
+  // Returns the tables that convert the source's numbers to restored numbers.
   Renumbering to_restored();
-  // Returns true if a restored cell of `block` has the corners of the source's cell, possibly
-  // rotated if that is allowed.
+  // Returns true if a restored cell of `block` has the corners of the source's cell. If rotations
+  // are allowed, the corners may be rotated.
   bool same_corners(std::span<const std::uint64_t> source, std::span<const std::uint64_t> restored,
                     std::uint32_t block);
-  // Returns the corners of the restored cell passed last to same_corners(), in the source's
-  // numbers.
+  // Returns the corners of the restored cell that was passed last to same_corners(), in the
+  // source's numbers.
   const std::vector<std::uint64_t>& mapped_corners() const { return mapped_; }
-  // Returns text with the original numbers of the source.
+  // Formats corners with the original numbers of the source.
   std::string corners_text(std::span<const std::uint64_t> corners) const;
-  // Size of a cache for the source's values.
+  // Returns the size in bytes of a cache for the source's values.
   std::size_t cache_bytes() const;
 
-  // Returns the guess, in the original numbers of the source. It is stored in `spool`.
+  // Returns the guess as original numbers of the source. The result is stored in `spool`.
   Numbering numbering(Spool& spool) const;
 
  private:
@@ -95,11 +96,12 @@ class NumberingSearch {
   const Progress& progress_;
   const CellSequence* given_order_;
   std::unique_ptr<SpooledSource>& spooled_;
-  const SpooledMesh* in_spool_ = nullptr;  // set if source_ is this renumbered mesh
+  const SpooledMesh* in_spool_ = nullptr;  // renumbered copy, if source_ is this copy
   bool wanted_, has_more_ = false;
   Numbering numbering_;
-  std::optional<NumberTable> source_vertex_;  // by restored vertex
-  // Position by source vertex; its existence proves that the numbering is a bijection.
+  std::optional<NumberTable> source_vertex_;  // source's number of each restored vertex
+
+  // Position of each source vertex. If the table exists, the numbering is a bijection.
   std::optional<NumberTable> position_of_vertex_;
   std::optional<NumberTable> position_of_cell_;
   std::unique_ptr<CoveredOrder> covered_;

@@ -12,9 +12,9 @@
 namespace shm::converters {
 namespace {
 
-// Computes fingerprints of cells that do not depend on vertex numbers and rotations: they are made
-// from the block of a cell and the times at which its vertices were first used. Cells that differ
-// in these rarely have the same fingerprint.
+// Computes fingerprints of cells that do not depend on vertex numbers and rotations. A fingerprint
+// is computed from the block of a cell and, for each of its vertices, the first cell that uses the
+// vertex. Cells that differ in these rarely have the same fingerprint.
 class Fingerprints {
  public:
   Fingerprints(std::uint64_t vertices, Spool* spool) : birth_(spool, vertices) {}
@@ -76,7 +76,7 @@ Centre centre_of(MeshSource& mesh, const Corners& corners) {
   return centre;
 }
 
-// Positions of some cells of a mesh.
+// Positions of some of the cells of a mesh.
 class Landmarks {
  public:
   explicit Landmarks(MeshSource& mesh)
@@ -90,8 +90,8 @@ class Landmarks {
         if (number % every == 0) centres_.emplace_back(number, centre_of(mesh, batch.cell(i)));
   }
 
-  // Returns true if the cells of `source`, in this order, are at these positions. Sums over corners
-  // may differ because of rounding; values that are not finite are ignored.
+  // Returns true if the cells of `source`, in the order `order`, are at these positions. Sums over
+  // corners may differ because of rounding. Values that are not finite are ignored.
   bool found_in(MeshSource& source, const Cells& cells, const CellList& order) const {
     constexpr double kRounding = 1e-12;
     return std::all_of(centres_.begin(), centres_.end(), [&](const auto& landmark) {

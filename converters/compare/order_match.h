@@ -1,6 +1,7 @@
-// Finds the order of the cells in a file in Order::free: creates every known order from the source
-// again, and compares when the vertices of each cell occur for the first time, and the positions of
-// some of the cells. Memory: as for creating orders (free_order.h), and 8 bytes per cell.
+// Finds the order of the cells in a file in Order::free. Computes every known order of the source
+// again, and compares with the file at which cell each vertex is used for the first time, and the
+// positions of some of the cells. Memory: as for computing orders (free_order.h), and 8 bytes per
+// cell.
 #pragma once
 
 #include <cstddef>
@@ -15,8 +16,8 @@
 namespace shm::converters {
 
 // Returns a guess: the cells of `source` in the order of `restored`. Skips the first `skipped`
-// known orders that fit; returns nothing if no further order fits. `cells` are the cells of
-// `source`, with the same vertex numbers.
+// known orders that fit. Returns nothing if no other order fits. `cells` are the cells of `source`,
+// with the same vertex numbers.
 std::optional<CellList> matching_order(const Cells& cells, MeshSource& source, MeshSource& restored,
                                        std::size_t skipped = 0, const Progress& progress = {},
                                        const SearchRoom& room = {});

@@ -44,7 +44,7 @@ class BlockPairing {
   }
 
  private:
-  // Pairs unpaired blocks with the same key, in order.
+  // Pairs blocks that are not paired yet and have the same key, in order.
   template <class Key, class May>
   void pair_by(Key&& key, May&& may) {
     std::map<decltype(key(blocks_b_.front())), std::deque<std::size_t>> left;
@@ -83,8 +83,8 @@ class BlockPairing {
       }
   }
 
-  // Formats have different words for polygons with three or four corners, and for cells of unknown
-  // shape; such shapes share a class.
+  // Returns the class of a shape. Formats have different names for polygons with three or four
+  // corners, and for cells of unknown shape; such shapes share a class.
   static std::uint32_t shape_class(CellShape shape) {
     if (shape == CellShape::quad || shape == CellShape::polygon) shape = CellShape::triangle;
     if (shape == CellShape::polyhedron) shape = CellShape::other;
@@ -192,7 +192,8 @@ std::string block_text(const BlockInfo& block) {
 
 std::vector<StepPair> pair_steps(const MeshInfo& a, const MeshInfo& b, bool one_format,
                                  const Likeness& likeness, std::uint64_t limit, MeshDiff& result) {
-  // In some formats a mesh without steps has one step.
+  // The numbers of steps may differ by one, because in some formats a mesh without steps has one
+  // step.
   const std::size_t fewer = std::min(a.step_times.size(), b.step_times.size());
   const std::size_t more = std::max(a.step_times.size(), b.step_times.size());
   if (!one_format && fewer == 0 && more == 1) return {};

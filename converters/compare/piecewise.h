@@ -1,5 +1,5 @@
-// Constants and functions that both comparisons use: the number of elements compared at once, and
-// the text for cells.
+// Constants and functions that both comparisons use: the number of elements that are compared
+// together, and the text for cells.
 #pragma once
 
 #include <cstddef>

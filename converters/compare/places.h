@@ -11,14 +11,14 @@
 
 namespace shm::converters {
 
-// Returns the place of a field's value, given the number of its vertex or cell in both meshes.
+// Returns the place of a value of a field. `a` and `b`: number of its vertex or cell in both
+// meshes.
 DiffPlace place_of(const StepPair& step, const FieldPair& field, std::uint64_t a, std::uint64_t b,
                    const MeshInfo& info_a, const MeshInfo& info_b);
 
 ValueRange range_of_points(MeshSource& mesh);
 
-// Fills in the coordinates of all listed places: those in A, or in B if A has no such vertex or
-// cell.
+// Finds the coordinates of all listed places in A, or in B if A has no such vertex or cell.
 class PlaceFinder {
  public:
   PlaceFinder(MeshSource& a, MeshSource& b) : a_(a), b_(b) {}

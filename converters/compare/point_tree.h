@@ -1,5 +1,5 @@
-// PointTree: a spatial index to find points near a place. Distances are in the maximum norm (the
-// largest difference of a coordinate). Memory: 5 bytes per point.
+// PointTree: a spatial index that finds points near a place. Distances are in the maximum norm (the
+// largest difference of a coordinate). Needs 5 bytes of memory per point.
 #pragma once
 
 #include <algorithm>
@@ -22,21 +22,21 @@ inline double distance_between(const PlainPoint& a, const PlainPoint& b) {
 
 class PointTree {
  public:
-  // Borrows `points`: fewer than 2^32, all finite.
+  // Borrows `points`, which must be fewer than 2^32 finite points.
   explicit PointTree(const std::vector<PlainPoint>& points)
       : points_(&points), order_(points.size()), axis_(points.size()) {
     std::iota(order_.begin(), order_.end(), 0);
     build(0, order_.size());
   }
 
-  // Calls visit(number) for each point at most `radius` away, until it returns false.
+  // Calls visit(number) for each point at most `radius` away, until `visit` returns false.
   template <class Visit>
   void visit_near(const PlainPoint& place, double radius, Visit&& visit) const {
     visit_range(0, order_.size(), place, radius, visit);
   }
 
-  // Returns the nearest point at most `radius` away; among equally near ones, the point with the
-  // lowest number.
+  // Returns the nearest point at most `radius` away. Of equally near points, returns the point with
+  // the lowest number.
   std::optional<std::uint32_t> nearest(const PlainPoint& place, double radius) const {
     Nearest best{radius, std::nullopt};
     search(0, order_.size(), place, best);

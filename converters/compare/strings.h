@@ -1,5 +1,5 @@
-// Maps two arrays of strings, whose values are indices into two lists, to indices into one common
-// list.
+// Converts the values of two arrays of strings, which are indices into two lists, to indices into
+// one common list.
 #pragma once
 
 #include <cstddef>

@@ -15,10 +15,10 @@
 
 namespace shm::converters {
 
-// Reads `count` elements, starting at `first`.
+// Reads `count` elements, starting with element `first`.
 using FetchValues = std::function<void(std::uint64_t first, std::uint64_t count, std::byte* out)>;
 
-// Collects the differences of one quantity in a Finding.
+// Collects the differences in the values of one item in a Finding.
 class ValueScan {
  public:
   // Each element has `components` values of these types.
@@ -31,15 +31,16 @@ class ValueScan {
         likeness_(likeness),
         limit_(limit) {}
 
-  // Declares that the values are indices into a list of strings, which is borrowed. The strings are
-  // shown instead.
+  // Declares that the values are indices into a list of strings, which is borrowed. Reports then
+  // contain the strings.
   void show_strings(const CommonStrings& strings) { strings_ = &strings; }
 
   // Compares `count` elements. `place(i)` returns the place of element i; it is called only for
-  // differences.
+  // elements that differ.
   using PlaceOf = std::function<DiffPlace(std::uint64_t i)>;
   void compare(const std::byte* a, const std::byte* b, std::uint64_t count, const PlaceOf& place);
-  // Compares elements that have no value on the other side: their values must be NaN or zero.
+  // Compares elements that have no counterpart in the other mesh. They are equal to it if their
+  // values are NaN or zero.
   void compare_with_none(const std::byte* values, bool of_a, std::uint64_t count,
                          const PlaceOf& place);
   // Moves the largest difference to the front.
@@ -64,8 +65,8 @@ class ValueRange {
  public:
   explicit ValueRange(std::uint32_t components);
   void add(const std::byte* values, std::uint64_t count, ScalarType type);
-  double overall() const;       // over all components; 0 without any values
-  double largest_side() const;  // largest range of a component
+  double overall() const;       // range over all components; 0 if there are no values
+  double largest_side() const;  // largest of the ranges of the components
 
  private:
   std::vector<double> minimum_, maximum_;

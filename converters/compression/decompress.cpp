@@ -25,7 +25,7 @@ std::uint64_t file_bytes(const std::string& path) {
              : 0;
 }
 
-// Forwards reads and reports the number of bytes as progress.
+// Forwards reads to another source, and reports the number of bytes read as progress.
 class WatchedSource final : public ByteSource {
  public:
   WatchedSource(ByteSource& source, std::uint64_t total, Progress progress)
@@ -184,7 +184,7 @@ void StagedMesh::read_array(std::size_t array, std::uint64_t step, std::uint64_t
   std::uint64_t base = 0;
   if (info.per_step) {
     const auto found = staged.steps.find(step);
-    if (found == staged.steps.end()) {  // the file has no values for this step
+    if (found == staged.steps.end()) {  // the file has no values of the array for this step
       std::memset(out, 0, count * stride);
       return;
     }
@@ -202,7 +202,7 @@ void StagedMesh::gather(PagedArray& values, std::uint64_t base, std::size_t stri
                         NumberTable* positions, std::uint64_t first, std::uint64_t count,
                         std::byte* out) {
   if (positions == nullptr) return values.read(base + first, count, out);
-  // Consecutive numbers are often consecutive in coding order too: read such runs at once.
+  // Consecutive numbers are often consecutive in coding order too. Such runs are read together.
   for (std::uint64_t i = 0; i < count;) {
     const std::uint64_t begin = positions->get(first + i);
     std::uint64_t run = 1;
@@ -279,7 +279,8 @@ FileSummary summarize_stream(ByteSource& source, const std::string& name,
   WatchedSource watched(source, 0, progress);
   ReadOptions options;
   options.threads = 0;
-  options.kept_topology_bytes = std::size_t{4} << 20;  // small meshes are reported once
+  // Small, because small meshes are reported in one piece.
+  options.kept_topology_bytes = std::size_t{4} << 20;
   Reader reader = unwrap(Reader::open(watched, {}, options), name);
   Summary summary;
   summary.schema = reader.schema();

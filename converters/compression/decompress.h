@@ -1,7 +1,7 @@
 // Decompression: a .shm file as a MeshSource, staged in the spool.
 //
-// All data is staged in the order of arrival. Reads go through maps from the mesh's own numbers to
-// that order, so no number stated by a file decides how much memory is allocated.
+// All data is staged in the order of its arrival. Tables convert the mesh's own numbers to
+// positions in that order. No number stated by a file determines how much memory is allocated.
 #pragma once
 
 #include <cstddef>
@@ -24,8 +24,9 @@ namespace shm::converters {
 
 class StagedMesh final : public MeshSource {
  public:
-  // Reads `source` to its end. Throws the library's error for a bad file, naming `name`, and
-  // corrupt if the parts of the file contradict each other. `spool` must outlive the mesh.
+  // Reads `source` to its end. Throws the library's error for a bad file, and Failure (corrupt) if
+  // the parts of the file contradict each other. `name` is used in errors. `spool` must outlive the
+  // mesh.
   StagedMesh(ByteSource& source, const std::string& name, Spool& spool,
              const ReadLimits& limits = {}, const ReadOptions& options = {});
 
@@ -44,18 +45,19 @@ class StagedMesh final : public MeshSource {
 
  private:
   struct Array {
-    PagedArray values;                             // one step after the other
-    std::map<std::uint64_t, std::uint64_t> steps;  // step -> its position in `values`
-    std::uint64_t staged = 0;                      // number of elements
-    // For cell arrays on some blocks if cells are reordered.
+    PagedArray values;                             // values of all steps, one step after another
+    std::map<std::uint64_t, std::uint64_t> steps;  // position of each step in `values`, by step
+    std::uint64_t staged = 0;                      // number of elements staged
+
+    // Positions of elements; only for cell arrays on some blocks if cells are reordered.
     std::unique_ptr<NumberTable> positions;
   };
   void stage_mesh(const MeshBlock& block);
   void stage_step(const StepPiece& piece);
   void finish();
   void map_partial_arrays();
-  // Reads elements of `values`, counted from `base`. `positions` gives the position of each one in
-  // coding order; if it is null, the elements are already in order.
+  // Reads elements of `values`, counted from `base`. `positions` contains the position of each
+  // element in coding order. If it is null, the elements are in order already.
   void gather(PagedArray& values, std::uint64_t base, std::size_t stride, NumberTable* positions,
               std::uint64_t first, std::uint64_t count, std::byte* out);
   [[noreturn]] void fail(const std::string& section, const std::string& detail) const;
@@ -66,7 +68,7 @@ class StagedMesh final : public MeshSource {
   Totals totals_;
   PagedArray points_;
   CellStore cells_;
-  NumberList vertex_numbers_, cell_numbers_;  // in coding order
+  NumberList vertex_numbers_, cell_numbers_;  // numbers of vertices and cells, in coding order
   bool vertices_moved_ = false, cells_moved_ = false;
   std::optional<NumberTable> vertex_positions_, cell_positions_;
   std::vector<Array> arrays_;
@@ -74,21 +76,21 @@ class StagedMesh final : public MeshSource {
   bool mesh_done_ = false;
 };
 
-// Limits for a file that is read through a spool.
+// Returns the limits for reading a file through a spool.
 ReadLimits read_limits(const Spool& spool);
 
-// Stages a .shm file of `total` bytes (0: unknown), called `name` in messages. Decodes with
+// Stages a .shm file of `total` bytes (0: unknown). `name` is used in messages. Decodes with
 // `threads` threads; 0 means one per core.
 std::unique_ptr<StagedMesh> stage_shm(ByteSource& source, const std::string& name,
                                       std::uint64_t total, Spool& spool, const Progress& progress,
                                       unsigned threads);
-// The same for the file `path`; "-" is standard input.
+// Stages the file at `path` in the same way; "-" is standard input.
 std::unique_ptr<MeshSource> open_shm(const std::string& path, Spool& spool,
                                      const Progress& progress, unsigned threads);
 std::unique_ptr<MeshSource> open_shm(const std::string& path, Spool& spool,
                                      const Progress& progress = {});
 
-// Summary that a .shm file contains of itself.
+// The summary of its contents that a .shm file contains.
 struct FileSummary {
   MeshInfo info;
   Totals totals;
@@ -96,8 +98,8 @@ struct FileSummary {
 // Reads the summary from the index and the headers of the chunks. `name` is used in messages.
 FileSummary summarize_shm(RandomSource& source, const std::string& name);
 FileSummary summarize_shm(const std::string& path);
-// Reads the summary of a source that does not support seeking: reads it to its end and checks all
-// of it.
+// Reads the summary of a source that does not support seeking. Reads the source to its end and
+// checks all of it.
 FileSummary summarize_stream(ByteSource& source, const std::string& name, const Progress& progress);
 
 }  // namespace shm::converters

@@ -17,8 +17,8 @@
 
 namespace shm::converters {
 
-// Unwraps a library result. If the library refuses a call as misuse, the mesh is the cause and not
-// the user, so the error becomes unsupported.
+// Returns the value of a library result, or throws its error. If the library refuses a call as
+// misuse, the cause is the mesh and not the user, so the error becomes unsupported.
 template <class T>
 T checked(Result<T> result) {
   if (!result && result.error().code == ErrorCode::misuse) {
@@ -33,9 +33,9 @@ T checked(Result<T> result) {
 struct StaticArray {
   std::size_t index;
   std::size_t stride;
-  std::vector<bool> covers;  // indexed by block; cell arrays only
+  std::vector<bool> covers;  // true for each block that the array covers; cell arrays only
   std::uint64_t next = 0;
-  std::vector<std::byte> batch;  // values of the covered cells of a batch
+  std::vector<std::byte> batch;  // values of the covered cells of the current batch
 };
 
 inline std::vector<StaticArray> static_arrays(const MeshInfo& info, const Schema& schema,
@@ -58,7 +58,8 @@ inline std::vector<StaticArray> static_arrays(const MeshInfo& info, const Schema
 template <class Out>
 class MeshFeeder : public CompactedMesh {
  public:
-  // `schema` is the Writer's schema; its arrays must be those of the mesh, or there are none.
+  // `schema` is the Writer's schema; its arrays must be those of the mesh, or it must have no
+  // arrays.
   MeshFeeder(MeshSource& mesh, const Schema& schema, Out& writer, std::size_t cache_bytes)
       : mesh_(&mesh),
         writer_(&writer),
@@ -88,12 +89,12 @@ class MeshFeeder : public CompactedMesh {
     checked(last_cell == kNeverUsed ? writer_->add_unused_vertex(number, record.xyz, record.data)
                                     : writer_->add_vertex(number, record.xyz, record.data));
   }
-  // Adds an imported vertex; only for a PartWriter.
+  // Passes an imported vertex to a PartWriter. Other writers do not import vertices.
   void imported_vertex(std::uint64_t number) {
     const Record record = record_of(number);
     checked(writer_->add_imported_vertex(number, record.xyz, record.data));
   }
-  // Skips the given number of cells of each block; the first batch begins after them.
+  // Skips the given number of cells of each block. The first batch begins after them.
   void skip_cells(const std::vector<std::uint64_t>& block_cells) {
     for (StaticArray& array : cell_arrays_)
       for (std::size_t b = 0; b < block_cells.size(); ++b)
@@ -115,7 +116,7 @@ class MeshFeeder : public CompactedMesh {
   }
 
  private:
-  // Valid until the next call of record_of().
+  // A view of a record, valid until the next call of record_of().
   struct Record {
     std::span<const std::byte> xyz, data;
   };

@@ -35,7 +35,7 @@ std::vector<std::byte> lost_value_of(const ArrayInfo& array) {
 std::optional<std::uint64_t> rank_of(const std::vector<std::uint64_t>& sorted,
                                      std::uint64_t number) {
   if (sorted.empty() || number < sorted.front() || number > sorted.back()) return std::nullopt;
-  // The numbers are consecutive.
+  // Fast path for consecutive numbers.
   if (sorted.back() - sorted.front() == sorted.size() - 1) return number - sorted.front();
   const auto found = std::lower_bound(sorted.begin(), sorted.end(), number);
   if (*found != number) return std::nullopt;
@@ -136,7 +136,7 @@ void PieceMesh::add_part(const MeshBlock& part) {
   }
 }
 
-// Sorts everything that did not arrive in ascending order of numbers.
+// Sorts all data that did not arrive in ascending order of numbers.
 void PieceMesh::settle() {
   const Schema& schema = file_->schema();
   if (cells_moved_) {
@@ -181,7 +181,7 @@ PagedArray PieceMesh::settled(PagedArray& arrived, std::size_t stride, NumberLis
   return out;
 }
 
-// Returns the numbers in the file of the elements of an array.
+// Returns the numbers that the elements of an array have in the file.
 const std::vector<std::uint64_t>& PieceMesh::elements(std::uint32_t source) {
   const ArrayInfo& array = file_->schema().arrays[source];
   if (array.location == Location::point) return vertex_numbers();
@@ -250,7 +250,7 @@ void PieceMesh::add_number_array(Location location, const NumberMaps* maps) {
   }
   array.location = location;
   array.type = ScalarType::int64;
-  // The source may be a piece itself, or have a map of its own.
+  // Do not add a map if the source has one, because it may be a piece itself.
   for (const ArrayInfo& other : info_.schema.arrays)
     if (other.location == location && other.name == array.name && other.role == array.role) return;
   const auto& numbers = of_points ? vertex_numbers() : cell_numbers();
@@ -263,8 +263,8 @@ void PieceMesh::add_number_array(Location location, const NumberMaps* maps) {
   arrays_.emplace_back().what = of_points ? Array::What::vertex_numbers : Array::What::cell_numbers;
 }
 
-// Returns the number of distribution factors per member if it is the same for all members, and
-// nothing otherwise.
+// Returns the number of distribution factors per member if it is the same for all members.
+// Otherwise returns nothing.
 std::optional<std::size_t> PieceMesh::factors_of_each(const MeshSet& set, bool flat) const {
   if (!has_usual_factors(set)) return std::nullopt;
   if (set.kind != MeshSet::Kind::sides) return 1;
@@ -293,8 +293,8 @@ void PieceMesh::cut_sets(const std::vector<MeshSet>& sets, bool flat) {
     cut.id = set.id;
     cut.name = set.name;
     std::optional<std::size_t> each;
-    // All parts must have the same structure, so they have no factors: in a part, all remaining
-    // factors could be 1, and such factors are not stored.
+    // Sets of decomposed meshes have no factors, because all parts must have the same structure: in
+    // some part, all remaining factors could be 1, and factors of 1 are not stored.
     if (!set.factors.empty()) {
       if (!decomposed_) each = factors_of_each(set, flat);
       if (!each) without_factors_.push_back(label_of(set));
@@ -367,7 +367,7 @@ void PieceMesh::read_array(std::size_t array, std::uint64_t step, std::uint64_t 
   }
 }
 
-// Returns the values of one step; they are zero if the file has none.
+// Returns the values of one step. They are zero if the file has no values for this step.
 PagedArray& PieceMesh::step_values(Array& array, std::uint64_t step) {
   const ArrayInfo& info = file_->schema().arrays[array.source];
   const std::size_t stride = scalar_bytes(info.type) * info.components;
@@ -388,7 +388,8 @@ PagedArray& PieceMesh::step_values(Array& array, std::uint64_t step) {
   if (!std::binary_search(steps.begin(), steps.end(), step)) return values;
   unwrap(file_->begin_values(array.source, step), name_);
   while (const StepValues* part = unwrap(file_->next_values(), name_)) {
-    // Consecutive elements in the file are often consecutive in the piece: write such runs at once.
+    // Elements that are consecutive in the file are often consecutive in the piece. Such runs are
+    // written together.
     for (std::size_t i = 0; i < part->numbers.size();) {
       const auto begin = rank_of(numbers, part->numbers[i]);
       std::size_t run = 1;

@@ -13,7 +13,7 @@ namespace {
 
 constexpr const char* kSideNumbers = "shm_side";
 
-// Gathers elements of `stride` bytes. `read` reads a run of consecutive elements.
+// Collects elements of `stride` bytes. `read` reads a run of consecutive elements.
 template <class Read>
 void gather(std::span<const std::uint64_t> wanted, std::size_t stride, std::byte* out,
             Read&& read) {

@@ -1,4 +1,5 @@
-// SetSides: the sides of a side set as cells, in a mesh that has only their vertices.
+// SetSides: a mesh whose cells are the sides of a side set. Its vertices are the vertices of these
+// sides.
 #pragma once
 
 #include <cstddef>
@@ -12,10 +13,10 @@ namespace shm::converters {
 
 class SetSides final : public ForwardingMesh {
  public:
-  // `set` is a side set of `source` whose members are cells of `source`; `cell_numbers` are the
+  // `set` is a side set of `source` whose members are cells of `source`. `cell_numbers` are the
   // numbers of all cells in the file. The mesh has one block per shape of sides, and the point
-  // arrays of the source. Two cell arrays give for each side the number of its cell
-  // (shm_cell_number) and the number of the side in this cell, from 1 (shm_side). Memory follows
+  // arrays of the source. Two cell arrays contain, for each side, the number of its cell
+  // (shm_cell_number) and the number of the side in this cell, from 1 (shm_side). Memory grows with
   // the size of the set.
   SetSides(MeshSource& source, const MeshSet& set, bool flat,
            const std::vector<std::uint64_t>& cell_numbers);
@@ -24,7 +25,7 @@ class SetSides final : public ForwardingMesh {
   void rewind_cells() override { next_side_ = 0; }
   void read_array(std::size_t array, std::uint64_t step, std::uint64_t first, std::uint64_t count,
                   std::byte* out) override;
-  // Number of sides left out because the sides of their cells are not known.
+  // Returns the number of sides that are left out because the sides of their cells are not known.
   std::uint64_t left_out() const { return left_out_; }
 
  private:
@@ -38,7 +39,8 @@ class SetSides final : public ForwardingMesh {
 
   std::vector<Side> sides_;
   std::vector<std::uint64_t> vertices_;  // vertex numbers of the source, ascending
-  // Indices of the source's arrays; the arrays after these belong to sides.
+
+  // Indices of the source's arrays; any further arrays of this mesh contain values of sides.
   std::vector<std::size_t> arrays_;
   std::size_t next_side_ = 0;
   std::uint64_t left_out_ = 0;

@@ -25,7 +25,8 @@ ByKey by_key(const std::vector<Extra>& extras) {
   return map;
 }
 
-// Returns the rows of a variable from the extras that hold it; nothing if the extras are missing.
+// Returns the rows of a variable, joined from the extras that store the variable. Returns nothing
+// if such an extra is missing.
 std::optional<std::vector<std::byte>> rows_of(const ByKey& extras, const Skeleton& skeleton,
                                               const Variable& variable) {
   const std::string key = extra_key(variable.name);
@@ -41,8 +42,8 @@ std::optional<std::vector<std::byte>> rows_of(const ByKey& extras, const Skeleto
   return rows;
 }
 
-// Joins the extras of Exodus files if one continues after the end of the other, or selects some of
-// the steps.
+// Combines the extras of two Exodus files, one of which continues after the end of the other. Can
+// also select some of the steps.
 class StepJoiner {
  public:
   explicit StepJoiner(const MeshInfo& old) : old_(old), old_keys_(by_key(old.extras)) {
@@ -100,7 +101,7 @@ class StepJoiner {
     grown_.dimensions[static_cast<std::size_t>(dimension)].length = steps;
   }
 
-  // Returns the old extras, with grown extras in place of the shorter ones.
+  // Returns the old extras. Extras to which steps were added are replaced by the longer ones.
   AppendedExtras result() {
     AppendedExtras out;
     out.changed = true;
@@ -134,11 +135,12 @@ class StepJoiner {
     return !variable.dimensions.empty() && skeleton.dimension_name(variable, 0) == kStepDimension;
   }
 
-  // Appends the rows of the new steps to the rows of a variable that is an extra.
+  // Appends the rows of the new steps to a variable that is stored as an extra.
   void grow(const Variable& variable, std::span<const std::uint64_t> steps) {
     const std::string key = extra_key(variable.name);
     if (!old_keys_.contains(key)) {
-      // The variable is an array, the times themselves, or has no rows yet.
+      // The variable is not an extra of the old file: it is an array, contains the times
+      // themselves, or has no rows yet.
       if (new_keys_.contains(key)) does_not_fit(key, "has values at the new steps only");
       return;
     }
@@ -174,7 +176,7 @@ class StepJoiner {
       parts.push_back(std::move(part));
     }
     for (std::size_t p = 1; old_keys_.contains(part_key(key, p)); ++p)
-      grown_parts_[part_key(key, p)];  // is stored together with the first part
+      grown_parts_[part_key(key, p)];  // this part is stored together with the first part
     for (std::size_t p = 0; new_keys_.contains(part_key(key, p)); ++p)
       joined_.insert(part_key(key, p));
   }
@@ -196,8 +198,9 @@ class StepJoiner {
   const MeshInfo& old_;
   ByKey old_keys_, new_keys_;
   Skeleton old_skeleton_, new_skeleton_, grown_;
-  std::map<std::string, std::vector<Extra>> grown_parts_;  // by key of an old extra
-  std::set<std::string> joined_;                           // keys of new extras
+  // Grown extras, by the key of the old extra.
+  std::map<std::string, std::vector<Extra>> grown_parts_;
+  std::set<std::string> joined_;  // keys of the new extras that have been joined
 };
 
 }  // namespace

@@ -16,18 +16,19 @@ namespace shm::converters::exodus {
 // Returns true if the extras contain the number of steps.
 bool counts_steps(const MeshInfo& info);
 
-// Returns the extras after a file that continues after the end of `old` is appended: values for
-// each step are appended to the old values, and the number of steps grows. `extras` are the extras
-// of `more` in the numbering of `old`; `steps` are the steps of `more` that are appended. Throws
+// Returns the extras of `old` after the steps of a file `more` have been appended: values for each
+// step are appended to the old values, and the number of steps grows. `extras` are the extras of
+// `more` in the numbering of `old`. `steps` lists the steps of `more` that are appended. Throws
 // Failure (unsupported) if the extras cannot be combined.
 AppendedExtras joined_extras(const MeshInfo& old, const MeshInfo& more,
                              const std::vector<Extra>& extras,
                              std::span<const std::uint64_t> steps);
 
-// Returns the extras after `steps` more steps of a file that has no such extras.
+// Returns the extras of `old` after `steps` steps have been appended from a file without such
+// extras.
 AppendedExtras lengthened_extras(const MeshInfo& old, std::uint64_t steps);
 
-// Returns the extras for a selection of steps; nothing if values at steps are not numbers.
+// Returns the extras for a selection of steps. Returns nothing if values at steps are not numbers.
 std::optional<std::vector<Extra>> extras_of_steps(const MeshInfo& info, StepRange steps);
 
 }  // namespace shm::converters::exodus

@@ -1,5 +1,5 @@
-// Variables that follow from the rest of a mesh, and so need not be stored; and conversions of the
-// values of variables and extras.
+// Derives the variables that are determined by the rest of a mesh, so that they need not be stored.
+// Converts values of variables and extras.
 #include <netcdf.h>
 
 #include <algorithm>
@@ -94,7 +94,8 @@ class Deriver {
     }
     return true;
   }
-  // The i-th field of the file must be the i-th field of the mesh.
+  // Derives the names of fields. They can be derived only if the i-th field of the file is the i-th
+  // field of the mesh.
   bool field_names(Location location) {
     std::vector<std::string> fields;
     for (std::size_t a = 0; a < layout_.arrays.size() && a < info_.schema.arrays.size(); ++a) {
@@ -133,9 +134,11 @@ class Deriver {
     }
     return false;
   }
-  // The extras give the number of members, which limits the number of factors.
+  // Derives distribution factors of 1. The extras contain the number of members, which limits the
+  // number of factors.
   bool ones(const SetFactors& factors) {
-    constexpr std::uint64_t kMostNodesOfSide = 9;  // for a hexahedron with 27 nodes
+    // Largest number of nodes of a side: that of a hexahedron with 27 nodes.
+    constexpr std::uint64_t kMostNodesOfSide = 9;
     const std::uint64_t members = set_members(*factors.kind, factors.index);
     if (shape_.size() != 1 || shape_[0] == 0) return false;
     const bool sides = factors.kind == &kSetKinds[1];
@@ -152,7 +155,7 @@ class Deriver {
       members += extra->data.size() / std::max<std::size_t>(scalar_bytes(extra->type), 1);
     return members;
   }
-  // Returns 1 if the set has members, and 0 if not. Returns nothing for a set without any extras.
+  // Returns 1 if the set has members, and 0 if not. Returns nothing if the set has no extras.
   std::optional<std::int64_t> set_status(const SetKind& kind, std::size_t index) const {
     if (set_members(kind, index) > 0) return 1;
     if (extras_.find(set_key(kind, index, "id")) == nullptr) return std::nullopt;
@@ -160,7 +163,7 @@ class Deriver {
   }
   std::optional<std::int64_t> set_id(const SetKind& kind, std::size_t index) const {
     const Extra* extra = extras_.find(set_key(kind, index, "id"));
-    // The default id, as in shm/sets.h.
+    // A set without an id has the default id of shm/sets.h.
     if (extra == nullptr && kind.neutral && set_members(kind, index) > 0)
       return static_cast<std::int64_t>(index) + 1;
     if (extra == nullptr || extra->data.size() != scalar_bytes(extra->type)) return std::nullopt;

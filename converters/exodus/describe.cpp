@@ -13,10 +13,11 @@
 namespace shm::converters::exodus {
 namespace {
 
-constexpr std::uint64_t kMostSets = 1 << 16;  // each set needs several extras
+// Largest number of sets, since each set needs several extras.
+constexpr std::uint64_t kMostSets = 1 << 16;
 
-// Converts numbers from 1 to references from 0; returns false if a number is neither 0 nor
-// in 1..count.
+// Converts file numbers, which start at 1, to references, which start at 0. Returns false if a
+// number is neither 0 nor in 1..count.
 bool refer_from_zero(Extra& extra, Reference refers, std::uint64_t count) {
   const auto numbers = integers_of(extra.type, extra.data);
   if (!numbers) return false;
@@ -79,7 +80,7 @@ class Description {
   MeshInfo info_;
 };
 
-// Returns numbers of any type as integers.
+// Returns the values of an integer variable of any type as 64-bit integers.
 std::vector<std::int64_t> Description::ids(int index) const {
   const ScalarType type = scalar_of(variable(index).type);
   const std::vector<std::byte> values = whole(index);
@@ -98,7 +99,7 @@ std::vector<std::int64_t> Description::ids(int index) const {
   return numbers;
 }
 
-// Returns the rows of a table of names, at most `count`.
+// Returns the first rows of a table of names, at most `count`.
 std::vector<std::string> Description::names(std::string_view table, std::uint64_t count) const {
   const int index = skeleton_.find_variable(table);
   if (index < 0 || variable(index).type != NC_CHAR) return {};
@@ -157,7 +158,7 @@ void Description::describe_times() {
     info_.step_times[step] = as_double(values.data() + step * scalar_bytes(type), type);
 }
 
-// Omits an id that follows from the number of its set, as in shm/sets.h.
+// Does not store an id that is derived from the number of its set, as in shm/sets.h.
 void Description::read_set_labels(std::vector<Extra>& extras, const ExtraIndex& members) const {
   for (const SetKind& kind : kSetKinds) {
     const int table = skeleton_.find_variable(std::string(kind.prefix) + "_prop1");
@@ -198,8 +199,8 @@ void Description::read_extras() {
                     Reference::nothing,
                     {text.size()},
                     {bytes, bytes + text.size()}});
-  // Reads the extras first from which others may be derived; the result is in the order of the
-  // variables.
+  // First reads the extras from which other variables may be derived. The result is in the order of
+  // the variables.
   std::vector<std::vector<Extra>> values(skeleton_.variables.size());
   ExtraIndex known;
   const auto read_all = [&](bool members) {
@@ -218,8 +219,8 @@ void Description::read_extras() {
                         std::make_move_iterator(list.end()));
 }
 
-// Returns a variable as extras: as several extras of some rows each if it is large, and as none if
-// it follows from the rest of the mesh.
+// Returns a variable as extras. A large variable becomes several extras of some rows each. A
+// variable that is derived from the rest of the mesh becomes none.
 std::vector<Extra> Description::read_variable(std::size_t v, const ExtraIndex& known) const {
   const Variable& one = skeleton_.variables[v];
   const Reference refers = reference_of(one.name);
@@ -234,7 +235,8 @@ std::vector<Extra> Description::read_variable(std::size_t v, const ExtraIndex& k
       return {};
     parts.push_back(std::move(part));
     if (referring && !refer_from_zero(parts.back(), refers, count)) {
-      // If one part is not a valid reference, no part is.
+      // If one part does not consist of valid references, none of the parts is converted to
+      // references.
       referring = false;
       parts.clear();
       i = std::size_t(-1);

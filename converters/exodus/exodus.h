@@ -5,11 +5,11 @@
 // (hexahedra, wedges and so on) have VTK's node order. HEX9, HEX16 ... are hexahedra too; other
 // elements (BEX_HEX, TETRA14 ...) have shape `other`. Both keep the node order of the file. NSIDED
 // blocks are polygons. NFACED blocks have the shape `faces` if all faces are used and no two are
-// equal; otherwise they are polyhedra whose faces are extras. Missing coordinates are 0.
+// equal; otherwise they are polyhedra, and their faces are extras. Missing coordinates are 0.
 //
-// Every variable of numbers or characters that has values for all nodes, all elements or all
-// elements of a block, in any one of its dimensions, is an array of its stored type. Each index
-// into dimensions before that one makes an array of its own:
+// A variable of numbers or characters becomes an array of its stored type if one of its dimensions
+// counts all nodes, all elements, or all elements of a block. If other dimensions precede this
+// dimension, each index into them becomes a separate array. The arrays have these roles:
 //   role ""                  nodal and element variables, per step
 //   "exodus:attribute"       attrib<b>: components = attributes, on one block
 //   "exodus:node_attribute"  nattrb
@@ -32,7 +32,7 @@
 //     factors                    distribution factors
 //   exodus/shared_faces_first    int32[1], and
 //   exodus/face_numbers          int32 or int64: the numbers of the faces of polyhedra, in an order
-//                                that follows from the cells (polyhedra.h); 1, 2, 3, ... if missing
+//                                derived from the cells (polyhedra.h); 1, 2, 3, ... if missing
 //   exodus/variable/<name>       any other netCDF variable, row-major, in its own type: QA and info
 //                                records, coordinate names, properties, attribute names, global and
 //                                set variables, edge and face blocks, assemblies, blobs, Nemesis
@@ -40,37 +40,40 @@
 //                                zero. With a reference: vertices or cells from 0, as above
 //   .../1, .../2, ...            further rows of a variable of more than 16 MiB, after the first
 //                                rows
-// A variable that follows from the rest of the mesh is not stored again: ids and names of blocks
-// and sets, whether they have members (eb_status ...), distribution factors of 1, names of nodal
-// and element variables, their truth table, times, node counts of polygons, faces of polyhedra.
-// Files before 0.10 have sets under keys of Exodus, and store more of these variables
-// (old_extras.cpp). If members are not numbers of existing vertices or cells, their variable
-// becomes a plain exodus/variable. README.md lists the features of a file that are kept, and how.
 //
-// The skeleton has a line for each item. Fields are separated by tabs; names and text are
-// %-encoded:
+// A variable is not stored as an extra if its values can be derived from the rest of the mesh: ids
+// and names of blocks and sets, whether they have members (eb_status ...), distribution factors of
+// 1, names of nodal and element variables, their truth table, times, node counts of polygons, faces
+// of polyhedra. Files before 0.10 have sets under keys of Exodus, and store more of these variables
+// (old_extras.cpp). If members of a set are not numbers of existing vertices or cells, their
+// variable becomes a plain exodus/variable. README.md lists the features of a file that are kept.
+//
+// The skeleton (exodus/skeleton) has a line for each item. Fields are separated by tabs; names and
+// text are %-encoded:
 //   K  kind                      classic, 64-bit-offset, cdf5, netcdf4 or netcdf4-classic
 //   D  name  length  [unlimited]
-//   A  name  type  value...      of the variable above; before the first V: of the file. Text is
-//                                one value; floats are shortest decimals, or x and their bits
-//   V  name  type  dimension...  names of D lines
-// and for the variable above, in netCDF-4 files:
+//   A  name  type  value...      attribute of the variable above; before the first V: of the file.
+//                                Text is one value; floats are shortest decimals, or x and bits
+//   V  name  type  dimension...  variable; its dimensions are names of D lines
+// In netCDF-4 files, lines for the storage of the variable above follow:
 //   S  level  shuffle  checksum  chunk...   if chunked
 //   F  filter  parameter...      another filter of HDF5
 //   O  word...                   compact, big-endian, filled (before values are written)
-// A '#' replaces a number, so that files with other numbers of items have the same lines. A number
-// is a maximal run of digits of the %-encoded name, in which a '#' of the name itself is %23. The
-// number is:
-//   in a name of a D or V line   one more than the number at the same place of the previous such
-//                                name that differs only in numbers; 1 in the first one
+//
+// A '#' replaces a number in a name, so that files with different numbers of items have the same
+// lines. A number is a maximal run of digits of the %-encoded name, in which a '#' of the name
+// itself is encoded as %23. A '#' means:
+//   in a name of a D or V line   one more than the number at the same place of the previous name
+//                                that differs only in numbers; 1 in the first such name
 //   in a dimension of a V line   the last number of the variable's name
-// A '#' is always written where it is possible, except for a last number of more than 20 digits.
-// For example:
+// The writer uses '#' wherever it is possible, except for a last number of more than 20 digits. For
+// example:
 //   D  num_side_ss#  9        num_side_ss1
 //   D  num_side_ss#  6        num_side_ss2
 //   V  elem_ss#  int  num_side_ss#
-// Files before 0.10 (and drafts of it) begin with N instead of K, have all numbers in names, and in
-// V lines the numbers of D lines, from 0. They can still be read.
+// Skeletons of files before 0.10 (and of drafts of 0.10) begin with N instead of K, and names
+// contain the numbers themselves. V lines refer to D lines by number, from 0. They can still be
+// read.
 #pragma once
 
 #include <cstddef>
@@ -85,29 +88,32 @@
 namespace shm::converters {
 
 // Recognizes files by their content: `head` is the beginning of the file, up to 4096 bytes. Returns
-// true for any netCDF or HDF5 file; open_exodus finds out whether it is an Exodus file.
+// true for any netCDF or HDF5 file; open_exodus() checks whether the file is an Exodus file.
 bool looks_like_exodus(std::span<const std::byte> head);
 
 // Opens an Exodus file. Arrays and cells stay in the file, which must not change; extras are read
 // immediately. `spool` must outlive the mesh. Throws Failure.
 std::unique_ptr<MeshSource> open_exodus(const std::string& path, Spool& spool);
 
-// Number maps, counted from 1. The numbers that the original whole mesh had, in a part of a
-// decomposed mesh, are written as a map called original_global_id_map, as nem_spread does: one
-// integer per vertex or cell.
+// Number maps of Exodus; their numbers count from 1. If the mesh is a part of a decomposed mesh,
+// the numbers of the whole mesh are written as a map called original_global_id_map, as nem_spread
+// does: one integer per vertex or cell.
 inline constexpr NumberMaps kExodusMaps = {.vertices = "node_num_map",
                                            .cells = "elem_num_map",
                                            .vertices_role = "exodus:node_num_map",
                                            .cells_role = "exodus:elem_num_map",
                                            .original_role = "exodus:original_map"};
 
-// Writes a mesh. A mesh that came from Exodus gets its netCDF structure back. Any other mesh
-// becomes a 64-bit offset file (netCDF-4 if a variable is too large for that): one element block
-// for each block and number of nodes, polygons as NSIDED; 32-bit floats if they can hold all
-// values, otherwise 64-bit; arrays without a role as variables, one per component (name_x, name_y,
-// name_z or name_1, ...), static arrays with the same values at every step; arrays with the roles
-// of kExodusMaps as maps. Throws Failure: output on a disk error, unsupported for polyhedra of
-// other formats.
+// Writes a mesh.
+// - If the mesh came from Exodus, the file has the netCDF structure of its source.
+// - Any other mesh becomes a 64-bit offset file, or netCDF-4 if a variable is too large for that.
+// Each block, and each number of nodes in it, becomes an element block; polygons become NSIDED
+// blocks. Floats have 32 bits if 32-bit floats can represent all values, otherwise 64.
+// - Arrays without a role become variables, one per component (name_x, name_y, name_z or name_1,
+// ...). Static arrays have the same values at every step. Arrays with the roles of kExodusMaps
+// become maps.
+//
+// Throws Failure: output on a disk error, unsupported for polyhedra of other formats.
 void write_exodus(MeshSource& mesh, const std::string& path);
 
 extern const Format kExodusFormat;

@@ -22,7 +22,8 @@
 namespace shm::converters::exodus {
 namespace {
 
-// Half of the block numbers are reserved for new ones.
+// Returns the largest block and set numbers that can be kept. Half of the block numbers are
+// reserved for new blocks.
 Capabilities::MostNumbers most_numbers_of(bool is_wide) {
   constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max() / 2;
   constexpr std::int64_t kNarrow = std::numeric_limits<std::int32_t>::max();
@@ -30,9 +31,10 @@ Capabilities::MostNumbers most_numbers_of(bool is_wide) {
                  : Capabilities::MostNumbers{kNarrow / 2, kNarrow};
 }
 
-// Limit for a variable in 64-bit offset files (per record, if it has records): less than 4 GiB.
+// Largest size in bytes of a variable in 64-bit offset files (per record, if the variable has
+// records): less than 4 GiB.
 constexpr std::uint64_t kMostVariableBytes = (std::uint64_t{1} << 32) - 4;
-constexpr std::size_t kShortNames = 32;  // supported by every reader
+constexpr std::size_t kShortNames = 32;  // longest name that every reader supports
 
 // One component of an array of the mesh; it becomes a nodal or element variable.
 struct Column {
@@ -80,8 +82,8 @@ bool is_polyhedron(CellShape shape) {
   return shape == CellShape::polyhedron || shape == CellShape::faces;
 }
 
-// Returns names in the form that the library expects: pointers to characters, which it does not
-// change.
+// Returns names as the pointers to non-const characters that the library expects. The library does
+// not change the characters.
 std::vector<char*> pointers(std::vector<std::string>& names) {
   std::vector<char*> list;
   for (std::string& name : names) list.push_back(name.data());
@@ -100,16 +102,18 @@ class FreeNumbers {
       number = found->second;
     }
     next_[number] = number + 1;
-    // Skips these numbers next time.
+    // The next search skips these numbers.
     for (const std::int64_t taken : passed) next_[taken] = number + 1;
     return number;
   }
 
  private:
-  std::map<std::int64_t, std::int64_t> next_;  // for each used number: where to continue the search
+  // For each used number: the number at which to continue the search.
+  std::map<std::int64_t, std::int64_t> next_;
 };
 
-// The library refuses any other number of factors.
+// Returns the sets of the mesh. Distribution factors are dropped unless their number is usual,
+// because the library refuses any other number.
 std::vector<MeshSet> sets_to_write(const MeshInfo& info) {
   std::vector<MeshSet> sets = sets_of_extras(info);
   for (MeshSet& set : sets)
@@ -169,8 +173,8 @@ class ForeignWriter {
     if (status < 0) place_.fail(ErrorCode::output, section, "the Exodus library fails to write it");
   }
 
-  // The library rewrites the header for each block and set, which takes some minutes for kMost of
-  // them.
+  // Refuses too many blocks and sets. The library rewrites the header for each block and set, which
+  // takes some minutes for kMost of them.
   void check_counts() const {
     constexpr std::size_t kMost = 1 << 14;
     const std::size_t count = grouping_.groups().size() + sets_.size();
@@ -277,7 +281,7 @@ class ForeignWriter {
     check(ex_put_coord_names(exoid_, pointers(axes).data()), "coordinate names");
   }
 
-  // Keeps the source's ids if they are positive and not used before; otherwise chooses new ones.
+  // Keeps the source's ids if they are positive and unique; otherwise chooses new ids.
   void choose_ids() {
     const std::int64_t most = most_numbers_of(wide_).block;
     std::int64_t highest = 0;
@@ -431,7 +435,7 @@ class ForeignWriter {
               static_cast<std::int64_t>(corners[begin + i]) + 1;
       if (corners.empty()) return;
       if (is_polygons(group)) {
-        // The library accepts node counts only for a whole block.
+        // The library accepts node counts only for a whole block, so netCDF writes them.
         put_integers("ebepecnt", g, first, {sizes.begin(), sizes.end()});
         put_integers("connect", g, next_node[g], {nodes.begin(), nodes.end()});
         next_node[g] += nodes.size();
@@ -443,7 +447,7 @@ class ForeignWriter {
     });
   }
 
-  // Writes `count` numbers of nodes or elements, starting with the element `first`.
+  // Writes `count` values of a number map, starting at the element `first`.
   void put_map(std::size_t array, std::uint64_t first, std::uint64_t count,
                const std::byte* values) const {
     const ArrayInfo& info = info_.schema.arrays[array];
@@ -464,8 +468,8 @@ class ForeignWriter {
           info.name);
   }
 
-  // Defines at most one map for nodes and one for elements: the numbers that the mesh had before it
-  // was decomposed, under the name that nem_spread uses.
+  // Defines at most one map for nodes and one map for elements. They hold the numbers that the mesh
+  // had before it was decomposed, under the name that nem_spread uses.
   void define_original_maps() {
     int counts[2] = {0, 0};
     for (const std::size_t map : maps_) {
@@ -494,7 +498,8 @@ class ForeignWriter {
       }
       return;
     }
-    std::vector<std::uint64_t> begin(1);  // first element of each group
+    std::vector<std::uint64_t> begin(
+        1);  // first element of each group, followed by the number of elements
     for (const CellGroup& group : grouping_.groups()) begin.push_back(begin.back() + group.cells);
     grouping_.deal_values(
         mesh_, array, 0,
@@ -527,7 +532,7 @@ class ForeignWriter {
   std::uint64_t source_step(const Column& column, std::size_t step) const {
     return info_.schema.arrays[column.array].per_step ? step : 0;
   }
-  // A stepped array of a mesh without steps has no values.
+  // Returns true if the column has values. A stepped array of a mesh without steps has none.
   bool has_values(const Column& column) const {
     return !info_.schema.arrays[column.array].per_step || !info_.step_times.empty();
   }

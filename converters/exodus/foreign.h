@@ -12,7 +12,8 @@ namespace shm::converters::exodus {
 
 inline constexpr std::size_t kLongestName = 255;
 
-// Returns the largest block and set numbers that such a mesh can keep; larger numbers are replaced.
+// Returns the largest block and set numbers that such a mesh can keep in an Exodus file. Larger
+// numbers are replaced.
 Capabilities::MostNumbers most_numbers(const MeshInfo& info);
 
 // Writes a mesh that has no Exodus structure; called by write_exodus.

@@ -20,8 +20,8 @@ namespace {
 constexpr std::string_view kVariable = "exodus/variable/";
 constexpr const char* kSkeleton = "exodus/skeleton";
 
-// For a key such as "exodus/edge_set/0/edges", returns the kind, id and name of its set; empty if
-// the key does not belong to a set.
+// Describes the set to which a key such as "exodus/edge_set/0/edges" belongs, by its kind, id and
+// name. Returns an empty string if the key does not belong to a set.
 std::string set_of_key(const ExtraIndex& extras, const std::string& key) {
   const auto set = set_folder_of(key);
   if (!set) return {};
@@ -37,7 +37,7 @@ std::string set_of_key(const ExtraIndex& extras, const std::string& key) {
   return kind;
 }
 
-// Returns true if a variable has only values that every file of its kind has: empty names,
+// Returns true if the values of a variable are those that every file of its kind has: empty names,
 // coordinate names x y z, status of existing entities.
 bool is_usual(const Extra& variable) {
   const std::string name = variable.key.substr(kVariable.size());
@@ -89,7 +89,7 @@ class ExodusSource final : public SourceFormat {
 
   LossList losses(const MeshInfo& info, const Keys& used) const override {
     LossList losses;
-    LossCollector of_variables(&losses);  // a set has several extras
+    LossCollector of_variables(&losses);  // merges losses, since a set has several extras
     const ExtraIndex extras(info.extras);
     for (const Extra& extra : info.extras) {
       if (used.contains(extra.key) || extra.key == kSkeleton) continue;
@@ -120,7 +120,7 @@ class ExodusSource final : public SourceFormat {
 bool has_element_type(const BlockInfo& block) { return block.shape != CellShape::other; }
 
 bool is_short_enough(const std::string& name) {
-  constexpr std::size_t kSuffix = 4;  // suffix of a component
+  constexpr std::size_t kSuffix = 4;  // length of the suffix of a component
   return name.size() + kSuffix <= kLongestName;
 }
 
@@ -158,7 +158,8 @@ constinit const Format kExodusFormat = {
     .roles = exodus::kRoles,
     .source = &exodus::kSource,
     .translate_old_extras = exodus::translate_old_extras,
-    // HDF5 resolves the link in /proc to a file without a name, so its files need one.
+    // HDF5 follows the link in /proc to the file itself, so temporary files of this format need a
+    // name.
     .temporary = FileSink::Temporary::named,
     .load = [] { exodus::netcdf(); }};
 

@@ -1,6 +1,6 @@
-// Grouping: groups the cells of a mesh by element block, as Exodus requires, if the blocks
-// alternate. One pass over the cells finds the groups; then cells and values are distributed to
-// them in pieces.
+// Grouping: if the blocks of a mesh alternate, groups its cells by element block, as Exodus
+// requires. One pass over the cells determines the groups. Then cells and values are distributed to
+// the groups in pieces.
 #pragma once
 
 #include <algorithm>
@@ -21,32 +21,34 @@ struct CellGroup {
   std::uint32_t block;           // index of the mesh's block
   std::uint32_t nodes_per_cell;  // 0: varies
   std::uint64_t cells = 0, nodes = 0;
-  std::uint64_t first_cell = 0;  // in the numbering by groups
+  std::uint64_t first_cell = 0;  // number of the first cell in the numbering by groups
 };
 
 class CellGrouping {
  public:
-  // Cells of a block with varying numbers of nodes form a group for each number of nodes; with
-  // `keep_whole`, and for polygons, the block stays one group. Groups of whole blocks come first,
-  // in the order of the blocks.
+  // If the cells of a block have different numbers of nodes, they form a group for each number of
+  // nodes. With `keep_whole`, and for polygons, the block stays one group. Groups of whole blocks
+  // come first, in the order of the blocks.
   CellGrouping(MeshSource& mesh, Spool& spool, bool keep_whole);
 
   const std::vector<CellGroup>& groups() const { return groups_; }
   // Returns the number of a cell of the mesh in the numbering by groups.
   std::uint64_t position(std::uint64_t cell);
 
-  // Calls put(group, first, cells, nodes, sizes) for pieces of consecutive cells of a group:
-  // `nodes` are node numbers from 0, and `sizes` are the numbers of nodes of each cell.
+  // Distributes the cells to the groups. Calls put(group, first, cells, nodes, sizes) for pieces of
+  // consecutive cells of a group: `nodes` are node numbers from 0, and `sizes` are the numbers of
+  // nodes of each cell.
   template <class Put>
   void deal_cells(MeshSource& mesh, Put&& put);
-  // Calls put(group, first, count, values) for pieces of a cell array.
+  // Distributes the values of a cell array. Calls put(group, first, count, values) for pieces of
+  // consecutive cells of a group.
   template <class Put>
   void deal_values(MeshSource& mesh, std::size_t array, std::uint64_t step, Put&& put);
 
  private:
   // Consecutive cells that belong to the same group.
   struct Run {
-    std::uint64_t first_cell;  // in the mesh
+    std::uint64_t first_cell;  // mesh number of the first cell of the run
     std::uint64_t in_group;
     std::uint64_t group;
   };
@@ -60,7 +62,7 @@ class CellGrouping {
 
   static constexpr std::uint32_t kSplit = ~std::uint32_t{0};
   std::vector<CellGroup> groups_;
-  std::vector<std::uint32_t> whole_blocks_;  // group of each block
+  std::vector<std::uint32_t> whole_blocks_;  // group of each block that is one group
   std::map<std::pair<std::uint32_t, std::size_t>, std::uint32_t> split_;
   PagedArray runs_;
   std::uint64_t cells_ = 0;
@@ -92,7 +94,7 @@ void CellGrouping::deal_cells(MeshSource& mesh, Put&& put) {
       hand.done += hand.sizes.size();
       hand.nodes.clear();
       hand.sizes.clear();
-      // With thousands of blocks, each block must not keep the memory of a full batch.
+      // With thousands of blocks, the memory of a full batch must not be kept for each block.
       if (groups_.size() > 16) hand.nodes.shrink_to_fit();
     }
     touched.clear();
@@ -113,7 +115,7 @@ void CellGrouping::deal_values(MeshSource& mesh, std::size_t array, std::uint64_
   const std::uint64_t elements = mesh.info().array_elements(array);
   std::vector<std::byte> values(std::min(kPieceElements, elements) * stride);
   std::map<std::uint64_t, Hand> hands;
-  // Held: elements in `values`; used: elements already distributed.
+  // `held`: number of elements in `values`; `used`: number of them that have been distributed.
   std::uint64_t read = 0, held = 0, used = 0;
   for (std::uint64_t r = 0; r < runs_.size(); ++r) {
     const Run run = runs_.get<Run>(r);

@@ -29,7 +29,8 @@ bool is_nemesis(std::string_view dimension) {
          kNemesisDimensions.end();
 }
 
-// Returns the digits after `prefix`; empty if `name` does not have that form.
+// Returns the digits after `prefix`. Returns an empty string if `name` does not consist of `prefix`
+// and digits.
 std::string_view number_behind(std::string_view name, std::string_view prefix) {
   if (prefix.empty() || !name.starts_with(prefix)) return {};
   name.remove_prefix(prefix.size());
@@ -37,8 +38,8 @@ std::string_view number_behind(std::string_view name, std::string_view prefix) {
   return digits ? name : std::string_view();
 }
 
-// Returns the number at the end of a name; 0 if there is none. Names of blocks, sets and fields are
-// ordered by this number.
+// Returns the number at the end of a name, or 0 if there is none. Names of blocks, sets and fields
+// are ordered by this number.
 std::uint64_t number_at_end(std::string_view name) {
   const std::size_t last = name.find_last_not_of("0123456789");
   std::uint64_t number = 0;
@@ -47,9 +48,9 @@ std::uint64_t number_at_end(std::string_view name) {
   return number;
 }
 
-// Returns the position in the list for a new name of a part: after the names before it in the part
-// (`next`), before the names that follow it there (`end`), and between these ordered by the numbers
-// at the end of the names.
+// Returns the position at which a new name of a part is inserted into the list: after the names
+// before it in the part (`next`), before the names after it in the part (`end`), and between these
+// by the number at the end of the name.
 template <class Item, class Name>
 typename std::list<Item>::iterator place_for(std::string_view name,
                                              typename std::list<Item>::iterator next,
@@ -59,7 +60,8 @@ typename std::list<Item>::iterator place_for(std::string_view name,
   return next;
 }
 
-// For each name of a part, finds the next name, including itself, that the list already contains.
+// For each name of a part, finds the first of this name and the names after it that is in the list
+// already.
 template <class Items, class Iterator, class Name>
 std::vector<Iterator> next_known(const Items& items, const std::map<std::string, Iterator>& known,
                                  Iterator end, Name&& name_of) {
@@ -84,8 +86,8 @@ bool is_of_edges_or_faces(std::string_view dimension) {
   return false;
 }
 
-// Returns true if the variable holds the nodes of all polygons of a block; its only dimension is
-// then a sum over the parts.
+// Returns true if the variable holds the nodes of all polygons of a block. The length of its only
+// dimension is then the sum over the parts.
 bool is_of_polygons(const Skeleton& skeleton, const Variable& variable) {
   const std::string_view number = number_behind(variable.name, "connect");
   return !number.empty() && variable.dimensions.size() == 1 &&
@@ -102,7 +104,7 @@ bool is_factors(std::string_view dimension) {
   });
 }
 
-// Returns true for dimensions of sets; their length is at most the sum over all parts.
+// Returns true for dimensions of sets, whose length is at most the sum over all parts.
 bool is_of_set(std::string_view dimension) {
   std::string number;
   return set_dimension(dimension, number) != nullptr || is_factors(dimension);
@@ -119,7 +121,8 @@ bool uses(const Skeleton& skeleton, const Variable& variable, bool (*is_it)(std:
   return false;
 }
 
-// Returns the kind of netCDF file that can hold the values: that of the parts, or a larger one.
+// Returns the kind of netCDF file that can hold the values: the kind of the parts, or one for
+// larger files.
 Kind kind_for(const Skeleton& skeleton) {
   constexpr std::uint64_t kClassic = (std::uint64_t{1} << 31) - 4,
                           kOffset64 = (std::uint64_t{1} << 32) - 4;
@@ -222,8 +225,8 @@ void SkeletonJoin::add(const Skeleton& part, const std::string& file) {
   }
 }
 
-// `next` is the insertion point for a new dimension; afterwards, it is the position after the
-// dimension.
+// Adds a dimension of a part. `next` is the insertion point for a new dimension; afterwards, it is
+// the position after the dimension.
 void SkeletonJoin::add_dimension(const Dimension& dimension, bool is_sum, const std::string& file,
                                  std::list<Dimension>::iterator& next) {
   if (is_nemesis(dimension.name)) return;
@@ -265,7 +268,7 @@ void SkeletonJoin::add_variable(const Skeleton& part, const Variable& variable,
   }
   next = std::next(found->second);
   const Named& known = *found->second;
-  // The element type defines the meaning of a block's nodes.
+  // Compare the element types, since the type defines the meaning of a block's nodes.
   const bool typed = variable.name.starts_with("connect");
   if (known.variable.type != variable.type || known.dimensions != named.dimensions ||
       (typed && known.variable.attributes != variable.attributes))

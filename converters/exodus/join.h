@@ -1,6 +1,7 @@
-// SkeletonJoin: the netCDF structure of the mesh that the parts of a decomposed Exodus mesh form.
-// Each variable of the parts becomes a variable of the mesh, in the order that it has in the parts.
-// Variables that describe the decomposition (Nemesis data, number maps, the order map) are dropped.
+// SkeletonJoin: builds the netCDF structure of a whole mesh from the structures of the parts of a
+// decomposed Exodus mesh. Each variable of the parts becomes a variable of the whole mesh, in the
+// order that the parts have. Variables that describe the decomposition (Nemesis data, number maps,
+// the order map) are dropped.
 #pragma once
 
 #include <cstddef>
@@ -18,27 +19,28 @@ namespace shm::converters::exodus {
 
 // How the values of a variable of the mesh are formed from those of the parts.
 enum class Joining : std::uint8_t {
-  dropped,   // not at all
-  elements,  // values of nodes or elements: by their numbers
-  members,   // members of a set: rows of all parts
+  dropped,   // no values: the variable is dropped
+  elements,  // values of nodes or elements, joined by the numbers of nodes or elements
+  members,   // members of a set: the rows of all parts
   any,       // 1 if any part has 1: status of blocks and sets, truth tables
-  first,     // values of the first part that has it: QA and info records
-  same,      // must be equal in all parts that have it
+  first,     // values of the first part that has the variable: QA and info records
+  same,      // values that must be equal in all parts that have the variable
 };
 
-// A kind of sets whose members are nodes or elements, identified by the dimension that counts the
+// A kind of set whose members are nodes or elements, identified by the dimension that counts the
 // members.
 struct SetDimension {
-  std::string_view prefix;   // of the dimension's name, followed by the set's number from 1
-  std::string_view members;  // name of the variable with the members, likewise
+  // Prefix of the dimension's name; the number of the set, from 1, is appended.
+  std::string_view prefix;
+  std::string_view members;  // name of the variable with the members, without the number of the set
   std::string_view factors;  // name of the dimension of distribution factors; may be empty
   bool of_nodes = false, has_sides = false;
 };
-// Returns null if `dimension` does not count the members of such a set; otherwise `number` is the
-// number of the set.
+// Returns null if `dimension` does not count the members of such a set. Otherwise stores the number
+// of the set in `number`.
 const SetDimension* set_dimension(std::string_view dimension, std::string& number);
 
-// The set dimension of a variable, its index among the variable's dimensions, and whether it counts
+// The set dimension of a variable: its index among the variable's dimensions, and whether it counts
 // distribution factors.
 struct SetPlace {
   const SetDimension* set = nullptr;
@@ -52,11 +54,11 @@ Joining joining_of(const Skeleton& skeleton, const Variable& variable);
 
 class SkeletonJoin {
  public:
-  // Adds the next part. Throws Failure, naming `file`, if its structure contradicts that of an
-  // earlier part, or if it contains something that cannot be joined.
+  // Adds the next part. Throws Failure if the structure of the part contradicts that of an earlier
+  // part, or if the part contains something that cannot be joined. The error names `file`.
   void add(const Skeleton& part, const std::string& file);
-  // Returns the structure of the mesh. `lengths` gives the dimensions that are not sums over the
-  // parts: num_nodes, and those of sets.
+  // Returns the structure of the whole mesh. `lengths` contains the lengths of dimensions that are
+  // not sums over the parts: num_nodes, and the dimensions of sets.
   Skeleton joined(const std::map<std::string, std::uint64_t>& lengths) const;
 
  private:

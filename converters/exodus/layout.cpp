@@ -13,7 +13,8 @@ namespace {
 constexpr std::uint64_t kMaxComponents = 65535;
 constexpr std::uint64_t kMaxBlocks = 1 << 20;
 
-// Returns the number N of "prefixN", at least 1; 0 if `name` does not have that form.
+// Returns the number N (at least 1) of a name "prefixN". Returns 0 if `name` does not have that
+// form.
 std::uint32_t number_after(std::string_view name, std::string_view prefix) {
   if (name.substr(0, prefix.size()) != prefix) return 0;
   name.remove_prefix(prefix.size());
@@ -23,7 +24,7 @@ std::uint32_t number_after(std::string_view name, std::string_view prefix) {
   return whole && !name.empty() && name.front() != '0' ? number : 0;
 }
 
-// Returns k and b of "vals_elem_var<k>eb<b>".
+// Returns the numbers k and b of a name "vals_elem_var<k>eb<b>".
 std::optional<std::pair<std::uint32_t, std::uint32_t>> element_variable(std::string_view name) {
   const std::size_t split = name.rfind("eb");
   if (split == std::string_view::npos) return std::nullopt;
@@ -239,8 +240,8 @@ class Surveyor {
     }
   }
 
-  // Makes arrays of all other variables with a value for each node or element, so that their values
-  // follow when nodes or elements are reordered.
+  // Finds other variables with a value for each node or element. They become arrays, so that their
+  // values are reordered together with nodes or elements.
   void find_other_arrays() {
     for (std::size_t i = 0; i < skeleton_.variables.size(); ++i) {
       const Variable& v = skeleton_.variables[i];
@@ -251,7 +252,7 @@ class Surveyor {
           break;
         }
     }
-    // The faces of polyhedra are a single list in file order.
+    // The faces of polyhedra are one list in file order, so an array keeps the order of polyhedra.
     for (std::uint32_t b = 0; b < out_.blocks.size(); ++b) {
       if (out_.blocks[b].faces < 0) continue;
       ArrayLayout array;
@@ -279,7 +280,7 @@ class Surveyor {
     return std::nullopt;
   }
 
-  // Adds an array for each index into the dimensions before the elements.
+  // Adds an array for each index into the dimensions that precede the dimension of elements.
   void add_planes(int index, std::size_t elements_at, const Elements& elements) {
     constexpr std::uint64_t kMostPlanes = 1024;
     const Variable& v = variable(index);
@@ -303,7 +304,7 @@ class Surveyor {
     }
   }
 
-  // Returns the product of the dimensions from `first` on; 0 if it is too large.
+  // Returns the product of the dimensions from `first` on, or 0 if the product is too large.
   std::uint32_t components_of(const Variable& v, std::size_t first) const {
     std::uint64_t product = 1;
     for (std::size_t d = first; d < v.dimensions.size(); ++d) {
@@ -334,7 +335,7 @@ class Surveyor {
 
   const Skeleton& skeleton_;
   const Place& place_;
-  std::uint64_t elements_ = 0;  // number stated in the file
+  std::uint64_t elements_ = 0;  // number of elements that the file states
   Layout out_;
 };
 
@@ -406,8 +407,8 @@ CellShape shape_of(std::string_view element_type, std::uint32_t nodes) {
     CellShape shape;
     std::array<std::uint32_t, 3> nodes;
   };
-  // The first match counts. Shells and triangles are distinguished by the number of nodes, since
-  // SHELL may have three.
+  // The first matching entry is used. Shells and triangles are distinguished by the number of
+  // nodes, since SHELL may have three nodes.
   static constexpr std::array<Family, 16> kFamilies{{
       {"HEX", CellShape::hexahedron, {8, 20, 27}},
       {"TET", CellShape::tetrahedron, {4, 10, 10}},
@@ -431,7 +432,8 @@ CellShape shape_of(std::string_view element_type, std::uint32_t nodes) {
     if (type.rfind(family.prefix, 0) == 0 &&
         std::find(family.nodes.begin(), family.nodes.end(), nodes) != family.nodes.end())
       return family.shape;
-  // HEX9, HEX16 ...: the corners come first. With 24 nodes the cell would be mistaken for VTK's.
+  // HEX9, HEX16 and similar elements: the corners come first. With 24 nodes, the cell would be
+  // mistaken for VTK's hexahedron of 24 nodes.
   if (type.rfind("HEX", 0) == 0 && nodes > 8 && nodes != 24) return CellShape::hexahedron;
   return CellShape::other;
 }
@@ -442,7 +444,8 @@ std::vector<std::uint8_t> node_places(CellShape shape, std::uint32_t nodes) {
   const auto identity = [&] {
     for (std::uint8_t i = 0; i < nodes; ++i) places.push_back(i);
   };
-  // Exodus: edges of the bottom, upright edges, edges of the top. VTK: bottom, top, upright.
+  // Order of edge nodes in Exodus: edges of the bottom, upright edges, edges of the top. In VTK:
+  // bottom, top, upright.
   if (shape == CellShape::hexahedron && (nodes == 20 || nodes == 27)) {
     identity();
     for (std::uint8_t i = 0; i < 4; ++i) {
@@ -450,7 +453,8 @@ std::vector<std::uint8_t> node_places(CellShape shape, std::uint32_t nodes) {
       places[16U + i] = static_cast<std::uint8_t>(12 + i);
     }
     if (nodes == 27) {
-      // Exodus: centre, then the faces -z +z -x +x -y +y. VTK: -x +x -y +y -z +z, then the centre.
+      // Order of the last nodes in Exodus: centre, then the faces -z +z -x +x -y +y. In VTK: -x +x
+      // -y +y -z +z, then the centre.
       constexpr std::array<std::uint8_t, 7> kLast{23, 24, 25, 26, 21, 22, 20};
       std::copy(kLast.begin(), kLast.end(), places.begin() + 20);
     }
@@ -526,7 +530,8 @@ std::string extra_key(std::string_view name) {
 Reference reference_of(std::string_view name) {
   std::uint32_t number = 0;
   if (const Member* member = member_of(name, number)) return member->refers;
-  // Nodes of edge and face blocks, and the lists of local nodes and elements of Nemesis.
+  // Node numbers are also stored by edge and face blocks, and by the lists of local nodes and
+  // elements of Nemesis.
   if (number_after(name, "ebconn") > 0 || number_after(name, "fbconn") > 0 || name == "node_mapi" ||
       name == "node_mapb" || name == "node_mape" || name == "n_comm_nids")
     return Reference::vertex;

@@ -1,5 +1,5 @@
-// ExodusMesh: an Exodus file as a mesh (exodus.h describes the conversion), and as the variables it
-// contains.
+// ExodusMesh: an Exodus file as a mesh (exodus.h describes the conversion), and as the netCDF
+// variables that the file contains.
 #pragma once
 
 #include <cstddef>
@@ -15,7 +15,7 @@
 
 namespace shm::converters::exodus {
 
-// An open file, or none.
+// Owner of an open netCDF file, or of no file.
 struct NetcdfFile {
   NetcdfFile() = default;
   NetcdfFile(const NetcdfFile&) = delete;
@@ -28,7 +28,7 @@ struct NetcdfFile {
 
 class ExodusMesh final : public MeshSource, public VariableValues {
  public:
-  // Throws Failure.
+  // Opens a file. Throws Failure.
   explicit ExodusMesh(const std::string& path);
 
   const MeshInfo& info() const override { return info_; }
@@ -45,15 +45,16 @@ class ExodusMesh final : public MeshSource, public VariableValues {
   const Skeleton& skeleton() const { return skeleton_; }
   const Layout& layout() const { return layout_; }
   std::vector<std::byte> rows(int index, std::uint64_t first, std::uint64_t count) const override;
-  // Returns `count` numbers of a variable with one dimension.
+  // Returns `count` integers of a variable with one dimension, starting with value `first`.
   std::vector<std::int64_t> integers(int index, std::uint64_t first, std::uint64_t count) const;
 
  private:
   // Position at which next_cells continues.
   struct Position {
     std::uint32_t block = 0;
-    std::uint64_t cell = 0;  // in the block
-    // Index into the block's connectivity (polygons), or of a face (polyhedra).
+    std::uint64_t cell = 0;  // index of the cell in its block
+
+    // Index into the block's connectivity (polygons) or list of faces (polyhedra).
     std::uint64_t node = 0;
   };
 
@@ -61,7 +62,8 @@ class ExodusMesh final : public MeshSource, public VariableValues {
   void check_sizes();
   void find_nodes();
   void read_faces();
-  // Faces in the order in which they first occur: their numbers, and how often each occurs.
+  // Faces in the order in which they first occur, with their numbers and the number of times that
+  // each face occurs.
   struct FaceUses {
     std::vector<std::int64_t> numbers;
     std::vector<std::uint32_t> uses;
@@ -94,11 +96,13 @@ class ExodusMesh final : public MeshSource, public VariableValues {
   Layout layout_;
   MeshInfo info_;
   std::uint64_t most_bytes_ = 0;  // maximum size of a variable's values in a file of this size
-  std::vector<std::vector<std::uint8_t>> places_;  // positions of nodes, by block
-  std::vector<std::uint64_t> face_begin_;          // for all faces; only with polyhedra
+  std::vector<std::vector<std::uint8_t>> places_;  // positions of the nodes of a cell, by block
+
+  // Index of the first node of each face; only with polyhedra.
+  std::vector<std::uint64_t> face_begin_;
   std::vector<std::int64_t> face_nodes_;
   Position at_;
-  // Number of nodes, face by face, of the polyhedra before at_.
+  // Number of nodes of all polyhedra before at_, counted face by face.
   std::uint64_t polyhedron_nodes_ = 0;
   std::vector<std::int64_t> nodes_;
 };

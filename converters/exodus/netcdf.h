@@ -1,7 +1,7 @@
 // The functions of netCDF and of the Exodus library under their own names. Calls look as in the
-// manuals, but go through the libraries that open_netcdf() and open_exodus_library() open (see
-// base/loaded_library.h): these depend on sixty other libraries (HDF5, MPI, libraries that fetch
-// files from servers).
+// manuals, but use the libraries that open_netcdf() and open_exodus_library() load at run time (see
+// base/loaded_library.h). Linking them would also load sixty other libraries (HDF5, MPI, libraries
+// that fetch files from servers) at every start.
 #pragma once
 
 #include <exodusII.h>
@@ -51,12 +51,13 @@ struct ExodusFunctions {
 };
 #undef SHM_POINTER
 
-// The first call opens the library. Throws Failure, without a file, as LoadedLibrary does.
+// Returns the functions. The first call loads the library. Throws Failure, without a file name, as
+// LoadedLibrary does.
 const NetcdfFunctions& netcdf();
 const ExodusFunctions& exodus_library();
 
-// Call these before opening or creating a file, and before any other function. Throw Failure with
-// this `code` and `file` if the library cannot be loaded.
+// Load a library. Call these before opening or creating a file, and before any other function of
+// the library. Throw Failure with this `code` and `file` if the library cannot be loaded.
 void open_netcdf(const std::string& file, ErrorCode code);
 void open_exodus_library(const std::string& file, ErrorCode code);
 

@@ -23,7 +23,7 @@ std::string with_numbers_changed(std::string_view text, Change&& change) {
   return out;
 }
 
-// Returns 0 if `digits` is not a number or too large.
+// Returns the value of `digits`, or 0 if `digits` is not a number or too large.
 std::uint64_t number_of(std::string_view digits) {
   std::uint64_t number = 0;
   std::from_chars(digits.data(), digits.data() + digits.size(), number);

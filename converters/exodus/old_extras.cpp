@@ -23,7 +23,8 @@ constexpr OldKind kOldKinds[] = {{"node_set", "vertices", &kSetKinds[0]},
                                  {"side_set", "cells", &kSetKinds[1]},
                                  {"elem_set", "cells", &kSetKinds[4]}};
 
-// Returns the new key of an old extra; empty if the key has not changed.
+// Returns the new key of an extra with an old key. Returns an empty string if the key has not
+// changed.
 std::string new_key(std::string_view key) {
   if (!key.starts_with("exodus/")) return {};
   const auto set = set_folder_of(key);
@@ -34,7 +35,7 @@ std::string new_key(std::string_view key) {
         key.substr(set->format.size() + set->kind.size() + set->number.size() + 3);
     std::string now(old.now->folder);
     now.append(set->number).append("/");
-    if (field.starts_with(old.members)) {  // parts too: "cells/1"
+    if (field.starts_with(old.members)) {  // also matches keys of parts, such as "cells/1"
       now.append(kMembersField);
       field.remove_prefix(old.members.size());
     }
@@ -54,7 +55,8 @@ void renew_skeleton(Extra& skeleton) {
   }
 }
 
-// Returns the keys of variables that, since 0.10, are derived from the rest of the mesh.
+// Returns the keys of extras whose variables have been derived from the rest of the mesh since
+// 0.10.
 std::vector<std::string> keys_that_follow(const MeshInfo& info, const Extra& text) {
   const Place nowhere{{}, ErrorCode::corrupt};
   std::vector<std::string> keys;
@@ -70,7 +72,8 @@ std::vector<std::string> keys_that_follow(const MeshInfo& info, const Extra& tex
       if (!set_factors_of(name) && !name.ends_with("_status")) continue;
       const std::string key = extra_key(name);
       const Extra* extra = extras.find(key);
-      // Derive each variable only once, and no more values than the extra holds.
+      // Derive each variable only once, and only if it has exactly the number of values that the
+      // extra holds.
       if (extra == nullptr || !asked.insert(key).second ||
           skeleton.size(skeleton.variables[v]) != extra->data.size() / scalar_bytes(extra->type))
         continue;
@@ -85,8 +88,8 @@ std::vector<std::string> keys_that_follow(const MeshInfo& info, const Extra& tex
   return keys;
 }
 
-// Returns true for a key such as "mesh/side_set/3/id" if the set has members, and its id follows
-// from its number.
+// Returns true for a key such as "mesh/side_set/3/id" if the set has members, and its id is the
+// default id of its number.
 bool is_id_that_follows(const Extra& extra, const ExtraIndex& extras) {
   const auto set = set_folder_of(extra.key);
   if (!set || set->format != "mesh" || !extra.key.ends_with("/id")) return false;

@@ -14,21 +14,22 @@
 namespace shm::converters::exodus {
 namespace {
 
-constexpr std::uint64_t kPieceNodes = std::uint64_t{1} << 18;  // node numbers read at once
+// Largest count of node numbers that are read by one call.
+constexpr std::uint64_t kPieceNodes = std::uint64_t{1} << 18;
 constexpr std::uint64_t kPieceCells = std::uint64_t{1} << 15;
 constexpr std::uint64_t kPiecePoints = std::uint64_t{1} << 15;
-// Deflate expands a byte to at most 1032 bytes; values that repeat by default allow somewhat more.
-// Chunks that were never written need no space in the file; kMostUnwritten limits all of these
-// values together.
+// Limits for the size of values relative to the size of the file. Deflate expands a byte to at most
+// 1032 bytes; values that repeat by default allow somewhat more. Chunks that were never written
+// need no space in the file, so kMostUnwritten limits the sum of their values.
 constexpr std::uint64_t kMostExpansion = 2048;
-// A face belongs to two polyhedra, and rarely to more; each polyhedron may have the nodes of many
-// faces.
+// Limits for the uses of faces. A face usually belongs to two polyhedra, and rarely to more. Each
+// polyhedron may have the nodes of many faces.
 constexpr std::uint64_t kMostFaceUses = 16, kFewFaceNodes = 1 << 20;
-// Limit for faces to be derived from a cell.
+// Largest number of faces of a cell from which faces are derived.
 constexpr std::uint64_t kMostCellFaces = kMaxNodesPerCell / 2;
 constexpr std::uint64_t kMostUnwritten = std::uint64_t{1} << 30;
 
-// Writes the numbers first, first + 1, ...
+// Writes `count` consecutive numbers, beginning with `first`.
 void write_numbers(ScalarType type, std::uint64_t first, std::uint64_t count, std::byte* out) {
   std::vector<std::byte> values;
   for (std::uint64_t i = 0; i < count; ++i)
@@ -64,8 +65,8 @@ void ExodusMesh::read_structure() {
   layout_ = lay_out(skeleton_, place_);
 }
 
-// No variable may state more values than a file of this size can hold: the counts determine
-// allocations and loops from here on.
+// Throws Failure if a variable states more values than a file of this size can hold, because these
+// numbers determine allocations and loops from here on.
 void ExodusMesh::check_sizes() {
   struct stat status {};
   if (::stat(place_.file.c_str(), &status) != 0) place_.fail(ErrorCode::io, "", "cannot be read");
@@ -91,7 +92,8 @@ void ExodusMesh::check_sizes() {
   }
 }
 
-// In elements of unknown types, the last columns may hold other numbers than nodes.
+// Finds the columns of connectivities that are nodes. In elements of unknown types, the last
+// columns may contain other numbers.
 void ExodusMesh::find_nodes() {
   for (std::uint32_t b = 0; b < layout_.blocks.size(); ++b) {
     const BlockLayout& block = layout_.blocks[b];
@@ -112,7 +114,7 @@ void ExodusMesh::find_nodes() {
   }
 }
 
-// Reads into nodes_ the node columns of some cells of a block with a rectangular connectivity.
+// Reads the node columns of some cells of a block with a rectangular connectivity into nodes_.
 void ExodusMesh::read_connectivity(const BlockLayout& block, std::uint64_t first,
                                    std::uint64_t cells) {
   const std::uint64_t nodes = block.nodes_per_cell;
@@ -166,7 +168,8 @@ std::vector<std::byte> ExodusMesh::rows(int index, std::uint64_t first, std::uin
   return values;
 }
 
-// Faces are numbered consecutively over all face blocks; polyhedra refer to these numbers.
+// Reads the nodes of all faces. Faces are numbered consecutively over all face blocks, and
+// polyhedra refer to these numbers.
 void ExodusMesh::read_faces() {
   const bool wanted = std::any_of(layout_.blocks.begin(), layout_.blocks.end(),
                                   [](const BlockLayout& block) { return block.faces >= 0; });
@@ -199,8 +202,8 @@ void ExodusMesh::read_faces() {
   }
 }
 
-// Stores the face numbers in the order in which they are consecutive most often; stores nothing if
-// they are 1, 2, 3, ...
+// Stores the face numbers as extras. Of the two possible orders, chooses the one in which the
+// numbers are consecutive more often. Stores nothing if the numbers are 1, 2, 3, ...
 void ExodusMesh::add_face_numbers(const FaceUses& faces) {
   const auto in_order = [&](bool shared_first) {
     const auto places = face_places(faces.uses, shared_first);
@@ -224,9 +227,9 @@ void ExodusMesh::add_face_numbers(const FaceUses& faces) {
   if (least > 0) info_.extras.push_back(integers_extra(kFaceNumbers, numbers));
 }
 
-// Returns true if the face blocks and the lists of faces follow from the cells and the order of the
-// faces, and stores that order in `faces`: see polyhedra.h. Errors are reported later, when cells
-// are read.
+// Returns true if the face blocks and the lists of faces can be derived from the cells and the
+// order of the faces, and stores that order in `faces` (see polyhedra.h). Errors are reported
+// later, when cells are read.
 bool ExodusMesh::faces_follow(FaceUses& faces) const {
   if (face_begin_.size() < 2 || !faces_are_unlike()) return false;
   constexpr std::uint64_t kNobody = ~std::uint64_t{0};
@@ -249,7 +252,7 @@ bool ExodusMesh::faces_follow(FaceUses& faces) const {
         if (count < 1 ||
             static_cast<std::uint64_t>(count) > std::min(all - position, kMostCellFaces))
           return false;
-        // Each face repeats its first node.
+        // For each face, the list of a polyhedron repeats the first node of the face.
         std::uint64_t nodes = static_cast<std::uint64_t>(count);
         for (std::int64_t i = 0; i < count; ++i) {
           const std::int64_t face = next_face();
@@ -351,8 +354,8 @@ bool ExodusMesh::next_cells(CellBatch& out, std::size_t max_cells) {
   return true;
 }
 
-// Blocks with a fixed number of nodes per element allow direct access. In other blocks, all earlier
-// cells are read.
+// Moves the reading position to a cell. In blocks with a fixed number of nodes per element, cells
+// can be accessed directly. In other blocks, all earlier cells are read.
 void ExodusMesh::seek_cells(std::uint64_t first) {
   for (const BlockLayout& block : layout_.blocks)
     if (block.faces >= 0 || block.counts >= 0) return MeshSource::seek_cells(first);

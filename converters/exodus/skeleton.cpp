@@ -16,7 +16,8 @@ bool is_atomic(int type) { return type >= NC_BYTE && type <= NC_STRING; }
 
 // Reads the attributes of a variable, or of the file (NC_GLOBAL).
 std::vector<Attribute> read_attributes(int ncid, int variable, int count, const Place& place) {
-  // netCDF searches all attributes for each lookup, and its manual does not expect more.
+  // netCDF searches all attributes for each lookup. Its manual expects at most NC_MAX_ATTRS
+  // attributes.
   if (count > NC_MAX_ATTRS)
     place.fail(ErrorCode::over_limit, "attributes",
                "a variable or the file has " + std::to_string(count) + "; " +
@@ -64,7 +65,7 @@ void write_attributes(int ncid, int variable, const std::vector<Attribute>& attr
   }
 }
 
-// Reads the filters for which netCDF has no function of its own.
+// Reads the filters for which netCDF does not have special functions.
 std::vector<Filter> read_filters(int ncid, int id, const std::string& section, const Place& place) {
   constexpr unsigned kDeflate = 1, kShuffle = 2, kChecksum = 3;
   std::size_t count = 0;
@@ -108,8 +109,10 @@ Storage read_storage(int ncid, int id, const Variable& variable, const Place& pl
 void define_filter(int ncid, int id, const Filter& filter, const std::string& section,
                    const Place& place) {
   constexpr unsigned kSzip = 4;
-  constexpr std::array<unsigned, 2> kSzipCoders{4, 32};  // HDF5 adds the rest
-  // If the filter is missing, write the same values without it: that is better than no file.
+  // Values of the options mask that a caller may set; HDF5 adds the other options.
+  constexpr std::array<unsigned, 2> kSzipCoders{4, 32};
+  // If the filter is missing, the values are written without it, because that is better than
+  // writing no file.
   if (nc_inq_filter_avail(ncid, filter.id) != NC_NOERR) return;
   std::vector<unsigned> parameters = filter.parameters;
   if (filter.id == kSzip && parameters.size() > 2) {
@@ -143,8 +146,8 @@ std::string quoted_list(const std::vector<std::string>& names) {
   return list;
 }
 
-// Throws for groups, which are files within the file, and for user-defined types, which are not
-// scalars.
+// Throws Failure for groups, which are files within the file, and for user-defined types, which are
+// not scalars.
 void refuse_groups_and_types(int ncid, const Place& place) {
   char name[NC_MAX_NAME + 1];
   int count = 0;
@@ -180,8 +183,8 @@ void Place::fail(ErrorCode why, const std::string& section, const std::string& d
 }
 
 void Place::check(int status, const std::string& section) const {
-  // Names come from the source file, so an invalid name is an error of the source, even if it is
-  // found while writing.
+  // Names come from the source file. An invalid name is therefore an error of the source, even if
+  // it is found while writing.
   if (status != NC_NOERR)
     fail(status == NC_EBADNAME ? ErrorCode::corrupt : code, section,
          std::string("netCDF reports: ") + nc_strerror(status));
@@ -290,7 +293,8 @@ int create_file(const Skeleton& skeleton, const Place& place) {
                         NC_CLOBBER | kModes[static_cast<std::size_t>(skeleton.kind)], &ncid),
               "creating it");
   try {
-    // All values are written, so the file need not be filled first; variables may request it.
+    // All values are written, so the file need not be filled first. Variables may still request
+    // filling.
     place.check(nc_set_fill(ncid, NC_NOFILL, &previous), "creating it");
     std::vector<int> ids;
     for (const Dimension& dimension : skeleton.dimensions) {
@@ -320,10 +324,12 @@ int create_file(const Skeleton& skeleton, const Place& place) {
 }
 
 void ChunkCaches::touch(int ncid, const Skeleton& skeleton, int variable) {
-  constexpr std::size_t kKept = 4;  // three coordinates and one more variable
+  // Number of caches that are kept: for three coordinates and one more variable.
+  constexpr std::size_t kKept = 4;
   constexpr std::uint64_t kSmallest = std::uint64_t{1} << 20, kLargest = std::uint64_t{1} << 28;
   constexpr std::size_t kSlots = 101;
-  constexpr float kPreemption = 1;  // values are read and written front to back
+  // Chunks that were read or written completely are replaced first: access is front to back.
+  constexpr float kPreemption = 1;
   const Variable& one = skeleton.variables[static_cast<std::size_t>(variable)];
   if (one.storage.chunks.empty()) return;
   const auto found = std::find(recent_.begin(), recent_.end(), variable);
@@ -332,7 +338,8 @@ void ChunkCaches::touch(int ncid, const Skeleton& skeleton, int variable) {
     return;
   }
   std::uint64_t bytes = scalar_bytes(scalar_of(one.type));
-  // The cache holds all chunks of a row, e.g. with all nodes of an element. Rows are read in order.
+  // The cache holds all chunks of a row, e.g. with all nodes of an element, because rows are read
+  // in order.
   const std::size_t rows = skeleton.dimensions[one.dimensions.front()].unlimited ? 2 : 1;
   for (std::size_t d = 0; d < one.storage.chunks.size(); ++d) {
     const std::uint64_t chunk = std::max<std::uint64_t>(one.storage.chunks[d], 1);
@@ -340,7 +347,7 @@ void ChunkCaches::touch(int ncid, const Skeleton& skeleton, int variable) {
     const std::uint64_t columns = d < rows ? chunk : std::max(chunk, length + chunk - 1);
     if (__builtin_mul_overflow(bytes, columns, &bytes)) bytes = kLargest;
   }
-  // This affects only speed and memory, so errors are ignored.
+  // The cache affects only speed and memory, so errors are ignored.
   nc_set_var_chunk_cache(ncid, variable, std::clamp(bytes, kSmallest, kLargest), kSlots,
                          kPreemption);
   recent_.push_back(variable);

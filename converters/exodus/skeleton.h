@@ -1,5 +1,5 @@
-// Skeleton: everything in a netCDF file except its values, as plain data. It is read from an open
-// file, defined in a new file, or stored as text (exodus.h lists its lines).
+// Skeleton: everything in a netCDF file except its values, as plain data. A skeleton is read from
+// an open file, used to define a new file, or stored as text (exodus.h describes its lines).
 #pragma once
 
 #include <cstddef>
@@ -15,10 +15,11 @@
 namespace shm::converters::exodus {
 
 // Context for error messages: the file, and the error code for failures without a more specific
-// one.
+// code.
 struct Place {
   std::string file;
   ErrorCode code;  // for failures without a more specific code
+
   // Throws Failure if `status`, the result of a netCDF call, is an error.
   void check(int status, const std::string& section) const;
   [[noreturn]] void fail(ErrorCode why, const std::string& section,
@@ -27,9 +28,9 @@ struct Place {
 
 struct Attribute {
   std::string name;
-  int type;                          // nc_type, atomic
-  std::vector<std::byte> values;     // host byte order; char: the characters
-  std::vector<std::string> strings;  // used instead for NC_STRING
+  int type;                          // type as an nc_type; never a user-defined type
+  std::vector<std::byte> values;     // values in host byte order; characters if the type is char
+  std::vector<std::string> strings;  // values if the type is NC_STRING
   bool operator==(const Attribute&) const = default;
 };
 struct Dimension {
@@ -51,7 +52,8 @@ struct Storage {
   bool shuffle = false, checksum = false;
   std::vector<Filter> filters;
   bool compact = false, big_endian = false;
-  bool filled = false;  // with the fill value before values are written
+  // True: the variable is filled with the fill value before values are written.
+  bool filled = false;
   bool operator==(const Storage&) const = default;
 };
 struct Variable {
@@ -70,18 +72,20 @@ struct Skeleton {
   Kind kind = Kind::classic;
   std::vector<Dimension> dimensions;
   std::vector<Attribute> attributes;
-  std::vector<Variable> variables;  // in order of definition; the index is the netCDF id
+  // Variables in the order of their definition; the index is the netCDF id.
+  std::vector<Variable> variables;
   bool operator==(const Skeleton&) const = default;
 
-  // Return the index, or -1.
+  // Return the index of an item, or -1 if there is no such item.
   int find_variable(std::string_view name) const;
   int find_dimension(std::string_view name) const;
-  std::uint64_t length_of(std::string_view dimension) const;  // 0 if it does not exist
+  // Length of a dimension; 0 if the dimension does not exist.
+  std::uint64_t length_of(std::string_view dimension) const;
   const std::string& dimension_name(const Variable& variable, std::size_t i) const {
     return dimensions[variable.dimensions[i]].name;
   }
   std::vector<std::uint64_t> shape(const Variable& variable) const;
-  // Number of values, saturated at the largest 64-bit number.
+  // Returns the number of values of a variable, or the largest 64-bit number if there are more.
   std::uint64_t size(const Variable& variable) const;
 };
 
@@ -92,7 +96,7 @@ class VariableIndex {
     for (std::size_t v = 0; v < skeleton.variables.size(); ++v)
       by_name_.emplace(skeleton.variables[v].name, static_cast<int>(v));
   }
-  int find(std::string_view name) const {  // index, or -1
+  int find(std::string_view name) const {  // returns the index of a variable, or -1
     const auto found = by_name_.find(name);
     return found == by_name_.end() ? -1 : found->second;
   }
@@ -101,41 +105,41 @@ class VariableIndex {
   std::map<std::string_view, int> by_name_;
 };
 
-// Returns our type for an atomic nc_type; characters and strings are uint8.
+// Returns the ScalarType for an atomic nc_type. The type of characters and strings is uint8.
 ScalarType scalar_of(int nc_type);
 
-// Returns the structure of the open file `ncid`. Throws unsupported for groups and user-defined
-// types.
+// Returns the structure of the open file `ncid`. Throws Failure (unsupported) for groups and
+// user-defined types.
 Skeleton read_skeleton(int ncid, const Place& place);
-// Creates `path` with that structure, ready for values, and returns its ncid.
+// Creates the file `path` with the structure of a skeleton, ready for values. Returns its ncid.
 int create_file(const Skeleton& skeleton, const Place& place);
 
-// Decodes text in which %XX encodes characters that end a field or line; returns nothing if a %XX
-// is invalid.
+// Decodes text in which %XX encodes characters that would end a field or line. Returns nothing if a
+// %XX is invalid.
 std::optional<std::string> unescaped(std::string_view text);
 
 std::string to_text(const Skeleton& skeleton);
-// Throws Failure (corrupt).
+// Parses the lines of a skeleton. Throws Failure (corrupt).
 Skeleton from_text(std::string_view text, const Place& place);
 
-// Throws truncated if the header of a netCDF file, or the values at the places that it states,
-// extend beyond the end of the file (netCDF itself would read zeros there); throws corrupt if the
-// header is invalid.
+// Checks a netCDF file before netCDF opens it. Throws Failure: truncated if the header, or the
+// values at the places that the header states, extend beyond the end of the file (netCDF itself
+// would read zeros there); corrupt if the header is invalid.
 void check_extent(const std::string& path);
 // Writes zeros between the values of a classic file. netCDF leaves old contents of its buffers
-// there, but the same mesh must produce the same bytes.
+// there, but equal meshes must produce equal files.
 void clear_padding(const std::string& path);
 
 // Caches of chunked (netCDF-4) variables. netCDF would keep tens of megabytes for each variable
-// that has been accessed. Here only the last few variables have a cache, just large enough for one
-// chunk.
+// that has been accessed. With this class only the last few variables have a cache, which is just
+// large enough for one chunk.
 class ChunkCaches {
  public:
-  // Must be called before values of `variable` of the open file `ncid` are read or written.
+  // Call this before values of `variable` of the open file `ncid` are read or written.
   void touch(int ncid, const Skeleton& skeleton, int variable);
 
  private:
-  std::vector<int> recent_;  // most recent last
+  std::vector<int> recent_;  // variables with a cache; the last one was used most recently
 };
 
 }  // namespace shm::converters::exodus

@@ -37,7 +37,8 @@ constexpr std::array<TypeWord, 12> kTypes{{{NC_BYTE, ScalarType::int8, "byte"},
                                            {NC_STRING, ScalarType::uint8, "string"}}};
 constexpr std::array<std::string_view, 5> kKinds{"classic", "64-bit-offset", "cdf5", "netcdf4",
                                                  "netcdf4-classic"};
-// First field of the first line: variables refer to dimensions by name, or by index.
+// First field of the first line. It determines whether variables refer to dimensions by name (K) or
+// by index (N).
 constexpr std::string_view kNamesFollow = "K", kPlacesFollow = "N";
 constexpr std::string_view kCompact = "compact", kBigEndian = "big-endian", kFilled = "filled";
 
@@ -52,7 +53,7 @@ void append_escaped(std::string& out, std::string_view text, std::string_view al
   }
 }
 
-// Escapes the name of a dimension or variable, in which '#' stands for a number.
+// Escapes the name of a dimension or variable. In the result, '#' stands for a number.
 std::string escaped_name(std::string_view name) {
   std::string out;
   append_escaped(out, name, "#");
@@ -75,7 +76,8 @@ std::string text_of(T value) {
   return {text, std::to_chars(text, text + sizeof text, value).ptr};
 }
 
-// Text of numbers of one type; of their bits if decimals cannot represent them.
+// Formats numbers of one type as text: as decimals, or as their bits if decimals cannot represent
+// them.
 template <class T>
 struct NumberText {
   using Bits = std::conditional_t<
@@ -226,7 +228,7 @@ class TextParser {
     need(value.has_value());
     return *value;
   }
-  // Returns the name with its numbers, still escaped.
+  // Returns the name of the current line with its numbers, still escaped.
   std::string name(NumberedNames& names) const {
     need(fields_.size() > 1);
     return by_name_ ? names.expanded(fields_[1]) : std::string(fields_[1]);
@@ -316,12 +318,12 @@ class TextParser {
     skeleton.variables.back().storage.filters.push_back(std::move(one));
   }
 
-  // Limits long names of dimensions that many variables refer to: by name they would need far more
-  // text than a damaged file has.
+  // Limit for the growth of text by dimension names. If many variables refer to dimensions with
+  // long names, their names would need far more text than a damaged file has.
   static constexpr std::size_t kMostGrowth = 32;
 
   const Place* place_;
-  // Bytes of the text, and of the names that variables refer to.
+  // Sizes in bytes of the text, and of all dimension names that variables refer to.
   std::size_t bytes_, mentioned_ = 0;
   std::vector<std::string_view> fields_;
   std::size_t number_ = 0;

@@ -25,8 +25,8 @@ namespace {
 
 using namespace exodus;
 
-// Writes a mesh with its original netCDF structure. Uses only netCDF: when the Exodus library opens
-// an old file for writing, it adds data that the file did not have.
+// Writes a mesh with its original netCDF structure. Uses only netCDF, because the Exodus library,
+// when it opens an old file for writing, adds data that the file did not have.
 class SkeletonWriter {
  public:
   SkeletonWriter(MeshSource& mesh, const Skeleton& skeleton, const Layout& layout,
@@ -64,8 +64,8 @@ class SkeletonWriter {
   }
   std::string section(int index) const { return "variable '" + variable(index).name + "'"; }
 
-  // Returns the extras that hold a variable, in order; none if the variable follows from the rest
-  // of the mesh.
+  // Returns the extras that store a variable, in order. Returns none if the variable is derived
+  // from the rest of the mesh.
   std::vector<const Extra*> extras_of(const Variable& one) const {
     std::string key = extra_key(one.name);
     if (extras_.find(key) == nullptr) key = plain_key(one.name);
@@ -77,7 +77,7 @@ class SkeletonWriter {
     return parts;
   }
 
-  // Reports missing values before anything is written.
+  // Throws Failure for missing values before anything is written.
   void check_values() const {
     std::set<std::string_view> names;
     for (std::size_t v = 0; v < skeleton_.variables.size(); ++v) {
@@ -251,7 +251,7 @@ class SkeletonWriter {
     place_.check(nc_put_vara(ncid_, id, slab.start.data(), slab.count.data(), values.data()),
                  section(id));
   }
-  // `values` holds strings, each terminated by a zero.
+  // Writes a variable of strings. `values` contains the strings, each terminated by a zero byte.
   void write_strings(int id, const std::vector<std::byte>& values) {
     const auto lengths = skeleton_.shape(variable(id));
     const std::vector<std::size_t> start(lengths.size(), 0), count(lengths.begin(), lengths.end());
@@ -307,7 +307,7 @@ class SkeletonWriter {
   struct BlockCells {
     std::vector<std::uint64_t> nodes, ends;
   };
-  // Writes the face blocks, and the faces of each polyhedron. All of this follows from the cells
+  // Writes the face blocks, and the faces of each polyhedron. Both are derived from the cells
   // (polyhedra.h).
   void write_derived_faces() {
     std::vector<BlockCells> cells(layout_.blocks.size());
@@ -340,8 +340,8 @@ class SkeletonWriter {
     }
   }
 
-  // Returns the faces of each cell, in the order of the new file. Faces are numbered in the order
-  // that the cells had in the original file.
+  // Returns the faces of each cell of a block, in the order of the new file. Faces are numbered in
+  // the order that the cells had in the original file.
   std::vector<std::vector<std::uint64_t>> find_faces(const BlockLayout& block,
                                                      const BlockCells& cells, FaceTable& faces,
                                                      std::vector<std::uint32_t>& uses) {
@@ -368,7 +368,7 @@ class SkeletonWriter {
     return found;
   }
 
-  // Returns the numbers of the faces in the file, from 1; each occurs once.
+  // Returns the numbers of the faces in the file, from 1. Each number occurs once.
   std::vector<long long> face_numbers(const std::vector<std::uint32_t>& uses) const {
     const auto places = face_places(uses, extras_.find(kSharedFirst) != nullptr);
     const Extra* extra = extras_.find(kFaceNumbers);
@@ -415,7 +415,7 @@ class SkeletonWriter {
     }
   }
 
-  // Writes all values of a variable.
+  // Writes all values of an integer variable.
   void put_integers(int id, const std::vector<long long>& values) {
     if (values.size() != skeleton_.size(variable(id)))
       place_.fail(ErrorCode::corrupt, section(id),
@@ -425,7 +425,7 @@ class SkeletonWriter {
     if (!values.empty()) place_.check(nc_put_var_longlong(ncid_, id, values.data()), section(id));
   }
 
-  // Writes the faces of polyhedra that were reordered.
+  // Writes the lists of faces of polyhedra. Polyhedra may have been reordered.
   void write_faces(const BlockLayout& block, const std::vector<const Extra*>& parts) {
     const auto from = numbers_on(index_of(block), -1);
     const auto counts = numbers_on(index_of(block), block.counts);
@@ -437,7 +437,7 @@ class SkeletonWriter {
       place_.fail(ErrorCode::corrupt, section(block.faces),
                   "it is not known which faces belong to which polyhedron");
     };
-    // begins[i]: first face of the cell that was the i-th
+    // begins[i]: first face of the cell that was at position i in the original file
     std::vector<std::uint64_t> begins(from.size() + 1, 0);
     for (std::size_t i = 0; i < from.size(); ++i) {
       if (from[i] < 0 || std::cmp_greater_equal(from[i], from.size()) || counts[i] < 0 ||
@@ -457,8 +457,8 @@ class SkeletonWriter {
     write_rows(block.faces, 0, size, moved);
   }
 
-  // Returns references as stored in the file: numbers from 1, of type `stored`, cells numbered
-  // block by block.
+  // Returns references as they are stored in the file: numbers from 1, of type `stored`. Cells are
+  // numbered block by block.
   std::vector<std::byte> counted_from_one(const Extra& extra, ScalarType stored) {
     const bool cells = extra.refers == Reference::cell;
     const std::uint64_t count = cells ? info_.cells() : info_.vertices;
@@ -486,7 +486,7 @@ class SkeletonWriter {
   ChunkCaches caches_;
 };
 
-// Narrows the connectivities to the columns that are nodes according to the mesh.
+// Reduces the connectivities to the columns that are nodes in the mesh.
 void narrow_as(const MeshInfo& info, const Skeleton& skeleton, Layout& layout) {
   const std::size_t count = std::min(info.schema.blocks.size(), layout.blocks.size());
   for (std::uint32_t b = 0; b < count; ++b) {
@@ -498,7 +498,7 @@ void narrow_as(const MeshInfo& info, const Skeleton& skeleton, Layout& layout) {
   }
 }
 
-// Returns true if the mesh has polyhedra, and all blocks of polyhedra store their faces.
+// Returns true if the mesh has polyhedra, and all its blocks of polyhedra store faces.
 bool has_faces(const MeshInfo& info, const Layout& layout) {
   bool any = false, all = true;
   for (std::size_t b = 0; b < std::min(info.schema.blocks.size(), layout.blocks.size()); ++b) {
@@ -509,7 +509,7 @@ bool has_faces(const MeshInfo& info, const Layout& layout) {
   return any && all;
 }
 
-// Returns true if the mesh still matches the structure.
+// Returns true if the counts, types and arrays of the mesh still match the structure.
 bool fits(const MeshInfo& info, const Layout& layout) {
   const Schema& schema = info.schema;
   if (info.vertices != layout.vertices || info.step_times.size() != layout.steps ||

@@ -8,12 +8,14 @@
 namespace shm::converters {
 namespace {
 
-constexpr std::uint64_t kMaxComponents = 65535;  // limit of an array
-constexpr std::uint64_t kFewEntries = 1 << 16;   // views up to here are sorted in memory
+constexpr std::uint64_t kMaxComponents = 65535;  // largest number of components of an array
+
+// Largest number of entries of a view that is sorted in memory.
+constexpr std::uint64_t kFewEntries = 1 << 16;
 
 struct Header {
   std::vector<std::string> strings;
-  std::vector<std::string> reals, integers;  // verbatim words
+  std::vector<std::string> reals, integers;  // words, verbatim
   std::uint64_t components = 0, entries = 0;
   std::int64_t step = 0;
   double time = 0;
@@ -26,7 +28,7 @@ struct Header {
     }
     return all;
   }
-  // Equal for the steps of one view.
+  // Returns a text that is equal for all steps of one view.
   std::string group() const {
     std::string all;
     for (const std::string& tag : strings) all += tag + '\n';
@@ -150,7 +152,7 @@ class DataReader {
       }
     }
     if (points_) return header_.entries == info.vertices;
-    std::map<std::uint32_t, std::uint64_t> cells;  // number of cells, for blocks with entries
+    std::map<std::uint32_t, std::uint64_t> cells;  // number of cells of each block that has entries
     for (std::uint64_t e = 0; e < header_.entries; ++e)
       ++cells[r_.mesh->cell_blocks_.get<std::uint32_t>(places_.get<std::uint64_t>(e))];
     for (const auto& [block, count] : cells) {
@@ -161,8 +163,8 @@ class DataReader {
     return true;
   }
 
-  // For $ElementNodeData: returns true if all elements have the same number of nodes in the data
-  // and in the mesh.
+  // Returns true if each element has the same number of nodes in a $ElementNodeData section and in
+  // the mesh.
   bool uniform_nodes() {
     if (!by_node_) return true;
     nodes_ = sizes_.get<std::uint32_t>(0);
@@ -238,7 +240,8 @@ class DataReader {
   const Header header_;
   const bool points_, by_node_, known_;
   PagedArray tags_, places_, sizes_, values_;
-  // If the entries are not in mesh order: (element, entry) pairs, or entry + 1 by element.
+  // Used if the entries are not in mesh order: pairs (element, entry), or entry + 1 for each
+  // element.
   std::vector<std::pair<std::uint64_t, std::uint64_t>> few_;
   std::optional<PagedArray> entry_of_;
   bool found_all_ = false, ascending_ = true;
@@ -246,7 +249,7 @@ class DataReader {
   std::vector<std::uint32_t> blocks_, covered_;
 };
 
-// Finds out which views are the steps of which array.
+// Determines which views are the steps of which array.
 class ViewGroups {
  public:
   explicit ViewGroups(GmshReading& reading) : r_(reading) {
@@ -254,7 +257,7 @@ class ViewGroups {
       names_.keep(array.location, array.name);
     for (std::size_t v = 0; v < r_.views.size(); ++v) {
       const auto [entry, fresh] = number_.try_emplace(r_.views[v].group, groups_.size());
-      // If a step is not after the last one, it begins another view of the same name.
+      // If a step is not later than the previous step, it begins another view of the same name.
       if (fresh || r_.views[v].step <= r_.views[groups_[entry->second].back()].step) {
         entry->second = groups_.size();
         groups_.emplace_back();

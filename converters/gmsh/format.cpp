@@ -49,7 +49,7 @@ void add_sections(const MeshInfo& info, const Keys& used, LossList& losses) {
     } else if (name == "Entities") {
       if (gmsh_entities_have_bounds(info)) losses.push_back("boundaries of entities ($Entities)");
     } else if (name == "PhysicalNames") {
-      continue;  // blocks and sets have the names
+      continue;  // not a loss: blocks and sets have the names
     } else if (kind == "raw" || kind == "links" || kind == "ghosts") {
       losses.push_back("section $" + name);
     } else if (kind == "between") {
@@ -72,8 +72,8 @@ void add_tags(const MeshInfo& info, LossList& losses) {
     losses.push_back("entities of nodes");
 }
 
-// Extras for a range of steps. gmsh/sections lists every view at every step; the extras of a
-// section have its line number in their keys, so remaining sections are numbered again.
+// Selects the extras for a range of steps. gmsh/sections lists every view at every step. The extras
+// of a section have its line number in their keys, so the remaining sections are renumbered.
 class SectionsOfSteps {
  public:
   SectionsOfSteps(const MeshInfo& info, StepRange steps) : info_(info), steps_(steps) {
@@ -121,15 +121,17 @@ class SectionsOfSteps {
 
   const MeshInfo& info_;
   const StepRange steps_;
-  std::set<std::pair<bool, std::string>> stepped_;  // (of points, name)
-  std::map<std::string, std::size_t> numbers_;      // of the remaining sections: old -> new number
+  std::set<std::pair<bool, std::string>> stepped_;  // stepped arrays, as pairs (of points, name)
+
+  // New number of each remaining section, by its old number.
+  std::map<std::string, std::size_t> numbers_;
   std::string list_;
 };
 
 class GmshSource final : public SourceFormat {
  public:
-  // Physical groups as sets. Used if there were too many of them for element sets in the extras.
-  // Leaves out groups whose blocks all have the name of the group.
+  // Returns the physical groups as sets. Needed if there are too many groups for element sets in
+  // the extras. Leaves out groups whose blocks all have the name of the group.
   std::vector<MeshSet> sets(const MeshInfo& info, Keys&) const override {
     std::vector<MeshSet> sets;
     if (std::any_of(info.extras.begin(), info.extras.end(),
@@ -161,7 +163,7 @@ class GmshSource final : public SourceFormat {
     return groups;
   }
 
-  // Values per corner of an element are in file order.
+  // Returns true if there are values per corner of an element, because these are in file order.
   bool needs_corner_order(const MeshInfo& info) const override {
     const Extra* sections = find_extra(info, kSections);
     return sections != nullptr &&

@@ -8,8 +8,8 @@
 // elements have shape `other` and keep the node order of the file.
 //
 // Arrays with a role:
-//   gmsh:node_tag, gmsh:element_tag   int64, only if tags do not count up by one, or if a part of
-//                                     the file that is kept verbatim may name nodes and elements
+//   gmsh:node_tag, gmsh:element_tag   int64, only if tags are not consecutive, or if a part of the
+//                                     file that is kept verbatim may refer to them
 //   gmsh:node_entity                  int32, row of gmsh/nodes/entities, if there are several
 //   gmsh:node_parameters              float64 x 3, if some nodes have parametric coordinates
 //   gmsh:tag_<i>                      int32, i-th tag of an MSH 1/2 element, on the blocks whose
@@ -53,14 +53,14 @@
 
 namespace shm::converters {
 
-// Throws Failure. `spool` must outlive the mesh.
+// Opens a file. `spool` must outlive the mesh. Throws Failure.
 std::unique_ptr<MeshSource> open_gmsh(const std::string& path, Spool& spool);
 
 // Recognizes the format by content. `head` is the beginning of the file, up to 4096 bytes.
 bool looks_like_gmsh(std::span<const std::byte> head);
 
-// Writes a mesh. A mesh that came from Gmsh gets its version, encoding and sections back; any other
-// mesh becomes MSH 4.1, binary.
+// Writes a mesh. If the mesh came from Gmsh, the file has the version, encoding and sections of its
+// source. Any other mesh becomes MSH 4.1, binary.
 void write_gmsh(MeshSource& mesh, const std::string& path);
 
 extern const Format kGmshFormat;

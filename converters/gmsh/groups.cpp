@@ -65,18 +65,20 @@ void GmshNaming::add_entities(std::string_view content, bool partitioned, GmshEn
 std::vector<std::pair<std::int64_t, std::int64_t>> GmshNaming::groups_of(
     std::span<const std::int32_t> row) const {
   std::vector<std::pair<std::int64_t, std::int64_t>> found;
-  if (row.size() == 3) {  // MSH 4: dimension, entity, type
+  if (row.size() == 3) {  // row of MSH 4: dimension, entity, type
     const auto entity = groups.find({row[0], row[1]});
     if (entity == groups.end()) return found;
     for (const std::int64_t tag : entity->second) found.emplace_back(row[0], std::abs(tag));
-  } else if (row.size() == 4 && row[1] > 0 && row[2] != 0) {  // type, tags, physical, elementary
+    // Row of MSH 1 or 2: type, number of tags, physical tag, elementary tag.
+  } else if (row.size() == 4 && row[1] > 0 && row[2] != 0) {
     found.emplace_back(gmsh_type(row[0]).dimension, std::abs(std::int64_t{row[2]}));
   }
   return found;
 }
 
 std::string GmshNaming::block_name(std::span<const std::int32_t> row) const {
-  if (row.size() == 3) {  // avoids groups_of(): an entity may have very many blocks and groups
+  // Does not use groups_of(): an entity may have very many blocks and groups.
+  if (row.size() == 3) {
     const auto entity = groups.find({row[0], row[1]});
     if (entity == groups.end() || entity->second.size() != 1) return {};
   }
@@ -88,8 +90,8 @@ std::string GmshNaming::block_name(std::span<const std::int32_t> row) const {
 
 namespace {
 
-// Rows of the extra gmsh/elements/blocks, with the same number of values for each block. Empty if
-// the extra has another form.
+// Returns the rows of the extra gmsh/elements/blocks, which have the same number of values for each
+// block. Returns an empty list if the extra has another form.
 std::vector<std::int32_t> block_rows(const MeshInfo& info) {
   const Extra* table = find_extra(info, "gmsh/elements/blocks");
   const std::size_t blocks = info.schema.blocks.size();
@@ -101,7 +103,8 @@ std::vector<std::int32_t> block_rows(const MeshInfo& info) {
   return rows;
 }
 
-// The groups that are element sets in the extras. A group has elements of one dimension.
+// Returns the groups that are element sets in the extras. All elements of a group have the same
+// dimension.
 std::vector<GmshGroup> groups_of_sets(const MeshInfo& info) {
   const std::vector<std::int32_t> rows = block_rows(info);
   if (rows.empty()) return {};
@@ -149,7 +152,7 @@ GmshNaming naming_of_extras(const MeshInfo& info) {
   return naming;
 }
 
-// Limit for the number of groups of each block, summed over all blocks. An entity may have many
+// Limit for the sum, over all blocks, of the number of groups of the block. An entity may have many
 // groups and many blocks.
 constexpr std::size_t kMostGroupBlocks = std::size_t{1} << 22;
 
@@ -212,7 +215,8 @@ std::string gmsh_names_of_sets(const MeshInfo& info) {
 }
 
 void add_group_sets(MeshInfo& info) {
-  constexpr std::size_t kMostSets = 1 << 16;  // each set needs several extras
+  // Largest number of sets, since each set needs several extras.
+  constexpr std::size_t kMostSets = 1 << 16;
   if (std::any_of(info.extras.begin(), info.extras.end(),
                   [](const Extra& extra) { return extra.key.starts_with("mesh/element_set/"); }))
     return;
@@ -220,7 +224,7 @@ void add_group_sets(MeshInfo& info) {
   try {
     groups = gmsh_groups(info);
   } catch (const Failure&) {
-    // Too many. gmsh_groups() reports that to callers that need the groups.
+    // There are too many sets. gmsh_groups() reports the error to callers that need the groups.
     return;
   }
   std::vector<MeshSet> sets;

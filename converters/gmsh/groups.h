@@ -14,19 +14,22 @@
 
 namespace shm::converters {
 
-// Names and groups listed in sections. A section that cannot be parsed adds nothing.
+// The names and groups that sections list. A section that cannot be parsed adds nothing.
 struct GmshNaming {
-  std::map<std::pair<std::int64_t, std::int64_t>, std::string> names;  // (dimension, group)
-  std::map<std::pair<std::int64_t, std::int64_t>, std::vector<std::int64_t>> groups;  // by entity
+  // Names by (dimension, group).
+  std::map<std::pair<std::int64_t, std::int64_t>, std::string> names;
+  // Groups by entity.
+  std::map<std::pair<std::int64_t, std::int64_t>, std::vector<std::int64_t>> groups;
   bool any_bounds = false;  // true if an entity has a boundary
 
-  void add_names(std::string_view content);      // $PhysicalNames
+  void add_names(std::string_view content);      // `content`: $PhysicalNames
   void add_names_of_sets(const MeshInfo& info);  // for meshes whose sets replace $PhysicalNames
   void add_entities(std::string_view content, bool partitioned, GmshEncoding encoding, int version);
-  // Groups of a block, as (dimension, tag). `row`: its row in the extra gmsh/elements/blocks.
+  // Returns the groups of a block as (dimension, tag). `row`: row of the block in the extra
+  // gmsh/elements/blocks.
   std::vector<std::pair<std::int64_t, std::int64_t>> groups_of(
       std::span<const std::int32_t> row) const;
-  // Name of a block if it is in exactly one group, otherwise empty.
+  // Returns the name of a block if it is in exactly one group, otherwise an empty string.
   std::string block_name(std::span<const std::int32_t> row) const;
 };
 
@@ -36,22 +39,23 @@ struct GmshGroup {
   std::vector<std::uint32_t> blocks;  // blocks of the group
 };
 
-// Adds an element set (shm/sets.h) for each group that blocks belong to, unless the mesh already
-// has element sets. If the sets contain everything that $PhysicalNames contains, removes the
-// content of that section and sets its kind to "names".
+// Adds an element set (shm/sets.h) for each group that contains blocks, unless the mesh already has
+// element sets. If the sets contain everything that $PhysicalNames contains, removes the content of
+// that section and sets its kind to "names".
 void add_group_sets(MeshInfo& info);
 // Returns the content of $PhysicalNames, made from the element sets of a mesh.
 std::string gmsh_names_of_sets(const MeshInfo& info);
 
-// Returns true if $Entities has boundaries of entities, in addition to groups and to boxes, which
-// follow from the nodes.
+// Returns true if $Entities states boundaries of entities. It also contains groups, and boxes that
+// can be computed from the nodes.
 bool gmsh_entities_have_bounds(const MeshInfo& info);
 
-// Names of all groups of a mesh that came from Gmsh, by (dimension, tag), including groups without
-// blocks.
+// Returns the names of all groups of a mesh that came from Gmsh, by (dimension, tag), including
+// groups without blocks.
 std::map<std::pair<std::int64_t, std::int64_t>, std::string> gmsh_group_names(const MeshInfo& info);
 
-// Groups of a mesh that came from Gmsh, from its extras, in order of dimension and tag.
+// Returns the groups of a mesh that came from Gmsh in order of dimension and tag, derived from its
+// extras.
 std::vector<GmshGroup> gmsh_groups(const MeshInfo& info);
 
 }  // namespace shm::converters

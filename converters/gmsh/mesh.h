@@ -1,4 +1,4 @@
-// Internals of the Gmsh reader: the mesh it builds and the data that its parts share.
+// Internals of the Gmsh reader: the mesh that it builds, and the data that its parts share.
 #pragma once
 
 #include <cstdint>
@@ -31,7 +31,8 @@ class GmshMesh final : public MeshSource {
   MeshInfo info_;
   PagedArray points_;       // 3 doubles per point
   PagedArray cell_blocks_;  // uint32, block of each cell
-  PagedArray cell_sizes_;   // uint32, nodes of each cell of blocks with varying size, in cell order
+  PagedArray cell_sizes_;   // uint32, number of nodes of each cell in a block with varying size, in
+                            // cell order
   PagedArray corners_;      // uint64
   std::vector<std::vector<PagedArray>> values_;  // [array][step], one scalar per element
 
@@ -39,8 +40,8 @@ class GmshMesh final : public MeshSource {
   std::uint64_t next_cell_ = 0, next_size_ = 0, next_corner_ = 0;
 };
 
-// Maps tags of a file to indices in its mesh. Needs memory only if the tags are not consecutive. If
-// tags are equal, the first one is found.
+// Maps the tags of a file to indices in its mesh. Needs memory only if the tags are not
+// consecutive. If several items have the same tag, the first item is found.
 class GmshTags {
  public:
   explicit GmshTags(Spool& spool) : tags_(spool, 8), places_(spool, 8) {}
@@ -48,18 +49,18 @@ class GmshTags {
   void finish();  // call it after the last append() and before the first find()
   std::optional<std::uint64_t> find(std::int64_t tag);
   std::uint64_t size() const { return size_; }
-  // The first tag, if each tag is one more than the tag before it.
+  // Returns the first tag if each tag is one more than the previous tag. Otherwise returns nothing.
   std::optional<std::int64_t> first_of_run() const {
     return run_ ? std::optional(first_) : std::nullopt;
   }
-  PagedArray take_listed();  // int64, all tags in order; find() still works
+  PagedArray take_listed();  // returns all tags in order as int64; find() still works
 
  private:
   std::uint64_t size_ = 0;
   bool run_ = true;
   std::int64_t first_ = 1, lowest_ = 0, highest_ = 0;
   PagedArray tags_;
-  PagedArray places_;  // index + 1, by tag - lowest
+  PagedArray places_;  // index + 1 of the item with each tag, from the lowest tag
   bool dense_ = false;
   std::vector<std::pair<std::int64_t, std::uint64_t>> sparse_;  // sorted by tag
 };
@@ -75,7 +76,7 @@ struct GmshSection {
 // A data section with exactly one value for each node, or for each element of some blocks.
 struct GmshView {
   std::size_t section = 0;
-  std::string array_name, group;  // sections of one group differ only in their time
+  std::string array_name, group;  // sections with the same `group` differ only in their time
   std::int64_t step = 0;          // step number in the file
   double time = 0;
   std::uint32_t components = 1;       // components of the array
@@ -99,14 +100,14 @@ struct GmshReading {
   std::unique_ptr<GmshMesh> mesh;
   int version = 10;  // 10, 20 (all of 2.x), 40 or 41
   bool have_nodes = false, have_elements = false;
-  // True if the file may name nodes or elements by tag in places that the reader does not parse.
-  // Then each node and element keeps its tag as an array, in any order.
+  // True if the file may refer to nodes or elements by tag in places that the reader does not
+  // parse. Then each node and element keeps its tag as an array, in any order.
   bool tags_are_referred_to = false;
   GmshTags nodes, elements;
   std::vector<std::int32_t> block_table;  // the extra gmsh/elements/blocks
   std::vector<GmshSection> sections;
   std::vector<GmshView> views;
-  GmshNaming naming;  // names of blocks come from here
+  GmshNaming naming;  // contains the names of blocks
 
   std::size_t block_table_width() const { return version >= 40 ? 3 : 4; }
   std::string section_key() const { return "gmsh/section/" + std::to_string(sections.size() - 1); }
@@ -119,20 +120,21 @@ struct GmshReading {
                       std::vector<std::uint32_t> blocks = {});
 };
 
-// Checks that the end marker is next after the data of a section.
+// Checks that the next line is the end marker of the section.
 void expect_section_end(GmshReading& reading);
 
-// Readers of sections, by content. read_*() throw Failure for damaged sections.
+// Readers of sections. Those named read_*() throw Failure for damaged sections.
 void read_gmsh_nodes(GmshReading& reading, bool parametric_section);
 void read_gmsh_elements(GmshReading& reading);
 void keep_gmsh_tags(GmshReading& reading);  // call it after all sections
-// Reads a data section. Returns false if its header has an unknown form. The caller then reads the
+
+// Reads a data section. Returns false if its header has an unknown form; the caller then reads the
 // section again as raw text.
 bool read_gmsh_data(GmshReading& reading);
-// Turns the views into arrays. Call it after all sections.
+// Converts the views to arrays. Call it after all sections.
 void finish_gmsh_data(GmshReading& reading);
-// Parse a section that is in memory. Return false if it has another form or refers to nodes or
-// elements that are not in the mesh.
+// Parse a section that is in memory. Return false if the section has another form, or refers to
+// nodes or elements that are not in the mesh.
 bool parse_gmsh_periodic(GmshReading& reading, std::string_view content);
 bool parse_gmsh_ghosts(GmshReading& reading, std::string_view content);
 

@@ -58,8 +58,8 @@ void GmshOutput::integer32(std::int64_t value) {
   if (narrow != value)
     throw Failure(Error{ErrorCode::unsupported,
                         "the number " + std::to_string(value) +
-                            " does not fit the 32 bits that "
-                            "this version of the format has for it",
+                            " does not fit into 32 bits, the size "
+                            "of such numbers in this version of the format",
                         {},
                         kNoOffset,
                         path_});

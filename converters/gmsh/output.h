@@ -19,10 +19,11 @@ class GmshOutput {
   GmshOutput(const GmshOutput&) = delete;
   GmshOutput& operator=(const GmshOutput&) = delete;
 
-  void text(std::string_view content);  // written verbatim, in binary files too
-  // Some sections of binary files are text.
+  void text(std::string_view content);  // writes text verbatim, in binary files too
+
+  // Makes numbers text in a binary file, because some of its sections are text.
   void write_numbers_as_text(bool yes) { numbers_as_text_ = yes; }
-  // Numbers. In text, numbers of a line are separated by a space.
+  // Write numbers. In text, the numbers of a line are separated by a space.
   void integer32(std::int64_t value);
   void integer64(std::int64_t value);
   void tag(std::int64_t value, bool wide) { wide ? integer64(value) : integer32(value); }
@@ -30,8 +31,8 @@ class GmshOutput {
   void count(std::uint64_t value, bool wide) { tag(static_cast<std::int64_t>(value), wide); }
   void real(double value);
   void end_line();     // ends a line of numbers; does nothing in binary
-  void end_of_data();  // call it before an end marker, which must be on a line of its own
-  void close();        // throws Failure if not everything could be written
+  void end_of_data();  // call it before an end marker, which must be on a separate line
+  void close();        // throws Failure if not all data could be written
 
  private:
   template <class T>

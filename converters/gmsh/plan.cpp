@@ -1,4 +1,4 @@
-// The plan of a file for a mesh that came from Gmsh.
+// Plans the file for a mesh that came from Gmsh.
 #include "gmsh/plan.h"
 
 #include <cstring>
@@ -230,7 +230,7 @@ class PlanFromExtras {
   const GmshExtras& extras_;
   GmshPlan plan_;
   bool have_names_ = false;
-  std::map<std::pair<bool, std::string>, std::size_t> names_;  // (of points, name) -> array
+  std::map<std::pair<bool, std::string>, std::size_t> names_;  // arrays by (of points, name)
 };
 
 }  // namespace

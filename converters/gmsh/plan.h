@@ -1,5 +1,5 @@
-// The layout of an MSH file, determined before its first byte is written: from the extras of a mesh
-// that came from Gmsh, or MSH 4.1, binary, for any other mesh.
+// The layout of an MSH file, determined before its first byte is written. If the mesh came from
+// Gmsh, the layout is derived from its extras. Any other mesh becomes MSH 4.1, binary.
 #pragma once
 
 #include <array>
@@ -17,23 +17,23 @@ namespace shm::converters {
 
 // An element type with its entity or tags.
 struct GmshElementGroup {
-  std::int32_t dimension = 0, entity = 0;  // MSH 4
+  std::int32_t dimension = 0, entity = 0;  // used in MSH 4
   std::int32_t type = 0;
-  std::int32_t tag_count = 0, physical = 0, elementary = 0;  // MSH 1 and 2
+  std::int32_t tag_count = 0, physical = 0, elementary = 0;  // used in MSH 1 and 2
 };
 
 struct GmshPlannedSection {
   enum class Kind { format, raw, between, nodes, elements, array, list, links, ghosts };
   Kind kind = Kind::raw;
   std::string name;
-  std::string key;        // prefix of the keys of its extras
-  std::string header;     // for a view
-  std::string content;    // for a raw section
-  std::size_t array = 0;  // for a view
+  std::string key;        // prefix of the keys of the section's extras
+  std::string header;     // header of a view
+  std::string content;    // content of a raw section
+  std::size_t array = 0;  // array that a view shows
   std::uint64_t step = 0;
-  std::uint32_t first_component = 0;  // the components of the array that the view shows
-  std::uint32_t components = 0;       // 0: all
-  std::uint32_t padding = 0;          // number of zeros that follow these components
+  std::uint32_t first_component = 0;  // first component of the array that the view shows
+  std::uint32_t components = 0;       // number of components that the view shows; 0: all
+  std::uint32_t padding = 0;          // number of zeros that are added after these components
 };
 
 struct GmshPlan {
@@ -42,10 +42,13 @@ struct GmshPlan {
   GmshEncoding encoding;
   std::vector<GmshPlannedSection> sections;
   std::vector<std::array<std::int32_t, 3>> node_entities;  // dimension, tag, parametric
-  std::vector<GmshElementGroup> groups;                    // begins with one group per block
-  // For blocks without a fixed number of nodes: group by block and number of nodes.
+
+  // Groups of elements; the first ones are one group per block.
+  std::vector<GmshElementGroup> groups;
+  // Groups of blocks without a fixed number of nodes, by block and number of nodes.
   std::map<std::pair<std::uint32_t, std::uint64_t>, std::uint32_t> sized_groups;
-  std::optional<std::size_t> node_tags, node_entity, node_parameters, element_tags;  // arrays
+  // Indices of arrays.
+  std::optional<std::size_t> node_tags, node_entity, node_parameters, element_tags;
   std::int64_t first_node_tag = 1, first_element_tag = 1;
   std::array<std::optional<std::size_t>, 64> tag_arrays;  // MSH 1 and 2
 
@@ -55,14 +58,14 @@ struct GmshPlan {
   }
 };
 
-// Finds extras of a mesh by key. All functions but find() throw Failure (corrupt) if an extra does
-// not have the form that the format defines.
+// Finds extras of a mesh by key. All functions except find() throw Failure (corrupt) if an extra
+// does not have the form that the format defines.
 class GmshExtras {
  public:
   GmshExtras(const MeshInfo& info, std::string path);
   const Extra* find(const std::string& key) const;
   std::string text(const std::string& key) const;
-  // Values of an extra that must exist, in rows of `width` numbers.
+  // Returns the values of an extra that must exist, in rows of `width` numbers.
   std::vector<std::int64_t> integers(const std::string& key, std::uint64_t width = 1) const;
   std::vector<double> reals(const std::string& key) const;
   [[noreturn]] void fail(const std::string& key, const char* what) const;
@@ -73,11 +76,11 @@ class GmshExtras {
   std::string path_;
 };
 
-// `path` is for errors. May read all cells once.
+// Plans the file. `path` is used in errors. May read all cells once.
 GmshPlan plan_gmsh(MeshSource& mesh, const std::string& path);
 GmshPlan plan_gmsh_from_extras(const MeshInfo& info, const GmshExtras& extras);
 GmshPlan plan_gmsh_anew(MeshSource& mesh, const std::string& path);
-// Returns the name in a form that is allowed between quotes.
+// Returns the name, changed so that it is allowed between quotes.
 std::string quotable(const std::string& name);
 
 }  // namespace shm::converters

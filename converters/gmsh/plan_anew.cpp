@@ -1,5 +1,5 @@
-// The plan of a file for a mesh that did not come from Gmsh: MSH 4.1, binary. Each block is an
-// entity, and also a physical group if blocks have names. Each array is a view.
+// Plans the file for a mesh that did not come from Gmsh: MSH 4.1, binary. Each block is an entity,
+// and also a physical group if blocks have names. Each array is a view.
 #include <algorithm>
 #include <charconv>
 #include <limits>
@@ -17,7 +17,7 @@ namespace {
 
 using Kind = GmshPlannedSection::Kind;
 
-constexpr std::size_t kPiece = 16384;  // vertices or cells at once
+constexpr std::size_t kPiece = 16384;  // number of vertices or cells that are processed together
 
 template <class T>
 void put(std::string& out, T value) {
@@ -105,8 +105,8 @@ class PlanAnew {
     return group;
   }
 
-  // Returns the entity of block `b`: its own number if it is free and in range, otherwise the next
-  // free number. Blocks that differ only in their cell type share an entity.
+  // Returns the entity of block `b`: the block's own number if it is unused and in range, otherwise
+  // the next unused number. Blocks that differ only in their cell type share an entity.
   std::int32_t entity_for(std::int32_t dimension, std::uint32_t b) {
     auto& entities = entities_[static_cast<std::size_t>(dimension)];
     const auto& [id, name] = std::tie(info_.schema.blocks[b].id, info_.schema.blocks[b].name);
@@ -143,8 +143,8 @@ class PlanAnew {
       add_section("PhysicalNames", Kind::raw).content = std::to_string(count) + '\n' + list;
   }
 
-  // Every entity gets the box of the whole mesh. Exact boxes would need another pass over the mesh
-  // without benefit.
+  // Returns the content of $Entities. Every entity has the box of the whole mesh: exact boxes would
+  // need another pass over the mesh without benefit.
   std::string entities() {
     double low[3] = {0, 0, 0}, high[3] = {0, 0, 0};
     find_box(low, high);
@@ -159,7 +159,7 @@ class PlanAnew {
         const bool grouped = named_ && block != kNoBlock;
         put<std::uint64_t>(out, grouped ? 1 : 0);
         if (grouped) put<std::int32_t>(out, entity);
-        if (dimension > 0) put<std::uint64_t>(out, 0);  // boundary
+        if (dimension > 0) put<std::uint64_t>(out, 0);  // number of boundaries
       }
     }
     return out + '\n';
@@ -225,8 +225,9 @@ class PlanAnew {
   const std::string path_;
   GmshPlan plan_;
   bool named_ = false;
-  std::map<std::int32_t, std::uint32_t> entities_[4];  // [dimension]: entity -> block
-  // By dimension, and id and name of a block.
+  std::map<std::int32_t, std::uint32_t> entities_[4];  // block of each entity, by dimension
+
+  // Entities, by dimension and by id and name of a block.
   std::map<std::tuple<std::int32_t, std::int64_t, std::string>, std::int32_t> entity_of_;
 };
 

@@ -1,21 +1,21 @@
-// The smaller sections in the Gmsh reader, parsed from memory: $Periodic, $GhostElements.
+// Parses the smaller sections for the Gmsh reader, from memory: $Periodic and $GhostElements.
 #include "gmsh/mesh.h"
 
 namespace shm::converters {
 namespace {
 
-// Appends the index of a tag. Returns false if the tag is not in the mesh.
+// Appends the index of the item with a tag. Returns false if the tag is not in the mesh.
 bool append_places(GmshTags& tags, std::int64_t tag, std::vector<std::int64_t>& out) {
   const auto place = tags.find(tag);
   if (place) out.push_back(static_cast<std::int64_t>(*place));
   return place.has_value();
 }
 
-// Returns how many values of an affine transformation follow in a periodic link.
+// Returns the number of affine values that follow in a periodic link.
 std::uint64_t affine_count(GmshMemoryScan& scan, bool v41) {
   constexpr std::uint64_t kAffineValues = 16;
   if (v41) return scan.count();
-  if (scan.binary()) {  // MSH 4.0: a negative number of nodes precedes them
+  if (scan.binary()) {  // in MSH 4.0 a negative number of nodes precedes them
     GmshMemoryScan ahead = scan;
     if (ahead.integer64() >= 0 || !ahead.good()) return 0;
     scan = ahead;

@@ -7,9 +7,11 @@
 namespace shm::converters {
 namespace {
 
-constexpr std::size_t kMaxTagBlocks = 1024;           // see gmsh.h
-constexpr std::uint64_t kMaxEntityBlocks = 1u << 20;  // far above the number in real models
-constexpr std::uint64_t kMaxElementTags = 64;         // limit for one MSH 2 element
+constexpr std::size_t kMaxTagBlocks = 1024;  // largest number of blocks by tags (see gmsh.h)
+
+// Limit for entity blocks, far above the number in real models.
+constexpr std::uint64_t kMaxEntityBlocks = 1u << 20;
+constexpr std::uint64_t kMaxElementTags = 64;  // largest number of tags of one MSH 2 element
 
 template <class T>
 const std::byte* bytes_of(const T& value) {
@@ -44,7 +46,7 @@ class NodeReader {
     const bool v41 = r_.version >= 41;
     const std::uint64_t blocks = r_.scan.count();
     const std::uint64_t total = r_.scan.count();
-    if (v41) {  // lowest and highest tag, which the reader computes itself
+    if (v41) {  // skips the lowest and highest tag, which are computed from the tags
       r_.scan.integer64();
       r_.scan.integer64();
     }
@@ -62,8 +64,8 @@ class NodeReader {
       const std::uint64_t count = r_.scan.count();
       if (dimension < 0 || dimension > 3 || parametric < 0 || parametric > 1)
         r_.input.fail(ErrorCode::corrupt,
-                      "an entity block states a dimension outside 0..3, or is "
-                      "neither parametric nor not");
+                      "an entity block states a dimension outside 0..3, or a "
+                      "parametric flag other than 0 and 1");
       if (count > total - done)
         r_.input.fail(ErrorCode::corrupt, "entity blocks hold more nodes than the section states");
       done += count;
@@ -116,7 +118,7 @@ class NodeReader {
   }
 
   GmshReading& r_;
-  std::vector<std::int32_t> entities_;  // dimension, tag, parametric of each
+  std::vector<std::int32_t> entities_;  // dimension, tag and parametric flag of each entity
   std::map<std::pair<std::int32_t, std::int32_t>, std::int32_t> numbers_;
   PagedArray entity_of_, parameters_;
   bool any_parameters_ = false;
@@ -127,7 +129,7 @@ class ElementReader {
   explicit ElementReader(GmshReading& reading)
       : r_(reading), info_(reading.mesh->info_), binary_(reading.scan.encoding.binary) {}
 
-  // Reads MSH 1 and 2: a list of elements of mixed types.
+  // Reads the elements of MSH 1 and 2: one list of elements of mixed types.
   void read_flat() {
     const std::uint64_t count = r_.scan.text_count();
     r_.input.skip_line();
@@ -142,7 +144,7 @@ class ElementReader {
     finish();
   }
 
-  // Reads MSH 4: a list of entity blocks.
+  // Reads the elements of MSH 4: a list of entity blocks.
   void read_blocks() {
     const bool v41 = r_.version >= 41;
     const std::uint64_t blocks = r_.scan.count();
@@ -279,7 +281,7 @@ class ElementReader {
     }
   }
 
-  // Returns the block for the element whose tags were just read.
+  // Returns the block for the element whose tags have just been read.
   std::uint32_t tag_block(std::int64_t type_number, const GmshType& type) {
     TagKey key{type_number, tags_.size(), 0, 0};
     if (!merged_ && !tags_.empty()) key.first = tags_[0];
@@ -301,7 +303,7 @@ class ElementReader {
     return last_block_;
   }
 
-  // Called if there are too many combinations of tags: makes one block for each type and number of
+  // Makes one block for each type and number of tags. Called if there are too many combinations of
   // tags.
   void merge_blocks() {
     const std::vector<TagKey> old = std::move(by_block_);
@@ -353,9 +355,9 @@ class ElementReader {
   MeshInfo& info_;
   const bool binary_;
   std::vector<std::uint64_t> in_file_, in_order_;
-  // MSH 1 and 2 only:
+  // Used for MSH 1 and 2 only:
   std::vector<std::int32_t> tags_;  // tags of the element that is being read
-  std::vector<PagedArray> slots_;   // [i]: the i-th tags of all elements that have one
+  std::vector<PagedArray> slots_;  // [i]: the i-th tag of each element that has at least i + 1 tags
   std::map<TagKey, std::uint32_t> keys_;
   std::vector<TagKey> by_block_;
   TagKey last_key_;
@@ -377,7 +379,7 @@ void read_gmsh_nodes(GmshReading& reading, bool parametric_section) {
 
 namespace {
 
-// Stores the tags: the first tag if they are consecutive, otherwise an array.
+// Stores the tags: only the first tag if they are consecutive, otherwise an array.
 void keep_tags(GmshReading& reading, GmshTags& tags, const char* what, Location location) {
   const std::string folder = location == Location::point ? "gmsh/nodes" : "gmsh/elements";
   const auto first = tags.first_of_run();

@@ -76,8 +76,8 @@ class SectionWriter {
     w_.out.write_numbers_as_text(false);
   }
 
-  // Announces the values before version 4.1: with a word, or in binary (only 4.0) with a negative
-  // number of nodes.
+  // Writes the announcement of affine values, which versions before 4.1 need: a word, or in binary
+  // (only 4.0) a negative number of nodes.
   void begin_old_affine(const std::string& key, std::uint64_t values) {
     if (values != 16) w_.extras.fail(key + "/links", "lacks an affine transformation of 16 values");
     if (w_.v4() && w_.plan.encoding.binary)

@@ -1,4 +1,4 @@
-// The sections $Nodes and $Elements in the Gmsh writer.
+// Writes the sections $Nodes and $Elements.
 #include <algorithm>
 #include <array>
 
@@ -64,7 +64,8 @@ class NodeWriter {
   }
 
  private:
-  // Reads items of vertices in any order, with one call for each run of consecutive vertices.
+  // Reads data of vertices in any order, with one call of read() for each run of consecutive
+  // vertices.
   template <class Read>
   static void gather(const std::vector<std::uint64_t>& places, std::size_t bytes_each,
                      std::byte* out, Read read) {
@@ -95,7 +96,7 @@ class NodeWriter {
            });
   }
 
-  // Loads the row of the entity table for each of `count` vertices.
+  // Loads the row of the entity table of each of `count` vertices.
   void load_entities(std::uint64_t first, std::uint64_t count, std::vector<std::int32_t>& rows) {
     rows.assign(count, 0);
     if (w_.plan.node_entity)
@@ -168,7 +169,7 @@ class NodeWriter {
   }
 
   GmshWriting& w_;
-  PagedArray vertex_order_;  // vertices by entity; empty if the mesh has this order
+  PagedArray vertex_order_;  // vertices ordered by entity; empty if the mesh is in this order
   std::vector<std::byte> raw_;
   std::vector<double> points_, parameters_;
 };
@@ -264,8 +265,8 @@ class ElementWriter {
     while (begun < w_.plan.groups.size()) begin_group(begun++);
   }
 
-  // Collects numbers and corners of the cells of each group in the spool, then writes group by
-  // group.
+  // Collects the numbers and corners of the cells of each group in the spool, then writes them
+  // group by group.
   void write_cells_sorted() {
     std::vector<PagedArray> of_group;
     for (std::size_t g = 0; g < w_.plan.groups.size(); ++g) of_group.emplace_back(w_.spool, 8);
@@ -292,7 +293,7 @@ class ElementWriter {
     }
   }
 
-  // MSH 1 and 2: loads the tags in arrays for the cells of a batch.
+  // Loads the tags of the cells of a batch from arrays. Used for MSH 1 and 2.
   void load_tags(const CellBatch& batch) {
     for (std::size_t slot = 0; slot < w_.plan.tag_arrays.size(); ++slot) {
       tag_place_[slot] = 0;
@@ -321,8 +322,8 @@ class ElementWriter {
     }
   }
 
-  // Binary: writes the header of the run of cells with equal type and number of tags from `first`
-  // on. Returns the end of the run.
+  // Writes the header of a run in a binary file: the cells from `first` on that have the same type
+  // and number of tags. Returns the end of the run.
   std::size_t begin_run(const CellBatch& batch, std::size_t first) {
     const GmshElementGroup& group = w_.plan.groups[batch.blocks[first]];
     std::size_t end = first + 1;
@@ -337,9 +338,9 @@ class ElementWriter {
 
   GmshWriting& w_;
   std::vector<std::uint64_t> in_file_;
-  // MSH 1 and 2, indexed by the position of the tag:
-  std::array<std::uint64_t, 64> tag_first_{};  // next value in the array
-  std::array<std::size_t, 64> tag_place_{};    // next value in tag_values_
+  // Used for MSH 1 and 2, indexed by the position of the tag:
+  std::array<std::uint64_t, 64> tag_first_{};  // index of the next value in the array
+  std::array<std::size_t, 64> tag_place_{};    // index of the next value in tag_values_
   std::array<std::vector<std::int32_t>, 64> tag_values_;
 };
 

@@ -1,4 +1,4 @@
-// The views in the Gmsh writer: $NodeData, $ElementData, $ElementNodeData.
+// Writes the views: $NodeData, $ElementData, $ElementNodeData.
 #include <algorithm>
 #include <cstring>
 
@@ -71,7 +71,7 @@ void write_gmsh_view(GmshWriting& writing, const GmshPlannedSection& section) {
   const ArrayInfo& array = writing.info.schema.arrays[section.array];
   write_header(writing, section);
   std::vector<bool> covered(writing.info.schema.blocks.size());
-  std::uint64_t nodes = 0;  // nodes per element, for $ElementNodeData
+  std::uint64_t nodes = 0;  // number of nodes per element, for $ElementNodeData
   for (std::uint32_t b = 0; b < covered.size(); ++b) {
     covered[b] = writing.info.schema.array_covers(section.array, b);
     if (covered[b] && writing.info.block_cells[b] > 0 && section.name == "ElementNodeData")

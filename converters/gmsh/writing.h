@@ -13,9 +13,10 @@
 
 namespace shm::converters {
 
-inline constexpr std::size_t kGmshPiece = 16384;  // vertices, cells or values at once
+// Number of vertices, cells or values that are processed together.
+inline constexpr std::size_t kGmshPiece = 16384;
 
-// Tags of nodes or elements: from an array, or consecutive.
+// Tags of nodes or elements, either from an array or consecutive.
 class GmshTagValues {
  public:
   GmshTagValues(Spool& spool, std::uint64_t count, std::int64_t first);
@@ -40,7 +41,8 @@ struct GmshWriting {
   bool v41() const { return plan.version >= 41; }
   bool v4() const { return plan.version >= 40; }
   [[noreturn]] void fail(ErrorCode code, const std::string& detail) const;
-  // Tag of the vertex or cell that an extra refers to. Throws Failure if it is not in the mesh.
+  // Returns the tag of the vertex or cell that an extra refers to. Throws Failure if the vertex or
+  // cell is not in the mesh.
   std::int64_t node_tag(std::int64_t place);
   std::int64_t element_tag(std::int64_t place);
 
@@ -51,8 +53,9 @@ struct GmshWriting {
   const GmshExtras extras;
   Spool spool;
   GmshTagValues node_tags, element_tags;
-  std::string section = "elements";  // section named in errors
-  // Set by look_at_gmsh_cells():
+  std::string section = "elements";  // section that error messages state
+
+  // Computed by look_at_gmsh_cells():
   PagedArray cell_blocks;                  // uint32, block of each cell
   std::vector<GmshType> types;             // type of each group of the plan
   std::vector<std::uint64_t> group_cells;  // number of cells of each group
@@ -63,7 +66,7 @@ struct GmshWriting {
 // Counts and checks the cells. Call it before anything is written.
 void look_at_gmsh_cells(GmshWriting& writing);
 
-// Write the content of sections, without their markers.
+// Write the content of a section, without its markers.
 void write_gmsh_nodes(GmshWriting& writing, const std::string& section_name);
 void write_gmsh_elements(GmshWriting& writing);
 void write_gmsh_view(GmshWriting& writing, const GmshPlannedSection& section);

@@ -10,12 +10,14 @@
 namespace shm::converters {
 
 struct AppendedExtras {
-  bool changed = false;             // true if `extras` differ from the mesh's own extras
-  std::vector<Extra> extras;        // all extras of the mesh, if they changed
-  std::vector<std::string> losses;  // differing data of the other file; the mesh keeps its own
+  bool changed = false;       // true if `extras` differ from the mesh's own extras
+  std::vector<Extra> extras;  // all extras of the mesh, if they changed
+
+  // Data of the other file that differs from the mesh's data and is dropped.
+  std::vector<std::string> losses;
 };
 
-// Throws Failure (unsupported): because of extra `key`, the steps cannot be appended.
+// Throws Failure (unsupported), because the extra `key` does not allow appending the steps.
 [[noreturn]] inline void does_not_fit(const std::string& key, const std::string& why) {
   throw Failure(Error{ErrorCode::unsupported, why, "extra '" + key + "'", kNoOffset, {}});
 }

@@ -6,8 +6,10 @@
 namespace shm::converters {
 namespace {
 
-constexpr std::size_t kPieceCells = 16384;  // cells read at once
-// An array with more different numbers does not hold block numbers.
+constexpr std::size_t kPieceCells = 16384;  // number of cells that are read together
+
+// Largest number of different values in an array of block numbers. An array with more values has
+// another meaning.
 constexpr std::size_t kMostBlocks = 4096;
 
 }  // namespace

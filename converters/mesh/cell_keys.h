@@ -1,4 +1,4 @@
-// Keys of cells, computed from the names of their nodes. Rotating a cell does not change its key.
+// Keys of cells, computed from the numbers of their nodes. Rotating a cell does not change its key.
 #pragma once
 
 #include <cstddef>
@@ -43,8 +43,7 @@ inline std::size_t least_rotation(std::span<const std::uint64_t> names) {
   return i < k ? i : k;
 }
 
-// Rearranges `names` into the lexicographically least of all orders that rotations of the cell
-// produce.
+// Reorders `names` into the lexicographically least order that a rotation of the cell produces.
 inline void make_canonical(CellShape shape, std::vector<std::uint64_t>& names) {
   const std::size_t n = names.size();
   if (n == 0) return;

@@ -9,15 +9,17 @@
 namespace shm::converters {
 namespace {
 
-// For each node after the corners: the corners that it lies between, in VTK's order.
+// For each node that is not a corner: the corners between which the node is, in VTK's order.
 using Between = std::vector<std::vector<std::uint8_t>>;
 
 struct Kind {
   CellShape shape;
   std::uint8_t corners;
-  std::vector<Rotation> generators;  // generate all rotations
-  Between between;                   // nodes after the corners
-  // Node counts of the variants: each uses the first of these nodes.
+  std::vector<Rotation> generators;  // rotations from which all other rotations can be composed
+  Between between;                   // the nodes that are not corners
+
+  // Node counts of the variants of the cell. Each variant has only the first nodes, up to its
+  // count.
   std::vector<std::size_t> sizes;
 };
 
@@ -77,7 +79,8 @@ std::vector<Rotation> corner_rotations(const Kind& kind) {
   return found;
 }
 
-// Extends a rotation of the corners to the other nodes: each one moves with the corners around it.
+// Extends a rotation of the corners to the other nodes: each of them moves with the corners around
+// it.
 Rotation with_all_nodes(Rotation rotation, const Kind& kind, std::size_t nodes) {
   const auto sorted = [](std::vector<std::uint8_t> list) {
     std::sort(list.begin(), list.end());

@@ -1,6 +1,7 @@
 // CellStore: cells of any size in the spool, appended in one order and read in any order. A corner
-// uses 4 bytes if the numbers of the cell's vertices fit. Consecutive cells of the same block and
-// size form a run that is described only once, so regular meshes need nothing more.
+// uses 4 bytes if the vertex numbers of its cell fit into 4 bytes, otherwise 8. Consecutive cells
+// of the same block and size form a run, which is described only once, so regular meshes need no
+// other memory.
 #pragma once
 
 #include <cstddef>
@@ -30,7 +31,7 @@ class CellStore {
   struct Run {
     std::uint64_t first_cell = 0, first_corner = 0;
     std::uint32_t block = 0, corners = 0;
-    std::uint64_t wide = 0;  // 1: the corners use 8 bytes each and are in wide_
+    std::uint64_t wide = 0;  // 1: the corners are in wide_ and use 8 bytes each
   };
   static constexpr std::size_t kTail = 16384;
 
@@ -40,9 +41,9 @@ class CellStore {
   PagedArray runs_, narrow_, wide_;
   std::uint64_t size_ = 0;
   Run last_;
-  std::vector<std::uint32_t> tail_;  // the last narrow corners, not yet in narrow_
+  std::vector<std::uint32_t> tail_;  // last corners of 4 bytes that are not yet in narrow_
   std::vector<std::uint32_t> piece_;
-  std::uint64_t found_ = 0;  // the run that was read last
+  std::uint64_t found_ = 0;  // index of the run that was read last
 };
 
 }  // namespace shm::converters

@@ -36,7 +36,7 @@ std::optional<CellTable> CellTable::read(MeshSource& mesh, const Progress& progr
       }
       table.append(batch.blocks[i], corners);
     }
-    // The block sizes are now known to be plausible.
+    // Reserve memory only here, when the block sizes are known to be plausible.
     if (table.size() == batch.size() && table.begin_.empty())
       table.corners_.reserve(cells * table.uniform_);
     if (progress) progress("taking up cells", table.size(), cells);

@@ -1,5 +1,5 @@
 // CellTable: all cells of a mesh in memory, with 32-bit numbers, for algorithms that access cells
-// in any order. Uses 32 bytes per hexahedron, and 4 more if the mesh has more than one block.
+// in any order. Needs 32 bytes per hexahedron, and 4 more if the mesh has more than one block.
 #pragma once
 
 #include <algorithm>
@@ -20,7 +20,8 @@ class CellTable final : public Cells {
  public:
   CellTable() = default;
   explicit CellTable(const MeshInfo& info);
-  // Returns nothing if the mesh has too many cells or vertices for 32-bit numbers (see Cells).
+  // Reads all cells. Returns nothing if the mesh has too many cells or vertices for 32-bit numbers
+  // (see Cells).
   static std::optional<CellTable> read(MeshSource& mesh, const Progress& progress = {});
 
   void append(std::uint32_t block, std::span<const std::uint32_t> corners);
@@ -31,7 +32,7 @@ class CellTable final : public Cells {
     return blocks_.empty() ? 0 : blocks_[cell];
   }
   bool one_block() const override { return blocks_.empty(); }
-  // Valid as long as the table.
+  // The result is valid as long as the table exists.
   std::span<const std::uint32_t> cell(std::uint32_t cell) const override {
     const std::uint64_t begin = begin_.empty() ? cell * uniform_ : begin_[cell];
     const std::uint64_t end = begin_.empty() ? begin + uniform_ : begin_[cell + 1];
@@ -46,7 +47,7 @@ class CellTable final : public Cells {
     std::copy_n(this->cell(cell).begin(), 8, corners.begin());
     return corners;
   }
-  // Cells here have the same numbers as in the mesh.
+  // The cells of the table have the same numbers as in the mesh.
   std::uint32_t number_of(std::uint32_t cell) const override { return cell; }
   std::uint32_t with_number(std::uint32_t number) const override { return number; }
 
@@ -54,9 +55,9 @@ class CellTable final : public Cells {
   std::uint64_t vertices_ = 0;
   std::uint32_t size_ = 0;
   std::vector<std::uint32_t> corners_;
-  std::uint64_t uniform_ = 0;          // nodes of every cell, or if they differ:
-  std::vector<std::uint64_t> begin_;   // cells + 1 offsets into corners_
-  std::vector<std::uint32_t> blocks_;  // empty: there is only one block
+  std::uint64_t uniform_ = 0;  // number of nodes of every cell, if it is the same for all cells
+  std::vector<std::uint64_t> begin_;   // otherwise: cells + 1 offsets into corners_
+  std::vector<std::uint32_t> blocks_;  // block of each cell; empty: there is only one block
   std::vector<bool> hexahedral_;       // indexed by block
 };
 

@@ -1,5 +1,5 @@
 // Cells: all cells of a mesh, for algorithms that access cells in any order. An implementation may
-// number cells and vertices in an order of its own, in which neighbours have nearby numbers.
+// renumber cells and vertices so that neighbours have nearby numbers.
 #pragma once
 
 #include <array>
@@ -13,7 +13,7 @@ namespace shm::converters {
 
 class Cells {
  public:
-  // Numbers of cells and of vertices must stay below these limits.
+  // Limits: numbers of cells and of vertices must be below them.
   static constexpr std::uint64_t kMostCells = std::uint64_t{1} << 29;
   static constexpr std::uint64_t kMostVertices = ~std::uint32_t{0};
 
@@ -27,14 +27,14 @@ class Cells {
   virtual bool all_hexahedra() const = 0;
   // Returns the eight corners of a hexahedron. Requires is_hexahedron(cell).
   virtual std::array<std::uint32_t, 8> hexahedron(std::uint32_t cell) const = 0;
-  // Returns all nodes of a cell. Valid until the next call.
+  // Returns all nodes of a cell. The result is valid until the next call.
   virtual std::span<const std::uint32_t> cell(std::uint32_t cell) const = 0;
-  // Convert a cell number here to its number in the mesh, and back.
+  // Convert a cell number of this interface to its number in the mesh, and back.
   virtual std::uint32_t number_of(std::uint32_t cell) const = 0;
   virtual std::uint32_t with_number(std::uint32_t number) const = 0;
 };
 
-// Returns true if the cells of a block count as hexahedra here.
+// Returns true if is_hexahedron() is true for the cells of a block.
 inline bool holds_hexahedra(const BlockInfo& block) {
   return block.shape == CellShape::hexahedron && block.nodes_per_cell >= 8;
 }

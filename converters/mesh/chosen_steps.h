@@ -9,7 +9,7 @@
 
 namespace shm::converters {
 
-// Steps `first` to `end` - 1.
+// The steps from `first` to `end` - 1.
 struct StepRange {
   std::uint64_t first = 0, end = 0;
   std::uint64_t size() const { return end - first; }
@@ -35,7 +35,7 @@ class ChosenSteps : public ForwardingMesh {
 
 class PointsOfStep final : public ForwardingMesh {
  public:
-  // `array` must have three components per vertex, of the type of the coordinates.
+  // `array`: array with three components per vertex, of the same type as the coordinates.
   PointsOfStep(MeshSource& source, std::size_t array) : ForwardingMesh(source), array_(array) {
     info_ = source.info();
   }

@@ -14,10 +14,12 @@ namespace {
 template <class Integer>
 void renumber_values(Extra& extra, const std::function<std::uint64_t(std::uint64_t)>& to,
                      std::uint64_t limit) {
-  // Many references are looked up at a time, in ascending order, because the table may be on disk.
+  // Number of references that are looked up together, in ascending order, because the table may be
+  // on disk.
   constexpr std::size_t kTogether = std::size_t{1} << 20;
   const std::size_t count = extra.data.size() / sizeof(Integer);
-  std::vector<std::pair<std::uint64_t, std::size_t>> references;  // number, place
+  // (number, position) of each reference.
+  std::vector<std::pair<std::uint64_t, std::size_t>> references;
   for (std::size_t first = 0; first < count; first += kTogether) {
     references.clear();
     for (std::size_t i = first; i < std::min(first + kTogether, count); ++i) {
@@ -52,7 +54,7 @@ NumberList& CoveredOrder::elements(std::size_t array) {
 
   std::vector<bool> covered(schema.blocks.size());
   for (std::uint32_t b : blocks) covered[b] = true;
-  // Holds 1 + rank for each covered cell.
+  // Contains 1 + rank for each covered cell, 0 for all other cells.
   NumberTable rank_of_cell(*spool_, mesh_->info().cells(), mesh_->info().cells());
   std::uint64_t cell = 0, ranks = 0;
   CellBatch batch;

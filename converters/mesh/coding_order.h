@@ -1,5 +1,5 @@
-// CodingOrderLog: records the order in which a Writer codes vertices and cells. From this order
-// follow the order of step values, and the new numbers of a mesh in Order::stream.
+// CodingOrderLog: records the order in which a Writer codes vertices and cells. The order of step
+// values, and the new numbers of a mesh in Order::stream, are derived from this order.
 #pragma once
 
 #include <algorithm>
@@ -26,7 +26,7 @@ class CodingOrderLog final : public CodingOrder {
   void cell(std::uint64_t number) override {
     if (with_cells_) note(cells_, number);
   }
-  // Throws the exception that occurred inside a Writer call, in which nothing may be thrown.
+  // Throws the exception that occurred inside a Writer call, where no exception may be thrown.
   void check() const {
     if (failure_) std::rethrow_exception(failure_);
   }
@@ -47,9 +47,9 @@ class CodingOrderLog final : public CodingOrder {
   std::exception_ptr failure_;
 };
 
-// Finds the order of step values for cell arrays if cells are coded out of file order: for each set
-// of covered blocks, the element numbers (ranks among the covered cells in file order) in coding
-// order.
+// Determines the order of step values of cell arrays if cells are coded out of file order. For each
+// set of covered blocks, this is a list of element numbers (ranks among the covered cells in file
+// order) in coding order.
 class CoveredOrder {
  public:
   // All arguments are borrowed. `cell_order` lists the cell numbers in coding order.
@@ -64,13 +64,14 @@ class CoveredOrder {
   std::map<std::vector<std::uint32_t>, std::unique_ptr<NumberList>> lists_;
 };
 
-// Maps from old numbers to new numbers. An empty map means that the numbers do not change.
+// Tables that convert old numbers to new numbers. An empty table means that the numbers do not
+// change.
 struct Renumbering {
   std::function<std::uint64_t(std::uint64_t)> vertex, cell;
   std::uint64_t vertices = 0, cells = 0;
 };
-// Returns `extra` with its references converted to new numbers. Negative references and references
-// to non-existing vertices or cells are kept.
+// Returns `extra` with its references converted to new numbers. Negative references, and references
+// to vertices or cells that do not exist, are not changed.
 Extra renumbered(Extra extra, const Renumbering& to);
 
 }  // namespace shm::converters

@@ -1,4 +1,4 @@
-// ExtraIndex: looks up extras by key. A mesh may have very many extras, so code that looks up more
+// ExtraIndex: finds extras by key. A mesh may have very many extras, so code that searches for more
 // than a few of them should build an index.
 #pragma once
 
@@ -10,7 +10,7 @@
 
 namespace shm::converters {
 
-// Borrows the extras. If several extras share a key, the first one is found.
+// Index of extras, which are borrowed. If several extras have the same key, the first one is found.
 class ExtraIndex {
  public:
   ExtraIndex() = default;
@@ -18,7 +18,7 @@ class ExtraIndex {
   void add(const std::vector<Extra>& extras) {
     for (const Extra& extra : extras) by_key_.emplace(extra.key, &extra);
   }
-  // Returns null if no extra has this key.
+  // Returns the extra with this key, or null if there is none.
   const Extra* find(std::string_view key) const {
     const auto found = by_key_.find(key);
     return found == by_key_.end() ? nullptr : found->second;

@@ -1,4 +1,4 @@
-// ForwardingMesh: a mesh that forwards everything to another one, except for the functions that a
+// ForwardingMesh: a mesh that forwards all calls to another mesh, except for the functions that a
 // derived class overrides.
 #pragma once
 
@@ -26,7 +26,7 @@ class ForwardingMesh : public MeshSource {
 
  protected:
   MeshSource& source_;
-  MeshInfo info_;  // filled in by the derived class
+  MeshInfo info_;  // set by the derived class
 };
 
 }  // namespace shm::converters

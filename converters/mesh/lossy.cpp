@@ -16,7 +16,8 @@
 namespace shm::converters {
 namespace {
 
-// Limit of the quantization's arithmetic. Values beyond it, infinities and NaN are kept exactly.
+// Largest magnitude that the arithmetic of the quantization supports. Larger values, infinities and
+// NaN are kept exactly.
 constexpr double kLargest = 1e300;
 constexpr std::size_t kPieceBytes = std::size_t{1} << 20;
 constexpr std::string_view kCoordinates = "coordinates";
@@ -30,7 +31,8 @@ std::optional<Number> number_in(std::string_view text) {
   return number;
 }
 
-// Base-2 logarithm of a positive number, accurate to 1e-5 and identical on every machine.
+// Returns the base-2 logarithm of a positive number, accurate to 1e-5 and identical on every
+// machine.
 double binary_log(double number) {
   int exponent = 0;
   const double fraction = std::frexp(number, &exponent);  // 0.5 to 1
@@ -41,7 +43,7 @@ double binary_log(double number) {
              (1 + square * (1.0 / 3 + square * (1.0 / 5 + square * (1.0 / 7 + square / 9))));
 }
 
-// Statistics that a pass over all values collects.
+// Statistics of all values, collected in one pass.
 class Statistics {
  public:
   Statistics(ScalarType type, std::uint32_t components)
@@ -61,7 +63,7 @@ class Statistics {
       }
   }
 
-  // A component without any usable value gets the range [0, 0].
+  // Returns steps over the bounding box. A component without any usable value has the range [0, 0].
   Quantization box(std::uint32_t bits) const {
     Quantization box{bits, minimum_, maximum_};
     for (std::size_t c = 0; c < minimum_.size(); ++c)
@@ -78,14 +80,14 @@ class Statistics {
     return std::max(0.0, *std::max_element(maximum_.begin(), maximum_.end()) -
                              *std::min_element(minimum_.begin(), minimum_.end()));
   }
-  // Returns the step with the lowest cost for a bound. Normally that is about twice the bound. But
-  // a restored value is rounded to a number of the stored type, so errors are whole multiples of
-  // the distance between neighbouring numbers. If the bound is not much larger than this distance,
-  // the step must be shorter to keep the bound (otherwise values are kept exactly), or it may be
-  // longer. So there is one longest usable step for each magnitude.
+  // Returns the step with the lowest cost for a bound. Normally the best step is about twice the
+  // bound. But a restored value is rounded to a number of the stored type, so errors are whole
+  // multiples of the distance between neighbouring numbers. If the bound is not much larger than
+  // this distance, some steps do not keep the bound, so that values must be kept exactly, while
+  // some longer steps do. There is therefore one longest usable step for each magnitude.
   double best_step(double bound) const {
-    // Slightly less than twice the bound: values midway between two steps are common (decimals),
-    // and rounding must not exceed the bound on either side.
+    // Start with slightly less than twice the bound. Values midway between two steps are common
+    // (decimals), and rounding in either direction must not exceed the bound.
     double best = 2 * bound * (1 - 0x1p-20), least = cost(best, bound);
     for (std::size_t e = 0; e < kExponents; ++e) {
       if (counts_[e] == 0) continue;
@@ -104,21 +106,22 @@ class Statistics {
   }
 
  private:
-  static constexpr std::size_t kExponents = 2047;  // of finite binary64 numbers
+  static constexpr std::size_t kExponents = 2047;  // number of exponents of finite binary64 numbers
   static constexpr int kBias = 1023;
 
-  // Distance between neighbouring numbers of the stored type, for values with biased exponent `e`.
+  // Returns the distance between neighbouring numbers of the stored type, for values with biased
+  // exponent `e`.
   double ulp(std::size_t e) const {
     return std::ldexp(1.0, std::max(static_cast<int>(e) - kBias + ulp_exponent_, -1074));
   }
   double longest_step(std::size_t e, double bound) const {
     const double distance = ulp(e), ratio = bound / distance;
-    // From this ratio on, rounding to the stored type does not matter.
+    // Ratio from which on rounding to the stored type does not matter.
     constexpr double kFine = 0x1p20;
     return ratio > kFine ? 2 * bound * (1 - 0x1p-20) : (2 * std::floor(ratio) + 1) * distance;
   }
-  // Bits per value, without the part that is the same for any step. Values that are kept exactly
-  // cost all their bits and 4 more to mark them.
+  // Returns the estimated cost in bits per value, without the part that is the same for any step. A
+  // value that is kept exactly costs all its bits, and 4 more bits to mark it.
   double cost(double step, double bound) const {
     double exact = 0;
     for (std::size_t e = 0; e < kExponents; ++e)
@@ -136,10 +139,10 @@ class Statistics {
     ++counts_[std::bit_cast<std::uint64_t>(value) << 1 >> 53];
   }
 
-  double bits_;       // bits of a value in the stored type
+  double bits_;       // number of bits of a value in the stored type
   int ulp_exponent_;  // exponent of the distance between neighbouring numbers in [1, 2)
   std::vector<double> minimum_, maximum_;
-  // Indexed by biased exponent; zeros are not counted.
+  // Number of values by biased exponent; zeros are not counted.
   std::array<std::uint64_t, kExponents> counts_{};
   std::uint64_t values_ = 0;  // sum of counts_
 };
@@ -147,7 +150,7 @@ class Statistics {
 using Fetch = std::function<void(std::uint64_t step, std::uint64_t first, std::uint64_t count,
                                  std::byte* out)>;
 
-// The values of one quantity: the coordinates, or an array.
+// The values of one quantity: of the coordinates, or of an array.
 struct Values {
   std::string name;
   ScalarType type;
@@ -185,7 +188,7 @@ Quantization quantization_of(const Accuracy& accuracy, const Values& values, boo
   if (accuracy.kind == Accuracy::Kind::relative)
     bound =
         std::min(bound * (is_box ? statistics.largest_side() : statistics.range()), kLargest / 2);
-  // If all values are equal, the range is 0; they are stored as compactly without loss.
+  // If all values are equal, the range is 0. Such values are stored as compactly without loss.
   if (!(bound > 0) || statistics.mostly_exact(bound)) return {};
   Quantization quantization = Quantization::absolute(bound, values.components);
   quantization.spacing = statistics.best_step(bound);
@@ -247,7 +250,8 @@ Accuracy parse_accuracy(std::string_view text, const std::string& option) {
 }
 
 NamedAccuracy parse_named_accuracy(const std::string& text, const std::string& option) {
-  const std::size_t colon = text.rfind(':');  // names may contain colons, accuracies do not
+  // The last colon, because names may contain colons, but accuracies do not.
+  const std::size_t colon = text.rfind(':');
   if (colon == std::string::npos || colon == 0)
     wrong_use(option + ": '" + text + "' is not NAME:abs=E, :rel=E, :bits=N or :lossless");
   return {text.substr(0, colon), parse_accuracy(std::string_view(text).substr(colon + 1), option)};

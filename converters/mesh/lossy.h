@@ -1,6 +1,6 @@
-// Lossy compression: which coordinates and arrays may be rounded, and by how much. A bound is
-// guaranteed for every finite value, after rounding to the stored type. Infinities and NaN come
-// back bit by bit. Integers are never rounded.
+// Lossy compression: which coordinates and arrays may be rounded, and by how much. The bound holds
+// for every finite value, after rounding to the stored type. Infinities and NaN are restored bit by
+// bit. Integers are never rounded.
 #pragma once
 
 #include <cstdint>
@@ -21,20 +21,20 @@ struct Accuracy {
     relative,  // maximum error as a fraction of the range of the values
   };
   Kind kind = Kind::lossless;
-  std::uint32_t bits = 0;  // 1..52
-  double bound = 0;        // absolute: below 1e300; relative: below 1; positive
+  std::uint32_t bits = 0;  // number of bits, 1..52
+  double bound = 0;        // positive bound; if absolute: below 1e300; if relative: below 1
 
   static Accuracy of_bits(std::uint32_t bits) { return {Kind::bits, bits, 0}; }
   static Accuracy absolute(double bound) { return {Kind::absolute, 0, bound}; }
   static Accuracy relative(double bound) { return {Kind::relative, 0, bound}; }
 };
 
-// Parses "lossless", "bits=N", "abs=E" or "rel=E". Throws misuse, naming `option`.
+// Parses "lossless", "bits=N", "abs=E" or "rel=E". Throws Failure (misuse), which names `option`.
 Accuracy parse_accuracy(std::string_view text, const std::string& option);
 
-// The accuracy of one array, as "NAME:ACCURACY". NAME is "coordinates" or the name of an array. If
-// several arrays have that name, NAME has the prefix "point/" or "cell/", and the suffix "#2",
-// "#3", ...
+// The accuracy of one array, given as "NAME:ACCURACY". NAME is "coordinates" or the name of an
+// array. If several arrays have the same name, NAME has the prefix "point/" or "cell/", or the
+// suffix "#2", "#3", ...
 struct NamedAccuracy {
   std::string name;
   Accuracy accuracy;
@@ -43,16 +43,18 @@ NamedAccuracy parse_named_accuracy(const std::string& text, const std::string& o
 
 struct Lossy {
   Accuracy coordinates;
-  Accuracy fields;                   // for all floating-point arrays without a role
-  std::vector<NamedAccuracy> named;  // overrides the other two
+  Accuracy fields;  // accuracy of all floating-point arrays without a role
+
+  // Accuracies of single arrays, which override the other two members.
+  std::vector<NamedAccuracy> named;
 };
 
 // Stores the quantizations that `lossy` requests in `schema`, whose arrays must be those of the
 // mesh. Reads the values of each lossy array once, at all steps, in bounded memory. The range of an
-// array covers all its components, blocks and steps; the range of the coordinates is the longest
+// array covers all its components, blocks and steps. The range of the coordinates is the longest
 // side of their bounding box. An array stays lossless if its values are so large, or its bound so
-// small, that rounding would gain nothing. Throws misuse for integer arrays and for names that
-// match no array or several.
+// small, that rounding would not make it smaller. Throws Failure (misuse) for integer arrays, and
+// for names that match no array or several arrays.
 void set_accuracy(MeshSource& mesh, const Lossy& lossy, Schema& schema, const Progress& progress);
 
 }  // namespace shm::converters

@@ -18,7 +18,7 @@ Extra extra_of(std::string key, ScalarType type, Reference refers, std::span<con
   return extra;
 }
 
-// Returns `count` times `each`, saturated at the largest 64-bit number.
+// Returns `count` times `each`, or the largest 64-bit number if the product is larger.
 std::uint64_t times(std::uint64_t count, std::uint64_t each) {
   return each > 0 && count > ~std::uint64_t{0} / each ? ~std::uint64_t{0} : count * each;
 }

@@ -1,10 +1,10 @@
 // MeshSource: the interface through which the converters access every mesh, whatever file it comes
 // from. A format provides `open_X(path) -> MeshSource` and `write_X(MeshSource&, path)`.
-// Compression, verification and conversion use this interface and know no format.
+// Compression, verification and conversion use only this interface and are independent of formats.
 //
-// Numbers are the source's own and start at 0: vertex i is the i-th vertex of the file, cell i the
-// i-th cell in file order. Data is read on demand, so memory stays bounded however large the file
-// is. Errors are thrown as Failure (an Error with file and place); see failure.h.
+// Vertex and cell numbers are those of the source and start at 0: vertex i is the i-th vertex of
+// the file, cell i the i-th cell in file order. Data is read on demand, so memory stays bounded
+// even for large files. Errors are thrown as Failure (an Error with file and place); see failure.h.
 #pragma once
 
 #include <algorithm>
@@ -24,11 +24,12 @@ namespace shm::converters {
 struct MeshInfo {
   Schema schema;  // blocks, arrays, coordinate_type, source_format
   std::uint64_t vertices = 0;
-  std::vector<std::uint64_t> block_cells;  // cells of each block
-  std::vector<double> step_times;          // one per time step
+  std::vector<std::uint64_t> block_cells;  // number of cells of each block
+  std::vector<double> step_times;          // time of each time step
   std::vector<Extra> extras;               // all data for which the model has no other place
-  // For a mesh from a .shm file: the first cell of each segment in coding order, and the codec of
-  // its hexahedra.
+
+  // Only if the mesh comes from a .shm file: the first cell of each segment in coding order, and
+  // the codec of its hexahedra.
   std::vector<std::uint64_t> segment_starts;
   std::vector<ConnectivityCodec> segment_connectivity;
 
@@ -37,7 +38,8 @@ struct MeshInfo {
     for (std::uint64_t n : block_cells) sum += n;
     return sum;
   }
-  // Elements of an array: vertices, or the cells of the blocks it covers.
+  // Returns the number of elements of an array: vertices, or the cells of the blocks that it
+  // covers.
   std::uint64_t array_elements(std::size_t array) const {
     const ArrayInfo& info = schema.arrays[array];
     if (info.location == Location::point) return vertices;
@@ -46,13 +48,13 @@ struct MeshInfo {
     for (const std::uint32_t b : info.blocks) sum += b < block_cells.size() ? block_cells[b] : 0;
     return sum;
   }
-  std::size_t array_stride(std::size_t array) const {  // bytes of one element
+  std::size_t array_stride(std::size_t array) const {  // returns the size of one element in bytes
     const ArrayInfo& info = schema.arrays[array];
     return scalar_bytes(info.type) * info.components;
   }
 };
 
-// Consecutive cells in file order; cells of different blocks may alternate.
+// Consecutive cells in file order. Cells of different blocks may alternate.
 struct CellBatch {
   std::vector<std::uint32_t> blocks;        // block index of each cell
   std::vector<std::uint64_t> corner_begin;  // cells + 1 offsets into corners
@@ -68,19 +70,20 @@ struct CellBatch {
   }
 };
 
-/// Batch size for loops over all cells.
+/// Number of cells per batch in loops over all cells.
 inline constexpr std::size_t kCellsAtOnce = 8192;
 
 class MeshSource {
  public:
   virtual ~MeshSource() = default;
   virtual const MeshInfo& info() const = 0;
-  // Fills `out` with count * 3 coordinates (x y z interleaved, schema.coordinate_type, host order).
+  // Fills `out` with count * 3 coordinates (x, y, z of each vertex), of type
+  // schema.coordinate_type, in host byte order.
   virtual void read_points(std::uint64_t first, std::uint64_t count, std::byte* out) = 0;
-  // Reads at most `max_cells` cells into `out`. Returns false, with `out` empty, at the end.
+  // Reads at most `max_cells` cells into `out`. At the end, leaves `out` empty and returns false.
   virtual bool next_cells(CellBatch& out, std::size_t max_cells) = 0;
   virtual void rewind_cells() = 0;
-  // Makes `first` the next cell. Formats without random access read all cells before it.
+  // Makes cell `first` the next cell. Formats without random access read all cells before it.
   virtual void seek_cells(std::uint64_t first) {
     rewind_cells();
     CellBatch batch;
@@ -94,19 +97,19 @@ class MeshSource {
                           std::uint64_t count, std::byte* out) = 0;
 };
 
-// Throws Failure (over_limit) if the mesh called `name` exceeds `limits`. Cells with a varying
-// number of nodes are counted as if they had none.
+// Throws Failure (over_limit) if a mesh exceeds `limits`. `name` is the name of the mesh in the
+// error. Cells with a varying number of nodes are counted as if they had no nodes.
 void require_within(const MeshLimits& limits, const MeshInfo& info, const std::string& name);
-// The same check, with given sizes. `bytes` is the size of all coordinates, corners and arrays.
+// Makes the same check for given sizes. `bytes` is the size of all coordinates, corners and arrays.
 void require_within(const MeshLimits& limits, std::uint64_t vertices, std::uint64_t cells,
                     std::uint64_t bytes, const std::string& name);
 
 // Conversions between extras and text or integers.
 
-// Returns null if no extra has this key. Searches linearly (see ExtraIndex).
+// Returns the extra with this key, or null if there is none. Searches linearly (see ExtraIndex).
 const Extra* find_extra(const MeshInfo& info, std::string_view key);
 
-// Return the text or the integers of an extra; empty if it has another type.
+// Return the text or the integers of an extra. The result is empty if the extra has another type.
 std::string text_of_extra(const Extra& extra);
 std::vector<std::int64_t> integers_of_extra(const Extra& extra);
 

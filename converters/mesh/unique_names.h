@@ -1,4 +1,5 @@
-// UniqueNames: makes array names unique among points and among cells: a second "v" becomes "v (2)".
+// UniqueNames: makes the names of point arrays, and of cell arrays, unique: the second "v" becomes
+// "v (2)".
 #pragma once
 
 #include <cstddef>
@@ -13,9 +14,10 @@ namespace shm::converters {
 
 class UniqueNames {
  public:
-  // Reserves a name, which then stays unchanged.
+  // Reserves a name, which is then never changed.
   void keep(Location location, const std::string& name) { used_.emplace(location, name); }
-  // Returns `wanted`, with the first number appended that makes it unique if it is taken.
+  // Returns `wanted` if it is unused. Otherwise returns `wanted` with the first number that makes
+  // it unique.
   std::string take(Location location, const std::string& wanted) {
     std::string name = wanted;
     std::size_t& last = numbers_.try_emplace({location, wanted}, 1).first->second;
@@ -26,7 +28,7 @@ class UniqueNames {
 
  private:
   std::set<std::pair<Location, std::string>> used_;
-  // Last number tried for each name.
+  // For each name, the last number that was tried.
   std::map<std::pair<Location, std::string>, std::size_t> numbers_;
 };
 

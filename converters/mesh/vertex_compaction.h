@@ -15,14 +15,14 @@ namespace shm::converters {
 
 inline constexpr std::uint64_t kNeverUsed = ~std::uint64_t{0};
 
-// Throws corrupt, naming the cell, unless vertex < vertices.
+// Throws Failure (corrupt), which names the cell, unless vertex < vertices.
 void require_vertex(std::uint64_t cell, std::uint64_t vertex, std::uint64_t vertices);
 
-// Receiver of the streaming mesh.
+// Receives the vertices and cells of the streaming mesh.
 class CompactedMesh {
  public:
   virtual ~CompactedMesh() = default;
-  // Announces the cells of `batch`; the first one is cell `first_cell` of the mesh.
+  // Announces the cells of `batch`. Its first cell is cell `first_cell` of the mesh.
   virtual void begin_batch(const CellBatch& batch, std::uint64_t first_cell) = 0;
   // Called for each vertex before the first cell that uses it, in the order of that cell's corners.
   // Vertices that no cell uses follow after all cells, in ascending order, with last_cell ==
@@ -30,12 +30,14 @@ class CompactedMesh {
   virtual void vertex(std::uint64_t number, std::uint64_t last_cell) = 0;
   // Called for cell `index` of the batch. Bit i of `last_use` (i < 64) is set if corner i is used
   // here for the last time. If a vertex occurs at several corners, only its first corner is marked.
-  // `finalized` counts all vertices used for the last time, including those beyond corner 63.
+  // `finalized` is the number of all vertices used for the last time, including those beyond
+  // corner 63.
   virtual void cell(const CellBatch& batch, std::size_t index, std::uint64_t last_use,
                     std::uint64_t finalized) = 0;
 };
 
-// Needs 4 bytes per vertex (8 bytes from 2^31 cells on), in the spool if there are many vertices.
+// Runs vertex compaction and passes the result to `out`. Needs 4 bytes per vertex (8 bytes from
+// 2^31 cells on), in the spool if there are many vertices.
 void stream_compacted(MeshSource& mesh, Spool& spool, CompactedMesh& out,
                       const Progress& progress = {});
 

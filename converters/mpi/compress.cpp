@@ -17,7 +17,8 @@
 namespace shm::converters {
 namespace {
 
-constexpr std::uint64_t kPieceElements = 65536;  // step values at once
+// Number of step values that are processed together.
+constexpr std::uint64_t kPieceElements = 65536;
 constexpr std::uint64_t kNoBasis = 255;
 
 // Divides the segments of a mesh into equal shares.
@@ -29,14 +30,15 @@ class Shares {
         segments_(cells == 0 ? 0 : (cells - 1) / segment_cells + 1),
         ranks_(ranks) {}
   std::uint64_t first_segment(std::size_t rank) const {
-    // Avoids overflow of a product. The first ranks get one of the remaining segments each.
+    // Avoids overflow of a product. If segments remain after division, the first ranks get one more
+    // segment each.
     const std::uint64_t each = segments_ / ranks_, over = segments_ % ranks_;
     return each * rank + std::min<std::uint64_t>(rank, over);
   }
   CellRange range(std::size_t rank) const {
     return {first_cell(first_segment(rank)), first_cell(first_segment(rank + 1))};
   }
-  // The last rank with cells; the first rank if the mesh has no cells.
+  // Returns the last rank that has cells, or the first rank if the mesh has no cells.
   std::size_t last_rank() const {
     return segments_ == 0
                ? 0
@@ -55,14 +57,15 @@ struct Renamed {
   std::uint64_t number = 0, fresh = 0;
 };
 
-// New numbers in the file of all vertices or cells. The owner of a number knows its new number.
+// The numbers that all vertices, or all cells, have in the new file. The owner of a number stores
+// its new number.
 class FreshNumbers {
  public:
   FreshNumbers(Ranks& ranks, std::uint64_t numbers) : owners_(ranks, numbers) {
     ranks.together([&] { fresh_.resize(owners_.count()); });
   }
-  // Collective. `order`: numbers of this part in file order. `first`: new number of the first of
-  // them.
+  // Collective. `order`: numbers of this rank's vertices or cells in file order. `first`: new
+  // number of the first of them.
   void send(NumberList& order, std::uint64_t first, Ranks& ranks) {
     std::vector<Renamed> items;
     ranks.together([&] {
@@ -85,7 +88,7 @@ class FreshNumbers {
   std::vector<std::uint64_t> fresh_;
 };
 
-// Returns the distinct numbers below `limit` that an extra refers to, ascending.
+// Returns the different numbers below `limit` to which an extra refers, ascending.
 std::vector<std::uint64_t> references(const Extra& extra, std::uint64_t limit) {
   std::vector<std::uint64_t> numbers;
   const auto collect = [&]<class Integer>(Integer) {
@@ -145,7 +148,7 @@ class PartCompression {
   std::uint64_t own_elements(std::uint32_t array) const;
   NumberList& moved_elements(std::uint32_t array);
   SizeReport write_rest();
-  // Numbers that an extra refers to, ascending, with their new numbers in the file.
+  // The numbers to which an extra refers, ascending, with their new numbers in the file.
   struct FreshReferences {
     std::vector<std::uint64_t> numbers, fresh;
   };
@@ -154,7 +157,7 @@ class PartCompression {
 
   Ranks* ranks_;
   MeshSource* mesh_;
-  JoinedMesh* joined_;  // the same mesh if it is read in parts, otherwise null
+  JoinedMesh* joined_;  // the same mesh if it is read from parts, otherwise null
   SharedOutput* output_;
   Schema schema_;
   WriteOptions options_;
@@ -165,15 +168,17 @@ class PartCompression {
 
   PartUses uses_;
   std::vector<std::uint64_t> imported_;  // vertex numbers, in the order in which they are added
-  std::vector<std::uint64_t> block_cells_before_;  // cells of each block on earlier ranks
+  std::vector<std::uint64_t> block_cells_before_;  // number of cells of each block on lower ranks
   std::uint64_t first_vertex_ = 0;    // new number of the first vertex that this rank owns
-  std::optional<PartWriter> writer_;  // empty if the rank is idle
-  std::optional<FreshNumbers> vertices_, cells_;            // set only if numbers change
-  std::map<std::vector<std::uint32_t>, NumberList> moved_;  // key: blocks of the array
-  std::vector<std::uint64_t> first_elements_;  // index of the first element of this rank, by array
+  std::optional<PartWriter> writer_;  // writer of this part; empty if the rank is idle
+  std::optional<FreshNumbers> vertices_, cells_;  // set only if numbers change
+
+  // Moved elements, by the blocks of the array.
+  std::map<std::vector<std::uint32_t>, NumberList> moved_;
+  std::vector<std::uint64_t> first_elements_;  // index of this rank's first element of each array
   MemorySink head_;
-  std::optional<PartJoiner> joiner_;  // only on rank 0
-  std::uint32_t chunks_before_ = 0;   // chunks of the mesh on earlier ranks
+  std::optional<PartJoiner> joiner_;  // used on rank 0 only
+  std::uint32_t chunks_before_ = 0;   // number of chunks of the mesh on lower ranks
 };
 
 void PartCompression::find_places() {
@@ -203,7 +208,7 @@ void PartCompression::code_mesh() {
     start.segment = static_cast<std::uint32_t>(shares_.first_segment(ranks_->rank()));
     start.first_cell = range_.first;
     start.first_vertex = first_vertex_;
-    // As in compress_mesh(): if the user chose a codec, an error is reported as the user's.
+    // As in compress_mesh(), an error is reported as the user's error if the user chose a codec.
     auto writer = PartWriter::create(schema_, options, start);
     writer_ = options.connectivity == ConnectivityCodec::automatic ? checked(std::move(writer))
                                                                    : unwrap(std::move(writer));
@@ -224,7 +229,7 @@ void PartCompression::code_mesh() {
   });
 }
 
-// Like stream_compacted(), but only for the cells of this part.
+// Does the same as stream_compacted(), but only for the cells of this part.
 void PartCompression::feed_cells() {
   MeshFeeder<PartWriter> feeder(*mesh_, schema_, *writer_, spool_->memory_budget() / 4);
   feeder.skip_cells(block_cells_before_);
@@ -249,7 +254,7 @@ void PartCompression::feed_cells() {
       for (std::size_t c = 0; c < corners.size(); ++c) {
         std::uint64_t& cell = last[uses_.vertices.find(corners[c])];
         if (cell != first_cell + i) continue;
-        cell = kNeverUsed;  // marks a use that was sent
+        cell = kNeverUsed;  // marks a use that has been sent
         if (c < 64) last_use |= std::uint64_t{1} << c;
         ++finalized;
       }
@@ -281,7 +286,7 @@ void PartCompression::append(PartChunks& chunks) {
     checked(place(chunks, static_cast<std::uint32_t>(number + sums.before[1])));
     output_->write(offset + sums.before[0], chunks.bytes);
   });
-  // Message: the size of the chunks, then their index.
+  // The message contains the size of the chunks, followed by their index.
   const std::uint64_t size = chunks.bytes.size();
   std::vector<std::byte> mine(sizeof size);
   std::memcpy(mine.data(), &size, sizeof size);
@@ -299,8 +304,8 @@ void PartCompression::append(PartChunks& chunks) {
 
 // --- time steps
 
-// Number of elements of an array in this part: cells that the array covers, or vertices that this
-// rank owns.
+// Returns the number of elements of an array in this part: cells that the array covers, or vertices
+// that this rank owns.
 std::uint64_t PartCompression::own_elements(std::uint32_t array) const {
   if (schema_.arrays[array].location == Location::point) return uses_.own + uses_.unused.size();
   std::uint64_t sum = 0;
@@ -336,8 +341,8 @@ void PartCompression::write_steps() {
   append(chunks);
 }
 
-// The rank with the first element chooses the reference of the step and broadcasts it as soon as it
-// knows it.
+// Writes a step of an array. The rank with the first element chooses the reference of the step and
+// broadcasts it immediately.
 void PartCompression::write_step(std::uint32_t array, std::uint64_t step, std::size_t chooser) {
   const bool chooses = ranks_->rank() == chooser;
   std::uint64_t basis = kNoBasis;
@@ -394,8 +399,8 @@ void PartCompression::feed_step(std::uint32_t array, std::uint64_t step,
   }
 }
 
-// If cells have moved: the elements of a cell array in this part, in file order, as in
-// CoveredOrder.
+// Returns the elements of a cell array in this part, in file order, as in CoveredOrder. Used if
+// cells have moved.
 NumberList& PartCompression::moved_elements(std::uint32_t array) {
   const auto [found, fresh] = moved_.try_emplace(schema_.arrays[array].blocks, *spool_);
   NumberList& list = found->second;
@@ -417,7 +422,7 @@ NumberList& PartCompression::moved_elements(std::uint32_t array) {
 
 // --- data after the mesh
 
-// Collective. Returns the new numbers of the vertices or cells that rank 0 finds in an extra.
+// Collective. Returns the new numbers of the vertices or cells to which an extra of rank 0 refers.
 PartCompression::FreshReferences PartCompression::fresh_references(const Extra& extra) {
   FreshReferences out;
   const bool of_cells = extra.refers == Reference::cell;
@@ -495,7 +500,7 @@ SizeReport compress_with_ranks(Ranks& ranks, JoinedMesh& mesh, SharedOutput& out
   mesh.hold_cells(
       Shares(mesh.info().cells(), options.segment_cells, ranks.size()).range(ranks.rank()));
   Schema schema;
-  // All ranks read together, so all of them run the same trials.
+  // All ranks read together, so all ranks run the same trials.
   ranks.together([&] { schema = schema_to_write(mesh, options, spool); });
   return PartCompression(ranks, mesh, output, std::move(schema), options, spool, &mesh).run();
 }

@@ -1,7 +1,7 @@
-// Compression by several ranks: each codes some segments of one mesh, and all write one file, with
-// the same bytes that compress_mesh() writes with the same options. Memory per rank: 64 bytes for
-// each vertex of its part, 24 for each vertex that it owns (NumberOwners), its compressed part, and
-// the memory of compress_mesh() in addition to the mesh.
+// Compression by several ranks: each rank codes some segments of one mesh, and all ranks write one
+// file. Its bytes are those that compress_mesh() writes with the same options. Memory per rank: 64
+// bytes for each vertex of its part, 24 for each vertex that it owns (NumberOwners), its compressed
+// part, and the memory that compress_mesh() needs in addition to the mesh.
 #pragma once
 
 #include "base/spool.h"
@@ -14,13 +14,13 @@
 
 namespace shm::converters {
 
-// Collective: each rank has opened the same file as `mesh`. Requires options.segment_cells, and
-// options.order keep or stream. Does not commit `output`. Returns the sizes of the whole file, only
-// on rank 0. Throws SharedFailure.
+// Collective. Each rank must have opened the same file as `mesh`. Requires options.segment_cells,
+// and options.order keep or stream. Does not commit `output`. Returns the sizes of the whole file
+// on rank 0, and empty sizes on the other ranks. Throws SharedFailure.
 SizeReport compress_with_ranks(Ranks& ranks, MeshSource& mesh, SharedOutput& output,
                                const CompressOptions& options, Spool& spool);
-// The same for a mesh that is read in parts. Writes the bytes that a file of the whole mesh would
-// give.
+// Compresses a mesh that is read from parts. The output is byte for byte the same as if a file with
+// the whole mesh were compressed.
 SizeReport compress_with_ranks(Ranks& ranks, JoinedMesh& mesh, SharedOutput& output,
                                const CompressOptions& options, Spool& spool);
 

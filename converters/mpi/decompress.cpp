@@ -28,7 +28,7 @@ namespace {
 
 // --- messages between ranks
 
-// Joins the items of all ranks, in the order of ranks, on every rank. For few items.
+// Returns the items of all ranks, in the order of ranks, on every rank. For small numbers of items.
 template <class Item>
 std::vector<Item> united(Ranks& ranks, const std::vector<Item>& mine) {
   std::vector<Item> all;
@@ -37,7 +37,7 @@ std::vector<Item> united(Ranks& ranks, const std::vector<Item>& mine) {
   return all;
 }
 
-// Joins the losses of all ranks without repetitions. The result is only on rank 0.
+// Joins the losses of all ranks without repetitions. Only rank 0 receives the result.
 LossList united_losses(Ranks& ranks, const LossList& mine) {
   std::string text;
   for (const std::string& loss : mine) text += loss + '\n';
@@ -64,7 +64,7 @@ class Part {
   Part(Ranks& ranks, const DecompressCommand& options, Spool& spool)
       : ranks_(ranks), options_(options), format_(*format_named("exodus")), spool_(spool) {}
 
-  // Collective. Call them in this order.
+  // Collective. Call these functions in this order.
   void decode();
   void agree_on_blocks();
   void count_vertices();
@@ -84,10 +84,10 @@ class Part {
   Capabilities capabilities_;
   std::unique_ptr<FileRandomSource> file_;
   std::optional<MeshExtractor> extractor_;
-  MeshInfo whole_;  // schema, counts, times, extras
+  MeshInfo whole_;  // schema, counts, times and extras of the whole mesh
   CellRange range_;
   std::unique_ptr<PieceMesh> piece_;
-  std::vector<BlocksById::Key> blocks_;  // of all ranks, if an array has the block ids
+  std::vector<BlocksById::Key> blocks_;  // blocks of all ranks; used if an array has the block ids
   std::uint64_t lost_vertices_ = 0;
   std::optional<Translation> translation_;
 };
@@ -129,9 +129,9 @@ void Part::stage() {
   range_ = part_range(extractor_->segments(), whole_.cells(), ranks_.size(), ranks_.rank());
   const bool last = range_.end == whole_.cells();
   if (whole_.cells() == 0 && ranks_.first())
-    how.request.unused_vertices = true;  // the part is the whole mesh
+    how.request.unused_vertices = true;  // because the part is the whole mesh
   else if (range_.empty())
-    how.request.cells.numbers.emplace();  // the part has no cells
+    how.request.cells.numbers.emplace();  // because the part has no cells
   else
     how.request.cells.range = CellSelection::Range{range_.first, range_.end};
   how.request.unused_vertices |= last;
@@ -152,16 +152,18 @@ void Part::decode() {
   ranks_.together([&] { stage(); });
 }
 
-// If an array has the block ids, the blocks depend on the cells of all ranks.
+// Agrees with all ranks on the blocks. If an array has the block ids, the blocks depend on the
+// cells of all ranks.
 void Part::agree_on_blocks() {
   const std::size_t array = BlocksById::array_of_ids(piece_->info());
-  if (array == piece_->info().schema.arrays.size()) return;  // all ranks return here, or none
+  if (array == piece_->info().schema.arrays.size()) return;  // this is the same on all ranks
   std::vector<BlocksById::Key> mine;
   ranks_.together([&] { mine = BlocksById(*piece_, array, {}).keys(); });
   blocks_ = united(ranks_, mine);
 }
 
-// Counts the vertices that no rank has: vertices that no cell uses, coded before the last cells.
+// Counts the vertices that no rank has: vertices that no cell uses and that were coded before the
+// last cells.
 void Part::count_vertices() {
   struct Had {
     std::uint64_t number = 0;

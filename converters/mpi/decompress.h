@@ -1,6 +1,6 @@
-// Decompression by several ranks: each decodes a share of the cells and writes it as its part of a
-// decomposed Exodus mesh, out.e.4.0 to out.e.4.3. Memory per rank: that of a piece (PieceMesh), 16
-// to 24 bytes for each of its vertices, and a bit for each vertex that it owns.
+// Decompression by several ranks: each rank decodes a share of the cells and writes it as its part
+// of a decomposed Exodus mesh, e.g. out.e.4.0 to out.e.4.3. Memory per rank: the memory of a piece
+// (PieceMesh), 16 to 24 bytes for each of its vertices, and a bit for each vertex that it owns.
 #pragma once
 
 #include <cstddef>
@@ -15,12 +15,14 @@
 
 namespace shm::converters {
 
-// Returns the cells of part `part` of `parts`. Shares are equal, but an end moves to the beginning
-// of a segment if there is one nearby, so that fewer segments are decoded twice.
+// Returns the cells of part `part` of `parts`. Shares are equal, except that the end of a share is
+// moved to the beginning of a segment if there is one nearby, so that fewer segments are decoded
+// twice.
 CellRange part_range(const std::vector<SegmentInfo>& segments, std::uint64_t cells,
                      std::size_t parts, std::size_t part);
 
-// Collective. Writes command.output as one part per rank, all parts or none. Throws SharedFailure.
+// Collective. Writes one part per rank, named after command.output. Writes either all parts or
+// none. Throws SharedFailure.
 ExitCode decompress_with_ranks(Ranks& ranks, const DecompressCommand& command);
 
 }  // namespace shm::converters

@@ -12,10 +12,10 @@
 namespace shm::converters {
 namespace {
 
-constexpr std::size_t kMessage = std::size_t{1} << 26;  // maximum bytes in one message
+constexpr std::size_t kMessage = std::size_t{1} << 26;  // maximum size of a message in bytes
 constexpr int kTag = 1;
 
-// Errors inside MPI end the program, which is the default of MPI.
+// Errors inside MPI end the program, because that is MPI's default.
 
 std::vector<std::byte> packed(const Error& error) {
   std::vector<std::byte> bytes;
@@ -65,7 +65,8 @@ std::pair<std::size_t, std::size_t> place_of_process(int* argc, char*** argv) {
 MpiRanks::MpiRanks(int* argc, char*** argv) : MpiRanks(place_of_process(argc, argv)) {}
 
 MpiRanks::~MpiRanks() {
-  // mpirun ends all processes when one exits with an error. Wait until all processes are here.
+  // mpirun ends all processes when one exits with an error, so wait until all processes have
+  // arrived here.
   MPI_Barrier(MPI_COMM_WORLD);
   MPI_Finalize();
 }

@@ -15,13 +15,14 @@ namespace shm::converters {
 
 class MpiRanks final : public Ranks {
  public:
-  // Initializes and finalizes MPI. At most one object per process.
+  // Initializes MPI; the destructor finalizes it. A process may have at most one object.
   MpiRanks(int* argc, char*** argv);
   ~MpiRanks() override;
-  // Ends all processes immediately. For errors outside of calls in which ranks agree on errors.
+  // Ends all processes immediately. Used for errors outside of calls in which ranks agree on
+  // errors.
   [[noreturn]] static void abort(int code);
-  // The same with the exit code that `complain` returns. If `complain` runs out of memory, reports
-  // that instead.
+  // Ends all processes with the exit code that `complain` returns. If `complain` runs out of
+  // memory, reports that instead.
   [[noreturn]] static void abort_with(const std::function<int()>& complain) noexcept;
 
   void uninterrupted(const std::function<void()>& calls) override;

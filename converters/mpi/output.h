@@ -1,5 +1,5 @@
-// SharedOutput: one file that all ranks write with MPI-IO. It gets its name only when it is
-// complete.
+// SharedOutput: one file that all ranks write with MPI-IO. A temporary file is renamed to the final
+// name when it is complete.
 #pragma once
 
 #include <cstddef>
@@ -25,7 +25,7 @@ class SharedOutput {
 
   // Not collective. Throws Failure (output).
   void write(std::uint64_t offset, std::span<const std::byte> bytes);
-  // Collective. Flushes the file to disk, then gives it its name.
+  // Collective. Flushes the file to disk, then renames it to its final name.
   void commit();
 
  private:
@@ -34,7 +34,7 @@ class SharedOutput {
 
   Ranks* ranks_;
   std::string path_;
-  std::optional<OutputFile> file_;  // only on rank 0
+  std::optional<OutputFile> file_;  // set on rank 0 only
   std::unique_ptr<Handle> handle_;
 };
 

@@ -1,4 +1,5 @@
-// shm_mpi: compression and decompression by the ranks of an MPI program. Exit codes as in shm.
+// shm_mpi: compression and decompression by the ranks of an MPI program. The exit codes are those
+// of shm.
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <csignal>
@@ -79,7 +80,8 @@ ExitCode run_compress(Ranks& ranks, CompressCommand& command) {
   return kDone;
 }
 
-// Removes the options for several files and for removing IN. Ranks share one file and keep it.
+// Removes the options for several files and for removing IN, because ranks share one file and keep
+// it.
 void leave_out_many_files(CLI::App& command) {
   for (const char* const option : {"--recursive", "--stdout", "--rm", "--keep"})
     command.remove_option(command.get_option(option));
@@ -91,14 +93,14 @@ void take_one_file(FileCommand& command) {
 
 int run(Ranks& ranks, int argc, char** argv, Commands& commands) {
   CLI::App app{
-      "shm_mpi compresses a mesh, and gives it back, with the ranks of an MPI program.\n"
-      "All ranks see the same files."};
+      "shm_mpi compresses and decompresses a mesh with the ranks of an MPI program.\n"
+      "All ranks must see the same files."};
   app.name("shm_mpi");
   app.require_subcommand(1);
   commands.compress.threads = commands.decompress.threads = 1;
   CLI::App* compress = commands.compress.add_to(app);
   compress->description(
-      "Compress one mesh by all ranks; the file is that of shm compress with the same options.\n"
+      "Compress one mesh by all ranks. shm compress with the same options writes the same file.\n"
       "--segment-cells must be given: ranks share the segments. --order is keep or stream;\n"
       "--threads is for each rank, and 1 if not given");
   compress->footer(
@@ -108,11 +110,9 @@ int run(Ranks& ranks, int argc, char** argv, Commands& commands) {
       "  mpirun -n 4 shm_mpi compress rotor.e -o rotor.shm --order stream --segment-cells 262144");
   CLI::App* decompress = commands.decompress.add_to(app);
   decompress->description(
-      "Write the mesh of a .shm file as a decomposed Exodus mesh, a part for each rank: of 4 "
-      "ranks\n"
-      "OUT.4.0 to OUT.4.3. Each decodes its share of the cells. Number maps hold the numbers of "
-      "the\n"
-      "whole mesh");
+      "Write the mesh of a .shm file as a decomposed Exodus mesh with one part per rank: 4 ranks\n"
+      "write OUT.4.0 to OUT.4.3. Each rank decodes its share of the cells. Number maps hold the\n"
+      "numbers of the whole mesh");
   decompress->remove_option(decompress->get_option("--threads"));
   leave_out_many_files(*compress);
   leave_out_many_files(*decompress);
@@ -156,7 +156,7 @@ int guarded_run(int argc, char** argv) {
     if (ranks.first()) complain(commands, failure.error());
     return exit_code(failure.error().code);
   } catch (...) {
-    // An error on a single rank, while other ranks wait in collective calls.
+    // An error occurred on a single rank, while other ranks wait in collective calls.
     MpiRanks::abort_with([&] { return complain(commands, current_error()); });
   }
 }
@@ -165,6 +165,7 @@ int guarded_run(int argc, char** argv) {
 }  // namespace shm::converters
 
 int main(int argc, char** argv) {
-  std::signal(SIGXFSZ, SIG_IGN);  // a file that grows too large is an ordinary error
+  // Ignored, so that writing beyond the file size limit is an ordinary error.
+  std::signal(SIGXFSZ, SIG_IGN);
   return shm::converters::guarded_run(argc, argv);
 }

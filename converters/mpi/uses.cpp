@@ -11,7 +11,7 @@ struct VertexUse {
   std::uint64_t number = 0, first = 0, last = 0;
 };
 
-// Finds the first and last uses within the cells of this part.
+// Finds the first and the last use of each vertex within the cells of this part.
 std::vector<VertexUse> uses_in(MeshSource& mesh, const CellRange& range, PartUses& out) {
   std::vector<VertexUse> uses;
   for_cells(mesh, range, [&](const CellBatch& batch, std::uint64_t first_cell) {
@@ -29,7 +29,7 @@ std::vector<VertexUse> uses_in(MeshSource& mesh, const CellRange& range, PartUse
   return uses;
 }
 
-// The uses known to the owner of some vertices.
+// The uses of some vertices as their owner knows them.
 class OwnedUses {
  public:
   explicit OwnedUses(const NumberOwners& owners)
@@ -52,11 +52,12 @@ class OwnedUses {
   std::vector<VertexUse> uses_;
 };
 
-// Collects the numbers on one rank, in pieces of bounded size. The runs of owners ascend with their
-// ranks.
+// Collects the numbers of all ranks on one rank, in pieces of bounded size. The ranges of owners
+// ascend with their ranks.
 std::vector<std::uint64_t> collect(Ranks& ranks, const std::vector<std::uint64_t>& numbers,
                                    std::size_t rank) {
-  constexpr std::size_t kAtOnce = std::size_t{1} << 17;  // sum over all ranks
+  // Number of items per piece, summed over all ranks.
+  constexpr std::size_t kAtOnce = std::size_t{1} << 17;
   const std::size_t piece = std::max<std::size_t>(kAtOnce / ranks.size(), 1);
   std::vector<std::uint64_t> all;
   const std::uint64_t rounds = ranks.largest((numbers.size() + piece - 1) / piece);

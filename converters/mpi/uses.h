@@ -13,8 +13,8 @@
 
 namespace shm::converters {
 
-// Maps vertex numbers to indices 0, 1, 2, ... in the order in which they are added. Needs 16 to 24
-// bytes per vertex.
+// Assigns indices 0, 1, 2, ... to vertex numbers in the order in which they are added. Needs 16 to
+// 24 bytes per vertex.
 class VertexTable {
  public:
   static constexpr std::uint32_t kAbsent = ~std::uint32_t{0};
@@ -23,7 +23,8 @@ class VertexTable {
     if (slots_.empty()) return kAbsent;
     return slots_[slot_of(number)];
   }
-  // Throws Failure (over_limit) for more than 2^32 - 2 vertices.
+  // Returns the index of a vertex, which is added if it is new. Throws Failure (over_limit) for
+  // more than 2^32 - 2 vertices.
   std::uint32_t find_or_add(std::uint64_t number);
   const std::vector<std::uint64_t>& numbers() const { return numbers_; }
 
@@ -37,22 +38,23 @@ class VertexTable {
   void grow();
 
   std::vector<std::uint64_t> numbers_;
-  std::vector<std::uint32_t> slots_;  // the size is a power of two
+  std::vector<std::uint32_t> slots_;  // hash table; its size is a power of two
 };
 
 struct PartUses {
   VertexTable vertices;
-  // By index in the table.
+  // Properties of vertices, by index in the table:
   std::vector<std::uint64_t> last;  // the last cell of the mesh that uses the vertex
   std::vector<bool> imported;       // true if a cell before the range uses the vertex
-  std::uint64_t own = 0;            // vertices that are not imported
-  // On the rank `last_rank`: the vertices that no cell of the mesh uses, ascending.
+  std::uint64_t own = 0;            // number of vertices that are not imported
+
+  // Only on rank `last_rank`: the vertices that no cell of the mesh uses, ascending.
   std::vector<std::uint64_t> unused;
   // Number of cells of each block in the range.
   std::vector<std::uint64_t> block_cells;
 };
 
-// Calls visit(batch, number of its first cell) for all batches of cells in the range.
+// Calls visit(batch, first cell number) for all batches of cells in the range.
 template <class Visit>
 void for_cells(MeshSource& mesh, const CellRange& range, Visit&& visit) {
   constexpr std::uint64_t kBatchCells = 8192;

@@ -9,12 +9,12 @@
 
 namespace shm::converters {
 
-// Quadric error module, like OpenMesh's ModQuadricT, which measures the distance of a collapsed
-// vertex from the original planes, with three additions:
+// Quadric error module. Like OpenMesh's ModQuadricT, it measures the distance of a collapsed vertex
+// from the original planes. It differs in three ways:
 // - Sums that are slightly negative because of rounding count as 0. ModQuadricT treats negative
 // sums as forbidden collapses and would not decimate plane parts.
-// - Boundary edges add a plane perpendicular to their face. Without it a sheet would lose its
-// outline.
+// - Boundary edges add a plane perpendicular to their face. Without this plane, the boundary of a
+// sheet would not keep its outline.
 // - A collapse may not turn over or flatten a triangle.
 //
 // Coordinates must be about -1..1.
@@ -67,8 +67,8 @@ class OutlineQuadrics final : public OpenMesh::Decimater::ModBaseT<MeshType> {
   using Place = typename MeshType::Point;
   using Quadric = OpenMesh::Geometry::QuadricT<double>;
 
-  // Prefers short edges where everything is plane. Otherwise one vertex would absorb all others one
-  // by one, and all its faces, which become more and more, would be checked each time.
+  // Prefers short edges if everything is plane. Otherwise one vertex would absorb all other
+  // vertices one by one, and its growing number of faces would be checked each time.
   static constexpr double kShortFirst = 1e-9;
 
   static Place normal_of(const Place& a, const Place& b, const Place& c) {
@@ -85,7 +85,7 @@ class OutlineQuadrics final : public OpenMesh::Decimater::ModBaseT<MeshType> {
   }
 
   // Returns true if the collapse turns over or flattens a triangle around the removed vertex.
-  // Ignores the triangles that are removed with it.
+  // Ignores the triangles that the collapse removes.
   bool turns_any(const CollapseInfo& collapse) {
     MeshType& mesh = this->mesh();
     for (auto side = mesh.cvoh_iter(collapse.v0); side.is_valid(); ++side) {

@@ -13,8 +13,8 @@
 namespace shm::converters {
 namespace {
 
-// A polygon with n corners becomes n - 2 triangles, and OpenMesh numbers halfedges, two per side,
-// with an int.
+// Largest number of corners. A polygon with n corners becomes n - 2 triangles, and OpenMesh numbers
+// halfedges, two per side, with an int.
 constexpr std::size_t kMostCorners = (std::size_t{1} << 30) / 3;
 
 Vector place_of(const Surface& surface, std::uint32_t vertex) {
@@ -27,8 +27,8 @@ bool is_in_float32(const Vector& place) {
   return std::all_of(place.begin(), place.end(), [](double x) { return std::fabs(x) <= kMost; });
 }
 
-// Converts the faces of a surface one by one to polygons, which still use the vertices of the
-// surface.
+// Converts the faces of a surface one by one to polygons. The polygons still refer to the vertices
+// of the surface.
 class PolygonMaker {
  public:
   PolygonMaker(const Surface& surface, bool triangles, Polygons& out)
@@ -68,7 +68,7 @@ class PolygonMaker {
     return static_cast<std::size_t>(std::unique(sorted_.begin(), sorted_.end()) - sorted_.begin());
   }
 
-  // Returns the corner that all triangles of the face share.
+  // Returns the corner that all triangles of the face's fan share.
   std::size_t fan_corner() const {
     if (ring_.size() != 4)
       return static_cast<std::size_t>(std::min_element(places_.begin(), places_.end()) -
@@ -92,7 +92,7 @@ class PolygonMaker {
     for (std::size_t i = 1; i + 1 < count; ++i) {
       const std::array<std::uint32_t, 3> triangle = {ring_[turn], ring_[(turn + i) % count],
                                                      ring_[(turn + i + 1) % count]};
-      // false if a polygon meets a vertex again
+      // The corners are not different if a polygon contains a vertex twice.
       if (different(triangle) == 3) add_polygon(f, triangle);
     }
   }
@@ -110,9 +110,9 @@ class PolygonMaker {
   std::vector<Vector> places_;
 };
 
-// At first each corner is a vertex of its own. Corners are united along edges where faces stay
-// connected. Around a vertex, a corner has at most one face before it and one after it, so united
-// corners form one fan.
+// Assigns vertices to corners. At first each corner has a separate vertex. Corners are united along
+// edges where faces stay connected. Around a vertex, a corner has at most one face before it and
+// one after it, so united corners form one fan.
 class CornerJoiner {
  public:
   explicit CornerJoiner(Polygons& polygons) : polygons_(polygons) {}
@@ -121,7 +121,8 @@ class CornerJoiner {
     list_edges();
     taken_out_.assign(polygons_.face_count(), false);
     join_along_edges();
-    // A fan may meet a face a second time. If that face is taken out, the rest of the fan is valid.
+    // A fan may reach a face a second time. If that face is removed from the fan, the rest of the
+    // fan is valid.
     if (take_out_rejoined()) join_along_edges();
     number();
   }
@@ -129,8 +130,8 @@ class CornerJoiner {
  private:
   // A side of a face, from one corner to the next.
   struct Side {
-    std::uint32_t low, high;  // vertices
-    std::uint32_t from, to;   // corners
+    std::uint32_t low, high;  // vertices of the side, the lower one first
+    std::uint32_t from, to;   // corners at the ends of the side
     std::uint32_t face;
   };
 

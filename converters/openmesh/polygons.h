@@ -12,27 +12,32 @@
 
 namespace shm::converters {
 
-// Maximum length of a PLY list whose count is one byte.
+// Largest number of corners in a PLY list whose count is one byte.
 inline constexpr std::size_t kMostPolygonCorners = 255;
 
 struct PolygonOptions {
-  // Split polygons into triangles: all of them, or only those with more than kMostPolygonCorners.
+  // True: all polygons are split into triangles; false: only polygons with more than
+  // kMostPolygonCorners.
   bool triangles = false;
 };
 
-// A plain value. Each face has at least three corners, all of them different vertices.
+// The resulting polygons. Each polygon has at least three corners, and its corners are different
+// vertices.
 struct Polygons {
   std::vector<std::size_t> face_begin{0};  // faces + 1 offsets into corners
   std::vector<std::uint32_t> corners;      // indices into `vertices`
-  // For each polygon, the face of the surface that it is or belongs to.
+
+  // For each polygon, the face of the surface from which it was made.
   std::vector<std::uint32_t> faces;
-  // For each vertex, its number in the surface: ascending, then those of the copies.
+  // For each vertex, its number in the surface: first the vertices in ascending order, then the
+  // copies.
   std::vector<std::uint32_t> vertices;
 
-  // Vertices that were duplicated to separate the faces around them.
+  // Number of vertices that were duplicated to separate the faces around them.
   std::uint64_t copies = 0;
-  // Faces of the surface that are left out: with one or two corners; with fewer than three
-  // different corners; with a coordinate that is not finite or exceeds the range of float32.
+  // Numbers of faces of the surface that are left out: faces with one or two corners; faces with
+  // fewer than three different corners; faces with a coordinate that is not finite or exceeds the
+  // range of float32.
   std::uint64_t lines_and_points = 0, collapsed = 0, not_finite = 0;
 
   std::size_t face_count() const { return faces.size(); }
@@ -41,13 +46,13 @@ struct Polygons {
   }
 };
 
-// Returns the polygons of a surface, in its order. Repeated consecutive corners count once. A quad
-// is split along the shorter of the diagonals that turn over no triangle, other polygons into a fan
-// around the corner with the least x, then y, then z.
+// Returns the polygons of a surface, in the order of its faces. Repeated consecutive corners count
+// once. A quad is split along the shorter of the diagonals that turn over no triangle, other
+// polygons into a fan around the corner with the least x, then y, then z.
 //
-// Faces stay connected along an edge if exactly two faces have it and traverse it in opposite
-// directions. Faces that share any other edge, or only a vertex, are separated: each gets vertices
-// of its own. A face that meets one of its own vertices again is separated too.
+// Faces stay connected along an edge if exactly two faces have the edge and traverse it in opposite
+// directions. Faces that share any other edge, or only a vertex, are separated: each of them gets
+// separate vertices. If a face would meet one of its own vertices again, it is separated too.
 //
 // Needs up to 50 bytes per corner, and sorts the corners once. Returns ErrorCode::over_limit for
 // more than 2^30 / 3 corners. Thread safe.

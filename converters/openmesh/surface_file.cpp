@@ -43,8 +43,7 @@ struct SurfaceTraits : OpenMesh::DefaultTraits {
 using PolygonMesh = OpenMesh::PolyMesh_ArrayKernelT<SurfaceTraits>;
 using TriangleMesh = OpenMesh::TriMesh_ArrayKernelT<SurfaceTraits>;
 
-// Stream buffer for OpenMesh's writers. Stores the first error, because the writers do not check
-// for errors.
+// Stream buffer for OpenMesh's writers, which do not check for errors. Stores the first error.
 class SinkBuffer final : public std::streambuf {
  public:
   explicit SinkBuffer(ByteSink& sink) : sink_(&sink), buffer_(std::size_t{1} << 16) { empty(); }
@@ -61,7 +60,7 @@ class SinkBuffer final : public std::streambuf {
     pbump(1);
     return letter;
   }
-  int sync() override { return 0; }  // the writers flush after some lines
+  int sync() override { return 0; }  // does nothing, because the writers flush after some lines
 
  private:
   void empty() { setp(buffer_.data(), buffer_.data() + buffer_.size()); }
@@ -108,12 +107,13 @@ class SurfaceMesh {
   SurfaceMesh(const Surface& surface, const Polygons& polygons)
       : surface_(surface), polygons_(polygons) {
     mesh_.add_property(block_, "block");
-    mesh_.property(block_).set_persistent(true);  // writers store only persistent properties
+    // Needed because writers store only persistent properties.
+    mesh_.property(block_).set_persistent(true);
     mesh_.add_property(vertex_of_);
     mesh_.add_property(face_of_);
   }
 
-  // Returns ErrorCode::unsupported if OpenMesh does not accept a face.
+  // Adds the faces to the mesh. Returns ErrorCode::unsupported if OpenMesh does not accept a face.
   Result<void> fill(const Progress& progress) {
     const std::size_t faces = polygons_.face_count(), sides = polygons_.corners.size();
     mesh_.reserve(polygons_.vertices.size(), sides / 2 + sides / 4, faces);
@@ -141,8 +141,8 @@ class SurfaceMesh {
     return {};
   }
 
-  // Decimates until `left` triangles are left or none can be removed. The mesh must consist of
-  // triangles.
+  // Decimates until at most `left` triangles are left, or none can be removed. The mesh must
+  // consist of triangles.
   void decimate(std::uint64_t left, const Progress& progress) {
     using Module = OutlineQuadrics<MeshType>;
     const std::uint64_t before = mesh_.n_faces();
@@ -212,7 +212,7 @@ class SurfaceMesh {
   }
 
   // Moves the middle of the mesh to 0 and scales its largest side to -1..1, so that fourth powers
-  // stay finite.
+  // of coordinates stay finite.
   void to_unit_places() {
     constexpr double kFar = std::numeric_limits<double>::infinity();
     OpenMesh::Vec3d least(kFar, kFar, kFar), most(-kFar, -kFar, -kFar);

@@ -14,35 +14,36 @@
 
 namespace shm::converters {
 
-// PLY: binary, little-endian; a face has up to 255 corners, and the index of its element block as
-// the property `block`. STL: binary, triangles. OBJ: text. All coordinates are float32, because
-// OpenMesh's writers support nothing more.
+// File formats. PLY: binary, little-endian; a face has up to 255 corners, and the index of its
+// element block as the property `block`. STL: binary, triangles. OBJ: text. All coordinates are
+// float32, because OpenMesh's writers support no other type.
 enum class SurfaceFormat : std::uint8_t { ply, stl, obj };
 
-// "ply", "stl", "obj"; nothing for other words.
+// Returns the format that "ply", "stl" or "obj" means, and nothing for other words.
 std::optional<SurfaceFormat> surface_format(std::string_view word);
 
 // Returns true if this build has OpenMesh.
 bool can_write_surfaces();
 
 struct SurfaceColours {
-  bool of_points = false;        // one for each vertex instead of each face of the surface
+  bool of_points = false;        // true: one colour per vertex; false: one per face of the surface
   std::span<const Rgb> colours;  // borrowed
 };
 
 struct SurfaceFileOptions {
   SurfaceFormat format = SurfaceFormat::ply;
   // Number of triangles after decimation, at least 1. A surface with fewer triangles is not
-  // decimated, but its quads and polygons are split. The remaining vertices keep their positions.
+  // decimated, but its quads and polygons are split. Vertices that remain keep their positions.
   std::optional<std::uint64_t> decimate;
   const SurfaceColours* colours = nullptr;  // borrowed; only PLY supports colours
 };
 
 struct WrittenSurface {
-  std::uint64_t vertices = 0, faces = 0;  // counts in the file
-  std::uint64_t triangles_before = 0;     // triangles before decimation; 0: no decimation
-  std::uint64_t rounded = 0;              // vertices whose position is rounded to float32
-  // As in Polygons.
+  std::uint64_t vertices = 0, faces = 0;  // numbers of vertices and faces in the file
+  std::uint64_t triangles_before = 0;     // number of triangles before decimation; 0: no decimation
+  std::uint64_t rounded = 0;              // number of vertices whose position is rounded to float32
+
+  // Counts with the same meaning as in Polygons.
   std::uint64_t copies = 0, lines_and_points = 0, collapsed = 0, not_finite = 0;
 };
 

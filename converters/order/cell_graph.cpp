@@ -11,7 +11,8 @@ namespace {
 
 constexpr std::uint32_t kNoFace = 6;
 
-// Corners shared by two adjacent faces, i.e. an edge. Both entries are equal for opposite faces.
+// The corners that two adjacent faces share, i.e. an edge. For opposite faces both entries are
+// equal.
 constexpr auto kEdgeBetween = [] {
   std::array<std::array<std::array<std::uint8_t, 2>, 6>, 6> table{};
   for (std::size_t f = 0; f < 6; ++f)
@@ -38,7 +39,7 @@ bool all_different(const std::array<std::uint32_t, 4>& v) {
          v[2] != v[3];
 }
 
-// Returns the face of a hexahedron, other than `not_this`, at the edge between two vertices.
+// Returns the face of a hexahedron that has the edge between two vertices and is not `not_this`.
 std::uint32_t face_at_edge(const std::array<std::uint32_t, 8>& corners, std::uint32_t a,
                            std::uint32_t b, std::uint32_t not_this) {
   std::uint32_t at_a = 0, at_b = 0;
@@ -61,7 +62,8 @@ CellGraph::CellGraph(const Cells& cells, const Progress& progress, Spool* spool,
     join_sorted(*spool, sort_bytes, progress);
     return;
   }
-  // Works in slices of vertices, so that the table of faces being matched stays small.
+  // The faces are joined in slices of vertices, so that the table of faces being joined stays
+  // small.
   constexpr std::uint64_t kSliceCells = 1 << 18, kMostSlices = 8;
   const std::uint64_t slices =
       std::clamp<std::uint64_t>(cells.size() / kSliceCells, 1, kMostSlices);
@@ -71,7 +73,7 @@ CellGraph::CellGraph(const Cells& cells, const Progress& progress, Spool* spool,
   }
 }
 
-// Calls visit(lowest vertex, candidate) for each face with four different vertices.
+// Calls visit(lowest vertex, candidate) for each face that has four different vertices.
 template <class Visit>
 void CellGraph::for_each_face(Visit&& visit) const {
   for (std::uint32_t cell = 0; cell < cells_->size(); ++cell) {
@@ -91,7 +93,7 @@ void CellGraph::for_each_face(Visit&& visit) const {
 
 // Joins the faces whose lowest vertex is in [begin, end).
 void CellGraph::join_slice(std::uint64_t begin, std::uint64_t end) {
-  // Bucket sort by lowest vertex: count, then distribute.
+  // Bucket sort by lowest vertex: first count the faces, then distribute them.
   std::vector<std::uint32_t> end_of(end - begin + 1, 0);
   for_each_face([&](std::uint32_t lowest, const Candidate&) {
     if (lowest >= begin && lowest < end) ++end_of[lowest - begin + 1];
@@ -106,12 +108,12 @@ void CellGraph::join_slice(std::uint64_t begin, std::uint64_t end) {
     join(std::span(faces).subspan(first, end_of[v] - first));
 }
 
-// The same for all faces, in the memory of an external sort.
+// Joins all faces in the same way, but with an external sort in bounded memory.
 void CellGraph::join_sorted(const Spool& spool, std::size_t sort_bytes, const Progress& progress) {
   ExternalSorter sorted(spool.directory(), sizeof(Candidate), sort_bytes);
   if (progress) progress("joining faces", 0, 2);
   for_each_face([&](std::uint32_t lowest, const Candidate& face) {
-    // The hash keeps the groups small even if a vertex is the lowest one of very many faces.
+    // The hash keeps the groups small even if one vertex is the lowest vertex of very many faces.
     const std::uint64_t hash = hash_of(0, face.others()) >> 32;
     sorted.add(std::uint64_t{lowest} << 32 | hash, reinterpret_cast<const std::byte*>(&face));
   });
@@ -128,7 +130,7 @@ void CellGraph::join_sorted(const Spool& spool, std::size_t sort_bytes, const Pr
   join(faces);
 }
 
-// Joins equal faces among `faces`, which all have the same lowest vertex.
+// Joins equal faces in `faces`, all of which have the same lowest vertex.
 void CellGraph::join(std::span<Candidate> faces) {
   constexpr std::size_t kManyFaces = 64;
   if (faces.size() > kManyFaces) return join_many(faces);
@@ -147,7 +149,7 @@ void CellGraph::join(std::span<Candidate> faces) {
   }
 }
 
-// The same in O(n log n) time, because a vertex may have any number of faces.
+// Does the same as join() in O(n log n) time, because a vertex may have any number of faces.
 void CellGraph::join_many(std::span<Candidate> faces) {
   std::stable_sort(faces.begin(), faces.end(),
                    [](const Candidate& a, const Candidate& b) { return a.others() < b.others(); });
@@ -161,7 +163,7 @@ void CellGraph::join_many(std::span<Candidate> faces) {
   }
 }
 
-// Joins the occurrences of one face in several cells, two by two, in the mesh's order of cells.
+// Joins the occurrences of one face in several cells in pairs, in the mesh's order of cells.
 void CellGraph::join_same(std::span<CellFace> faces) {
   if (faces.size() < 2) return;
   if (faces.size() > 2)
@@ -200,7 +202,7 @@ Frame CellGraph::carried(std::uint32_t cell, const Frame& frame, std::uint32_t f
                          CellFace to) const {
   Frame result{};
   const auto corners = cells_->hexahedron(cell), corners_there = cells_->hexahedron(to.cell());
-  std::uint32_t used = 0;  // bit a: axis a of the neighbour
+  std::uint32_t used = 0;  // bit a is set if axis a of the neighbour is used
   std::array<bool, 3> known{};
   for (std::size_t a = 0; a < 3; ++a) {
     std::uint32_t there;
@@ -215,7 +217,7 @@ Frame CellGraph::carried(std::uint32_t cell, const Frame& frame, std::uint32_t f
     used |= 1u << (there >> 1);
     known[a] = true;
   }
-  // Collapsed hexahedra may leave a direction undetermined. Take any unused axis.
+  // Collapsed hexahedra may leave a direction undetermined. It gets any unused axis.
   for (std::size_t a = 0; a < 3; ++a)
     for (std::uint32_t axis = 0; axis < 3 && !known[a]; ++axis) {
       if (used >> axis & 1) continue;

@@ -20,7 +20,8 @@ CellSequence read_cell_order(const std::string& path, std::uint64_t cells) {
     const std::string place = "line " + std::to_string(line);
     throw Failure(Error{ErrorCode::corrupt, what, place, kNoOffset, path});
   };
-  const std::uint64_t least_bytes = cells < 2 ? cells : 2 * cells - 1;  // a digit and a line end
+  // Each number needs at least a digit and a line end.
+  const std::uint64_t least_bytes = cells < 2 ? cells : 2 * cells - 1;
   if (input.size() < least_bytes)
     throw Failure(Error{ErrorCode::truncated,
                         "is too short for the numbers of " + std::to_string(cells) + " cells",

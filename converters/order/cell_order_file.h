@@ -1,4 +1,4 @@
-// A file with an order of cells: text, each line with the number of the next cell, counted from 0.
+// A text file with an order of cells. Each line has the number of the next cell, counted from 0.
 #pragma once
 
 #include <cstdint>
@@ -8,9 +8,9 @@
 
 namespace shm::converters {
 
-// Reads an order of cells. Throws Failure with file and line unless the file contains each number
-// below `cells` exactly once and nothing more: truncated if numbers are missing at its end,
-// otherwise corrupt.
+// Reads an order of cells. Throws Failure, which names file and line, unless the file contains each
+// number below `cells` exactly once and nothing more. The code is truncated if numbers are missing
+// at the end, otherwise corrupt.
 CellSequence read_cell_order(const std::string& path, std::uint64_t cells);
 
 }  // namespace shm::converters

@@ -50,8 +50,8 @@ class Traversal {
     std::uint32_t cell;
     Frame frame;
   };
-  // Steps to the next cell in direction `axis` of the frame, or back. Returns false if that cell
-  // does not exist or was visited.
+  // Finds the next cell in direction `axis` of the frame, or in the opposite direction if `back`.
+  // Returns false if that cell does not exist or has been visited.
   bool step(const Step& from, std::size_t axis, bool back, Step& to) const {
     const std::uint32_t face = from.frame[axis] ^ (back ? 1u : 0u);
     const CellFace across = graph_->across(from.cell, face);
@@ -62,8 +62,8 @@ class Traversal {
   bool step(std::uint32_t from, std::size_t axis, bool back, Step& to) const {
     return step(Step{from, frame(from)}, axis, back, to);
   }
-  // Walks as far as possible without passing a cell twice. Rows may be rings, and may cross
-  // themselves.
+  // Walks as far as possible without passing a cell twice. A row may be a ring, and may cross
+  // itself.
   Step farthest(const Step& from, std::size_t axis, bool back, std::uint32_t* length = nullptr) {
     ++walk_;
     Step current = from, next;
@@ -80,13 +80,14 @@ class Traversal {
  private:
   const CellGraph* graph_;
   std::vector<bool> visited_;
-  BigArray<std::uint8_t> frames_;   // frames of visited cells
-  BigArray<std::uint32_t> passed_;  // number of the last walk that passed the cell
+  BigArray<std::uint8_t> frames_;   // frame of each visited cell
+  BigArray<std::uint32_t> passed_;  // for each cell, number of the last walk that passed it
   std::uint32_t walk_ = 0;
   CellList order_;
 };
 
-// Finds a cell at the rim of the component of `first`: the last cell of a breadth-first search.
+// Finds a cell at the rim of the component that contains `first`: the last cell of a breadth-first
+// search.
 class RimFinder {
  public:
   RimFinder(const CellGraph& graph, Spool* spool)
@@ -116,7 +117,8 @@ class RimFinder {
 };
 
 // Returns a frame whose directions point away from the rim. Layers are stacked along the shortest
-// axis (0) to the longest (2); rows follow the longer of the other two axes.
+// axis (`layers_along` 0) to the longest axis (2). Rows are parallel to the longer of the other two
+// axes.
 Frame frame_at(const CellGraph& graph, Traversal& traversal, std::uint32_t cell,
                std::size_t layers_along) {
   Frame frame = kPlainFrame;
@@ -133,7 +135,7 @@ Frame frame_at(const CellGraph& graph, Traversal& traversal, std::uint32_t cell,
   return {frame[3 - above - beside], frame[beside], frame[above]};
 }
 
-// Calls start(cell, frame) for an unvisited cell at the rim of each component, with components in
+// For each component, calls start(cell, frame) for an unvisited cell at its rim. Components are in
 // the mesh's order of cells.
 template <class Start>
 void for_each_component(const CellGraph& graph, Traversal& traversal, std::size_t layers_along,
@@ -163,8 +165,8 @@ class Sweep {
   using Step = Traversal::Step;
   CellList& order() { return walk_.order(); }
 
-  // Visits the layers above those already visited, then the layers below. Cells that only a turned
-  // frame reaches come last.
+  // Visits the layers above the visited layers, then the layers below. Cells that can only be
+  // reached with a turned frame come last.
   void sweep(const Step& seed) {
     std::uint64_t above = order().size(), below = above, aside = above;
     row(walk_.farthest(seed, kBeside, true));
@@ -190,8 +192,8 @@ class Sweep {
     }
   }
 
-  // Visits the next layer, in the order of the cells from `begin` on. Returns the index of its
-  // first cell.
+  // Visits the next layer, in the order of the cells of the previous layer from `begin` on. Returns
+  // the index of the layer's first cell.
   std::uint64_t image_of_layer(std::uint64_t begin, bool down) {
     const std::uint64_t end = order().size();
     Step next;
@@ -201,7 +203,7 @@ class Sweep {
     return end;
   }
 
-  // Visits rows beside the cells from `begin` on, until there are no more.
+  // Visits rows beside the cells from `begin` on, until there are no more rows.
   void complete_layer(std::uint64_t begin) {
     std::uint64_t scan = begin, scan_back = begin;
     Step next;
@@ -251,7 +253,7 @@ CellList breadth_first_order(const CellGraph& graph, Spool* spool) {
 CellList enclosed_first_order(const CellGraph& graph, Spool* spool) {
   Traversal walk(graph, spool);
   BigArray<std::uint8_t> shared(spool, graph.cells().size());
-  // By number of shared faces. Outdated entries stay in the lists.
+  // Lists of cells, by number of shared faces. Outdated entries stay in the lists.
   std::vector<BigArray<CellFace>> waiting;
   for (int faces = 0; faces <= 6; ++faces) waiting.emplace_back(spool);
   const auto come = [&](std::uint32_t cell, const Frame& frame) {
@@ -284,13 +286,13 @@ CellList enclosed_first_order(const CellGraph& graph, Spool* spool) {
 CellList with_others_in_place(const Cells& cells, CellList hexahedra, Spool* spool,
                               std::size_t sort_bytes) {
   if (hexahedra.size() == cells.size()) return hexahedra;
-  // 1 + index of the first hexahedron with the vertex; 0: none
+  // For each vertex, 1 + index of the first hexahedron that uses it; 0: no hexahedron uses it.
   BigArray<std::uint32_t> birth(spool, cells.vertices());
   for (std::uint64_t position = 0; position < hexahedra.size(); ++position)
     for (const std::uint32_t v : cells.cell(hexahedra[position]))
       if (birth[v] == 0) birth.set(v, static_cast<std::uint32_t>(position + 1));
-  // Sorts the other cells by the hexahedron that they follow, then in the mesh's order. Cells with
-  // vertices that no hexahedron has come last.
+  // Sorts the other cells by the hexahedron after which they are inserted, then in the mesh's
+  // order. Cells with vertices that no hexahedron uses come last.
   constexpr std::uint32_t kNever = ~std::uint32_t{0};
   ExternalSorter others(spool != nullptr ? spool->directory() : std::string(), sizeof kNever,
                         spool != nullptr ? sort_bytes : std::numeric_limits<std::size_t>::max());

@@ -9,15 +9,17 @@
 namespace shm::converters {
 namespace {
 
-// Sizes of the delay buffer in the order of trial. The next size is tried only if the previous one
-// pays, because a smaller buffer also saves something if a larger one does.
+// Sizes of the delay buffer in the order in which they are tried. The next size is tried only if
+// the previous size is worthwhile: if a larger buffer saves something, a smaller buffer does too.
 constexpr std::array<std::uint32_t, 2> kDelays = {256, 1024};
-constexpr std::uint64_t kFewestCells = 24000;  // smaller meshes are not tried
+// Smallest number of cells for which buffers are tried.
+constexpr std::uint64_t kFewestCells = 24000;
 constexpr std::uint64_t kRunCells = 2048, kMostRuns = 16;
-constexpr std::uint64_t kShare = 20;  // of large meshes, at most 1 in 20 cells is in the sample
+constexpr std::uint64_t kShare = 20;  // the sample of a large mesh contains at most 1 of 20 cells
 
-// Runs spread over the mesh, the first one at its beginning. They keep the order of cells, on which
-// the effect of a delay buffer depends, and are longer than the buffers.
+// Returns the runs of the sample. They are spread over the mesh, beginning with its first cell. The
+// cells of a run keep their order, which determines the effect of a delay buffer. Runs are longer
+// than the buffers.
 std::vector<CellRun> runs_of(std::uint64_t cells) {
   const std::uint64_t count = std::clamp<std::uint64_t>(cells / kShare / kRunCells, 1, kMostRuns);
   std::vector<CellRun> runs;

@@ -12,10 +12,11 @@ namespace shm::converters {
 namespace {
 
 constexpr std::uint32_t kSampleCells = 1 << 16;
-constexpr std::uint64_t kSampleBytes = std::uint64_t{256} << 20;  // approximate limit for values
+// Approximate limit for the values of a sample, in bytes.
+constexpr std::uint64_t kSampleBytes = std::uint64_t{256} << 20;
 
-// Orders whose size exceeds the smallest one by at most this fraction count as equally small. The
-// order with the fewest active vertices among them is chosen.
+// Orders count as equally small if their size exceeds the smallest size by at most this fraction.
+// Of such orders, the order with the fewest active vertices is chosen.
 constexpr double kNegligible = 1.0 / 256;
 
 std::uint32_t sample_size(const MeshInfo& info) {
@@ -53,7 +54,7 @@ class OrderTrials {
 
   bool is_whole() const { return picked_.size() == cells_->size(); }
 
-  // Finds the best order as if the sample were the whole mesh.
+  // Finds the best order of the sample as if it were the whole mesh.
   Trial best(const TrialCoder& code, const Progress& progress) {
     CellOrderer orderer(sample_.cells(), sample_);
     std::vector<Trial> trials;
@@ -65,7 +66,7 @@ class OrderTrials {
     return best_of(trials);
   }
 
-  // Codes the sample in an order of the whole mesh.
+  // Codes the sample in the order that its cells have in an order of the whole mesh.
   Trial trial_of_whole(const CellOrdering& ordering, const CellList& whole,
                        const TrialCoder& code) {
     std::vector<bool> is_picked(cells_->size(), false);
@@ -92,7 +93,7 @@ class OrderTrials {
   }
 
   const Cells* cells_;
-  CellSequence picked_;  // cell numbers in the mesh, ascending
+  CellSequence picked_;  // cell numbers of the sample in the mesh, ascending
   SampleMesh sample_;
   std::size_t steps_;
 };
@@ -133,7 +134,7 @@ CellList CellOrderer::operator()(const CellOrdering& ordering) {
   if (room_.spool == nullptr) return order(ordering, nullptr);
   using Kind = CellOrdering::Kind;
   if (ordering.kind != Kind::stored && ordering.kind != Kind::hilbert)
-    graph(ordering.within_blocks);  // the graph is built first, because it needs the memory
+    graph(ordering.within_blocks);  // built first, because the graph needs the memory
   Spool scratch(room_.spool->directory(), room_.memory / 2);
   const CellList made = order(ordering, &scratch);
   CellList kept(room_.spool);
@@ -174,7 +175,8 @@ std::optional<CellList> find_free_order(MeshSource& mesh, const Cells& cells, Me
   if (first.ordering.kind == CellOrdering::Kind::stored) return std::nullopt;
   CellList order = whole(first.ordering);
   if (trials.is_whole() || first.ordering.kind != CellOrdering::Kind::swept) return order;
-  // A sample does not show which axis is long. Try the other axes on the whole mesh.
+  // A sample does not show which axis is long. The other axes are therefore tried on the whole
+  // mesh.
   Trial best = trials.trial_of_whole(first.ordering, order, code);
   for (CellOrdering other = first.ordering; const int along : {0, 1, 2}) {
     if (along == first.ordering.layers_along) continue;

@@ -1,9 +1,9 @@
-// Order::free in the writer: finds by trial the order of cells with the smallest file. It codes a
-// sample of the mesh in the original order and in every other known order, and uses the order with
-// the fewest bytes, including all data, for the whole mesh. Memory while orders are made: 115 bytes
-// per cell, 8 per vertex, and the sample with its values. Memory afterwards: the cells and their
-// order, 36 bytes per hexahedron. If that exceeds the limit, everything is in a spool, and the
-// resulting order is the same; see spooled_mesh.h.
+// Order::free in the writer: finds, by trials, the order of cells with the smallest file. It codes
+// a sample of the mesh in the original order and in every other known order. The order in which all
+// data of the sample needs the fewest bytes is used for the whole mesh. While orders are computed,
+// 115 bytes per cell, 8 per vertex, and the sample with its values are in memory. Afterwards the
+// cells and their order are in memory, 36 bytes per hexahedron. If that exceeds the limit, all
+// tables are in a spool, and the resulting order is the same; see spooled_mesh.h.
 #pragma once
 
 #include <cstddef>
@@ -22,12 +22,12 @@
 
 namespace shm::converters {
 
-// A method to order cells.
+// A method that determines an order of cells.
 struct CellOrdering {
   enum class Kind : std::uint8_t { stored, breadth_first, swept, enclosed_first, hilbert };
   Kind kind = Kind::stored;
-  std::uint8_t layers_along = 0;  // swept only
-  bool within_blocks = false;     // keeps connected parts of a block together
+  std::uint8_t layers_along = 0;  // axis along which layers are stacked; used by swept orders only
+  bool within_blocks = false;     // true: keeps connected parts of a block together
 };
 
 // Returns all orderings that are worth a trial for these cells. The first one is the original
@@ -36,14 +36,15 @@ std::vector<CellOrdering> cell_orderings(const Cells& cells);
 
 // Memory for the search.
 struct SearchRoom {
-  Spool* spool = nullptr;  // for the resulting orders; null: all is in memory, without a limit
-  std::size_t memory = 0;  // for spools of temporary tables, in addition to `spool`
+  // Spool for the resulting orders; null: all tables are in memory, without a limit.
+  Spool* spool = nullptr;
+  std::size_t memory = 0;  // bytes for spools of temporary tables, in addition to `spool`
 };
 
-// Makes orders of one mesh. Ask for orderings `within_blocks` last.
+// Computes orders of one mesh. Orderings `within_blocks` must be requested last.
 class CellOrderer {
  public:
-  // Borrows both. `mesh`: has the vertices in the numbering of `cells`.
+  // Borrows both. `mesh`: mesh that has the vertices in the numbering of `cells`.
   CellOrderer(const Cells& cells, MeshSource& mesh, Progress progress = {},
               const SearchRoom& room = {})
       : cells_(&cells), mesh_(&mesh), progress_(std::move(progress)), room_(room) {}
@@ -63,18 +64,18 @@ class CellOrderer {
   bool cut_ = false;
 };
 
-// Encodes a mesh that has the arrays of the source. Returns the sizes.
+// Encodes a mesh that has the arrays of the source. Returns the sizes of the encoded data.
 using TrialCoder = std::function<SizeReport(MeshSource& part)>;
 
 // Returns the best order, or nothing if that is the original order. `cells`: the cells of `mesh`,
-// in its own or another numbering. `located`: the mesh with the vertices in the numbering of
-// `cells`, may be `mesh` itself.
+// in its own or another numbering. `located`: mesh that has the vertices in the numbering of
+// `cells`; may be `mesh` itself.
 std::optional<CellList> find_free_order(MeshSource& mesh, const Cells& cells, MeshSource& located,
                                         const TrialCoder& code, const Progress& progress = {},
                                         const SearchRoom& room = {});
 
-// Returns the bytes of a sample in the best order, divided by the bytes that `code_as_is` needs for
-// it.
+// Returns the size of a sample in the best order, divided by its size when it is coded by
+// `code_as_is`.
 double share_in_free_order(MeshSource& mesh, const CellTable& cells, const TrialCoder& code,
                            const TrialCoder& code_as_is);
 

@@ -1,4 +1,4 @@
-// The transpose form of the curve by John Skilling (2004).
+// Computes the Hilbert curve in the transpose form of John Skilling (2004).
 #include "order/hilbert_curve.h"
 
 #include <algorithm>
@@ -55,7 +55,8 @@ CurveGrid::CurveGrid(MeshSource& mesh) {
 CurvePlace CurveGrid::place(const std::array<double, 3>& point) const {
   CurvePlace places;
   for (std::size_t c = 0; c < 3; ++c) {
-    const double place = (point[c] / 2 - low_[c] / 2) * scale_;  // inf for extremely small boxes
+    // Infinite for extremely small boxes.
+    const double place = (point[c] / 2 - low_[c] / 2) * scale_;
     places[c] = place >= 0 && place < (1u << kAxisBits) ? static_cast<std::uint32_t>(place)
                                                         : (1u << kAxisBits) - 1;
   }

@@ -10,7 +10,7 @@ namespace shm::converters {
 
 using CurvePlace = std::array<std::uint32_t, 3>;
 
-// Returns the position along the curve, below 2^60.
+// Returns the position of a place along the curve, below 2^60.
 std::uint64_t along_curve(CurvePlace place);
 
 // A grid over the box of the points, with the same spacing along all axes.

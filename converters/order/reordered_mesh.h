@@ -1,6 +1,6 @@
-// ReorderedMesh: a mesh with its cells in another order. Vertices keep their numbers; cell data and
-// extras that refer to cells follow the cells. Memory: the cells, their new order, each static cell
-// array, and one step of one stepped array.
+// ReorderedMesh: a mesh with its cells in another order. Vertices keep their numbers. Cell data,
+// and extras that refer to cells, are reordered with the cells. In memory are the cells, their new
+// order, each static cell array, and one step of one stepped array.
 #pragma once
 
 #include <cstddef>
@@ -17,8 +17,8 @@ namespace shm::converters {
 
 class ReorderedMesh final : public MeshSource {
  public:
-  // Borrows all arguments. `cells`: the cells of `mesh` in its numbering. `order`: contains each of
-  // them once. With a spool, no values are kept in memory; they are read one by one.
+  // Borrows all arguments. `cells`: the cells of `mesh` in its numbering. `order` contains each
+  // cell once. With a spool, no values are kept in memory; they are read one by one.
   ReorderedMesh(MeshSource& mesh, const Cells& cells, const CellList& order,
                 Spool* spool = nullptr);
 
@@ -38,7 +38,7 @@ class ReorderedMesh final : public MeshSource {
     std::vector<std::byte> bytes;  // values in file order
   };
   const Values& values(std::size_t array, std::uint64_t step);
-  // For an array on some blocks: the indices of its elements, in the new order of cells.
+  // Returns the indices of the elements of an array on some blocks, in the new order of cells.
   const CellList& elements(std::size_t array);
 
   MeshSource* mesh_;
@@ -48,8 +48,8 @@ class ReorderedMesh final : public MeshSource {
   MeshInfo info_;
   std::uint64_t next_cell_ = 0;
   std::map<std::size_t, Values> static_values_;
-  Values step_values_;                                       // the values read last
-  std::map<std::vector<std::uint32_t>, CellList> elements_;  // key: covered blocks
+  Values step_values_;  // values of the stepped array and step that were read last
+  std::map<std::vector<std::uint32_t>, CellList> elements_;  // elements by covered blocks
 };
 
 }  // namespace shm::converters

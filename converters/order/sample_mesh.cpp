@@ -14,13 +14,13 @@ namespace shm::converters {
 namespace {
 
 constexpr std::uint64_t kSampleElements = 65536;
-// Gaps up to this number of elements are read and discarded instead of splitting a read. A file
-// packed in chunks may have to unpack a whole chunk per read.
+// Largest number of elements in a gap that is read and discarded instead of splitting a read. A
+// file packed in chunks may have to unpack a whole chunk per read.
 constexpr std::uint64_t kMostUnwanted = 16384;
 
 using Read = std::function<void(std::uint64_t first, std::uint64_t count, std::byte* out)>;
 
-// Returns the picked elements out of `picked.size()` elements, read front to back.
+// Returns the elements that are marked in `picked`. Reads all elements front to back.
 std::vector<std::byte> take(const std::vector<bool>& picked, std::size_t stride, const Read& read) {
   std::vector<std::byte> taken, piece;
   for (std::uint64_t first = 0; first < picked.size(); first += kSampleElements) {
@@ -40,7 +40,7 @@ std::vector<std::byte> take(const std::vector<bool>& picked, std::size_t stride,
   return taken;
 }
 
-// Returns the elements with the given numbers, which ascend.
+// Returns the elements with the given numbers, which must ascend.
 std::vector<std::byte> take(const std::vector<std::uint64_t>& numbers, std::size_t stride,
                             const Read& read) {
   std::vector<std::byte> taken(numbers.size() * stride), piece;
@@ -59,9 +59,8 @@ std::vector<std::byte> take(const std::vector<std::uint64_t>& numbers, std::size
   return taken;
 }
 
-// Adds up to `count` cells around the cell with number `first` to `picked`, which is indexed by
-// numbers of the mesh. When the region cannot grow over faces, continues at the next cell by
-// number.
+// Adds up to `count` cells around cell `first` to `picked`, which is indexed by numbers of the
+// mesh. If the region cannot grow over faces, it continues at the next cell by number.
 void grow_region(const CellGraph& graph, std::uint32_t first, std::uint32_t count,
                  std::vector<bool>& picked) {
   const Cells& cells = graph.cells();
@@ -82,7 +81,7 @@ void grow_region(const CellGraph& graph, std::uint32_t first, std::uint32_t coun
   }
 }
 
-// Adds up to `count` non-hexahedral cells whose vertices all belong to picked cells.
+// Adds up to `count` cells that are not hexahedra and whose vertices all belong to picked cells.
 void add_others(MeshSource& mesh, std::uint32_t count, std::vector<bool>& picked) {
   const std::vector<BlockInfo>& blocks = mesh.info().schema.blocks;
   std::vector<bool> has_vertex(mesh.info().vertices, false);
@@ -131,7 +130,8 @@ SampleMesh::SampleMesh(MeshSource& mesh, const CellSequence& picked) : info_(mes
                    mesh.read_points(first, count, out);
                  });
   arrays_.resize(info_.schema.arrays.size());
-  std::map<std::vector<std::uint32_t>, std::vector<bool>> picked_elements;  // key: covered blocks
+  // Picked elements by covered blocks.
+  std::map<std::vector<std::uint32_t>, std::vector<bool>> picked_elements;
   for (std::size_t a = 0; a < arrays_.size(); ++a) {
     const ArrayInfo& array = whole.schema.arrays[a];
     if (array.location == Location::point) {
@@ -151,11 +151,11 @@ SampleMesh::SampleMesh(MeshSource& mesh, const CellSequence& picked) : info_(mes
   mesh.rewind_cells();
 }
 
-// Vertices of a sample by their numbers in the whole mesh, ascending; and, to find the elements of
-// cell arrays, the number of cells of each block before each run and in it.
+// Numbers in the whole mesh of the vertices of a sample, ascending. To find the elements of cell
+// arrays, also the number of cells of each block before each run and in it.
 struct SampleMesh::Elements {
   struct Run {
-    std::vector<std::uint64_t> before, inside;  // number of cells, by block
+    std::vector<std::uint64_t> before, inside;  // number of cells of each block
   };
   std::vector<std::uint64_t> vertices;
   std::vector<Run> runs;
@@ -232,7 +232,8 @@ SampleMesh::Elements SampleMesh::take_runs(MeshSource& mesh, const std::vector<C
   return elements;
 }
 
-// Adds the cells with renumbered vertices. Returns the numbers of these vertices in the whole mesh.
+// Adds the cells and renumbers their vertices. Returns the numbers of these vertices in the whole
+// mesh.
 std::vector<std::uint64_t> SampleMesh::take_corners(const std::vector<std::uint64_t>& corners,
                                                     const std::vector<std::uint64_t>& corner_begin,
                                                     const std::vector<std::uint32_t>& cell_blocks) {
@@ -260,7 +261,7 @@ void SampleMesh::choose_steps(const MeshInfo& whole) {
   info_.step_times.resize(steps_.size());
 }
 
-// Adds the picked cells. Returns which vertices they use.
+// Adds the picked cells. Returns a bit for each vertex: true if a picked cell uses it.
 std::vector<bool> SampleMesh::take_cells(MeshSource& mesh, const std::vector<bool>& picked) {
   const std::uint64_t all_vertices = info_.vertices;
   std::vector<std::uint64_t> corners, corner_begin = {0};

@@ -14,10 +14,10 @@
 
 namespace shm::converters {
 
-// Returns the numbers of about `count` cells in ascending order: two regions that grow over shared
-// faces, and the non-hexahedral cells that have all their vertices there. Returns all cells if
-// there are no more. `mesh`: the mesh of the cells of the graph; the result uses its numbers. Needs
-// one bit per vertex and cell.
+// Returns the numbers of about `count` cells in ascending order. They form two regions that grow
+// over shared faces. Cells that are not hexahedra are included if all their vertices are in these
+// regions. Returns all cells if the mesh has no more than `count`. `mesh`: mesh of the cells of the
+// graph; the result contains its numbers. Needs one bit per vertex and cell.
 CellSequence sample_of_cells(const CellGraph& graph, MeshSource& mesh, std::uint32_t count);
 
 // A run of consecutive cells in file order.
@@ -25,16 +25,18 @@ struct CellRun {
   std::uint64_t first = 0, count = 0;
 };
 
-// The cells of a sample with their vertices and all arrays. Stepped arrays have the first, the
-// middle and the last step. Extras are present only if the sample is the whole mesh and every
+// A sample of a mesh: some cells with their vertices and all arrays. Stepped arrays have the first,
+// the middle and the last step. Extras are present only if the sample is the whole mesh and every
 // vertex is used.
 class SampleMesh final : public MeshSource {
  public:
-  // `picked`: in ascending order. Reads the cells, points and values of `mesh` once, and the cells
-  // once more for each set of blocks that arrays cover. Needs one bit per vertex and cell.
+  // `picked`: cell numbers in ascending order. Reads the cells, points and values of `mesh` once,
+  // and the cells once more for each set of blocks that arrays cover. Needs one bit per vertex and
+  // cell.
   SampleMesh(MeshSource& mesh, const CellSequence& picked);
-  // `runs`: ascending and disjoint. Memory is proportional to the sample; only the pieces around
-  // its vertices are read. Throws Failure (corrupt) if a cell has an invalid vertex number.
+  // `runs`: runs of cells, ascending and disjoint. Memory is proportional to the sample; only the
+  // pieces around its vertices are read. Throws Failure (corrupt) if a cell has an invalid vertex
+  // number.
   SampleMesh(MeshSource& mesh, const std::vector<CellRun>& runs);
 
   const CellTable& cells() const { return cells_; }
@@ -59,13 +61,14 @@ class SampleMesh final : public MeshSource {
   MeshInfo info_;
   CellTable cells_;
   std::vector<std::byte> points_;
-  std::vector<std::vector<std::vector<std::byte>>> arrays_;  // [array][step, or 0]
-  std::vector<std::uint64_t> steps_;  // for each step here, its step in the source
+  // Values by array and step (0 for static arrays).
+  std::vector<std::vector<std::vector<std::byte>>> arrays_;
+  std::vector<std::uint64_t> steps_;  // number in the source of each step of the sample
   std::uint32_t next_cell_ = 0;
 };
 
-// Estimates the bytes of a sample with all of `steps` steps from `sizes`, the sizes with the steps
-// of the sample. Assumes that the average size of a step is the same.
+// Estimates the size in bytes of a sample with all of `steps` steps. `sizes` are the sizes with the
+// steps of the sample. Assumes that the average size of a step is the same.
 double bytes_of_all_steps(const SizeReport& sizes, const MeshInfo& sample, std::size_t steps);
 
 }  // namespace shm::converters

@@ -18,11 +18,11 @@ namespace {
 constexpr std::uint64_t kElementsAtOnce = 16384;
 constexpr std::uint32_t kRecordNodes = 8;
 
-// Up to eight nodes of a cell. A cell with more nodes has several consecutive records.
+// A record for up to eight nodes of a cell. A cell with more nodes has several consecutive records.
 struct CellRecord {
   std::uint32_t number, block;
   std::uint32_t count;  // number of nodes in this record
-  bool last;            // last record of the cell
+  bool last;            // true for the last record of the cell
   std::array<std::uint32_t, kRecordNodes> nodes;
 };
 
@@ -77,8 +77,9 @@ bool SpooledMesh::all_hexahedra() const {
   return std::find(hexahedral_.begin(), hexahedral_.end(), false) == hexahedral_.end();
 }
 
-// `list` has the old number for each new number. Calls visit(first, part) for parts of its inverse
-// that fit into memory, in ascending order: part[i] is the new number of old number `first + i`.
+// Calls visit(first, part) for parts of the inverse of `list`, in ascending order. Each part fits
+// into memory. `list` contains the old number for each new number; part[i] is the new number of old
+// number `first + i`.
 template <class Visit>
 void SpooledMesh::for_each_part(const Numbers& list, Visit&& visit) const {
   const std::uint64_t most = std::max<std::uint64_t>(sort_bytes_ / sizeof(std::uint32_t), 1);
@@ -108,7 +109,7 @@ std::vector<bool> SpooledMesh::used_vertices() const {
 
 void SpooledMesh::sort_vertices(const Progress& progress) {
   if (progress) progress("sorting vertices", 0, 2);
-  // Vertices that no cell uses come last, in the mesh's order, because writers write them there.
+  // Vertices that no cell uses come last, in the mesh's order, because writers write them last.
   constexpr std::uint64_t kUnused = ~std::uint64_t{0};
   const std::vector<bool> used = used_vertices();
   const CurveGrid grid(*mesh_);
@@ -137,7 +138,8 @@ void SpooledMesh::sort_vertices(const Progress& progress) {
   }
 }
 
-// Returns the corners of all cells in the mesh's order of cells, with new vertex numbers.
+// Returns the corners of all cells in the mesh's order of cells. The corners are new vertex
+// numbers.
 SpooledMesh::Numbers SpooledMesh::renumbered_corners(Spool& spool, const Progress& progress) {
   Numbers corners(&spool);
   for_each_part(old_vertex_, [&](std::uint64_t first, const std::vector<std::uint32_t>& part) {
@@ -236,8 +238,8 @@ bool SpooledMesh::next_cells(CellBatch& out, std::size_t max_cells) {
   return out.size() > 0;
 }
 
-// Returns the new number of each element of an array, in the mesh's order. For an array on some
-// blocks, the numbers are only sort keys.
+// Returns the new number of each element of an array, in the mesh's order. If the array covers only
+// some blocks, the results are only sort keys.
 SpooledMesh::Numbers& SpooledMesh::places_of(std::size_t array) {
   const ArrayInfo& info = info_.schema.arrays[array];
   if (info.location == Location::point) return new_vertex_;
@@ -255,7 +257,7 @@ void SpooledMesh::take_values(std::size_t array, std::uint64_t step, PagedArray&
   const std::size_t stride = info_.array_stride(array);
   const std::uint64_t elements = info_.array_elements(array);
   const Numbers& places = places_of(array);
-  // Uses half of the memory, because a Writer or Reader is active at the same time.
+  // Use half of the memory, because a Writer or Reader is active at the same time.
   ExternalSorter sorted(spool_->directory(), stride, sort_bytes_ / 2);
   std::vector<std::byte> piece;
   for (std::uint64_t first = 0; first < elements; first += kElementsAtOnce) {

@@ -1,12 +1,12 @@
 // SpooledMesh: a mesh in a spool whose vertices and cells are renumbered, so that neighbours in
-// space have close numbers. If a mesh is stored without order and does not fit into memory, this
-// form of it can be searched and traversed.
+// space have close numbers. It makes it possible to search and traverse a mesh that is stored
+// without order and does not fit into memory.
 //
-// Vertices are numbered along a Hilbert curve, cells by the lowest of their vertices. The
-// construction uses sorts and sequential passes: over the points twice; over the cells once for
-// each part of the new numbers that fits into memory, and once more; over each array, or each step
-// of it, once when it is requested. The orders of cells that are found do not depend on these
-// numbers; coordinates that are not positions only make the search slower.
+// Vertices are numbered along a Hilbert curve, and cells by the lowest of their vertices. The
+// construction uses sorts and sequential passes. It reads the points twice. It reads the cells once
+// for each part of the new numbers that fits into memory, and once more. It reads each array, or
+// each step of a stepped array, once when it is requested. The orders of cells that are found do
+// not depend on these numbers. If coordinates are not positions, the search is only slower.
 #pragma once
 
 #include <array>
@@ -29,15 +29,15 @@ namespace shm::converters {
 class SpooledMesh final : public MeshSource, public Cells {
  public:
   // Borrows both. `sort_bytes`: memory for sorts, in addition to the spool. Requires fits(): the
-  // mesh has fewer cells and vertices than the limits of Cells. Throws Failure (corrupt) if a cell
-  // has an invalid vertex number.
+  // numbers of cells and of vertices of the mesh are below the limits of Cells. Throws Failure
+  // (corrupt) if a cell has an invalid vertex number.
   SpooledMesh(MeshSource& mesh, Spool& spool, std::size_t sort_bytes,
               const Progress& progress = {});
   static bool fits(const MeshInfo& info) {
     return info.cells() < kMostCells && info.vertices < kMostVertices;
   }
 
-  // MeshSource, in the new numbers. Extras are renumbered.
+  // Functions of MeshSource, in the new numbers. Extras are renumbered.
   const MeshInfo& info() const override { return info_; }
   void read_points(std::uint64_t first, std::uint64_t count, std::byte* out) override {
     points_.read(first, count, out);
@@ -47,8 +47,8 @@ class SpooledMesh final : public MeshSource, public Cells {
   void read_array(std::size_t array, std::uint64_t step, std::uint64_t first, std::uint64_t count,
                   std::byte* out) override;
 
-  // Cells. number_of() and with_number() are fast for neighbours, and for all cells in ascending
-  // order.
+  // Functions of Cells. number_of() and with_number() are fast for neighbours, and for all cells in
+  // ascending order.
   std::uint32_t size() const override { return static_cast<std::uint32_t>(old_cell_.size()); }
   std::uint64_t vertices() const override { return info_.vertices; }
   std::uint32_t block(std::uint32_t cell) const override {
@@ -68,7 +68,7 @@ class SpooledMesh final : public MeshSource, public Cells {
 
  private:
   using Numbers = BigArray<std::uint32_t>;
-  // Values of an array, at one step if it is stepped.
+  // Values of an array; of a stepped array, the values of one step.
   struct Values {
     std::uint64_t step = 0;
     std::optional<PagedArray> held;
@@ -89,27 +89,30 @@ class SpooledMesh final : public MeshSource, public Cells {
   Spool* spool_;
   std::size_t sort_bytes_;
   MeshInfo info_;
-  std::vector<bool> hexahedral_;  // indexed by block
-  bool plain_;                    // all cells are hexahedra with eight nodes
+  std::vector<bool> hexahedral_;  // true for each block of hexahedra
+  bool plain_;                    // true: all cells are hexahedra with eight nodes
   Numbers old_vertex_, new_vertex_, old_cell_, new_cell_;
   PagedArray points_;
-  Numbers blocks_;                                    // empty if there is one block
-  BigArray<std::array<std::uint32_t, 8>> hexahedra_;  // other cells have zeros
-  mutable CellStore all_cells_;                       // empty if plain_
+  Numbers blocks_;  // block of each cell; empty if there is one block
+  BigArray<std::array<std::uint32_t, 8>> hexahedra_;  // corners of hexahedra; zeros for other cells
+  mutable CellStore all_cells_;                       // all cells; empty if plain_
   std::vector<std::uint64_t> nodes_;                  // nodes of the cell that is being added
   mutable CellBatch batch_;                           // result of cell()
   mutable std::vector<std::uint32_t> corners_;
   std::uint64_t next_cell_ = 0;
-  std::vector<Values> values_;                            // indexed by array
-  std::map<std::vector<std::uint32_t>, Numbers> places_;  // key: covered blocks
+  std::vector<Values> values_;  // values by array
+
+  // New numbers of elements by covered blocks.
+  std::map<std::vector<std::uint32_t>, Numbers> places_;
 };
 
-// Returns true if a search for an order of cells, and reading in that order, need more than
-// `memory` bytes without a spool, and SpooledMesh supports the mesh.
+// Returns true if the mesh must be a SpooledMesh: without a spool, a search for an order of cells,
+// and reading in that order, would need more than `memory` bytes. Returns false if SpooledMesh does
+// not support the mesh.
 bool must_be_spooled(const MeshInfo& info, std::size_t memory);
 
-// How the parts of a search with spools share `memory` bytes. The rest is for the program itself,
-// and a Writer or Reader.
+// Divides `memory` bytes among the parts of a search with spools. The rest is for the program
+// itself, and a Writer or Reader.
 struct SpooledSearch {
   explicit SpooledSearch(std::size_t memory)
       : mesh_bytes(memory / 4),
@@ -118,12 +121,12 @@ struct SpooledSearch {
         coding_bytes(memory / 4),
         table_bytes(memory / 8),
         cache_bytes(memory / 16) {}
-  std::size_t mesh_bytes;    // the spool of the mesh
-  std::size_t sort_bytes;    // for sorts of the mesh, before there are orders
-  std::size_t order_bytes;   // for spools and sorts while orders are made
-  std::size_t coding_bytes;  // the spool of a Writer, afterwards
-  std::size_t table_bytes;   // the spool of tables for a comparison, instead
-  std::size_t cache_bytes;   // vertex records and values of a step, in the comparison
+  std::size_t mesh_bytes;    // bytes for the spool of the mesh
+  std::size_t sort_bytes;    // bytes for sorts of the mesh, before there are orders
+  std::size_t order_bytes;   // bytes for spools and sorts while orders are computed
+  std::size_t coding_bytes;  // bytes for the spool of a Writer, afterwards
+  std::size_t table_bytes;   // bytes for the spool of tables of a comparison, if there is no Writer
+  std::size_t cache_bytes;   // bytes for vertex records and values of a step in the comparison
 };
 
 }  // namespace shm::converters

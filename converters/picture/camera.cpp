@@ -9,8 +9,8 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// Turns a normal so that the plane of x and y is viewed from above, with x to the right, and other
-// planes from the front and from the right.
+// Turns a normal so that the plane of x and y is viewed from above, with x to the right. Other
+// planes are viewed from the front and from the right.
 Vector facing(Vector normal) {
   std::size_t along = 0;
   for (std::size_t i = 1; i < 3; ++i)
@@ -28,7 +28,7 @@ std::optional<Vector> unit(const Vector& vector) {
   for (const double part : vector)
     if (!std::isfinite(part)) return std::nullopt;
   if (most == 0) return std::nullopt;
-  // Squares of very large or very small numbers would overflow or become 0.
+  // Scale first, because squares of very large or very small numbers would overflow or become 0.
   Vector scaled = {vector[0] / most, vector[1] / most, vector[2] / most};
   const double length = std::sqrt(dot(scaled, scaled));
   for (double& part : scaled) part /= length;
@@ -89,7 +89,7 @@ std::optional<Vector> Camera::place(std::uint32_t vertex) const {
   for (std::size_t i = 0; i < 3; ++i) {
     point[i] = surface_.coordinate(vertex, i);
     if (!std::isfinite(point[i])) return std::nullopt;
-    // Halves of denormal numbers may have an error as large as the mesh.
+    // Clamp, because halves of denormal numbers may have an error as large as the mesh.
     point[i] = std::clamp((point[i] - middle_[i]) / half_, -2.0, 2.0);
   }
   return point;
@@ -105,7 +105,7 @@ std::optional<Vector> Camera::normal_of_plane() const {
     const Vector of_face = normal_of(polygon);
     if (dot(of_face, of_face) > dot(normal, normal)) normal = of_face;
   }
-  // Without polygons, try the axes: the mesh may be flat along one of them.
+  // Without polygons, try the axes, because the mesh may be flat along one of them.
   std::array<std::optional<Vector>, 4> tried = {unit(normal), Vector{0, 0, 1}, Vector{0, 1, 0},
                                                 Vector{1, 0, 0}};
   std::array<double, 4> least, most;
@@ -129,7 +129,7 @@ std::optional<Vector> Camera::normal_of_plane() const {
 void Camera::turn(const Vector& view, std::size_t up) {
   view_ = view;
   constexpr double kAlong = .999;
-  // If the view is along the axis that goes up, use y instead, or z if that axis is y.
+  // If the view is along the axis that points up, use y instead, or z if that axis is y.
   if (std::fabs(view[up]) > kAlong) up = up == 1 ? 2 : 1;
   Vector above{};
   above[up] = 1;
@@ -138,7 +138,8 @@ void Camera::turn(const Vector& view, std::size_t up) {
 }
 
 void Camera::fit(const PictureFrame& frame) {
-  constexpr double kNarrow = 1e-9;  // fraction of the mesh below which it is not enlarged
+  // A mesh narrower than this fraction of its size is not enlarged.
+  constexpr double kNarrow = 1e-9;
   std::array<double, 2> least = {kInfinity, kInfinity}, most = {-kInfinity, -kInfinity};
   for (std::size_t v = 0; v < surface_.vertices(); ++v) {
     const auto point = place(static_cast<std::uint32_t>(v));
@@ -159,7 +160,7 @@ void Camera::fit(const PictureFrame& frame) {
 }
 
 RasterPoint Camera::seen(const Vector& place) const {
-  // Limits the distance from the frame, whatever the numbers are.
+  // Limits the distance from the frame for all numbers.
   static constexpr double kFar = 1 << 24;
   const auto whole = [](double number) {
     return static_cast<std::int64_t>(std::clamp(number, -kFar, kFar) + kFar + .5) -

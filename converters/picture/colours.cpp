@@ -7,7 +7,7 @@
 namespace shm::converters {
 namespace {
 
-// The palette of M. Okabe and K. Ito without black, beginning with blue.
+// The palette of M. Okabe and K. Ito without black. The first colour is blue.
 constexpr std::array<Rgb, 7> kHues = {{{86, 180, 233},
                                        {230, 159, 0},
                                        {0, 158, 115},
@@ -17,7 +17,7 @@ constexpr std::array<Rgb, 7> kHues = {{{86, 180, 233},
                                        {0, 114, 178}}};
 
 // Every seventeenth colour of viridis (N. Smith, S. van der Walt; CC0). Linear interpolation
-// between them is off by at most 7 of 255.
+// between these colours has an error of at most 7 of 255.
 constexpr std::array<Rgb, 16> kValues = {{{0x44, 0x01, 0x54},
                                           {0x48, 0x1a, 0x6c},
                                           {0x47, 0x2f, 0x7d},
@@ -34,9 +34,9 @@ constexpr std::array<Rgb, 16> kValues = {{{0x44, 0x01, 0x54},
                                           {0xa5, 0xdb, 0x36},
                                           {0xd2, 0xe2, 0x1b},
                                           {0xfd, 0xe7, 0x25}}};
-constexpr std::uint32_t kSteps = 17;  // from one entry to the next
+constexpr std::uint32_t kSteps = 17;  // number of colours of viridis from one entry to the next
 
-// The colour `part` / `of` of the way from `a` to `b`.
+// Returns the colour at the fraction `part` / `of` of the way from `a` to `b`.
 Rgb between(Rgb a, Rgb b, std::uint32_t part, std::uint32_t of) {
   const auto mixed = [&](std::uint8_t from, std::uint8_t to) {
     return static_cast<std::uint8_t>((from * (of - part) + to * part + of / 2) / of);

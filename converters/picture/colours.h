@@ -1,4 +1,4 @@
-// Colours of a picture: of element blocks, of values, and with light.
+// Colours in pictures: colours of element blocks and of values, and the effect of light.
 #pragma once
 
 #include <cstdint>
@@ -7,16 +7,17 @@
 
 namespace shm::converters {
 
-// Colour of an element block by its index: seven hues that people with red-green colour blindness
-// can distinguish, then the same hues darker, then lighter, and so on from the beginning.
+// Returns the colour of an element block by its index. There are seven hues that people with
+// red-green colour blindness can distinguish, then the same hues darker, then lighter; then the
+// colours repeat.
 Rgb block_colour(std::uint32_t block);
 
-// Colour of a value, given as 0..1 from the least to the greatest value. Lightness increases
-// monotonically. NaN: kNoValue.
+// Returns the colour of a value. `share`: 0 for the least value to 1 for the greatest value.
+// Lightness increases monotonically. For NaN, returns kNoValue.
 Rgb value_colour(double share);
 inline constexpr Rgb kNoValue = {150, 150, 150};
 
-// A colour under light of the intensity `light`, 0..256.
+// Returns a colour under light of the intensity `light`, 0..256.
 Rgb lit(Rgb colour, std::uint32_t light);
 
 }  // namespace shm::converters

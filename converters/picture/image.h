@@ -16,7 +16,7 @@ inline constexpr Rgb kBackground = {255, 255, 255};
 inline constexpr Rgb kInk = {38, 38, 38};  // colour of text
 
 struct Image {
-  std::uint32_t width = 0, height = 0;  // pixels
+  std::uint32_t width = 0, height = 0;  // size in pixels
   std::vector<Rgb> pixels;              // width * height
 
   Image() = default;
@@ -24,7 +24,7 @@ struct Image {
       : width(across), height(down), pixels(std::size_t{across} * down, kBackground) {}
 
   Rgb at(std::uint32_t x, std::uint32_t y) const { return pixels[std::size_t{y} * width + x]; }
-  // Ignores pixels outside of the image.
+  // Sets a pixel. Does nothing if the pixel is outside of the image.
   void set(std::int64_t x, std::int64_t y, Rgb colour) {
     if (x < 0 || y < 0 || x >= std::int64_t{width} || y >= std::int64_t{height}) return;
     pixels[static_cast<std::size_t>(y) * width + static_cast<std::size_t>(x)] = colour;

@@ -12,7 +12,7 @@ namespace shm::converters {
 namespace {
 
 constexpr std::uint32_t kLeastWidth = 96, kLeastHeight = 72;
-constexpr std::uint32_t kGap = 2, kBar = 5;  // units: pixels of a glyph
+constexpr std::uint32_t kGap = 2, kBar = 5;  // sizes in units; a unit is a pixel of a glyph
 
 std::uint32_t scale_for(std::uint32_t width, std::uint32_t height) {
   return std::max<std::uint32_t>(std::min(width, height) / 320, 1);
@@ -30,7 +30,7 @@ std::string shortened(std::string text, std::size_t most) {
 
 std::string legend_number(double value) {
   std::array<char, 32> text{};
-  const double shown = value == 0 ? 0 : value;  // prints -0 as 0
+  const double shown = value == 0 ? 0 : value;  // replaces -0 by 0
   const auto end =
       std::to_chars(text.data(), text.data() + text.size(), shown, std::chars_format::general, 6);
   return {text.data(), end.ptr};

@@ -12,18 +12,18 @@
 namespace shm::converters {
 
 struct Legend {
-  std::string name;                 // name of the array; UTF-8, or any bytes
-  std::optional<ShownRange> range;  // nothing: there are no finite values
+  std::string name;                 // name of the array; UTF-8, but any bytes are allowed
+  std::optional<ShownRange> range;  // range of the values; nothing: there are no finite values
 };
 
 // Formats a number with six digits, like printf's %g.
 std::string legend_number(double value);
 
-// Height in pixels of the legend at the lower edge of a picture of this size; 0 if the picture is
-// too small for a legend.
+// Returns the height in pixels of the legend at the lower edge of a picture of this size. Returns 0
+// if the picture is too small for a legend.
 std::uint32_t legend_height(std::uint32_t width, std::uint32_t height);
 
-// Draws the legend, or nothing if the picture is too small. Cuts names that are too long.
+// Draws the legend. Draws nothing if the picture is too small. Shortens names that are too long.
 void draw_legend(Image& image, const Legend& legend);
 
 }  // namespace shm::converters

@@ -24,7 +24,7 @@ class Painter {
 
   const Raster& raster() const { return raster_; }
 
-  // Draws a face. Returns false if it has nothing to draw.
+  // Draws a face. Returns false if nothing of the face can be drawn.
   bool add_face(std::size_t f) {
     if (!see(f)) return false;
     const std::size_t corners = seen_.size();
@@ -64,8 +64,8 @@ class Painter {
  private:
   static constexpr std::uint32_t kLightOfLines = 200;
 
-  // Projects the corners of a face. Returns false if a corner is not finite. Begins at the corner
-  // with the least position, so that a face looks the same whichever corner comes first in the
+  // Projects the corners of a face. Returns false if a corner is not finite. Begins with the corner
+  // that has the least position, so that a face looks the same whichever corner comes first in the
   // surface.
   bool see(std::size_t f) {
     const auto face = surface_.face(f);
@@ -94,8 +94,9 @@ class Painter {
     return paint;
   }
 
-  // Light from the viewer, a weaker lamp over the left shoulder so that the sides of a box differ,
-  // and some ambient light. If colours represent values, there is less shade.
+  // Returns the intensity of light on a face: light from the viewer, a weaker lamp over the left
+  // shoulder so that the sides of a box differ, and some ambient light. If colours represent
+  // values, the shades differ less.
   std::uint32_t light_on(const Vector& normal) const {
     const double facing = dot(normal, camera_.view());
     const double sideways = std::max(0.0, (facing < 0 ? -1 : 1) * dot(normal, lamp_));
@@ -104,10 +105,12 @@ class Painter {
     return static_cast<std::uint32_t>(std::clamp(light, 0.0, 1.0) * 256 + .5);
   }
 
-  // Light of the outline of a face; 256: no outline. If all outlines are wanted, those of narrow
-  // faces are lighter, because most of their samples are on outlines and would form a dark spot.
+  // Returns the intensity of light of a face's outline; 256: no outline. If all outlines are
+  // requested, outlines of narrow faces are lighter, because most samples of these faces are on
+  // outlines and would form a dark spot.
   std::uint32_t light_of_outline() const {
-    // kDark is of 256, kLeast is a fraction of kDark, and the others are pixels.
+    // kDark is an intensity of at most 256, kLeast is a fraction of kDark, and kNarrow and kWide
+    // are in pixels.
     constexpr double kDark = 150, kLeast = .25, kNarrow = 4, kWide = 8;
     std::int64_t area = 0;  // twice the area
     double longest = 0;

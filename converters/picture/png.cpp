@@ -22,7 +22,8 @@ std::uint32_t number_of(Rgb colour) {
   return std::uint32_t{colour.red} << 16 | std::uint32_t{colour.green} << 8 | colour.blue;
 }
 
-// Returns the colours of an image in ascending order. Empty if a palette cannot hold all of them.
+// Returns the colours of an image in ascending order. Returns an empty list if a palette cannot
+// hold all of them.
 std::vector<std::uint32_t> palette_of(const Image& image) {
   std::vector<std::uint32_t> palette;
   const Rgb* before = nullptr;
@@ -44,7 +45,7 @@ std::uint8_t place_in(std::span<const std::uint32_t> palette, Rgb colour) {
   return static_cast<std::uint8_t>(position - palette.begin());
 }
 
-// Memory into which libpng writes, with the maximum size of the file.
+// Memory into which libpng writes. Its size is the maximum size of the file.
 struct Target {
   std::vector<std::byte> bytes;
   std::size_t size = 0;
@@ -100,10 +101,10 @@ bool write_rows(png_structp png, png_infop about, const Image& image, const Form
   return true;
 }
 
-// Returns the PNG file. Empty if libpng failed for lack of memory; the target is large enough for
-// all bytes.
+// Returns the PNG file. Returns an empty result if libpng failed for lack of memory; the target is
+// always large enough.
 std::vector<std::byte> file_of(const Image& image, const Form& form) {
-  png_image size{};  // to compute the maximum size
+  png_image size{};  // used to compute the maximum size
   size.width = image.width;
   size.height = image.height;
   size.format = PNG_FORMAT_RGB;
@@ -125,7 +126,8 @@ Result<std::vector<std::byte>> png_of(const Image& image) {
   static_assert(sizeof(Rgb) == 3);
   const std::vector<std::uint32_t> palette = palette_of(image);
   std::vector<std::uint8_t> row(palette.empty() ? 0 : image.width);
-  // Faces with a single colour compress best without filters, smooth colours with filters.
+  // Faces with a single colour compress best without filters. Smooth colours compress best with
+  // filters.
   std::vector<std::byte> file = file_of(image, {palette, PNG_FILTER_NONE, row.data()});
   if (palette.empty() && !file.empty()) {
     std::vector<std::byte> filtered = file_of(image, {palette, PNG_ALL_FILTERS, row.data()});

@@ -12,9 +12,10 @@ namespace shm::converters {
 // Returns true if this build has libpng.
 bool can_make_png();
 
-// Encodes an image, with a palette if it has at most 256 colours. The image must not be empty.
-// Needs 7 bytes per pixel in addition to the image. Equal images give equal bytes if the versions
-// of libpng and zlib are equal. Returns ErrorCode::unsupported if this build has no libpng.
+// Encodes an image. Uses a palette if the image has at most 256 colours. The image must not be
+// empty. Needs 7 bytes per pixel in addition to the image. Equal images give equal files if the
+// versions of libpng and zlib are equal. Returns ErrorCode::unsupported if this build has no
+// libpng.
 Result<std::vector<std::byte>> png_of(const Image& image);
 
 }  // namespace shm::converters

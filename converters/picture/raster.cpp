@@ -13,11 +13,11 @@ std::int64_t floor_div(std::int64_t a, std::int64_t b) {  // b > 0
 }
 std::int64_t ceil_div(std::int64_t a, std::int64_t b) { return -floor_div(-a, b); }
 
-// The first sample whose centre is at `place` or after it.
+// Returns the first sample whose centre is not before `place`.
 std::int64_t first_sample(std::int64_t place) { return ceil_div(place - kMiddle, kSubSamples); }
 std::int64_t last_sample(std::int64_t place) { return floor_div(place - kMiddle, kSubSamples); }
 
-// A half-plane bounded by an edge: value(x, y) is 0 on the edge and positive inside. All values are
+// A half-plane bounded by an edge. value(x, y) is 0 on the edge and positive inside. All values are
 // below 2^52.
 struct Edge {
   std::int64_t of_x, of_y, constant;
@@ -26,8 +26,8 @@ struct Edge {
 
   Edge(const RasterPoint& from, const RasterPoint& to)
       : of_x(from.y - to.y), of_y(to.x - from.x), constant(-(of_x * from.x + of_y * from.y)) {
-    // Rows go down: an edge that goes up has the inside on its right, so it is a left edge. An edge
-    // that goes to the right has the inside below, so it is an upper edge.
+    // Rows are counted downwards. An edge that goes up has the inside on its right, so it is a left
+    // edge. An edge that goes to the right has the inside below, so it is an upper edge.
     const bool owns = of_x > 0 || (of_x == 0 && of_y > 0);
     least = owns ? 0 : 1;
   }
@@ -39,9 +39,9 @@ struct Edge {
                                     static_cast<double>(of_y) * static_cast<double>(of_y));
     outline = static_cast<std::int64_t>(length * static_cast<double>(kSubSamples));
   }
-  // Restricts first..last, samples of the row at `y`, to those inside.
+  // Restricts the samples first..last of the row at `y` to those inside the half-plane.
   void cut(std::int64_t y, std::int64_t& first, std::int64_t& last) const {
-    // value(position of sample i) = of_x * kSubSamples * i + rest
+    // The value at the position of sample i is of_x * kSubSamples * i + rest.
     const std::int64_t slope = of_x * kSubSamples, rest = value(kMiddle, y);
     if (slope > 0)
       first = std::max(first, ceil_div(least - rest, slope));
@@ -52,7 +52,7 @@ struct Edge {
   }
 };
 
-// Linear interpolation of a number that is known at three corners.
+// Linear interpolation of a value that is known at three corners.
 struct Plane {
   double of_x, of_y, constant, least, most;
 
@@ -73,8 +73,8 @@ struct Plane {
     least = std::min({values[0], values[1], values[2]});
     most = std::max({values[0], values[1], values[2]});
   }
-  // Clamped, because in narrow triangles a sample centre may be outside the corners, where
-  // extrapolation is far off.
+  // Returns the value at a position. The value is clamped, because in narrow triangles a sample
+  // centre may be outside the corners, where extrapolation is far off.
   double at(double x, double y) const {
     return std::clamp(of_x * x + (of_y * y + constant), least, most);
   }
@@ -149,7 +149,7 @@ void Raster::add_line(const RasterPoint& from, const RasterPoint& to, const Pain
   const double length = std::sqrt(across * across + down * down);
   if (length < static_cast<double>(kSubSamples)) return add_point(from, paint);
   constexpr double kHalfWidth = static_cast<double>(kSubSamples * kSamples) / 2;
-  // Rounded away from 0, so that both sides are at the same distance.
+  // Rounds away from 0, so that both sides are at the same distance.
   const auto whole = [](double number) {
     return static_cast<std::int64_t>(number < 0 ? number - .5 : number + .5);
   };

@@ -1,6 +1,6 @@
 // Raster: samples with a depth, four per pixel, and functions that draw on them. Positions are
 // integers in units of 1/256 of a sample, so the set of samples that a triangle covers is exact:
-// triangles that share an edge leave out no sample between them and cover none twice.
+// triangles that share an edge leave no sample between them uncovered and cover no sample twice.
 #pragma once
 
 #include <array>
@@ -14,30 +14,32 @@
 
 namespace shm::converters {
 
-inline constexpr std::uint32_t kSamples = 2;        // per pixel, across and down
-inline constexpr std::int64_t kSubSamples = 256;    // position units per sample
+inline constexpr std::uint32_t kSamples = 2;        // number of samples per pixel, across and down
+inline constexpr std::int64_t kSubSamples = 256;    // number of position units per sample
 inline constexpr std::uint32_t kMostPixels = 4096;  // maximum width and height of a picture
 
 // A position on the raster.
 struct RasterPoint {
   // Distance from the left and from the top, -2^24..2^24.
   std::int64_t x = 0, y = 0;
-  double depth = 0;  // finite; larger is nearer
+  double depth = 0;  // depth; finite, and larger if the point is nearer to the viewer
   double share = 0;  // value for Paint::by_value: 0..1, or NaN
 };
 
 // How samples are coloured.
 struct Paint {
   Rgb colour;
-  std::uint32_t light = 256;  // see lit()
-  bool by_value = false;      // use value_colour() of the points' shares instead of `colour`
-  // Light for samples at most one sample away from an outline, 0..256.
+  std::uint32_t light = 256;  // intensity of light, see lit()
+  bool by_value = false;      // true: uses value_colour() of the points' shares instead of `colour`
+
+  // Intensity of light for samples at most one sample away from an outline, 0..256.
   std::uint32_t outline_light = 256;
 };
 
 class Raster {
  public:
-  // Raster for an image of this size in pixels, each 1..kMostPixels. Needs 32 bytes per pixel.
+  // Creates a raster for an image of this size in pixels, each 1..kMostPixels. Needs 32 bytes per
+  // pixel.
   Raster(std::uint32_t width, std::uint32_t height);
 
   // Draws a triangle. A sample belongs to the triangle if its centre is inside, or on an upper or
@@ -45,22 +47,22 @@ class Raster {
   // corner e to the next corner is an outline. Returns false if the triangle has no area.
   bool add_triangle(const std::array<RasterPoint, 3>& corners, const Paint& paint,
                     unsigned outlines = 0);
-  // Draws a line, one pixel wide, with square ends. A line shorter than a sample is drawn as by
-  // add_point().
+  // Draws a line, one pixel wide, with square ends. A line shorter than a sample is drawn like a
+  // point.
   void add_line(const RasterPoint& from, const RasterPoint& to, const Paint& paint);
   // Draws a disc with a diameter of two pixels.
   void add_point(const RasterPoint& point, const Paint& paint);
 
-  // Number of samples and rows visited so far, a measure of the time.
+  // Returns the number of samples and rows visited so far, which is a measure of the time.
   std::uint64_t work() const { return work_; }
   bool is_empty() const;
-  // Returns the image. Each pixel is the mean of its samples. `covered`: number of pixels with
-  // something drawn.
+  // Returns the image. Each pixel is the mean of its samples. Stores the number of pixels on which
+  // something was drawn in `covered`.
   Image image(std::uint64_t& covered) const;
 
  private:
-  // kFar: depth of samples without anything drawn. A difference below kSameDepth does not count as
-  // nearer, so of coincident faces the first one stays.
+  // kFar: depth of samples on which nothing was drawn. kSameDepth: smaller differences of depth are
+  // ignored, so that the first one of coincident faces stays visible.
   static constexpr float kFar = -1e30F;
   static constexpr float kSameDepth = 1e-6F;
   struct Sample {

@@ -7,14 +7,14 @@
 namespace shm::converters {
 
 struct ShownRange {
-  double least = 0, greatest = 0;  // finite
+  double least = 0, greatest = 0;  // limits of the range; both are finite
 };
 
-// Range of the finite values. Nothing if there are none.
+// Returns the range of the finite values. Returns nothing if there are no finite values.
 std::optional<ShownRange> range_of(std::span<const double> values);
 
-// Returns 0 for the least value, 1 for the greatest, and NaN for values that are not finite. If all
-// values are equal, returns 0.5.
+// Returns the share of a value: 0 for the least value, 1 for the greatest, 0.5 if all values are
+// equal, and NaN for a value that is not finite.
 double share_of(double value, const std::optional<ShownRange>& range);
 
 }  // namespace shm::converters

@@ -1,4 +1,4 @@
-// Surface: the drawable parts of a mesh, in the form in which its reader has them.
+// Surface: the drawable parts of a mesh, in the form in which a reader already has them.
 #pragma once
 
 #include <cstddef>
@@ -10,13 +10,14 @@
 
 namespace shm::converters {
 
-// All spans are borrowed. Offsets must ascend from 0 to the number of corners, and corners must be
-// valid vertices.
+// A surface. All spans are borrowed. Offsets must ascend from 0 to the number of corners, and
+// corners must be valid vertices.
 struct Surface {
   ScalarType coordinate_type = ScalarType::float64;  // float32 or float64
   std::span<const std::byte> xyz;                    // 3 coordinates per vertex
-  std::span<const std::uint64_t> face_begin;         // faces + 1 offsets into corners; or empty
-  std::span<const std::uint32_t> corners;  // 1 corner: a point, 2: an edge, 3 or more: a polygon
+  std::span<const std::uint64_t> face_begin;         // faces + 1 offsets into corners; may be empty
+  std::span<const std::uint32_t> corners;  // vertices of faces; a face with 1 corner is a point,
+                                           // with 2 an edge, with 3 or more a polygon
   std::span<const std::uint32_t> blocks;   // block index of each face
 
   std::size_t faces() const { return blocks.size(); }

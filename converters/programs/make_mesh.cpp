@@ -1,6 +1,6 @@
 // shm_make_mesh: generates hexahedral meshes of several families and any size, for the demo and the
-// benchmarks. Writes binary legacy VTK 4.2. Equal arguments give equal bytes on one machine;
-// between machines the last bit of a coordinate may differ, because sin and cos do.
+// benchmarks. Writes binary legacy VTK 4.2. On one machine, equal arguments give equal files. On
+// different machines the last bit of a coordinate may differ, because sin and cos differ.
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -38,7 +38,7 @@ void print_usage(std::FILE* out) {
 
 bool parse_cells(std::string_view text, std::uint64_t& cells) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), cells);
-  // Families round up to whole layers, so leave a margin.
+  // Leaves a margin, because families round up to whole layers.
   return error == std::errc() && end == text.data() + text.size() && cells > 0 &&
          cells <= kMaxCells / 10 * 9;
 }

@@ -1,8 +1,8 @@
 // shm_make_tet_mesh POINTS OUT.vtk: generates an irregular hexahedral mesh for tests and
-// benchmarks. Random points in the unit cube become tetrahedra (TetGen), and each tetrahedron
+// benchmarks. TetGen connects random points in the unit cube by tetrahedra. Each tetrahedron
 // becomes four hexahedra, one per corner, which extend to the middles of its edges, faces and body.
-// Deterministic. A separate program, because TetGen's licence is the AGPL.
-#define TETLIBRARY  // tetgen.h: as a library
+// The result is deterministic. This is a separate program, because TetGen's licence is the AGPL.
+#define TETLIBRARY  // use tetgen.h as a library
 #include <tetgen.h>
 
 #include <algorithm>
@@ -39,7 +39,7 @@ void tetrahedralize_points(std::uint64_t count, tetgenio& out) {
   tetrahedralize(quiet, &in, &out);
 }
 
-/// Creates the middle vertex of each set of corners once.
+/// Creates middle vertices, one for each set of corners.
 class Middles {
  public:
   explicit Middles(HexMesh& mesh) : mesh_(&mesh) {}
@@ -70,8 +70,8 @@ HexMesh split_in_four(const tetgenio& tets) {
   for (int i = 0; i < tets.numberofpoints; ++i)
     mesh.points.push_back(
         {tets.pointlist[3 * i], tets.pointlist[3 * i + 1], tets.pointlist[3 * i + 2]});
-  // For each corner the other three, ordered so that all four corners see them in the same
-  // orientation.
+  // For each corner, the other three corners, ordered so that their orientation is the same when
+  // seen from each corner.
   constexpr std::array<std::array<std::size_t, 3>, 4> kOthers = {
       {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}}};
   Middles middle(mesh);

@@ -11,7 +11,7 @@ namespace {
 class Numbering {
  public:
   explicit Numbering(Id first) : next_(first) {}
-  // Returns the number, and true if it is new.
+  // Returns the number of an item, and true if the item is new.
   std::pair<Id, bool> number(Id a, Id b, Id c = std::numeric_limits<Id>::max()) {
     std::array<Id, 3> key{a, b, c};
     std::sort(key.begin(), key.end());
@@ -42,7 +42,7 @@ Mesh make_ogrid(std::uint64_t cells) {
   return sweep(disk(rounded(side), rounded(0.92 * side)), rounded(1.94 * side), pipe);
 }
 
-// Number and direction of the points on the surface of an n x n x n cube, for a cubed sphere.
+// Numbers and directions of the points on the surface of an n x n x n cube, for a cubed sphere.
 class SphereSurface {
  public:
   explicit SphereSurface(Id n) : n_(n) {}
@@ -73,7 +73,7 @@ Mesh make_shell(std::uint64_t cells) {
   for (int face = 0; face < 6; ++face) {
     const int axis = face / 2;
     const bool far = face % 2 == 1;
-    const auto corner = [&](Id u, Id v) {  // counterclockwise from outside
+    const auto corner = [&](Id u, Id v) {  // counter-clockwise as seen from outside
       if (!far) std::swap(u, v);
       std::array<Id, 3> position{};
       position[axis] = far ? n : 0;
@@ -101,7 +101,8 @@ Mesh make_shell(std::uint64_t cells) {
   return mesh;
 }
 
-// Cubes of a lattice inside a thick gyroid: many handles, staircase boundary.
+// Generates the cubes of a lattice that are inside a thick gyroid. The mesh has many handles and a
+// staircase boundary.
 Mesh make_voxel(std::uint64_t cells) {
   const Id n = std::max<Id>(2, rounded(side_for(cells, 0.39)));
   const auto inside = [n](Id i, Id j, Id k) {
@@ -122,7 +123,7 @@ Mesh make_voxel(std::uint64_t cells) {
   return mesh;
 }
 
-// Splits each counterclockwise triangle into three quads, which gives points of any valence.
+// Splits each counter-clockwise triangle into three quads. The resulting points have any valence.
 Plane split_triangles(std::vector<Point2> points, const std::vector<std::array<Id, 3>>& triangles) {
   Plane plane;
   plane.points = std::move(points);
@@ -149,10 +150,10 @@ Plane split_triangles(std::vector<Point2> points, const std::vector<std::array<I
   return plane;
 }
 
-// An irregular quad mesh of a plate with two holes, swept along a curve.
+// Generates an irregular quad mesh of a plate with two holes, swept along a curve.
 Mesh make_swept(std::uint64_t cells) {
-  // Per square: two triangles with three quads each. 86 % of the squares are outside the holes. The
-  // number of layers is half the number of squares on a side.
+  // There are two triangles per square, and three quads per triangle. 86 % of the squares are
+  // outside the holes. The number of layers is half the number of squares on a side.
   const double side = side_for(cells, 6 * 0.86 * 0.5);
   const Id n = std::max<Id>(2, rounded(side)), layers = rounded(0.5 * side);
   Random random(1);
@@ -188,8 +189,8 @@ Mesh make_swept(std::uint64_t cells) {
 
 // Splits each cube of a jittered lattice into six tetrahedra around its main diagonal.
 std::vector<Tetrahedron> cube_tetrahedra(Id n) {
-  // Corners of a cube are numbered by the bits x, y, z. Each walk goes from 0 to 7 along three
-  // edges.
+  // Corners of a cube are numbered by the bits x, y, z. Each walk goes from corner 0 to corner 7
+  // along three edges.
   constexpr std::array<std::array<Id, 4>, 6> kWalks{
       {{0, 1, 3, 7}, {0, 3, 2, 7}, {0, 2, 6, 7}, {0, 6, 4, 7}, {0, 4, 5, 7}, {0, 5, 1, 7}}};
   std::vector<Tetrahedron> tetrahedra;
@@ -206,8 +207,8 @@ std::vector<Tetrahedron> cube_tetrahedra(Id n) {
   return tetrahedra;
 }
 
-// Splits each tetrahedron into four hexahedra. New points follow the old ones: edges, faces,
-// centres.
+// Splits each tetrahedron into four hexahedra. The new points come after the old points: middles of
+// edges, then of faces, then of tetrahedra.
 Mesh split_tetrahedra(std::vector<Point3> points, const std::vector<Tetrahedron>& tetrahedra) {
   Mesh mesh;
   mesh.points = std::move(points);
@@ -223,7 +224,7 @@ Mesh split_tetrahedra(std::vector<Point3> points, const std::vector<Tetrahedron>
       const Id a = t[opposite == 0], b = t[opposite <= 1 ? 2 : 1], c = t[opposite == 3 ? 2 : 3];
       if (faces.number(a, b, c).second) mesh.points.push_back((p[a] + p[b] + p[c]) * (1.0 / 3));
     }
-  // The other three corners for each corner, counterclockwise seen from outside that corner.
+  // For each corner, the other three corners, counter-clockwise as seen from outside that corner.
   constexpr std::array<std::array<std::size_t, 3>, 4> kOthers{
       {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}}};
   for (const Tetrahedron& t : tetrahedra) {
@@ -256,8 +257,8 @@ Mesh make_tets(std::uint64_t cells) {
   return split_tetrahedra(std::move(points), cube_tetrahedra(n));
 }
 
-// A curved lattice divided into blocks in random order, each numbered along its own axes, like the
-// output of block-structured mesh generators.
+// Generates a curved lattice divided into blocks in random order, each numbered along its own axes.
+// Block-structured mesh generators produce such meshes.
 Mesh make_blocks(std::uint64_t cells) {
   constexpr Id kBlocks = 4;  // number of blocks per axis
   const Id width = rounded(side_for(cells, 1) / kBlocks), n = width * kBlocks;
@@ -290,7 +291,7 @@ Mesh make_blocks(std::uint64_t cells) {
   return mesh;
 }
 
-// The O-grid with vertices and cells in random order, like the output of some tools.
+// Generates the O-grid with vertices and cells in random order, as some tools write it.
 Mesh make_shuffled(std::uint64_t cells) {
   const Mesh ordered = make_ogrid(cells);
   Random random(4);

@@ -4,7 +4,7 @@ namespace make_mesh {
 
 namespace {
 
-// Positions in the mesh's bounding cube, each coordinate 0..1.
+// Converts positions to coordinates 0..1 in the mesh's bounding cube.
 class Box {
  public:
   explicit Box(const std::vector<Point3>& points) : low_(points.front()) {
@@ -27,7 +27,7 @@ double smooth(const Point3& p) {
   return 300 + 50 * std::sin(3 * p.x + 1) * std::cos(4 * p.y) * std::exp(-p.z);
 }
 
-// Waves over five octaves with a turbulent spectrum, and some noise.
+// A function of position: waves over five octaves with a turbulent spectrum, and some noise.
 class Turbulence {
  public:
   Turbulence() {

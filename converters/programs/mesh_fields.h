@@ -1,4 +1,5 @@
-// Values for the meshes of shm_make_mesh: smooth, turbulent, with a shock front, in patches.
+// Values for the meshes of shm_make_mesh: smooth fields, turbulent fields, fields with a shock
+// front, and fields in patches.
 #pragma once
 
 #include <cstddef>
@@ -14,7 +15,7 @@ struct Field {
   std::string name;
   std::string_view type;  // type word of VTK
   std::size_t components = 1;
-  std::vector<double> values;  // written as `type`
+  std::vector<double> values;  // values, which are written as `type`
 };
 
 // `fields`: one, basic or full.

@@ -28,7 +28,7 @@ class VtkFile {
     if constexpr (std::endian::native == std::endian::little) std::reverse(raw.begin(), raw.end());
     bytes(raw.data(), raw.size());
   }
-  // Returns true if every byte has been written.
+  // Closes the file. Returns true if every byte has been written.
   bool close() {
     if (file_ == nullptr) return false;
     const bool closed = std::fclose(std::exchange(file_, nullptr)) == 0;

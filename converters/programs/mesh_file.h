@@ -7,7 +7,8 @@
 
 namespace make_mesh {
 
-// The CELLS section counts its 32-bit words, nine per cell, in one signed 32-bit number.
+// Largest number of cells. The CELLS section states the number of its 32-bit words, nine per cell,
+// as a signed 32-bit number.
 constexpr std::uint64_t kMaxCells = std::numeric_limits<std::int32_t>::max() / 9;
 
 struct MeshFile {
@@ -16,7 +17,7 @@ struct MeshFile {
   bool doubles = false;
   std::string_view fields = "basic";  // none, one, basic or full
 };
-// Returns true if every byte has been written.
+// Writes the mesh. Returns true if every byte has been written.
 bool write_mesh(const Mesh& mesh, const MeshFile& file);
 
 }  // namespace make_mesh

@@ -47,8 +47,8 @@ Point3 pipe(Point2 p, double along) {
 
 namespace {
 
-// Counterclockwise walk around a core of n x n quads, starting at its lower left corner: 4 n
-// points.
+// Returns the 4 n points on the boundary of a core of n x n quads, counter-clockwise from its lower
+// left corner.
 std::vector<std::pair<Id, Id>> core_boundary(Id n) {
   std::vector<std::pair<Id, Id>> walk;
   for (Id i = 0; i < n; ++i) walk.emplace_back(i, 0);

@@ -36,13 +36,13 @@ struct Mesh {
   std::vector<Point3> points;
   std::vector<Hexahedron> cells;
 };
-// Counterclockwise quads in the plane.
+// A mesh of counter-clockwise quads in the plane.
 struct Plane {
   std::vector<Point2> points;
   std::vector<Quad> quads;
 };
 
-// splitmix64: small, fast, the same on every machine.
+// The random generator splitmix64, which is small, fast, and the same on every machine.
 class Random {
  public:
   explicit Random(std::uint64_t seed) : state_(seed) {}
@@ -53,7 +53,8 @@ class Random {
     z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
     return z ^ (z >> 31);
   }
-  double uniform() { return static_cast<double>(next() >> 11) * 0x1p-53; }  // [0, 1)
+  // Returns a number in [0, 1).
+  double uniform() { return static_cast<double>(next() >> 11) * 0x1p-53; }
   std::size_t below(std::size_t end) { return static_cast<std::size_t>(next() % end); }
 
  private:
@@ -65,28 +66,28 @@ void shuffle(std::vector<T>& values, Random& random) {
   for (std::size_t i = values.size(); i > 1; --i) std::swap(values[i - 1], values[random.below(i)]);
 }
 
-// At least 1, so that no family is empty.
+// Rounds to an integer. The result is at least 1, so that no family is empty.
 inline Id rounded(double value) { return std::max<Id>(1, static_cast<Id>(std::lround(value))); }
 
-// Side of a shape whose number of cells is `per_cube` times the cube of its side.
+// Returns the side of a shape whose number of cells is `per_cube` times the cube of its side.
 inline double side_for(std::uint64_t cells, double per_cube) {
   return std::cbrt(static_cast<double>(cells) / per_cube);
 }
 
-// Cells of a lattice with ni x nj x nk cells, i fastest.
+// Returns a cell of a lattice with ni x nj x nk cells; i changes fastest.
 Hexahedron lattice_cell(Id i, Id j, Id k, Id ni, Id nj);
 Mesh lattice(Id ni, Id nj, Id nk, const std::function<Point3(double, double, double)>& place);
 
 // Sweeps a plane through `layers` layers, one layer after the other.
 Mesh sweep(const Plane& plane, Id layers, const std::function<Point3(Point2, double)>& place);
 
-// A bent, twisted pipe with a neck; `p` is in the unit disk.
+// Returns a point of a bent, twisted pipe with a neck. `p` is in the unit disk.
 Point3 pipe(Point2 p, double along);
 
-// The unit disk as an O-grid: a bulged square core and `rings` rings of quads around it.
+// Returns the unit disk as an O-grid: a bulged square core, and `rings` rings of quads around it.
 Plane disk(Id core, Id rings);
 
-// Drops unused points and renumbers the others by first use.
+// Drops unused points, and renumbers the other points in order of first use.
 void number_by_first_use(Mesh& mesh);
 
 }  // namespace make_mesh

@@ -1,6 +1,7 @@
 // shm_spatial_sort: writes the cells of a mesh in the order of CGAL's spatial sorting, one number
-// per line, for `shm compress --order free --cell-order`. A separate program, because of CGAL's
-// licence. Exit codes as for shm: 0 done, 2 wrong use, 3 bad input, 4 output could not be written.
+// per line, for `shm compress --order free --cell-order`. This is a separate program because of
+// CGAL's licence. The exit codes are those of shm: 0 done, 2 wrong use, 3 bad input, 4 output could
+// not be written.
 #include <CGAL/Simple_cartesian.h>
 #include <CGAL/Spatial_sort_traits_adapter_3.h>
 #include <CGAL/hilbert_sort.h>

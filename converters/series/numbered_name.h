@@ -13,10 +13,11 @@ namespace shm::converters {
 
 class NumberedName {
  public:
-  // Returns nothing if the last part of `path` has no %d. If it has one, %% stands for a percent
-  // sign. Throws Failure (misuse) if there is any other % or a second %d.
+  // Parses a name. Returns nothing if the last part of `path` has no %d. If it has a %d, %% stands
+  // for a percent sign. Throws Failure (misuse) if there is any other % or a second %d.
   static std::optional<NumberedName> of(const std::string& path);
-  // A name consists of `before`, the number, padded with zeros to `width` digits, and `behind`.
+  // A name consists of `before`, the number, which is padded with zeros to `width` digits, and
+  // `behind`.
   NumberedName(std::string before, std::size_t width, std::string behind)
       : before_(std::move(before)), width_(width), behind_(std::move(behind)) {}
 
@@ -26,7 +27,7 @@ class NumberedName {
     std::uint64_t number;
     std::string path;
   };
-  // Returns the existing files in the order of their numbers.
+  // Returns the existing files of the series in the order of their numbers.
   std::vector<File> files() const;
 
  private:

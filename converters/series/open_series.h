@@ -11,11 +11,12 @@
 
 namespace shm::converters {
 
-// Returns the files of the series that `path` names; nothing if it is the name of a single mesh, or
-// if the path is unknown. Throws Failure if a series has no files.
+// Returns the files of the series that `path` names. Returns nothing if it is the name of a single
+// mesh, or if there is no file of this name. Throws Failure if a series has no files.
 std::optional<std::vector<SeriesFile>> series_of(const std::string& path);
 
-// Returns all files that are read for `path`: a series with its collection, or the file itself.
+// Returns all files that are read to open `path`: the files of a series and its collection, or the
+// file itself.
 std::vector<std::string> files_of(const std::string& path);
 
 // Opens a series, or a single mesh as open_mesh() does.

@@ -23,7 +23,7 @@ constexpr std::uint64_t kPieceElements = 65536;
   throw Failure(Error{ErrorCode::unsupported, what, {}, kNoOffset, path});
 }
 
-// Counts the arrays of each kind; the keys describe the kind.
+// Counts the arrays of each kind. The keys of the result describe the kinds.
 std::map<std::string, std::size_t> kinds_of_arrays(const Schema& schema) {
   std::map<std::string, std::size_t> kinds;
   for (const ArrayInfo& array : schema.arrays)
@@ -65,7 +65,7 @@ class SeriesMesh final : public MeshSource {
 
   bool has_time() const { return has_time_; }
 
-  // Adds the step of another file.
+  // Adds the step that another file contains.
   void add(MeshSource& mesh, const SeriesFile& file, Spool& spool, const Remark& remark) {
     check_format(mesh.info(), file.path);
     if (mesh.info().schema.source_format != info_.schema.source_format)
@@ -126,7 +126,7 @@ class SeriesMesh final : public MeshSource {
     std::map<std::string, Extra> others;
     for (Extra& extra : format.extras_of_series(info)) others.emplace(extra.key, std::move(extra));
     const auto other = [&](const std::string& key) {
-      if (format.is_list_of_strings(key)) return;  // strings have been compared already
+      if (format.is_list_of_strings(key)) return;  // lists of strings have been compared already
       if (!format.is_about_file(key)) differ(path, "extra '" + key + "' differs");
       if (remarked_.insert(key).second && remark)
         remark(path + ": '" + key + "' differs from the one in " + file_.path +
@@ -158,12 +158,12 @@ class SeriesMesh final : public MeshSource {
   }
 
   std::unique_ptr<MeshSource> first_;
-  const SeriesFile file_;  // the first file
+  const SeriesFile file_;  // first file of the series
   Spool& spool_;
   MeshInfo info_;
   bool has_time_ = false;
-  std::vector<std::vector<PagedArray>> values_;  // by array; the steps from 1 on
-  std::vector<bool> changes_;                    // by array; used for integer arrays
+  std::vector<std::vector<PagedArray>> values_;  // values of the steps from 1 on, by array
+  std::vector<bool> changes_;  // true for each integer array that changes with time
   std::set<std::string> remarked_;
 };
 

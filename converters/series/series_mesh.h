@@ -22,22 +22,22 @@ struct SeriesFile {
   std::optional<double> time;  // time from the collection, if there is one
 };
 
-// Called once for each item of a file that differs from the first file, which is used for all
-// files.
+// Called once for each item that differs between a file and the first file. The item of the first
+// file is used for all files.
 using Remark = std::function<void(const std::string& sentence)>;
 
-// Step times come from `files`, or from the field data of each file, or are 0, 1, 2, ... The first
-// file stays open. The others are opened one at a time, once, and their values go to `spool`, which
-// must outlive the mesh. Throws Failure, with the file and the reason, if a file does not belong to
-// a series with the first one.
+// Opens a series. Step times come from `files`, or from the field data of each file, or are 0, 1,
+// 2, ... The first file stays open. Each other file is opened once, one at a time, and its values
+// are written to `spool`, which must outlive the mesh. Throws Failure if a file does not belong to
+// the same series as the first file; the error states the file and the reason.
 std::unique_ptr<MeshSource> open_series(std::span<const SeriesFile> files, Spool& spool,
                                         const Progress& progress, const Remark& remark);
 
-// The same for a single open mesh, which must have a time.
+// Returns a single open mesh as a mesh with one step. The mesh must have a time.
 std::unique_ptr<MeshSource> series_of_one(std::unique_ptr<MeshSource> mesh, const SeriesFile& file,
                                           Spool& spool);
 
-// Returns `mesh` with those arrays stepped that are stepped in `like`.
+// Returns `mesh` with the same stepped arrays as `like`.
 std::unique_ptr<MeshSource> stepped_like(std::unique_ptr<MeshSource> mesh, const MeshInfo& like);
 
 }  // namespace shm::converters

@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Readers of collections support none of our other formats.
+// Format of the files of a collection. Readers of collections support no other format of ours.
 constexpr const char* kFilesFormat = "vtu";
 constexpr std::size_t kFileDigits = 4;
 

@@ -10,10 +10,10 @@ namespace shm::converters {
 namespace {
 
 // Limits for the size of all arrays of sets. Each array has a byte for every vertex or cell, even
-// if the set is small.
+// if its set is small.
 constexpr std::uint64_t kSetBytesAllowed = std::uint64_t{256} << 20, kMostOfMesh = 64;
 
-// Estimates the size of coordinates and connectivity in most formats.
+// Estimates the size in bytes of coordinates and connectivity in most formats.
 std::uint64_t bytes_of_mesh(const MeshInfo& info) { return 24 * info.vertices + 64 * info.cells(); }
 
 }  // namespace
@@ -65,7 +65,8 @@ bool SetArrays::fill(const MeshSet& set, PagedArray& marks) {
 void SetArrays::read_array(std::size_t array, std::uint64_t step, std::uint64_t first,
                            std::uint64_t count, std::byte* out) {
   if (array < own_arrays_) return source_.read_array(array, step, first, count, out);
-  if (!info_.schema.arrays[array].blocks.empty()) {  // whole blocks: all their cells are marked
+  // The set consists of whole blocks: all their cells are marked.
+  if (!info_.schema.arrays[array].blocks.empty()) {
     std::fill_n(out, count, std::byte{1});
     return;
   }

@@ -18,15 +18,17 @@ class SetArrays final : public ForwardingMesh {
   SetArrays(MeshSource& source, const std::vector<MeshSet>& sets, Spool& spool);
   void read_array(std::size_t array, std::uint64_t step, std::uint64_t first, std::uint64_t count,
                   std::byte* out) override;
-  // Labels of the sets that were left out: those with a side number beyond the available bits, and
-  // those that would make the arrays of all sets larger than both 256 MiB and 64 times the mesh.
+  // Returns the labels of the sets that were left out. A set is left out if it has a side number
+  // beyond the available bits. It is also left out if the arrays of all sets would be larger than
+  // both 256 MiB and 64 times the mesh.
   const std::vector<std::string>& left_out() const { return left_out_; }
 
  private:
   bool fill(const MeshSet& set, PagedArray& marks);
 
   std::size_t own_arrays_;
-  std::vector<PagedArray> marks_;  // uint8, for each added array, up to the last member
+  // Uint8 marks of each added array, up to the last member of its set.
+  std::vector<PagedArray> marks_;
   std::vector<std::string> left_out_;
 };
 

@@ -10,7 +10,7 @@
 namespace shm::converters {
 namespace {
 
-constexpr std::size_t kPiece = 16384;  // cells read at once
+constexpr std::size_t kPiece = 16384;  // number of cells that are read together
 using Corners = std::vector<std::uint8_t>;
 
 // Corners of each side, in the side numbering of the Exodus manual.
@@ -55,7 +55,8 @@ const std::vector<Corners>& edges_of(CellShape shape) {
   }
 }
 
-// Corners of the faces that have nodes at their centre; these nodes come after those of the edges.
+// Corners of the faces that have nodes at their centre. These nodes come after those at the middle
+// of edges.
 const std::vector<Corners>& middles_of(CellShape shape) {
   static const std::vector<Corners> none, quad = {{0, 1, 2, 3}}, triangle = {{0, 1, 2}},
                                           pyramid = {{0, 1, 2, 3}},
@@ -113,7 +114,7 @@ CellSide side_of_cell(CellShape shape, std::span<const std::uint64_t> corners, s
   const auto middle = std::find(middles.begin(), middles.end(), sorted);
   const std::size_t place =
       first_edge + edges.size() + static_cast<std::size_t>(middle - middles.begin());
-  // Gmsh and Exodus have no common node at the centre of triangles.
+  // Only faces of four corners: Gmsh and Exodus have no common node at the centre of triangles.
   if (middle != middles.end() && place < corners.size() && around.size() == 4)
     found.nodes.push_back(corners[place]);
   return found;
@@ -121,7 +122,7 @@ CellSide side_of_cell(CellShape shape, std::span<const std::uint64_t> corners, s
 
 std::size_t nodes_of_side(CellShape shape, std::uint32_t nodes_per_cell, std::uint64_t side,
                           bool flat) {
-  constexpr std::uint32_t kMostNodes = 27;  // further nodes are on no side
+  constexpr std::uint32_t kMostNodes = 27;  // nodes beyond these are on no side
   if (side < 1 || side > sides_of(shape, flat).size()) return 0;
   const std::vector<std::uint64_t> corners(std::min(nodes_per_cell, kMostNodes));
   return side_of_cell(shape, corners, side, flat).nodes.size();
@@ -139,7 +140,7 @@ SetCells::SetCells(MeshSource& source, const std::vector<MeshSet>& sets, bool fl
   if (info_.schema.blocks.size() > own_blocks_) leave_arrays_on_own_blocks();
 }
 
-// The added cells have no values, so arrays on all blocks become arrays on the original blocks.
+// Restricts arrays on all blocks to the original blocks, because the added cells have no values.
 void SetCells::leave_arrays_on_own_blocks() {
   constexpr std::size_t kMostListed = std::size_t{1} << 24;
   std::size_t listed = 0;
@@ -148,7 +149,7 @@ void SetCells::leave_arrays_on_own_blocks() {
     listed += own_blocks_;
     if (listed > kMostListed)
       throw Failure(Error{ErrorCode::over_limit,
-                          "there are too many cell arrays on too many blocks for sets to be cells",
+                          "there are too many cell arrays and blocks to convert sets to cells",
                           "sets",
                           kNoOffset,
                           {}});

@@ -1,5 +1,5 @@
-// SetCells: a mesh whose node sets and side sets become additional cells, for formats whose groups
-// consist of elements: a point for each node, and a face or edge for each side.
+// SetCells: a mesh whose node sets and side sets become additional cells: a point for each node,
+// and a face or edge for each side. It is used for formats whose groups consist of elements.
 #pragma once
 
 #include <cstdint>
@@ -14,11 +14,12 @@ namespace shm::converters {
 
 class SetCells final : public ForwardingMesh {
  public:
-  // `flat`: the mesh is two-dimensional, so the sides of its triangles and quads are edges.
+  // `flat`: true if the mesh is two-dimensional, so that the sides of its triangles and quads are
+  // edges.
   SetCells(MeshSource& source, const std::vector<MeshSet>& sets, bool flat, Spool& spool);
   bool next_cells(CellBatch& out, std::size_t max_cells) override;
   void rewind_cells() override;
-  // Labels of the sets that could not be converted to cells because a side is unknown.
+  // Returns the labels of the sets that could not be converted to cells because a side is unknown.
   const std::vector<std::string>& left_out() const { return left_out_; }
 
  private:
@@ -37,15 +38,15 @@ class SetCells final : public ForwardingMesh {
   std::vector<std::string> left_out_;
 };
 
-// Shape and nodes of side `side` (from 1, as in Exodus) of a cell, in VTK's order. The list of
-// nodes is empty if the cell has no such side.
+// Shape and nodes of side `side` of a cell, in VTK's order. Sides are numbered from 1, as in
+// Exodus. The list of nodes is empty if the cell has no such side.
 struct CellSide {
   CellShape shape = CellShape::other;
   std::vector<std::uint64_t> nodes;
 };
 CellSide side_of_cell(CellShape shape, std::span<const std::uint64_t> corners, std::uint64_t side,
                       bool flat);
-// Returns the number of nodes of that side for cells with `nodes_per_cell` nodes; 0 if there is no
+// Returns the number of nodes of a side of cells with `nodes_per_cell` nodes, or 0 if there is no
 // such side.
 std::size_t nodes_of_side(CellShape shape, std::uint32_t nodes_per_cell, std::uint64_t side,
                           bool flat);

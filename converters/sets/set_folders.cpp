@@ -6,7 +6,7 @@
 namespace shm::converters {
 namespace {
 
-// Removes the part of `key` before the next slash, and the slash, and returns the part.
+// Removes the part of `key` before the next slash, together with the slash, and returns this part.
 std::string_view take_part(std::string_view& key) {
   const std::size_t slash = key.find('/');
   const std::string_view part = key.substr(0, slash);
@@ -18,7 +18,7 @@ bool is_number(std::string_view text) {
   return !text.empty() && text.find_first_not_of("0123456789") == std::string_view::npos;
 }
 
-// Returns e.g. "members" for "mesh/node_set/3/members".
+// Returns the part of a key after the number, e.g. "members" for "mesh/node_set/3/members".
 std::string_view rest_of(std::string_view key, const SetFolder& folder) {
   return key.substr(folder.format.size() + folder.kind.size() + folder.number.size() + 3);
 }

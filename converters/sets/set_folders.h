@@ -1,5 +1,5 @@
-// The keys under which the extras of a mesh hold its sets, for all formats: "FORMAT/KIND_set/N/id",
-// "FORMAT/KIND_set/N/name" and so on, i.e. one folder of keys per set.
+// The keys of extras that store the sets of a mesh, for all formats. Each set has a folder of keys:
+// "FORMAT/KIND_set/N/id", "FORMAT/KIND_set/N/name" and so on.
 #pragma once
 
 #include <map>
@@ -13,18 +13,20 @@
 namespace shm::converters {
 
 struct SetFolder {
-  std::string_view format, kind, number;              // "exodus", "node_set", "3"
-  std::map<std::string_view, const Extra*> extras{};  // by the part of the key after the number
+  std::string_view format, kind, number;  // "exodus", "node_set", "3"
 
-  // Returns null if the set has no such extra.
+  // Extras by the part of the key after the number.
+  std::map<std::string_view, const Extra*> extras{};
+
+  // Returns the extra of the set with this part of the key, or null if there is none.
   const Extra* find(std::string_view what) const {
     const auto found = extras.find(what);
     return found == extras.end() ? nullptr : found->second;
   }
 };
 
-// Returns the set to which an extra with this key belongs, without its extras; nothing if it
-// belongs to no set.
+// Returns the set to which an extra with this key belongs, without the set's extras. Returns
+// nothing if the extra belongs to no set.
 std::optional<SetFolder> set_folder_of(std::string_view key);
 
 // Returns true if an extra with this key belongs to a set of sides of cells, or holds the sides of

@@ -58,7 +58,8 @@ bool may_replace(const std::string& what) {
   return answer[0] == 'y' || answer[0] == 'Y';
 }
 
-// Checks the folder of an output. Without this check an error would only appear after all the work.
+// Checks that the folder of an output exists. Without this check an error would only appear after
+// all the work.
 void check_folder(const std::string& path) {
   const std::filesystem::path parent = std::filesystem::path(path).parent_path();
   const std::string folder = parent.empty() ? "." : parent.string();
@@ -100,7 +101,7 @@ void check_places(const Places& places, bool force) {
   check_series(places, force);
   const std::string& path = *places.output;
   if (path == kStandardStream && places.compressed && ::isatty(STDOUT_FILENO) != 0)
-    refuse("standard output", "is a terminal, which takes no compressed bytes; -o names a file");
+    refuse("standard output", "is a terminal; write compressed data to a file: -o FILE");
   const auto status = status_of(path, STDOUT_FILENO);
   if (!status) {
     if (errno != ENOENT) refuse(path, std::string("cannot be written: ") + std::strerror(errno));

@@ -1,5 +1,5 @@
 // Checks where a command may write. No existing file is overwritten unless the user agrees, and no
-// input of the command is ever overwritten. This is checked before any work, by asking the
+// input of the command is ever overwritten. Both are checked before any work, by asking the
 // operating system which file a path leads to.
 #pragma once
 
@@ -11,15 +11,18 @@ namespace shm::converters {
 
 // The files that a command reads and writes.
 struct Places {
-  std::vector<std::string> inputs;    // paths; "-" and "" are ignored
-  std::optional<std::string> output;  // nothing: not known yet, or the input is changed in place
-  bool compressed = false;            // the output is binary, and refused on a terminal
-  // Existing files among the outputs, if the output is a name for many files.
+  std::vector<std::string> inputs;  // paths; "-" and "" are ignored
+
+  // Path of the output; nothing: not known yet, or the input is changed in place.
+  std::optional<std::string> output;
+  bool compressed = false;  // true: the output is binary, so a terminal is refused
+
+  // Existing output files, if the output is a name for many files.
   std::vector<std::string> series = {};
 };
 
-// Returns "-" if `path` is a name in /dev or /proc of standard input (descriptor 0) or output (1),
-// otherwise `path`.
+// Returns "-" if `path` is a name in /dev or /proc for standard input (`descriptor` 0) or standard
+// output (1). Otherwise returns `path`.
 std::string standard_or(std::string path, int descriptor);
 
 // Checks an output: a file to be written, a device, a pipe, or "-". Call this before reading

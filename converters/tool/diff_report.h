@@ -1,4 +1,4 @@
-// Reports of shm diff: text for people, JSON for programs.
+// Reports of shm diff, as human-readable text and as JSON.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@
 namespace shm::converters {
 
 struct DiffRun {
-  std::string a, b;       // paths
+  std::string a, b;       // paths of the meshes
   std::string tolerance;  // "exact", "abs=1e-6", ...
   bool match = false;
 };

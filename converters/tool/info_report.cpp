@@ -32,8 +32,8 @@ std::map<std::string, std::size_t> arrays_by_stream(const Schema& schema) {
   return arrays;
 }
 
-// Returns the kind of element that a stream is counted by and the number of these elements; "" if
-// there is none.
+// Returns the kind of element for which the report shows bits per element of a stream, and the
+// number of these elements. The kind is "" if there is none.
 std::pair<std::string, std::uint64_t> element_of(const std::string& stream,
                                                  const std::map<std::string, std::size_t>& arrays,
                                                  const MeshInfo& info, const Totals& totals) {
@@ -56,7 +56,7 @@ std::string codecs_text(const std::vector<ConnectivityCodec>& of_segments) {
   std::map<ConnectivityCodec, std::size_t> segments;
   for (ConnectivityCodec codec : of_segments)
     if (codec != ConnectivityCodec::automatic)
-      ++segments[codec];  // automatic: the segment has no cells
+      ++segments[codec];  // codec `automatic` means that the segment has no cells
   if (segments.empty()) return "none";
   std::string text;
   for (const auto& [codec, count] : segments) {
@@ -66,7 +66,7 @@ std::string codecs_text(const std::vector<ConnectivityCodec>& of_segments) {
   return text;
 }
 
-// One name per segment.
+// Returns the codec names as JSON, one name per segment.
 Json codecs_json(const std::vector<ConnectivityCodec>& of_segments) {
   Json names = Json::array();
   for (ConnectivityCodec codec : of_segments)
@@ -143,7 +143,8 @@ Json schema_json(const MeshInfo& info) {
   return json;
 }
 
-// Titles of fixed length are padded with zeros.
+// Returns the title of the mesh. Titles of fixed length are padded with zero bytes, which are
+// removed.
 std::string title_of(const MeshInfo& info) {
   Keys used;
   const Extra* const given = find_extra(info, "mesh/title");
@@ -234,7 +235,7 @@ std::string times_text(const std::vector<double>& times) {
   return text;
 }
 
-// Lists the first 100 items, one per line, and the number of items left out.
+// Lists the first 100 items, one per line, then the number of items left out.
 template <class List, class Line>
 std::string first_of(const List& list, Line&& line) {
   constexpr std::size_t kShown = 100;
@@ -312,7 +313,7 @@ std::string coder_text(const MeshInfo& info, const Totals& totals) {
          padded(std::to_string(totals.total_bytes), 15, true) + "\n";
 }
 
-// Widens a range to include values of one type.
+// Extends a range so that it includes all finite values of an array of numbers.
 void widen(FoundRange& range, const std::byte* values, std::size_t count, ScalarType type) {
   with_scalar(type, [&](auto zero) {
     using T = decltype(zero);

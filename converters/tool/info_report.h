@@ -1,4 +1,4 @@
-// Reports of shm info: first the facts about the mesh, then those about its encoding.
+// Reports of shm info: facts about the mesh, followed by facts about its encoding.
 #pragma once
 
 #include <array>
@@ -22,15 +22,16 @@ struct FoundRange {
 // Facts about a mesh that are not in the headers of a file.
 struct InfoExtent {
   std::optional<std::array<double, 6>> box;  // smallest x y z, largest x y z
-  std::vector<FoundRange> ranges;            // one per array; empty: not read
-  bool is_unreadable = false;                // the values could not be read
+  std::vector<FoundRange> ranges;  // value ranges, one per array; empty if the values were not read
+  bool is_unreadable = false;      // the values could not be read
 };
 
-// Opens a .shm file again and reads the box from its index. Ignores the last `trailing_bytes` bytes
-// of the file.
+// Opens a .shm file again and reads the bounding box from its index. Ignores the last
+// `trailing_bytes` bytes of the file.
 std::optional<std::array<double, 6>> box_of_index(const std::string& path,
                                                   std::uint64_t trailing_bytes);
-// Reads all points, and all values if `ranges` is true.
+// Computes the bounding box from all vertex coordinates. If `ranges` is true, also reads all values
+// and computes the range of each array.
 InfoExtent measure_extent(MeshSource& mesh, bool ranges, const Progress& progress);
 
 struct InfoReport {
@@ -40,7 +41,7 @@ struct InfoReport {
   InfoExtent extent;
 };
 std::string info_json(const InfoReport& report);
-// `verbose`: includes order, codecs, segments and streams.
+// Formats the report as text. `verbose`: includes order, codecs, segments and streams.
 std::string info_text(const InfoReport& report, bool verbose);
 
 struct MemberSummary {

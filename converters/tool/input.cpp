@@ -30,7 +30,8 @@ bool is_read_once(const std::string& path) {
          std::filesystem::is_character_file(status) || std::filesystem::is_socket(status);
 }
 
-// HDF5 cannot open a file by a name in /proc.
+// Returns true if an input with these first bytes is HDF5, which cannot be opened by a name in
+// /proc.
 bool needs_name(std::span<const std::byte> head) {
   constexpr std::array<unsigned char, 4> kHdf5 = {0x89, 'H', 'D', 'F'};
   return head.size() >= kHdf5.size() && std::memcmp(head.data(), kHdf5.data(), kHdf5.size()) == 0;

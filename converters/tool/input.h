@@ -1,6 +1,6 @@
 // The mesh that a command of the tool reads: a file, standard input for "-", or a pipe, either
 // plain or packed by gzip, xz or zstd. A .shm file that is packed or comes through a pipe is
-// decoded as it arrives. Any other input of this kind is first copied to a temporary file, since
+// decoded as it arrives. Any other packed or piped input is first copied to a temporary file, since
 // its reader needs to seek. A name for many files, or a collection, is opened as a series.
 #pragma once
 
@@ -20,8 +20,8 @@ namespace shm::converters {
 
 class ToolInput {
  public:
-  // Reads the beginning of standard input. A temporary copy goes to spool_directory(options), and
-  // its name to options.spooled, for messages. Throws Failure.
+  // Opens the input and reads its first bytes. A temporary copy is written to
+  // spool_directory(options). Its name is stored in options.spooled, for messages. Throws Failure.
   explicit ToolInput(CommonOptions& options) : ToolInput(options, options.input) {}
   ToolInput(CommonOptions& options, const std::string& path)
       : ToolInput(options, path, options.part) {}
@@ -34,13 +34,13 @@ class ToolInput {
   const std::string& path() const { return path_; }
   bool is_stream() const { return stream_ != nullptr; }
   bool is_series() const { return series_.has_value(); }
-  std::uint64_t bytes() const;  // of all files; 0 if unknown
+  std::uint64_t bytes() const;  // size of all input files in bytes; 0 if unknown
   bool is_shm() const;
   // Throws Failure if the input is not a .shm file.
   void require_shm() const;
 
-  // Opens the mesh; call this once. Opens the part of an archive that the options name, or its only
-  // part. Throws Failure.
+  // Opens the mesh. If the input is an archive, opens the part that the options name, or the only
+  // part. Call this once. Throws Failure.
   std::unique_ptr<MeshSource> open(Spool& spool, const Progress& progress, unsigned threads = 0);
   FileSummary summarize(const Progress& progress);
 

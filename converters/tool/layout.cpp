@@ -11,7 +11,7 @@
 namespace shm::converters {
 namespace {
 
-// Counts the segments that pass through each bin, by a difference array for each row.
+// Counts the segments that pass through each bin. Uses a difference array for each row.
 class SegmentCounter {
  public:
   SegmentCounter(std::uint64_t vertices, std::uint64_t cells)
@@ -192,8 +192,8 @@ void add_diagram(std::string& svg, const Layout& layout, const LayoutRaster& ras
 }  // namespace
 
 bool is_scattered(const Layout& layout) {
-  // A front through a cube of n^3 cells has about n^2 vertices. The factor 4 allows for meshes of
-  // several parts.
+  // A front through a cube of n^3 cells has about n^2 vertices. The factor 4 allows for meshes that
+  // consist of several parts.
   const double front = std::cbrt(static_cast<double>(layout.vertices));
   const double ideal = 4 * front * front;
   return static_cast<double>(layout.width) >

@@ -1,9 +1,9 @@
 // Layout diagrams show at a glance how coherently a mesh is stored (Isenburg & Lindstrom 2005).
 // Cells run along x in file order, vertices along y. Each vertex is a horizontal segment from its
 // first to its last cell. The width is the largest number of segments that a vertical line cuts:
-// the number of vertices that a streaming compressor must keep in memory at once. Vertex compaction
-// only permutes the segments vertically: the width stays the same, and the picture shows how narrow
-// the band of active vertices is.
+// the number of vertices that a streaming compressor must keep in memory at the same time. Vertex
+// compaction only permutes the segments vertically: the width stays the same, and the picture shows
+// how narrow the band of active vertices is.
 #pragma once
 
 #include <cstddef>
@@ -20,8 +20,8 @@ namespace shm::converters {
 
 inline constexpr std::size_t kLayoutBins = 500;  // rows and columns of one diagram
 
-// For each bin, the share of its vertices whose segments pass through it, from 0 (none) to kLevels
-// (nearly all).
+// For each bin, the share of the vertices in its row whose segments pass through it, from 0 (none)
+// to kLevels (nearly all).
 struct LayoutRaster {
   static constexpr std::uint8_t kLevels = 4;
   std::size_t rows = 0, columns = 0;

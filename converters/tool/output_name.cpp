@@ -8,8 +8,8 @@ namespace {
 
 bool holds_every_step(const Format& format) { return format.capabilities.every_step; }
 
-// Returns the data that a file of `target` lacks and a file of `named` would have; empty if there
-// is none.
+// Describes the data that a file of format `target` cannot store and a file of format `named` could
+// store. Returns an empty string if there is no such data.
 std::string what_is_lost(const Format& target, const Format& named, const MeshInfo& mesh,
                          std::optional<StepRange> steps, const LossList& losses) {
   const std::size_t all = mesh.step_times.size();

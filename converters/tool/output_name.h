@@ -1,5 +1,6 @@
-// The extension of an output promises a file of a certain format. If --format names another format,
-// which can store less, this is probably a mistake, and it is reported before any work.
+// Checks the extension of an output against --format. If the extension belongs to another format,
+// which can store more data, the command line is probably a mistake. The mistake is reported before
+// any work.
 #pragma once
 
 #include <optional>
@@ -10,9 +11,9 @@
 
 namespace shm::converters {
 
-// Throws Failure (misuse) if a file of the format that `output` is named for could store data that
-// a file of `target` cannot: the time steps of a mesh of which only `steps`, or the last step, is
-// written, or some of `losses`.
+// Throws Failure (misuse) if the extension of `output` belongs to a format that could store data
+// which `target` cannot store. Such data is some of `losses`, or time steps of the mesh if only
+// `steps`, or the last step, is written.
 void check_output_name(const std::string& output, const Format& target, const MeshInfo& mesh,
                        std::optional<StepRange> steps, const LossList& losses = {});
 

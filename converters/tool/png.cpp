@@ -1,4 +1,4 @@
-// Renders pictures with librsvg and cairo. They are loaded when a picture is needed: if they were
+// Renders pictures with librsvg and cairo. Both are loaded when a picture is needed: if they were
 // linked, loading their fifty libraries would take most of the start-up time of the tool.
 #include "base/failure.h"
 #include "base/loaded_library.h"
@@ -17,8 +17,8 @@ namespace shm::converters {
 
 namespace {
 
-// The functions of librsvg and its dependencies that are used here. Throws Failure if librsvg does
-// not load.
+// The functions of librsvg and its dependencies that are used here. The constructor throws Failure
+// if librsvg cannot be loaded.
 struct Rsvg {
   LoadedLibrary library{"librsvg-2.so.2"};
 #define SHM_FUNCTION(name) decltype(&::name) name = library.find<decltype(::name)>(#name)

@@ -136,7 +136,8 @@ WatchedMesh::WatchedMesh(MeshSource& mesh, Progress progress, std::string_view n
 }
 
 void WatchedMesh::add(std::uint64_t bytes) {
-  read_ = std::min(read_ + bytes, all_);  // bytes read for a second time have been counted already
+  // Bytes that are read for a second time are not counted again.
+  read_ = std::min(read_ + bytes, all_);
   if (progress_) progress_(name_, read_, all_);
 }
 

@@ -35,13 +35,13 @@ class ProgressLine {
   void expect(std::vector<ExpectedPhase> phases, std::uint64_t bytes);
   Progress callback();
   void show(std::string_view phase, std::uint64_t done = 0, std::uint64_t total = 0);
-  // The same, if the caller knows the share of the whole work.
+  // Shows `words` and the completed share of the whole work, for a caller that knows this share.
   void show_share(std::string_view words, double share);
   void wipe();
   bool is_shown() const { return shown_; }
 
-  // A process that handles one of many files has no line. It stores the completed share, in
-  // 65536ths, in `share` for its parent.
+  // Makes this process, which handles one of many files, show no line. It stores the completed
+  // share, in units of 1/65536, in `share` for its parent process.
   static void report_to(std::atomic<std::uint32_t>* share);
 
  private:
@@ -60,8 +60,8 @@ class ProgressLine {
 // Formats "42 %  12.3 MB/s  0:31 left". Speed and time are left out until they can be estimated.
 std::string progress_text(double share, std::uint64_t bytes, double seconds);
 
-// A mesh that reports how much of it has been read, as the phase `name`. Reading all values once
-// counts as the whole.
+// A mesh that reports how much of its data has been read, as progress of the phase `name`. The
+// phase is complete when all values have been read once.
 class WatchedMesh final : public ForwardingMesh {
  public:
   // Borrows the mesh and the name.
@@ -80,7 +80,7 @@ class WatchedMesh final : public ForwardingMesh {
   std::uint64_t read_ = 0, all_ = 0;
 };
 
-// Bytes of a mesh in memory: coordinates, cells, and each array with all its steps.
+// Size in bytes of a mesh in memory: coordinates, cells, and each array with all its steps.
 struct MeshBytes {
   std::uint64_t points = 0, cells = 0;
   std::vector<std::uint64_t> arrays;

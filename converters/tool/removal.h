@@ -1,4 +1,5 @@
-// --rm: removes a source once its output has been read back and found to be the same mesh.
+// Implements --rm: removes a source after its output has been read back and found to be the same
+// mesh.
 #pragma once
 
 #include <string>

@@ -23,7 +23,8 @@ std::uint64_t peak_rss_bytes() {
   return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;  // Linux counts kibibytes
 }
 
-// The keys are "point/NAME" or "cell/NAME", as in the names of streams.
+// Returns the sizes of the arrays as a JSON object with the keys "point/NAME" or "cell/NAME", as in
+// the names of streams.
 Json arrays_json(const MeshInfo& info, const std::map<std::string, std::uint64_t>& streams) {
   constexpr std::string_view kPrefix = "array:";
   Json arrays = Json::object();
@@ -78,7 +79,8 @@ std::uint64_t value_count(const MeshInfo& info, std::size_t array) {
   return info.array_elements(array) * data.components * sets;
 }
 
-// Names come from files, so they need not be UTF-8. Invalid bytes are replaced.
+// Converts JSON to text. Names come from files and may not be valid UTF-8, so invalid bytes are
+// replaced.
 std::string dump(const Json& json) {
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
@@ -164,8 +166,8 @@ double bits_a_cell(const SizeReport& sizes) {
 
 std::string free_order_hint(const CompressRun& run, std::optional<std::uint64_t> free_bytes) {
   const std::uint64_t bytes = run.sizes.total_bytes;
-  // Without a trial, hint only in clear cases: many active vertices, and connectivity of at least a
-  // third of the file.
+  // Without a trial, give the hint only in clear cases: there are many active vertices, and
+  // connectivity is at least a third of the file.
   if (!free_bytes && (run.sizes.max_active_vertices < run.sizes.vertices / 4 ||
                       connectivity_bytes(run.sizes.streams) < bytes / 3))
     return {};

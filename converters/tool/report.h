@@ -1,4 +1,4 @@
-// Reports of the tool about meshes and files: text for people and JSON for programs.
+// Reports of the tool about meshes and files, as human-readable text and as JSON.
 #pragma once
 
 #include <cstddef>
@@ -25,15 +25,16 @@ struct CompressRun {
   SizeReport sizes;
 };
 std::string compress_json(const CompressRun& run, const MeshInfo& info);
-// "41 bytes from 82, 2.00 times smaller"; `of_what` is inserted after the 82.
+// Formats "41 bytes from 82, 2.00 times smaller"; `of_what` is inserted after the 82.
 std::string ratio_text(std::uint64_t bytes, std::uint64_t source_bytes,
                        const std::string& of_what = {});
 std::string compress_text(const CompressRun& run, const MeshInfo& info);
 
-// Bits per cell of connectivity, including corner order, numbers and imports.
+// Returns the size of connectivity in bits per cell, including corner order, vertex and cell
+// numbers, and imports.
 double bits_a_cell(const SizeReport& sizes);
-// Returns a hint that the same mesh in another order would need only `free_bytes`, if that is
-// known; empty if the saving is too small to mention.
+// Returns a hint that the same mesh in another order would need only `free_bytes` bytes, if that
+// size is known. Returns an empty string if the saving is too small to mention.
 std::string free_order_hint(const CompressRun& run, std::optional<std::uint64_t> free_bytes);
 
 // Reports of join.
@@ -42,8 +43,8 @@ std::string join_json(const std::string& output, std::uint64_t output_bytes,
 std::string join_text(const std::string& output, std::uint64_t output_bytes,
                       const std::vector<MemberReport>& members);
 
-// Reports of verify: on a file that could be decoded and is followed by `stray_bytes` that do not
-// belong to it, and on its comparison with its source.
+// Reports of verify about a file that could be decoded, and about its comparison with its source.
+// `stray_bytes`: number of bytes after the end of the mesh that do not belong to it.
 std::string sound_json(const std::string& path, const MeshInfo& info, const ParityState& parity,
                        std::uint64_t stray_bytes);
 std::string compare_json(const CompareReport& report, const std::string& source,
@@ -52,10 +53,11 @@ std::string compare_json(const CompareReport& report, const std::string& source,
 std::string compare_text(const CompareReport& report, const std::string& source,
                          const std::string& restored, std::uint64_t stray_bytes);
 
-// Names come from files, so they need not be UTF-8. Invalid bytes are replaced.
+// Converts JSON to text. Names come from files and may not be valid UTF-8, so invalid bytes are
+// replaced.
 std::string json_text(const nlohmann::json& json);
 
-// "3 vertices, 1 hexahedron, 2 other cells"
+// Formats "3 vertices, 1 hexahedron, 2 other cells".
 std::string counts_text(const MeshInfo& info);
 
 // Building blocks of reports.

@@ -11,7 +11,7 @@
 namespace shm::converters {
 
 // Parses the value of --step for a mesh with `steps` steps: N, first, last, or A:B for the steps A
-// to B - 1; steps count from 0. `where`: name of the mesh in messages. Throws Failure
+// to B - 1; steps count from 0. `where` is the name of the mesh in messages. Throws Failure
 // (misuse).
 StepRange steps_named(const std::string& words, std::uint64_t steps, const std::string& where);
 
@@ -19,8 +19,8 @@ struct StepChoice {
   std::string words;           // value of --step; empty: not given
   std::optional<double> time;  // value of --time, which excludes --step
 
-  // Returns the chosen steps; nothing if all are. Throws Failure (misuse) if there are no such
-  // steps.
+  // Returns the range of chosen steps, or nothing if all steps are chosen. Throws Failure (misuse)
+  // if there are no such steps.
   std::optional<StepRange> in(const std::vector<double>& times) const;
 };
 

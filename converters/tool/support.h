@@ -26,19 +26,23 @@ ExitCode exit_code(ErrorCode code);
 
 // Options of every command.
 struct CommonOptions {
-  std::string input;                    // also the file meant by messages that name no file
-  std::string output;                   // empty: none; "-": standard output
-  std::string spooled, spooled_from;    // temporary copy of a piped input; the pipe's name
-  std::string part;                     // of an archive; empty: its only one
-  std::string temp;                     // empty: next to the output
+  std::string input;   // path of the input; messages that name no file refer to it
+  std::string output;  // empty: none; "-": standard output
+
+  // Path of the temporary copy of a piped input; the pipe's name.
+  std::string spooled, spooled_from;
+  std::string part;  // name of the part of an archive to read; empty: the only part
+  std::string temp;  // folder for temporary files; empty: next to the output
   std::optional<std::uint64_t> memory;  // limit of the spool, in bytes
-  std::optional<std::uint64_t> max_output, max_cells;  // of a mesh: bytes of its numbers; cells
+
+  // Largest size of a mesh: bytes of its numbers; number of cells.
+  std::optional<std::uint64_t> max_output, max_cells;
   bool quiet = false;
   bool force = false;  // overwrite an existing output
 };
 
-// Returns the memory limit of the spool: the user's choice, or the default, which is higher if
-// vertices or cells are likely to be accessed in `any_order`.
+// Returns the memory limit of the spool in bytes: the user's choice, or the default. The default is
+// higher if vertices or cells are likely to be accessed in `any_order`.
 std::size_t spool_memory(const CommonOptions& options, bool any_order = false);
 
 MeshLimits mesh_limits(const CommonOptions& options);
@@ -49,8 +53,8 @@ std::string spool_directory(const CommonOptions& options);
 
 std::uint64_t file_bytes(const std::string& path);  // 0 if there is no file
 
-// Makes text safe for a terminal. Names come from files, and their control characters could move
-// the cursor or end a line. They are shown as \xNN.
+// Makes text safe for a terminal. Names come from files, and control characters in them could move
+// the cursor or end a line. Control characters are shown as \xNN.
 std::string printable(std::string_view text);
 /// Escapes text for SVG and HTML, as content or attribute, and removes control characters.
 std::string escaped_markup(std::string_view text);
@@ -59,11 +63,12 @@ std::string escaped_markup(std::string_view text);
 void print(const CommonOptions& options, const std::string& text);
 
 // Copies the attributes that gzip, xz and zstd keep: permissions and modification time. Does
-// nothing if one of the two is not a regular file.
+// nothing if one of the two files is not a regular file.
 void keep_attributes(const std::string& from, const std::string& to);
 
 bool is_shm(const std::string& path);
-// Throw Failure if the file is not a .shm file, or is an archive, respectively.
+// require_shm() throws Failure if the file is not a .shm file, require_no_archive() if it is an
+// archive.
 void require_shm(const std::string& path);
 void require_no_archive(const std::string& path);
 

@@ -1,4 +1,5 @@
-// Reads AVS UCD files: counts, nodes, cells, node data, cell data, model data, in this order.
+// Reads AVS UCD files. The sections are read in this order: counts, nodes, cells, node data, cell
+// data, model data.
 #include <algorithm>
 #include <map>
 #include <optional>
@@ -33,15 +34,15 @@ class Numbering {
     if (!plain_) by_id_.emplace_back(id, count_);
     ++count_;
   }
-  // Returns false if two numbers are equal; find() then finds one of them. Call it once, before
-  // find().
+  // Returns false if two numbers are equal; find() then finds one of the two items. Call this once,
+  // before find().
   bool finish() {
     std::sort(by_id_.begin(), by_id_.end());
     return std::adjacent_find(by_id_.begin(), by_id_.end(), [](const auto& a, const auto& b) {
              return a.first == b.first;
            }) == by_id_.end();
   }
-  bool plain() const { return plain_; }  // 1, 2, 3, ...
+  bool plain() const { return plain_; }  // true: the numbers are 1, 2, 3, ...
   std::optional<std::uint64_t> find(std::int64_t id) const {
     if (plain_) {
       if (id < 1 || static_cast<std::uint64_t>(id) > count_) return std::nullopt;
@@ -56,7 +57,8 @@ class Numbering {
  private:
   bool plain_ = true;
   std::uint64_t count_ = 0;
-  std::vector<std::pair<std::int64_t, std::uint64_t>> by_id_;  // empty while plain
+  // Indices by number; empty while the numbers are plain.
+  std::vector<std::pair<std::int64_t, std::uint64_t>> by_id_;
 };
 
 class UcdMesh final : public MeshSource {
@@ -112,7 +114,7 @@ class UcdMesh final : public MeshSource {
   Spool* spool_;
   MeshInfo info_;
   PagedArray points_;
-  CellStore cells_;  // blocks in it are indices into kCellTypes
+  CellStore cells_;  // cells; their blocks are indices into kCellTypes
   PagedArray node_ids_, cell_ids_, materials_;
   Numbering node_numbers_, cell_numbers_;
   std::vector<std::unique_ptr<PagedArray>> data_;
@@ -155,7 +157,7 @@ void UcdMesh::comments() {
 
 void UcdMesh::nodes(std::uint64_t count) {
   input_.enter("nodes");
-  input_.expect_room(count, 8, "nodes");  // four numbers and their separators
+  input_.expect_room(count, 8, "nodes");  // a node has at least four numbers and their separators
   for (std::uint64_t i = 0; i < count; ++i) {
     const auto id = input_.number<std::int64_t>();
     node_numbers_.add(id);
@@ -170,7 +172,7 @@ void UcdMesh::nodes(std::uint64_t count) {
 
 void UcdMesh::cells(std::uint64_t count) {
   input_.enter("cells");
-  input_.expect_room(count, 7, "cells");  // "1 1 pt 1"
+  input_.expect_room(count, 7, "cells");  // the shortest cell is "1 1 pt 1"
   std::vector<std::uint64_t> corners;
   for (std::uint64_t i = 0; i < count; ++i) {
     const auto id = input_.number<std::int64_t>(), material = input_.number<std::int64_t>();
@@ -192,11 +194,13 @@ void UcdMesh::cells(std::uint64_t count) {
     cell_ids_.append(1, reinterpret_cast<const std::byte*>(&id));
     materials_.append(1, reinterpret_cast<const std::byte*>(&material));
   }
-  // Cell numbers may repeat: some programs number quads and hexahedra separately.
+  // The result is ignored, because cell numbers may repeat: some programs number quads and
+  // hexahedra separately.
   cell_numbers_.finish();
 }
 
-// Makes one block for each material and type, or one for each type if there would be too many.
+// Makes one block for each material and type. If there would be too many blocks, makes one block
+// for each type.
 void UcdMesh::find_blocks() {
   CellBatch cell;
   for (int attempt = 0; attempt < 2; ++attempt) {
@@ -223,8 +227,8 @@ void UcdMesh::find_blocks() {
   }
 }
 
-// Returns the element for a row of values. Rows usually come in the order of nodes or cells.
-// Repeated numbers work only in that case.
+// Returns the element to which a row of values belongs. Rows usually are in the order of nodes or
+// cells. Only in this order may numbers repeat.
 std::uint64_t UcdMesh::element_of_row(Location location, std::uint64_t row, std::int64_t id) {
   const bool point = location == Location::point;
   if ((point ? node_ids_ : cell_ids_).get<std::int64_t>(row) == id) return row;
@@ -235,7 +239,7 @@ std::uint64_t UcdMesh::element_of_row(Location location, std::uint64_t row, std:
   return *element;
 }
 
-// Reads labelled components, then a line for each node or cell.
+// Reads a data section: labelled components, then a line for each node or cell.
 void UcdMesh::data(Location location, std::uint64_t values, std::uint64_t elements) {
   if (values == 0) return;
   input_.enter(location == Location::point ? "node data" : "cell data");
@@ -307,8 +311,8 @@ void UcdMesh::add_array(std::string name, std::string role, Location location, S
 
 }  // namespace
 
-// Returns true for the header of a legacy VTK file, in upper or lower case. Compares all of it,
-// because UCD comments may begin with the same word.
+// Returns true for the header of a legacy VTK file, in upper or lower case. Compares the whole
+// header, because UCD comments may begin with the same word.
 static bool is_vtk_header(std::string_view text) {
   constexpr std::string_view kHeader = "# vtk datafile version";
   return text.size() >= kHeader.size() &&
@@ -316,7 +320,7 @@ static bool is_vtk_header(std::string_view text) {
                     [](char a, char b) { return a == (b >= 'A' && b <= 'Z' ? b - 'A' + 'a' : b); });
 }
 
-// The first line that is not a comment has five counts and nothing else.
+// In a UCD file, the first line that is not a comment contains exactly five counts.
 bool looks_like_ucd(std::span<const std::byte> head) {
   std::string_view text(reinterpret_cast<const char*>(head.data()), head.size());
   if (!text.empty() && text.front() == kBinaryMagic) return true;

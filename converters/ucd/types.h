@@ -1,4 +1,5 @@
-// The cell types of UCD, and the only difference between its node order and the model's.
+// The cell types of UCD, and the conversion of its node order, which differs from the model's only
+// for pyramids.
 #pragma once
 
 #include <algorithm>
@@ -26,7 +27,7 @@ inline constexpr std::array<CellType, 8> kCellTypes = {{
     {"hex", CellShape::hexahedron, 8},
 }};
 
-// The apex of a pyramid is the first node in a file and the last in the model.
+// Moves the apex of a pyramid, which is the first node in a file and the last node in the model.
 inline void to_model_order(const CellType& type, std::span<std::uint64_t> nodes) {
   if (type.shape == CellShape::pyramid) std::rotate(nodes.begin(), nodes.begin() + 1, nodes.end());
 }

@@ -50,7 +50,7 @@ class UcdWriter {
   void write();
 
  private:
-  // The current piece of an array, and how many elements have been read.
+  // The current piece of an array, and the number of elements that have been read.
   struct Column {
     std::size_t array;
     std::uint64_t step, read = 0;
@@ -115,7 +115,7 @@ std::optional<std::size_t> UcdWriter::array_of(std::string_view role) const {
   return std::nullopt;
 }
 
-// Returns the arrays without a role. Stepped arrays have their last step.
+// Returns the arrays without a role. Stepped arrays are represented by their last step.
 std::vector<UcdWriter::Column> UcdWriter::columns(Location location) const {
   std::vector<Column> found;
   for (std::size_t a = 0; a < info_.schema.arrays.size(); ++a) {
@@ -138,7 +138,8 @@ void UcdWriter::counts(std::uint64_t node_values, std::uint64_t cell_values) {
             std::to_string(model_values));
 }
 
-// Returns the numbers of elements: from an array, or counted from 1.
+// Returns the numbers of elements from an array, or consecutive numbers from 1 if there is no
+// array.
 std::vector<std::int64_t> UcdWriter::numbers(std::optional<std::size_t> array, std::uint64_t first,
                                              std::uint64_t count) {
   std::vector<std::int64_t> out(count);
@@ -250,7 +251,8 @@ void UcdWriter::node_data(std::vector<Column>& columns) {
   }
 }
 
-// Cells of blocks that an array does not cover get NaN (floats) or 0 (integers).
+// Writes the cell data. If an array does not cover a block, its cells have the value NaN (floats)
+// or 0 (integers).
 void UcdWriter::cell_data(std::vector<Column>& columns) {
   if (columns.empty()) return;
   CellBatch batch;

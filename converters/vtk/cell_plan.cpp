@@ -113,7 +113,8 @@ void CellPlan::for_each_filled(std::size_t array, std::uint64_t step, const Valu
   });
 }
 
-// Faces whose vertex list repeats the first vertex at the end (shape `faces`).
+// Extracts the faces from a vertex list in which each face repeats its first vertex at the end
+// (shape `faces`).
 void CellPlan::unpack_faces(std::span<const std::uint64_t> corners) {
   numbers_.assign(1, 0);
   for (auto from = corners.begin(); from != corners.end();) {

@@ -1,5 +1,5 @@
-// CellPlan: the cells of a mesh as legacy and XML files of VTK store them: the cell types, and for
-// each cell the nodes in VTK's order or, for polyhedra, the faces.
+// CellPlan: the cells of a mesh in the form in which legacy and XML files of VTK store them: cell
+// types and, for each cell, the nodes in VTK's order or, for a polyhedron, the faces.
 #pragma once
 
 #include <cstddef>
@@ -16,7 +16,7 @@ namespace shm::converters::vtk {
 
 inline constexpr std::size_t kBatchCells = 16384;
 
-// Throws Failure (corrupt). For extras that contradict themselves or the mesh.
+// Throws Failure (corrupt). Call it if an extra contradicts itself or the mesh.
 [[noreturn]] void fail_extra(const std::string& key, std::string detail);
 
 class CellPlan {
@@ -28,8 +28,9 @@ class CellPlan {
 
   int block_type(std::uint32_t block) const { return block_types_[block]; }
   bool has_polyhedra() const { return has_polyhedra_; }
-  const Extra* extra(const std::string& key) const;  // null if absent
-  // Values of an int32 or int64 extra; empty when it is absent.
+  const Extra* extra(const std::string& key) const;  // returns null if there is no such extra
+
+  // Returns the values of an int32 or int64 extra. Returns an empty list if there is no such extra.
   std::vector<std::int64_t> integers(const std::string& key) const;
 
   // Calls body(batch) for all cells in file order.
@@ -45,7 +46,8 @@ class CellPlan {
   void for_each_cell(Body&& body) {
     for_each_typed_cell([&](int, const auto& numbers) { body(numbers); });
   }
-  // The same for the `count` cells from cell `first` on, as body(type, numbers).
+  // Calls body(type, numbers) for `count` cells, starting with cell `first`. `numbers` are as in
+  // for_each_cell().
   template <class Body>
   void for_each_typed_cell(Body&& body, std::uint64_t first = 0,
                            std::uint64_t count = ~std::uint64_t{0}) {
@@ -59,8 +61,9 @@ class CellPlan {
       }
     });
   }
-  // For a cell array that covers only some blocks. Calls body(values) with values for all cells in
-  // file order, batch by batch. Cells of the other blocks get NaN (floats) or 0 (integers).
+  // Reads a cell array that covers only some blocks. Calls body(values) with values for all cells
+  // in file order, batch by batch. Cells of the other blocks have the value NaN (floats) or 0
+  // (integers).
   using Values = std::function<void(std::span<const std::byte>)>;
   void for_each_filled(std::size_t array, std::uint64_t step, const Values& body);
 
@@ -82,10 +85,11 @@ class CellPlan {
 
   std::vector<int> block_types_;
   bool has_polyhedra_ = false;
-  std::vector<Polyhedron> polyhedra_;  // only cells of shape polyhedron, sorted by cell
+  std::vector<Polyhedron> polyhedra_;  // cells of shape polyhedron, sorted by cell
   std::vector<std::int64_t> face_sizes_;
-  std::size_t next_polyhedron_ = 0;     // position in polyhedra_ of the current walk
-  std::uint64_t cell_ = 0;              // cell of the current walk
+  // Index in polyhedra_ of the next polyhedron of the current pass.
+  std::size_t next_polyhedron_ = 0;
+  std::uint64_t cell_ = 0;              // cell that the current pass has reached
   std::vector<std::uint64_t> numbers_;  // numbers of the current cell
 };
 

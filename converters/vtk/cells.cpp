@@ -64,14 +64,14 @@ bool CellTable::next_cell() {
     fail(rows_, name() + " states " + std::to_string(has_offsets_ ? count : end) +
                     " nodes, more than the list has left");
   read_type(count);
-  // A polyhedron's row also has the size of each face, at most one per node, and the number of
-  // faces.
+  // The row of a polyhedron also contains the number of faces and the size of each face. There is
+  // at most one face per node.
   const std::uint64_t room = type_ == kPolyhedron ? 2 : 1;
   if (count > room * kMaxNodesPerCell + 1) fail_size(count);
   nodes_.clear();
   for (std::uint64_t i = 0; i < count; ++i) {
     const std::int64_t node = row_.next();
-    // The row of a polyhedron contains face sizes too. unpack_faces() checks its nodes.
+    // The row of a polyhedron also contains face sizes, so unpack_faces() checks its nodes instead.
     if (type_ != kPolyhedron && (node < 0 || static_cast<std::uint64_t>(node) >= vertices_))
       fail(rows_,
            name() + " uses point " + std::to_string(node) + " of " + std::to_string(vertices_));
@@ -93,8 +93,8 @@ void CellTable::read_type(std::uint64_t nodes) {
   type_ = static_cast<std::uint8_t>(type);
 }
 
-// Input in nodes_: number of faces, then for each face its size and its nodes. Leaves only the
-// nodes in nodes_, and the sizes in face_sizes_.
+// On entry, nodes_ contains the number of faces, then for each face its size and its nodes. Leaves
+// only the nodes in nodes_, and moves the sizes to face_sizes_.
 void CellTable::unpack_faces() {
   face_sizes_.clear();
   const auto name = [&] { return "polyhedron " + std::to_string(cell_); };
@@ -119,8 +119,8 @@ void CellTable::unpack_faces() {
 }
 
 // Repeats the first point of each face at its end, so that the node list alone determines the
-// faces. Returns false if that is ambiguous (an empty face, or a first point that occurs twice) or
-// the list would be too long.
+// faces. Returns false if the result would be ambiguous (an empty face, or a first point that
+// occurs twice) or too long.
 bool CellTable::close_faces() {
   std::vector<std::uint64_t> closed;
   closed.reserve(nodes_.size() + face_sizes_.size());

@@ -1,5 +1,5 @@
-// Lists of strings, in the forms in which VTK's formats and our extras store them, and arrays of
-// strings per point or cell.
+// Lists of strings in the forms in which VTK's formats and the extras of .shm files store them, and
+// arrays that have a string per point or cell.
 #pragma once
 
 #include <cstddef>
@@ -26,7 +26,7 @@ StringForm string_form(ValueForm form, bool binary);
 // Splits a list into its strings, each with its terminator or length. Returns nothing if the list
 // ends within a string.
 std::optional<std::vector<std::string_view>> split_strings(std::string_view list, StringForm form);
-// Returns one of these strings as plain text. A variant is returned as its whole line.
+// Returns a string of such a list as plain text. A variant is returned as its whole line.
 std::string plain_string(std::string_view piece, StringForm form);
 // Appends a string in the form `lengths` or `zeros`. In the form `zeros`, the string is cut at its
 // first 0.
@@ -66,7 +66,8 @@ std::string strings_key(std::size_t array);
 // Returns the form of the string list of such an array in a mesh that came from a legacy or XML
 // file.
 StringForm form_of_strings(const MeshInfo& info, std::size_t array);
-// Returns the list of such an array as plain strings. Empty if the extra is missing or damaged.
+// Returns the list of strings of such an array as plain strings. The result is empty if the extra
+// is missing or damaged.
 std::vector<std::string> strings_of_array(const MeshInfo& info, std::size_t array);
 
 }  // namespace shm::converters::vtk

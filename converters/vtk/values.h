@@ -1,5 +1,5 @@
-// Columns of numbers of a VTK legacy file. Binary numbers stay in the file and are swapped to host
-// byte order when read. Text is parsed once, into the spool.
+// Columns of numbers of a VTK legacy file. Binary numbers stay in the file and are converted to
+// host byte order when they are read. Text is parsed once, into the spool.
 #pragma once
 
 #include <cstddef>
@@ -21,7 +21,8 @@ namespace shm::converters::vtk {
 void convert_numbers(ScalarType from, const std::byte* in, std::size_t count, ScalarType to,
                      std::byte* out);
 
-// Reads at any offset of a file. Has no file position, so readers do not disturb each other.
+// Reads bytes at any offset of a file. There is no file position, so several readers can use one
+// object.
 class RandomFile {
  public:
   explicit RandomFile(const std::string& path);
@@ -38,11 +39,11 @@ class RandomFile {
 class Values {
  public:
   Values() = default;
-  // Takes `count` numbers from the current position of `input`: after the line that announces them
+  // Represents the next `count` numbers of `input`, which is after the line that announces them
   // (binary) or before the first number (text). Skips binary numbers; parses text into `spool`.
   Values(TextInput& input, std::shared_ptr<RandomFile> binary_file, Spool& spool, ScalarType type,
          std::uint64_t count);
-  // Takes over numbers that are already in a spool.
+  // Represents numbers that are in a spool already.
   Values(ScalarType type, PagedArray numbers)
       : type_(type), size_(numbers.size()), offset_(kNoOffset), parsed_(std::move(numbers)) {}
 

@@ -15,7 +15,8 @@ struct TypeWord {
 };
 constexpr auto kNumber = ValueForm::number;
 
-// In the order in which VTK tests them, because the first matching prefix decides.
+// Types, in the order in which VTK tests them. The order matters, because the first matching prefix
+// is used.
 constexpr std::array<TypeWord, 26> kTypeWords{{
     {"bit", ValueForm::bit, ScalarType::uint8},
     {"char", kNumber, ScalarType::int8},
@@ -142,7 +143,7 @@ bool parse_values_entry(const std::vector<std::string_view>& words, Entry& entry
          parse_number(words[4], entry.components) && parse_number(words[5], entry.tuples);
 }
 
-// CELLS [<type> <type>], VERTICES <cells> [<type> <type>]
+// Parses CELLS [<type> <type>], or a list such as VERTICES <cells> [<type> <type>].
 bool parse_list_entry(const std::vector<std::string_view>& words, Entry& entry) {
   const bool counted = entry.kind != EntryKind::cells;
   const std::size_t first = counted ? 2 : 1;
@@ -221,7 +222,7 @@ CellShape shape_of_cell_type(int type, std::uint32_t nodes) {
   for (const CellKind& kind : kCellKinds) {
     if (kind.type != type) continue;
     if (kind.nodes == 0 || kind.nodes == nodes) return kind.shape;
-    // Some writers give second-order cells the linear type.
+    // Accept other sizes, because some writers use the linear type for second-order cells.
     const bool in_order = type != kVoxel && type != kPixel;
     const bool is_kind =
         in_order &&
@@ -239,7 +240,8 @@ CellShape shape_of_cell_type(int type, std::uint32_t nodes) {
 
 int cell_type_of_block(const BlockInfo& block) {
   constexpr int kConvexPointSet = 41, kPolyVertex = 2;
-  // The faces of these polyhedra are in extras and not available here. Only the vertices remain.
+  // The faces of these polyhedra are in extras, which are not available here, so only the vertices
+  // are used.
   if (block.shape == CellShape::polyhedron) return kConvexPointSet;
   for (const CellKind& kind : kCellKinds)
     if (kind.shape == block.shape && (kind.nodes == 0 || kind.nodes == block.nodes_per_cell))

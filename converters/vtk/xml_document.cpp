@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::string_view kValuesTarget = "shm-values";
 constexpr std::size_t kChunkBytes = std::size_t{1} << 16;
-// Limits that bound memory. Real files have a few hundred arrays.
+// Limits for the size of markup, which bound memory. Real files have a few hundred arrays.
 constexpr std::uint64_t kMostNodes = std::uint64_t{1} << 20;
 constexpr std::uint64_t kMostMarkupBytes = std::uint64_t{64} << 20;
 constexpr std::uint64_t kLongestTag = std::uint64_t{4} << 20;
@@ -35,10 +35,11 @@ struct FreeParser {
 class TreeBuilder {
  public:
   TreeBuilder(std::string path, bool skeleton);
-  // Feeds the next bytes. Returns false if no more are wanted. Throws Failure.
+  // Parses the next bytes. Returns false if no more bytes are wanted. Throws Failure.
   bool feed(std::string_view bytes, bool last);
   Document take() { return std::move(document_); }
-  // Offset of the first byte after the start tag of the appended data; 0 if there is none.
+  // Returns the offset of the first byte after the start tag of the appended data, or 0 if there is
+  // none.
   std::uint64_t appended_tag_end() const { return appended_tag_end_; }
 
  private:
@@ -110,7 +111,7 @@ void TreeBuilder::set_handlers() {
   XML_SetXmlDeclHandler(parser_.get(), [](void* self, const char*, const char* encoding, int) {
     guarded(self, [&](TreeBuilder& b) { b.declaration(encoding); });
   });
-  // Entities can be declared only in a DOCTYPE. Without a DOCTYPE there are none to resolve.
+  // Entities can be declared only in a DOCTYPE. Without a DOCTYPE there are no entities to resolve.
   XML_SetStartDoctypeDeclHandler(
       parser_.get(), [](void* self, const char*, const char*, const char*, int) {
         guarded(self, [](TreeBuilder& b) {
@@ -153,8 +154,8 @@ void TreeBuilder::count(std::size_t bytes) {
          "has more markup than a million elements or 64 MiB, not counting its arrays");
 }
 
-// Called before anything that is not text. Completes the text before it, and removes that text if
-// it is only white space.
+// Ends a text; called before anything that is not text. Removes the text if it consists of white
+// space only.
 void TreeBuilder::end_text() {
   if (siblings().empty()) return;
   Node& last = siblings().back();
@@ -261,7 +262,8 @@ void append_node(std::string& out, const Node& node) {
   out += '\n';
 }
 
-// Size in bytes of the UTF-8 character at the start of `text`; 0 if XML does not allow it.
+// Returns the size in bytes of the UTF-8 character at the start of `text`, or 0 if XML does not
+// allow this character.
 std::size_t character_bytes(std::string_view text) {
   const auto first = static_cast<unsigned char>(text[0]);
   if (first < 0x80) return first >= 0x20 && first != 0x7f ? 1 : 0;
@@ -282,8 +284,8 @@ std::size_t character_bytes(std::string_view text) {
   return allowed ? size : 0;
 }
 
-// Returns the offset of the appended data: after the '_' that follows the start tag and white
-// space.
+// Returns the offset of the appended data, which begin after the '_' that follows the start tag and
+// white space.
 std::uint64_t find_appended(TextInput& input, std::uint64_t tag_end) {
   input.seek(tag_end);
   while (!input.at_end()) {

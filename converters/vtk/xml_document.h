@@ -1,6 +1,5 @@
-// The XML of a VTU file as a tree without its numbers. In place of the numbers of an array, the
-// tree has a node of kind `values`. Parsing stops at the beginning of appended data, which is not
-// XML.
+// The XML of a VTU file as a tree without its numbers. A node of kind `values` replaces the numbers
+// of an array. Parsing stops at the beginning of appended data, which are not XML.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +16,9 @@ enum class NodeKind : std::uint8_t { element, text, comment, instruction, values
 struct Node {
   NodeKind kind = NodeKind::element;
   std::string name{};  // name of an element, or target of an instruction
-  // Characters of a text, comment or instruction. For values: the word for them (see vtu.h).
+
+  // Characters of a text, comment or instruction. For a node of kind `values`, the word that
+  // replaces the numbers (see vtu.h).
   std::string text{};
   std::vector<std::pair<std::string, std::string>> attributes{};  // attributes in file order
   std::vector<Node> children{};
@@ -25,29 +26,31 @@ struct Node {
 
   bool is(std::string_view element) const { return kind == NodeKind::element && name == element; }
   bool is_array() const { return is("DataArray") || is("Array"); }
-  // Null if absent.
+  // Returns the value of an attribute, or null if there is none.
   const std::string* attribute(std::string_view key) const;
   std::string attribute_or(std::string_view key, std::string_view otherwise) const;
   void set_attribute(std::string_view key, std::string value);
   void remove_attribute(std::string_view key);
   Node* child(std::string_view element);
-  // The child of kind `values`, in place of the numbers of an array. Null if there is none.
+  // Returns the child of kind `values`, which replaces the numbers of an array, or null if there is
+  // none.
   Node* values();
 };
 
 Node element(std::string name, std::vector<std::pair<std::string, std::string>> attributes = {});
 
-// The node in place of the numbers of an array.
+// Returns a node that replaces the numbers of an array.
 Node values_node(std::string word);
-// A <DataArray> of numbers. `type` is "Float64", ...
+// Returns a <DataArray> of numbers. `type` is "Float64", ...
 Node array_element(std::string type, std::string name, std::uint64_t components, std::string format,
                    std::string word);
 
 struct Document {
-  std::vector<Node> nodes;  // the root, and nodes before and after it
-  // Offset in the file of the byte after the '_'; 0: no appended data.
+  std::vector<Node> nodes;  // the root, and the nodes before and after it
+
+  // Offset in the file of the byte after the '_'; 0 if there are no appended data.
   std::uint64_t appended_begin = 0;
-  Node& root();  // the root element, which always exists
+  Node& root();  // returns the root element, which always exists
 };
 
 // Parses a file. Throws Failure: corrupt or truncated for damaged XML; unsupported for a DOCTYPE,
@@ -55,15 +58,15 @@ struct Document {
 // 64 MiB.
 Document read_document(const std::string& path);
 
-// Converts the tree to XML (UTF-8), with values as instructions <?shm-values ...?>, and back.
+// Converts a tree to XML (UTF-8) and back. Numbers are replaced by instructions <?shm-values ...?>.
 std::string to_text(const Document& document);
 std::optional<Document> parse_skeleton(std::string_view text);
 
-// Pieces of XML: `<Name key="value">`, or `<Name key="value"/>` if `empty`; text with escaped
-// characters.
+// Return pieces of XML: a tag `<Name key="value">`, or `<Name key="value"/>` if `empty`; a text
+// with escaped characters.
 std::string start_tag(const Node& node, bool empty);
 std::string escaped_text(std::string_view text);
-// Converts a name of another format to one that XML can contain: other bytes become %XX.
+// Converts a name of another format to a name that XML can contain: all other bytes become %XX.
 std::string valid_name(std::string_view name);
 
 }  // namespace shm::converters::vtu

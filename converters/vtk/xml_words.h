@@ -1,5 +1,5 @@
-// Words of VTK's XML files and their meaning: types of arrays, and the words in the skeleton (see
-// vtu.h) in place of the numbers of an array.
+// Words of VTK's XML files and their meaning: types of arrays, and the words that replace the
+// numbers of an array in the skeleton (see vtu.h).
 #pragma once
 
 #include <cstdint>
@@ -16,15 +16,17 @@ enum class ArrayKind : std::uint8_t { number, bit, string };
 
 struct ArrayType {
   ArrayKind kind = ArrayKind::number;
-  ScalarType stored = ScalarType::float64;  // bits as uint8 0 and 1, strings as their bytes
+  ScalarType stored = ScalarType::float64;  // type of the stored values: uint8 for bits (0 and 1),
+                                            // and for the bytes of strings
   bool operator==(const ArrayType&) const = default;
 };
 
-// Returns nothing for types that VTK does not read either.
+// Returns the type that a word means. Returns nothing for types that VTK does not read either.
 std::optional<ArrayType> type_of_word(std::string_view word);
 std::string_view word_of_type(ScalarType type);  // "Float64"
 
-// Parses a number that fills `text`, except for blanks around it. Returns nothing if there is none.
+// Parses a count. `text` may contain blanks before and after the digits. Returns nothing if it is
+// not a count.
 std::optional<std::uint64_t> parse_count(std::string_view text);
 
 std::string data_key(std::uint64_t index);  // "vtu/data/<index>"
@@ -37,12 +39,12 @@ inline constexpr std::string_view kConnectivity = "connectivity", kOffsets = "of
                                   kPolyhedronFaces = "polyhedron_to_faces",
                                   kPolyhedronEnds = "polyhedron_offsets";
 
-// VTK compresses arrays in blocks of 32 KiB. Files with blocks larger than kMostBlockBytes are
-// refused.
+// Block sizes in bytes: VTK compresses arrays in blocks of 32 KiB. Files with blocks larger than
+// kMostBlockBytes are refused.
 inline constexpr std::uint64_t kUsualBlockBytes = 32768;
 inline constexpr std::uint64_t kMostBlockBytes = std::uint64_t{1} << 26;
 
-// The word in the skeleton in place of the numbers of an array (see vtu.h).
+// A word that replaces the numbers of an array in the skeleton (see vtu.h).
 struct ValuesWord {
   enum class Kind : std::uint8_t { array, extra, other };
   Kind kind = Kind::other;
@@ -51,10 +53,11 @@ struct ValuesWord {
   std::optional<std::uint64_t> step;
   std::uint64_t block_bytes = kUsualBlockBytes;
 };
-// Returns nothing if `text` is invalid.
+// Parses a word. Returns nothing if `text` is invalid.
 std::optional<ValuesWord> parse_values_word(std::string_view text);
 
-// The word in place of the values of an array. Nothing if it is missing or invalid.
+// Returns the word that replaces the values of an array. Returns nothing if the word is missing or
+// invalid.
 std::optional<ValuesWord> values_word(Node& array);
 
 }  // namespace shm::converters::vtu

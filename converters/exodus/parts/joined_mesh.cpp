@@ -15,7 +15,7 @@ std::uint64_t elements_in(std::size_t stride) {
   return std::max<std::uint64_t>(1, kPieceBytes / std::max<std::size_t>(stride, 1));
 }
 
-// An element of an array, as identified in messages.
+// Identification of an element of an array, for messages.
 struct Element {
   std::uint64_t number = 0, part = 0;
 };
@@ -25,7 +25,7 @@ void append(std::vector<std::byte>& out, const void* from, std::size_t size) {
   out.insert(out.end(), begin, begin + size);
 }
 
-// Identifies an array by its variable and its place in that variable.
+// Identification of an array by its variable and its place in that variable.
 using Column = std::tuple<std::string, std::uint64_t, std::uint32_t>;
 Column column_of(const exodus::Skeleton& skeleton, const exodus::ArrayLayout& array,
                  const exodus::ArrayPart& part) {
@@ -128,7 +128,7 @@ void JoinedMesh::hold_cells(const CellRange& range) {
   ranks_->together([&] { arrival_.emplace(*spool_, range.end - range.first); });
 
   std::size_t part = 0;
-  std::uint64_t cell = 0;  // in the part
+  std::uint64_t cell = 0;  // index of the cell in its part
   CellBatch batch;
   const auto fill = [&](std::vector<std::vector<std::byte>>& to) {
     auto& mine = parts_.mine();
@@ -168,8 +168,8 @@ void JoinedMesh::hold_cells(const CellRange& range) {
   });
 }
 
-// Appends cells of the range to `out`. Reads a run of cells that arrived consecutively with one
-// call.
+// Appends the cells of a range to `out`. Consecutive cells that also arrived consecutively are read
+// by one call.
 void JoinedMesh::read_held(std::uint64_t first, std::uint64_t count, CellBatch& out) {
   for (std::uint64_t cell = first, end = first + count; cell < end;) {
     const std::uint64_t place = arrival_->get(cell - range_.first);
@@ -225,8 +225,8 @@ auto JoinedMesh::load(std::size_t array, std::uint64_t step) -> Kept {
                                                : load_cells(array, step);
 }
 
-// Sends values of vertices to the owners of the vertices. Parts that share a vertex must have the
-// same value.
+// Sends the values of vertices to the owners of these vertices. If parts share a vertex, their
+// values must be equal.
 auto JoinedMesh::load_vertices(std::size_t array, std::uint64_t step) -> Kept {
   const std::size_t stride = stride_of(array);
   Kept out{owners_->first(), PagedArray(*spool_, stride)};
@@ -288,7 +288,7 @@ auto JoinedMesh::load_vertices(std::size_t array, std::uint64_t step) -> Kept {
   return out;
 }
 
-// Sends values of cells to the ranks to which the cells are assigned.
+// Sends the values of cells to the ranks to which the cells are assigned.
 auto JoinedMesh::load_cells(std::size_t array, std::uint64_t step) -> Kept {
   const std::size_t stride = stride_of(array);
   Kept out{covered_before(array, range_.first), PagedArray(*spool_, stride)};
@@ -338,7 +338,7 @@ auto JoinedMesh::load_cells(std::size_t array, std::uint64_t step) -> Kept {
   return out;
 }
 
-// Fetches from the owners the values of the vertices that this rank holds, in their order.
+// Fetches the values of this rank's vertices from the owners, in the order of vertices_.
 PagedArray JoinedMesh::fetch(Kept& kept, std::size_t array) {
   const std::size_t stride = stride_of(array);
   PagedArray taken(*spool_, stride);
@@ -346,7 +346,8 @@ PagedArray JoinedMesh::fetch(Kept& kept, std::size_t array) {
   const std::uint64_t rounds = ranks_->largest((vertices_.size() + batch - 1) / batch);
   std::optional<Error> error;
   for (std::uint64_t round = 0; round < rounds; ++round) {
-    // The numbers ascend, so the answers arrive in the order of owners and therefore of numbers.
+    // The vertex numbers ascend, so the answers arrive in the order of owners, which is also the
+    // order of the numbers.
     std::vector<std::vector<std::uint64_t>> ask(ranks_->size());
     const std::uint64_t begin = std::min<std::uint64_t>(round * batch, vertices_.size());
     const std::uint64_t end = std::min<std::uint64_t>(begin + batch, vertices_.size());
@@ -388,7 +389,7 @@ auto JoinedMesh::kept(std::size_t array, std::uint64_t step) -> Kept& {
 
 // --- collective reading
 
-// Collective: reads elements from the ranks that store them.
+// Collective. Reads elements from the ranks that store them.
 void JoinedMesh::serve(std::size_t array, std::uint64_t step, std::uint64_t first,
                        std::uint64_t count, std::byte* out) {
   Kept& values = kept(array, step);
@@ -438,7 +439,7 @@ void JoinedMesh::hold_step(std::size_t array, std::uint64_t step) {
   step_values_.reset();
 }
 
-// Reads values of fetched vertices; those of other vertices are 0.
+// Reads values of vertices. Vertices that were not fetched have the value 0.
 void JoinedMesh::read_vertices(PagedArray& values, std::size_t stride, std::uint64_t first,
                                std::uint64_t count, std::byte* out) const {
   std::memset(out, 0, count * stride);
@@ -472,7 +473,7 @@ void JoinedMesh::read_array(std::size_t array, std::uint64_t step, std::uint64_t
     return;
   }
   Kept& values = stepped ? step_values_.value() : static_.at(array);
-  // Callers read whole pages, which may extend beyond the stored elements.
+  // Fill the buffer, because callers read whole pages, which may extend beyond the stored elements.
   std::memset(out, 0, count * stride_of(array));
   const std::uint64_t begin = std::max(first, values.first);
   const std::uint64_t end = std::min(first + count, values.first + values.values.size());

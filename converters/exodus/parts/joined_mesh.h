@@ -1,12 +1,13 @@
 // JoinedMesh: the parts of a decomposed Exodus mesh as one mesh, with the numbers of the whole
-// mesh. Each rank reads its own parts, and ranks send each other the data that they need, into
-// spools: cells, with their values, go to the ranks that will encode them. Values of vertices go to
-// the owners of their numbers (NumberOwners), which check that the parts agree, and from there to
-// the ranks whose cells use the vertices.
+// mesh. Each rank reads its own parts. Ranks send each other the data that they need and store it
+// in spools:
+// - Cells, with their values, are sent to the ranks that will encode them.
+// - Values of vertices are sent to the owners of the vertex numbers (NumberOwners). The owners
+// check that the parts agree, and send the values to the ranks whose cells use the vertices.
 //
 // At first all reading is collective: all ranks must make the same calls in the same order, and all
-// get the result. After read_alone() a rank reads only the data that it holds, without the other
-// ranks.
+// ranks receive the result. After read_alone() a rank reads only the data that it holds, without
+// communication.
 #pragma once
 
 #include <cstddef>
@@ -32,16 +33,16 @@ class JoinedMesh : public MeshSource {
   // Collective. Borrows `ranks` and `spool`. Throws SharedFailure.
   JoinedMesh(Ranks& ranks, const std::vector<std::string>& files, Spool& spool);
 
-  // Collective: assigns the cells of `range` to this rank. The ranges of the ranks must be
+  // Collective. Assigns the cells of `range` to this rank. The ranges of the ranks must be
   // consecutive and together contain all cells. Must be called before anything is read.
   void hold_cells(const CellRange& range);
-  // From now on this rank reads only the data that it holds: its cells, and the values that it has
-  // fetched.
+  // Ends collective reading: from now on this rank reads only the data that it holds, i.e. its
+  // cells and the values that it has fetched.
   void read_alone() { alone_ = true; }
-  // Collective: fetches the given vertices (each listed once), and the static values of these
-  // vertices and of this rank's cells.
+  // Collective. Fetches the given vertices, each of which must be listed once, and the static
+  // values of these vertices and of this rank's cells.
   void hold_vertices(const std::vector<std::uint64_t>& vertices);
-  // Collective: fetches the values of an array at a step for this rank's vertices or cells. They
+  // Collective. Fetches the values of an array at a step for this rank's vertices or cells. They
   // replace the values of the previous step.
   void hold_step(std::size_t array, std::uint64_t step);
 
@@ -50,25 +51,25 @@ class JoinedMesh : public MeshSource {
   bool next_cells(CellBatch& out, std::size_t max_cells) override;
   void rewind_cells() override { next_cell_ = 0; }
   void seek_cells(std::uint64_t first) override { next_cell_ = first; }
-  // Values of vertices and cells that this rank does not hold are 0.
+  // Reads values of an array. Vertices and cells that this rank does not hold have the value 0.
   void read_array(std::size_t array, std::uint64_t step, std::uint64_t first, std::uint64_t count,
                   std::byte* out) override;
 
  private:
-  // Used as array index for the coordinates.
+  // Array index that means the coordinates.
   static constexpr std::size_t kCoordinates = ~std::size_t{0};
 
   // The location of an array's values in a part.
   struct Piece {
     std::size_t array = 0;    // index of the array in the part
-    std::uint64_t first = 0;  // first element of the array there
+    std::uint64_t first = 0;  // first element of the array in the part
     std::uint64_t cell = 0;   // cell of the part to which the first element belongs
     std::uint64_t count = 0;
   };
-  // The values of one array that this rank stores for all ranks: those of the vertices that it
+  // The values of one array that this rank stores for all ranks: the values of the vertices that it
   // owns, or of the cells assigned to it.
   struct Kept {
-    std::uint64_t first = 0;  // first stored element of the array
+    std::uint64_t first = 0;  // index of the first stored element in the array
     PagedArray values;
   };
 
@@ -97,24 +98,25 @@ class JoinedMesh : public MeshSource {
   Spool* spool_;
   PartFiles parts_;
   JoinedStructure structure_;
-  std::optional<NumberOwners> owners_;                   // for vertices
+  std::optional<NumberOwners> owners_;                   // owners of the vertices
   std::vector<std::uint64_t> block_begins_;              // number of cells before each block
   std::vector<std::vector<std::vector<Piece>>> pieces_;  // [part][array]
 
   CellRange range_;
   std::vector<std::uint64_t> ends_;  // number of cells up to the end of each rank's range
-  CellStore cells_;                  // in order of arrival
+  CellStore cells_;                  // cells in the order in which they arrived
   std::optional<NumberTable> arrival_;
   std::uint64_t next_cell_ = 0;
 
-  std::map<std::size_t, Kept> static_;  // by array
-  // The stepped array read last, with its step, and its values.
+  std::map<std::size_t, Kept> static_;  // values of static arrays, by array
+
+  // Array and step of the stepped values read last, and these values.
   std::optional<std::pair<std::size_t, std::uint64_t>> step_;
   std::optional<Kept> step_values_;
 
   bool alone_ = false;
-  std::vector<std::uint64_t> vertices_;      // fetched vertices, ascending
-  std::map<std::size_t, PagedArray> taken_;  // their static values
+  std::vector<std::uint64_t> vertices_;      // numbers of the fetched vertices, ascending
+  std::map<std::size_t, PagedArray> taken_;  // static values of the fetched vertices, by array
   std::optional<PagedArray> step_taken_;
 };
 

@@ -39,7 +39,7 @@ class JoinedValues final : public VariableValues {
   const ValuesByName& values_;
 };
 
-// Combines two integer variables: an element is 1 if it is not 0 in either variable.
+// Combines two integer variables: an element becomes 1 if it is not 0 in at least one of them.
 void unite(std::vector<std::byte>& known, const std::vector<std::byte>& more) {
   for (std::size_t i = 0; i < std::min(known.size(), more.size()); ++i) known[i] |= more[i];
 }
@@ -66,7 +66,7 @@ class Joiner {
   void compare() const;
 
   Place place() const { return {parts_.names().front(), ErrorCode::corrupt}; }
-  // On rank 0 only: calls take(bytes) for each rank in order.
+  // Collects bytes of all ranks on rank 0, which calls take(bytes) for each rank in order.
   template <class Take>
   void collect(const std::vector<std::byte>& bytes, Take&& take) {
     std::optional<Error> error;
@@ -82,11 +82,12 @@ class Joiner {
 
   PartFiles& parts_;
   Ranks& ranks_;
-  SkeletonJoin skeletons_;  // on rank 0
-  // Parts that supply the values of variables that are equal in all parts.
+  SkeletonJoin skeletons_;  // structures of the parts, joined; used on rank 0 only
+
+  // For each variable that is equal in all parts: the part from which its values are taken.
   std::map<std::string, std::uint64_t> suppliers_;
   Skeleton skeleton_;                    // lengths of set dimensions are preliminary
-  std::map<std::string, SetJoin> sets_;  // by the dimension of their members
+  std::map<std::string, SetJoin> sets_;  // sets, by the dimension that counts their members
   ValuesByName values_;
   JoinedStructure out_;
 };
@@ -133,8 +134,8 @@ void Joiner::join_skeletons() {
   });
 }
 
-// Throws if a variable with values for nodes or elements is not an array of the mesh, and so cannot
-// be joined.
+// Throws Failure if a variable with values for nodes or elements is not an array of the mesh,
+// because such a variable cannot be joined.
 void Joiner::check_joinable(const PartFile& part) const {
   const Skeleton& skeleton = part.mesh->skeleton();
   const Layout& layout = part.mesh->layout();
@@ -230,7 +231,7 @@ void Joiner::tell_all() {
   });
 }
 
-// Checks that variables common to all parts are equal.
+// Checks that variables that must be the same in all parts are equal.
 void Joiner::compare() const {
   for (const PartFile& part : parts_.mine()) {
     const Skeleton& skeleton = part.mesh->skeleton();

@@ -1,6 +1,6 @@
 // JoinedStructure: the structure of the whole mesh, derived from the parts of a decomposed Exodus
-// mesh: its netCDF structure, blocks, arrays, time steps, sets and records, as in a file of the
-// whole mesh.
+// mesh: netCDF structure, blocks, arrays, time steps, sets and records, as in a file of the whole
+// mesh.
 #pragma once
 
 #include "exodus/layout.h"
@@ -16,10 +16,10 @@ struct JoinedStructure {
   MeshInfo info;
 };
 
-// Collective; returns the same on all ranks. Requires parts.find_numbers(). Members of sets are
-// sorted by their numbers in the whole mesh. Sets, records and similar data are in the memory of
-// every rank. Throws SharedFailure if parts contradict each other, or contain data that cannot be
-// joined.
+// Collective. Returns the structure; it is the same on all ranks. Requires parts.find_numbers().
+// Members of sets are sorted by their numbers in the whole mesh. Each rank keeps sets, records and
+// similar data in memory. Throws SharedFailure if parts contradict each other, or contain data that
+// cannot be joined.
 JoinedStructure join_structure(PartFiles& parts);
 
 }  // namespace shm::converters

@@ -1,5 +1,5 @@
-// Messages: sequences of plain values as bytes, for other ranks of the same program; and rounds in
-// which all ranks send such messages to all ranks.
+// Messages: sequences of plain values as bytes, which ranks of the same program send each other.
+// Also has rounds in which every rank sends such messages to every rank.
 #pragma once
 
 #include <cstddef>
@@ -47,7 +47,7 @@ class Unpacker {
     std::memcpy(&value, take(sizeof value).data(), sizeof value);
     return value;
   }
-  // Valid as long as the bytes of the message.
+  // The result is valid as long as the bytes of the message.
   std::span<const std::byte> get_bytes() { return take(get<std::uint64_t>()); }
   std::string get_text() {
     const auto text = get_bytes();
@@ -63,7 +63,8 @@ class Unpacker {
   std::span<const std::byte> left_;
 };
 
-// Runs work() unless there is already an error; stores its exception in `error`.
+// Runs work(), unless `error` already contains an error. If work() throws, stores the exception in
+// `error`.
 template <class Work>
 void attempt(std::optional<Error>& error, Work&& work) {
   if (error) return;
@@ -74,10 +75,10 @@ void attempt(std::optional<Error>& error, Work&& work) {
   }
 }
 
-// Collective. fill(to) adds the next data for each rank to `to`, or returns false if there is no
-// more data; take(bytes) receives the data of one rank, in the order of ranks. Ends when no rank
-// has more data. Neither function may communicate with other ranks. Throws SharedFailure if one of
-// them threw.
+// Collective. Exchanges data in rounds until no rank has more data. fill(to) adds the next data for
+// each rank to `to`, or returns false if there is no more data. take(bytes) receives the data of
+// one rank, in the order of ranks. Neither function may communicate with other ranks. Throws
+// SharedFailure if one of them threw.
 template <class Fill, class Take>
 void in_rounds(Ranks& ranks, Fill&& fill, Take&& take) {
   std::optional<Error> error;

@@ -1,6 +1,6 @@
-// NumberOwners: distributes information about vertices, or cells, by number. The information is
-// sent to the rank that owns the number, and requested there. Rank r of n ranks owns the r-th of n
-// equal ranges of numbers. Messages have a bounded size.
+// NumberOwners: distributes information about vertices or cells by number. The information is sent
+// to the rank that owns the number, and requested from this rank. Rank r of n ranks owns the r-th
+// of n equal ranges of numbers. Messages have a bounded size.
 #pragma once
 
 #include <algorithm>
@@ -27,8 +27,9 @@ class NumberOwners {
     return std::min<std::uint64_t>(run_ * (ranks_->rank() + 1), numbers_) - first();
   }
 
-  // Collective. Sends each item to the owner of its number, which calls take(item). Within a batch
-  // the calls are in the order of ranks and of their items. Requires item.number < numbers.
+  // Collective. Sends each item to the owner of its number, which calls take(item). Within a batch,
+  // calls are ordered by sending rank, then in the order of its items. Requires item.number <
+  // numbers.
   template <class Item, class Take>
   void send(const std::vector<Item>& items, Take&& take) {
     in_batches(items.size(), [&](std::size_t begin, std::size_t end) {
@@ -39,7 +40,8 @@ class NumberOwners {
     });
   }
 
-  // Collective. Returns for each of `numbers` the result of answer(number), which its owner calls.
+  // Collective. Returns, for each of `numbers`, the result of answer(number), which the owner of
+  // the number calls.
   template <class Reply, class Answer>
   std::vector<Reply> ask(const std::vector<std::uint64_t>& numbers, Answer&& answer) {
     std::vector<Reply> replies(numbers.size());
@@ -68,10 +70,11 @@ class NumberOwners {
   }
 
  private:
-  // Numbers per batch, of all ranks together.
+  // Largest number of items per batch, of all ranks together.
   static constexpr std::size_t kBatch = std::size_t{1} << 20;
 
-  // Runs the number of rounds that the rank with the most items needs.
+  // Runs rounds on all ranks. The number of rounds is the number that the rank with the most items
+  // needs.
   template <class Round>
   void in_batches(std::size_t items, Round&& round) {
     const std::uint64_t rounds = ranks_->largest((items + batch_ - 1) / batch_);

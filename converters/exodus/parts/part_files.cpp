@@ -19,7 +19,8 @@ constexpr std::size_t kMostParts = 1 << 20;
   throw Failure(Error{ErrorCode::corrupt, detail, section, kNoOffset, part.file});
 }
 
-// Reads the numbers of the nodes or elements of a part; there must be `count` of them.
+// Reads the numbers of the nodes or elements of a part. Throws Failure unless there are `count`
+// numbers.
 std::vector<std::uint64_t> numbers_in(const PartFile& part, const char* map, std::uint64_t count) {
   if (count == 0) return {};
   const std::string section = std::string("variable '") + map + "'";
@@ -44,7 +45,8 @@ std::vector<std::uint64_t> numbers_in(const PartFile& part, const char* map, std
   return numbers;
 }
 
-// The range of numbers. Numbers start at 1; in files of some programs they start at 0.
+// The range of numbers that the parts use. Numbers start at 1; in files of some programs they start
+// at 0.
 struct NumberRange {
   std::uint64_t base = 1, end = 0;
 };
@@ -62,7 +64,7 @@ NumberRange range_of(Ranks& ranks, const std::vector<PartFile>& parts,
   return range;
 }
 
-// Throws unless all numbers are among the `count` numbers from `base` on.
+// Throws Failure unless all numbers are at least `base` and less than `base` + `count`.
 void check_range(const std::vector<PartFile>& parts, const char* map, std::uint64_t base,
                  std::uint64_t count, std::vector<std::uint64_t> PartFile::*numbers) {
   for (const PartFile& part : parts)
@@ -115,7 +117,7 @@ PartFiles::PartFiles(Ranks& ranks, const std::vector<std::string>& files)
   count();
 }
 
-// All parts have the same blocks; some blocks of a part may be empty.
+// Counts nodes and cells. All parts must have the same blocks; some blocks of a part may be empty.
 void PartFiles::count() {
   const std::uint64_t blocks =
       ranks_->largest(mine_.empty() ? 0 : mine_.front().mesh->layout().blocks.size());
@@ -158,7 +160,7 @@ void PartFiles::find_vertices() {
   const std::uint64_t all = ranks_->sums({nodes}).all[0];
   if (all == 0) return;
   const NumberRange range = range_of(*ranks_, mine_, &PartFile::vertices);
-  // Each number is in some part, so the number of nodes in all parts is an upper bound.
+  // Each number is in at least one part, so the number of nodes in all parts is an upper bound.
   const std::uint64_t most = std::min(all, range.end - range.base);
   ranks_->together(
       [&] { check_range(mine_, "node_num_map", range.base, all, &PartFile::vertices); });
@@ -200,7 +202,8 @@ void PartFiles::find_vertices() {
   });
 }
 
-// Finds the position of each part's cells in the mesh: by block, and within a block by number.
+// Finds the position of each part's cells in the mesh. Cells are ordered by block, and within a
+// block by number.
 void PartFiles::find_cells() {
   struct CellPlace {
     std::uint64_t number = 0;
@@ -245,8 +248,7 @@ void PartFiles::find_cells() {
                     "variable 'elem_num_map'", kNoOffset, names_[std::max(item.part, place.part)]};
     place = item;
   });
-  // The count of numbers equals the count of elements, and no number occurs twice, so no number is
-  // missing.
+  // There are as many numbers as elements, and no number occurs twice, so no number is missing.
   ranks_->agree(error);
   mine = {};
 

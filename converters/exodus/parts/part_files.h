@@ -1,6 +1,6 @@
-// PartFiles: the files of a decomposed Exodus mesh that a rank reads, with the numbers of their
-// nodes and elements in the whole mesh. Needs 16 bytes of memory for each node and element of the
-// rank's parts, and of its equal share of all nodes and elements.
+// PartFiles: the files of a decomposed Exodus mesh that a rank reads, with the numbers that their
+// nodes and elements have in the whole mesh. Needs 16 bytes of memory for each node and element of
+// the rank's parts, and for each node and element of the rank's equal share of the whole mesh.
 #pragma once
 
 #include <cstddef>
@@ -21,37 +21,39 @@ struct CellRange {
   bool empty() const { return first == end; }
 };
 
-// Returns the name of a part, as decomp and nem_spread choose it: "out.e", 16, 3: "out.e.16.03".
+// Returns the name of a part as decomp and nem_spread choose it, e.g. "out.e.16.03" for part 3 of
+// 16 parts of "out.e".
 std::string part_name(const std::string& whole, std::size_t parts, std::size_t part);
 // Returns the number of parts of a mesh with a name of the form NAME.COUNT, e.g. 4 for rotor.e.4 if
 // its parts are rotor.e.4.0 to rotor.e.4.3. Returns 0 if a file of that name exists, or if the
 // first part does not exist.
 std::size_t count_of_parts(const std::string& name);
-// Returns the names of the parts.
+// Returns the names of the part files.
 std::vector<std::string> part_files(const std::string& name, std::size_t count);
 
 struct PartFile {
   std::size_t part = 0;
   std::string file;
   std::unique_ptr<exodus::ExodusMesh> mesh;
-  // Numbers in the whole mesh, from 0. Cells are numbered block by block, and in each block in the
-  // order of their numbers in the files.
+  // Numbers of the part's vertices and cells in the whole mesh, from 0. Cells are numbered block by
+  // block, and in each block in the order of their numbers in the files.
   std::vector<std::uint64_t> vertices, cells;
 };
 
 class PartFiles {
  public:
-  // Collective. Assigns consecutive parts to each rank. `ranks` is borrowed. Throws SharedFailure.
+  // Collective. Distributes the files to the ranks; each rank reads consecutive files. `ranks` is
+  // borrowed. Throws SharedFailure.
   PartFiles(Ranks& ranks, const std::vector<std::string>& files);
 
   Ranks& ranks() const { return *ranks_; }
   const std::vector<std::string>& names() const { return names_; }
   std::vector<PartFile>& mine() { return mine_; }
   std::uint64_t vertices() const { return vertices_; }
-  std::uint64_t first_node() const { return first_node_; }  // number of vertex 0 in the files
+  std::uint64_t first_node() const { return first_node_; }  // number that vertex 0 has in the files
   const std::vector<std::uint64_t>& block_cells() const { return block_cells_; }
 
-  // Collective. Finds the numbers of nodes and elements. Every element must have its own number,
+  // Collective. Finds the numbers of nodes and elements. Every element must have a unique number,
   // and every number must be used. Throws SharedFailure.
   void find_numbers();
 
@@ -64,7 +66,7 @@ class PartFiles {
   std::vector<std::string> names_;
   std::vector<PartFile> mine_;
   std::uint64_t vertices_ = 0, first_node_ = 1;
-  std::vector<std::uint64_t> block_cells_;  // sums over all parts
+  std::vector<std::uint64_t> block_cells_;  // number of cells of each block in all parts
 };
 
 }  // namespace shm::converters

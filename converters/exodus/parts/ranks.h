@@ -1,7 +1,7 @@
-// Ranks: the processes that share the work on one mesh, and how they continue or fail together. An
+// Ranks: the processes that share the work on one mesh. They continue or fail together: an
 // exception on one rank is thrown on all ranks at their next agreement, so that no rank waits for a
-// rank that has left. This class itself is a single process; mpi/mpi_ranks.h has the ranks of an
-// MPI program.
+// rank that has left. This class itself represents a single process; mpi/mpi_ranks.h contains the
+// ranks of an MPI program.
 #pragma once
 
 #include <algorithm>
@@ -19,7 +19,7 @@
 
 namespace shm::converters {
 
-// Thrown on all ranks; only rank 0 reports it.
+// An exception that is thrown on all ranks. Only rank 0 reports it.
 class SharedFailure : public Failure {
  public:
   using Failure::Failure;
@@ -39,23 +39,24 @@ class Ranks {
   std::size_t size() const { return size_; }
   bool first() const { return rank_ == 0; }
 
-  // Runs `work` on every rank. If it throws on any rank, SharedFailure is thrown on all ranks, with
-  // the error of the lowest rank that failed. `work` must not communicate with other ranks, unless
-  // all ranks do so in the same order, through calls that begin with agree() and are inside
+  // Runs `work` on every rank. If `work` throws on any rank, SharedFailure is thrown on all ranks,
+  // with the error of the lowest rank that failed. `work` must not communicate with other ranks,
+  // unless all ranks do so in the same order, through calls that begin with agree() and are inside
   // uninterrupted().
   void together(const std::function<void()>& work);
-  // Ends all processes if anything other than SharedFailure is thrown while ranks communicate in
-  // `calls`. A single process may throw anything.
+  // Runs `calls`, in which ranks communicate. Ends all processes if `calls` throws anything other
+  // than SharedFailure. A single process may throw anything.
   virtual void uninterrupted(const std::function<void()>& calls) { calls(); }
-  // Like together(), for work that is already done; `error` is its error, if any.
+  // Does the same as together() for work that is already done. `error` is the error of this work,
+  // if any.
   virtual void agree(const std::optional<Error>& error) {
     if (error) throw SharedFailure(*error);
   }
 
-  // This function and all that follow are collective.
+  // This function and all functions below are collective.
   virtual std::uint64_t largest(std::uint64_t value) { return value; }
   virtual std::uint64_t smallest(std::uint64_t value) { return value; }
-  // For each value: the sum over all ranks before this one, and the sum over all ranks.
+  // For each value: the sum over all ranks before this rank, and the sum over all ranks.
   struct Sums {
     std::vector<std::uint64_t> before, all;
   };
@@ -67,12 +68,12 @@ class Ranks {
   virtual std::vector<std::byte> broadcast(std::vector<std::byte> bytes, std::size_t /*from*/ = 0) {
     return bytes;
   }
-  // Calls take(rank, bytes) for each rank, in order, only on rank 0.
+  // On rank 0 only, calls take(rank, bytes) for each rank, in order.
   virtual void gather(std::span<const std::byte> bytes,
                       const std::function<void(std::size_t, std::vector<std::byte>)>& take) {
     take(0, {bytes.begin(), bytes.end()});
   }
-  // Sends to[r] to rank r, and returns the items received from each rank. The items must fit in one
+  // Sends to[r] to rank r. Returns the items received from each rank. The items must fit in one
   // message.
   template <class Item>
   std::vector<std::vector<Item>> exchange(const std::vector<std::vector<Item>>& to) {
@@ -99,7 +100,7 @@ class Ranks {
   Ranks(std::size_t rank, std::size_t size) : rank_(rank), size_(size) {}
 
  private:
-  // `bytes` holds the number of bytes for each rank; on return, the number of bytes from each rank.
+  // `bytes`: number of bytes for each rank; on return, number of bytes received from each rank.
   virtual std::vector<std::byte> exchange_bytes(std::vector<std::byte> packed,
                                                 std::vector<std::size_t>& /*bytes*/) {
     return packed;

@@ -29,8 +29,9 @@ void copy_to(OutputFile& output, const std::string& path) {
   output.commit();
 }
 
-// Returns the parity share of the file, or nothing if it has no parity. Throws Failure if the file
-// is damaged: new parity would protect the damaged bytes, and they could no longer be healed.
+// Returns the size of the parity relative to the file, or nothing if the file has no parity. Throws
+// Failure if the file is damaged: new parity would protect the damaged bytes, and they could no
+// longer be healed.
 std::optional<double> parity_to_renew(const std::string& path, const Progress& progress) {
   const auto file = unwrap(FileRandomSource::open(path), path);
   const auto parity = is_whole_file(*file) ? nullptr : ProtectedFile::open(*file);
@@ -42,8 +43,8 @@ std::optional<double> parity_to_renew(const std::string& path, const Progress& p
   return parity->share();
 }
 
-// Returns the contents of the file at `path` if it was made from a series of files in the format of
-// `more`.
+// Returns the schema, counts and times of the file at `path` if it was made from a series of files
+// in the format of `more`. Otherwise returns nothing.
 std::optional<MeshInfo> series_with(const std::string& path, const MeshInfo& more) {
   const Format* format = format_named(more.schema.source_format);
   if (format == nullptr || !holds_one_step(more, *format, true)) return std::nullopt;
@@ -161,7 +162,7 @@ ExitCode AppendCommand::report_differences(const AppendOutcome& outcome) const {
 }
 
 Places AppendCommand::places() {
-  if (output.empty()) return {};  // in place
+  if (output.empty()) return {};  // the file is changed in place
   Places places{files_of(source), output, true};
   places.inputs.insert(places.inputs.end(), {input, cell_order});
   return places;

@@ -35,9 +35,10 @@ double percent_of(const std::string& text) {
   return percent;
 }
 
-// Prints a hint on standard error if order and numbering, which the user may not need, take up much
-// of the file. Considers only meshes with expensive connectivity and many active vertices. If the
-// mesh is small enough, a trial measures the saving.
+// Prints a hint on standard error that --order free may make the file smaller, if order and
+// numbering, which the user may not need, need a large share of the file. Considers only meshes
+// with expensive connectivity and many active vertices. If the mesh is small enough, a trial
+// measures the saving.
 void hint_at_free_order(MeshSource& mesh, const CompressOptions& how, const CompressRun& run,
                         Spool& spool) {
   constexpr double kDearBits = 6;
@@ -124,8 +125,8 @@ CLI::App* CompressCommand::add_to(CLI::App& tool) {
   command
       ->add_option_function<std::string>(
           "--parity", [this](const std::string& text) { parity = percent_of(text); },
-          "Append parity, P percent of the file size, such as 5%: shm repair then restores lost "
-          "bytes,\nwherever they are, as long as they are fewer than that")
+          "Append parity of P percent of the file size, e.g. 5%. shm repair can then restore lost "
+          "bytes\nanywhere in the file, as long as they are fewer than that")
       ->type_name("P%");
   command
       ->add_option(
@@ -150,9 +151,10 @@ CLI::App* CompressCommand::add_to(CLI::App& tool) {
   command
       ->add_option(
           "--key-steps", key_steps,
-          "At least one of N consecutive time steps refers to no other step, so that reading can\n"
-          "begin there (default: 8; 1: every step, as for a mesh with one step: give 8 if shm "
-          "append\nwill add more)")
+          "Make at least one of any N consecutive time steps independent of other steps, so that\n"
+          "reading can begin there. Default: 8. 1: every step; also the choice for a mesh with "
+          "one\n"
+          "step, so give 8 if shm append will add more steps")
       ->check(whole_number(1, ~std::uint32_t{0}))
       ->type_name("N");
   command->add_flag("--json", json, "Print the sizes as JSON");
@@ -189,8 +191,8 @@ CompressOptions CompressCommand::how() const {
   return wanted;
 }
 
-// Returns the phases with rough shares of the work, from a profile: a byte of a cell or of a step
-// takes about as long in each phase that handles it.
+// Returns the phases with rough shares of the work, estimated from the bytes of cells and steps
+// that each phase handles. The factors come from a profile.
 std::vector<ExpectedPhase> CompressCommand::phases_of(const MeshInfo& info) const {
   const MeshBytes bytes = bytes_of_mesh(info);
   const double cells = static_cast<double>(bytes.cells);
@@ -277,7 +279,8 @@ ExitCode CompressCommand::run() {
   CompressOptions wanted = how();
   const auto start = std::chrono::steady_clock::now();
   ProgressLine line(*this);
-  // Order free accesses the mesh in random order: pages written to disk would soon be read again.
+  // With --order free the mesh is accessed in random order: pages written to disk would soon be
+  // read again. The memory limit is therefore higher.
   Spool spool(spool_directory(*this), spool_memory(*this, order == "free"), mesh_limits(*this));
   line.show("reading " + input);
   ToolInput in(*this);

@@ -15,7 +15,8 @@ namespace shm::converters {
 
 struct CompressCommand final : FileCommand {
   std::string order = "keep", level = "default", codec = "auto", cell_order;
-  std::optional<std::uint32_t> delay;  // not given: 0; for order stream, chosen by a trial
+  // Cells in the delay buffer; if not given: 0, or chosen by a trial with order stream.
+  std::optional<std::uint32_t> delay;
   std::uint32_t bits = 0;
   std::optional<std::string> abs, rel;
   std::vector<std::string> arrays;  // NAME:ACCURACY

@@ -60,8 +60,8 @@ ExitCode ConvertCommand::write(ToolInput& in) {
                                   : write_each(*mesh, step_files, spool, line);
 }
 
-// Reports the data that the output will lack. Returns true if nothing is to be written for that
-// reason.
+// Lists the data that the output will lack on standard error. Returns true if there is such data
+// and --strict was given, so that nothing may be written.
 bool ConvertCommand::stops_for(const LossList& losses, ProgressLine& line) const {
   if (losses.empty()) return false;
   line.wipe();
@@ -123,7 +123,7 @@ ExitCode ConvertCommand::write_each(MeshSource& mesh, const StepFiles& step_file
   for (std::uint64_t step = range.first; step < range.end; ++step) {
     line.show("writing", step - range.first, range.size());
     Spool own(spool.directory(), spool.memory_budget(),
-              spool.limits());  // its disk space is freed after each file
+              spool.limits());  // a spool per file, so that its disk space is freed after each file
     Conversion conversion(mesh, step_files.format(), step_in_file(info, step), own);
     write_mesh(conversion.mesh(), step_files.file(step), step_files.format(), own);
   }
@@ -155,8 +155,8 @@ CLI::App* DecompressCommand::add_to(CLI::App& tool) {
   add_files(*command, *this, ".shm file, - for standard input");
   add_output(*command, *this,
              output_text() +
-                 ". Or a folder for it\n(default: the source format of IN, under the name of IN "
-                 "without .shm)",
+                 ". OUT may also be a folder\n(default: IN without .shm, in the source format of "
+                 "IN)",
              "OUT");
   add_removal(*command, *this);
   add_format(*command, format);
@@ -184,7 +184,8 @@ bool DecompressCommand::is_for(const Format* of_file) const {
   return of_file != nullptr && of_file->name == "shm";
 }
 
-// Returns the name of a series with one file per step: a collection, or a name with step numbers.
+// Returns the output name for a mesh whose steps are written to one file each: the name of a .pvd
+// collection for VTU, otherwise a name with a placeholder for the step number.
 std::string DecompressCommand::name_of_series(const std::string& name, const Format& written) {
   constexpr std::string_view kCollection = ".pvd";
   if (name.ends_with(kCollection)) return name;
@@ -194,7 +195,8 @@ std::string DecompressCommand::name_of_series(const std::string& name, const For
   return written.name == "vtu" ? stem + std::string(kCollection) : stem + "_%04d" + extension;
 }
 
-// Returns the folder for all members, or the name of the file if there is one member or --part.
+// Returns the folder for all members. If there is only one member, or --part chooses one, returns
+// the file name of that member.
 std::string DecompressCommand::output_of_archive(const std::string& path) const {
   const std::filesystem::path folder = std::filesystem::path(path).parent_path();
   const ArchiveFile archive(path);

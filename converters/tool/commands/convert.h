@@ -16,7 +16,7 @@ class StepFiles;
 class ToolInput;
 
 struct ConvertCommand : FileCommand {
-  std::string format;  // empty: by the name of the output
+  std::string format;  // format of the output; empty: chosen by the name of the output
   StepChoice steps;
   bool strict = false;
   bool keeps_attributes = false;  // the output gets the mode and times of IN, as with gzip

@@ -80,7 +80,7 @@ CLI::App* DiffCommand::add_to(CLI::App& tool) {
                    "cell/NAME if several have that name.\nMay be repeated")
       ->allow_extra_args(false)
       ->type_name("NAME:HOW");
-  command->add_option("--only", only, "Compare no other array than this one. May be repeated")
+  command->add_option("--only", only, "Compare no array except this one. May be repeated")
       ->allow_extra_args(false)
       ->type_name("NAME");
   command
@@ -126,7 +126,7 @@ ExitCode DiffCommand::run() {
   options.ignored = ignored;
   options.limit = limit;
   ProgressLine line(*this);
-  // --match reads positions and values in random order.
+  // --match reads positions and values in random order, so the spool gets more memory.
   Spool spool(spool_directory(*this), spool_memory(*this, match), mesh_limits(*this));
   line.show("reading " + input);
   const auto part_in = [&](const std::string& path) {

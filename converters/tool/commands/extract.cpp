@@ -105,7 +105,8 @@ std::vector<std::uint32_t> blocks_of(const std::vector<std::string>& wanted,
   return {found.begin(), found.end()};
 }
 
-// Finds arrays by point/NAME, cell/NAME, or NAME for both; v also finds v_x, v_y, v_z.
+// Returns the indices of the arrays that the words mean. point/NAME and cell/NAME mean one array,
+// NAME both; v also means v_x, v_y and v_z.
 std::vector<std::uint32_t> arrays_of(const std::vector<std::string>& wanted,
                                      const std::vector<ArrayInfo>& arrays) {
   std::set<std::uint32_t> found;
@@ -155,7 +156,8 @@ class Extraction {
         format_(files_.format()),
         spool_(spool) {}
 
-  // Returns false, and writes nothing, if data would be lost and --strict was given.
+  // Extracts and writes the piece. Returns false, and writes nothing, if data would be lost and
+  // --strict was given.
   bool run(ProgressLine& line);
   std::string summary() const;
 
@@ -314,8 +316,8 @@ void Extraction::stage() {
   layers_.push_back(std::move(sides));
 }
 
-// Returns the piece as the target format can store it. A sibling format gets no shortcut, because
-// the extras of the source describe the whole mesh.
+// Returns the piece, translated to the target format. The extras of the source are never copied
+// directly to a related format, because they describe the whole mesh.
 Translation Extraction::translated(std::optional<StepRange> step, Spool& spool) {
   Capabilities capabilities = format_.capabilities;
   capabilities.sibling = {};
@@ -359,7 +361,7 @@ bool Extraction::write_each(ProgressLine& line) {
   files_.begin();
   for (std::uint64_t step = range.first; step < range.end; ++step) {
     line.show("writing " + options_.output, step - range.first, range.size());
-    // The disk space of this spool is freed after each file.
+    // A spool per file, so that its disk space is freed after each file.
     Spool own(spool_.directory(), spool_.memory_budget(), spool_.limits());
     Translation translation = translated(step_in_file(info, step), own);
     FromElsewhere mesh(translation.mesh(), whole_);
@@ -382,7 +384,7 @@ std::string Extraction::summary() const {
 CLI::App* ExtractCommand::add_to(CLI::App& tool) {
   CLI::App* command = add_command(
       tool, *this, "extract",
-      "Write a piece of a .shm file as a mesh of its own, in any format. Only the bytes that the\n"
+      "Write a piece of a .shm file as a separate mesh, in any format. Only the bytes that the\n"
       "piece needs are read. Cells must meet all conditions given; without any, all cells are\n"
       "written. Vertices and cells are renumbered but keep their order; shm_vertex_number and\n"
       "shm_cell_number (in Exodus the number maps) hold their old numbers. Sets lose the members\n"

@@ -10,7 +10,7 @@
 namespace shm::converters {
 
 struct ExtractCommand final : Command {
-  std::string format;  // empty: by the name of the output
+  std::string format;  // format of the output; empty: chosen by the name of the output
   std::string cells, box, set, part;
   std::vector<std::string> blocks, arrays;
   StepChoice steps;

@@ -40,7 +40,7 @@ struct Repair {
   }
 };
 
-// Returns blocks as byte ranges of the file, such as "0-4095, 12288-20479". Long lists are cut off.
+// Formats blocks as byte ranges of the file, such as "0-4095, 12288-20479". Long lists are cut off.
 std::string ranges_text(const std::vector<std::uint64_t>& blocks) {
   constexpr int kMostRanges = 8;
   std::string text;
@@ -150,7 +150,7 @@ void RepairRun::heal() {
   repair_.damaged_packets = protected_->damaged_packets();
   repair_.lost = protected_->heal(*scratch_, line_.callback());
   repair_.healed = protected_->damaged_blocks().size() - repair_.lost.size();
-  // The parity may belong to another file that was at this place before.
+  // The parity may belong to an earlier file of the same name.
   if (repair_.lost.empty() && !is_whole_file(protected_->healed()))
     throw Failure(Error{ErrorCode::corrupt, "its parity does not protect a whole .shm file",
                         "parity", kNoOffset, options_.input});
@@ -166,7 +166,8 @@ void RepairRun::fail_unhealed(std::string detail) const {
                       kNoOffset, options_.input});
 }
 
-// Finds the damage that parity could not heal. A block whose checksum is lost may be undamaged.
+// Finds the damage that parity could not heal. The list of lost blocks does not suffice, because a
+// block whose checksum is lost may be undamaged.
 void RepairRun::find_rest() {
   if (repair_.has_parity && repair_.lost.empty()) return;
   line_.show("looking for damage");
@@ -257,7 +258,7 @@ ExitCode RepairCommand::run() {
     std::fputs(outcome_json(repair, *this).c_str(), stdout);
   else if (repair.is_whole())
     print(*this, outcome_text(repair, *this));
-  else  // even with --quiet, so that no loss goes unnoticed
+  else  // printed even with --quiet, so that no loss goes unnoticed
     std::fputs(outcome_text(repair, *this).c_str(), output == "-" ? stderr : stdout);
   return repair.is_whole() ? kDone : kSalvaged;
 }

@@ -1,9 +1,15 @@
-// shm: the tool, and the list of its commands. A command that fails throws a Failure, which
-// run_tool reports once.
+// Main program of the tool shm, with the list of its commands. A command that fails throws a
+// Failure, which run_tool() reports once.
 //
-// Exit codes: 0 done, 1 a difference was found, 2 wrong use, 3 bad or unreadable input, 4 output
-// could not be written, 5 a limit was exceeded, 6 the output would lack something (--strict), 7
-// repair salvaged a part.
+// Exit codes:
+// - 0: done
+// - 1: a difference was found
+// - 2: wrong use
+// - 3: bad or unreadable input
+// - 4: the output could not be written
+// - 5: a limit was exceeded
+// - 6: the output would lack data (--strict)
+// - 7: repair salvaged only a part
 #include <malloc.h>
 
 #include <csignal>
@@ -61,7 +67,9 @@ int main(int argc, char** argv) {
   // allocations.
   ::mallopt(M_MMAP_THRESHOLD, 768 * 1024);
   shm::converters::remove_outputs_on_signals();
-  std::signal(SIGPIPE, SIG_IGN);  // so that writing to a closed pipe fails with an error
-  std::signal(SIGXFSZ, SIG_IGN);  // likewise beyond the file size limit
+  std::signal(SIGPIPE, SIG_IGN);  // ignored, so that writing to a closed pipe returns an error
+
+  // Ignored, so that writing beyond the file size limit returns an error.
+  std::signal(SIGXFSZ, SIG_IGN);
   return shm::converters::run_tool(shm::converters::commands, argc, argv);
 }

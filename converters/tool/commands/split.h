@@ -11,10 +11,10 @@
 namespace shm::converters {
 
 struct SplitCommand final : Command {
-  std::vector<std::string> members;  // empty: all
+  std::vector<std::string> members;  // names of the members to restore; empty: all
   std::string directory = ".";
   bool packed = false;
-  unsigned threads = 0;  // 0: one per core
+  unsigned threads = 0;  // number of threads; 0: one per core
 
   CLI::App* add_to(CLI::App& tool) override;
   ExitCode run() override;

@@ -26,12 +26,14 @@
 namespace shm::converters {
 namespace {
 
-// Returns an empty state if the file has no parity, or parity of another file.
+// Returns the state of the file's parity. The state is empty if the file has no parity, or parity
+// of another file.
 ParityState parity_state(const std::string& path, const Progress& progress) {
   const auto file = unwrap(FileRandomSource::open(path), path);
   const auto protected_file = is_whole_file(*file) ? nullptr : ProtectedFile::open(*file);
   if (!protected_file) return {};
-  // A sound mesh ends with its trailer. Parity that ends elsewhere belongs to another file.
+  // The parity of this file protects exactly the bytes up to the trailer of the mesh. Parity that
+  // ends elsewhere belongs to another file.
   SectionSource itself(*file, 0, protected_file->shape().protected_bytes);
   if (!is_whole_file(itself)) return {};
   protected_file->check(progress);
@@ -135,8 +137,8 @@ ExitCode VerifyCommand::verify_archive() {
   return code;
 }
 
-// Reports all damage in the file at `path`, which is the input or a copy of it, then throws the
-// failure again with a hint at repair.
+// Reports all damage in the file at `path`, which is the input or a copy of it. Then throws the
+// failure again, with a hint at shm repair.
 void VerifyCommand::fail_with_damage(const Failure& failure, const std::string& path) const {
   Error error = failure.error();
   const bool may_be_damage = error.code == ErrorCode::corrupt ||
@@ -145,7 +147,8 @@ void VerifyCommand::fail_with_damage(const Failure& failure, const std::string& 
   if (!may_be_damage || !file) throw Failure(error);
   auto parity = ProtectedFile::open(**file);
   if (parity && parity->is_of_something_else()) parity = nullptr;
-  // Search only the protected bytes: packets of small files may contain copies of these.
+  // Search only the protected bytes, because the parity packets of small files may contain copies
+  // of them.
   LenientSource lenient(**file);
   const std::uint64_t bytes =
       parity ? std::min(parity->shape().protected_bytes, lenient.size()) : lenient.size();

@@ -122,9 +122,9 @@ std::string legend_name(const ArrayChoice& array) {
 CLI::App* PreviewCommand::add_to(CLI::App& tool) {
   CLI::App* command = add_command(
       tool, *this, "preview",
-      "Draw a mesh as it looks from outside: the faces that belong to only one cell, cells\n"
-      "without volume, lines and points; if there are none of these, its vertices. Colours show\n"
-      "the element blocks, or the values of an array",
+      "Draw a mesh as seen from outside: faces that belong to only one cell, flat cells, lines\n"
+      "and points. If there are none of these, its vertices are drawn. Colours show the element\n"
+      "blocks, or the values of an array",
       "  shm preview rotor.e.shm                  writes rotor.e.shm.png\n"
       "  shm preview rotor.e -o rotor.png --array temperature@last\n"
       "  shm preview rotor.e.shm -o cut.png --clip 1,0,0:0.5 --array point/v --size 1600x1200\n"
@@ -159,7 +159,7 @@ CLI::App* PreviewCommand::add_to(CLI::App& tool) {
       ->type_name("X,Y,Z:D");
   command->add_flag(
       "--edges", edges,
-      "Draw edges around all faces (default: around those that are some pixels wide)");
+      "Draw edges around all faces (default: only around faces that are several pixels wide)");
   add_part(*command, *this);
   command->add_flag("--json", json, "Print as JSON");
   return command;

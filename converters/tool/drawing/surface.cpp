@@ -20,8 +20,8 @@
 namespace shm::converters {
 namespace {
 
-// Returns the format that the user asked for, or the one of the output's extension, or PLY if it
-// has none.
+// Returns the format given by --format, otherwise the format of the output's extension, or PLY if
+// the output has no extension.
 SurfaceFormat surface_format_of(const SurfaceCommand& command) {
   if (!command.format.empty()) return *surface_format(command.format);
   const std::string extension = std::filesystem::path(command.output).extension().string();
@@ -66,7 +66,7 @@ std::string surface_text(const SurfaceCommand& command, const WrittenSurface& wr
   return text + "\n";
 }
 
-// Reports the parts of the surface that are not in the file, even with --quiet.
+// Lists the parts of the surface that are not in the file, even with --quiet.
 void remark_what_is_missing(const SurfaceCommand& command, const ShownBoundary& shown,
                             const WrittenSurface& written) {
   const auto remark = [&](std::uint64_t count, const std::string& one, const std::string& many,
@@ -89,8 +89,8 @@ CLI::App* SurfaceCommand::add_to(CLI::App& tool) {
   CLI::App* command = add_command(
       tool, *this, "surface",
       "Write the boundary of a mesh for programs that only know surfaces: the faces that belong\n"
-      "to only one cell, and cells without volume, as PLY (with the element block of each face),\n"
-      "STL or OBJ. Coordinates are rounded to float32",
+      "to only one cell, and flat cells, as PLY (with the element block of each face), STL or\n"
+      "OBJ. Coordinates are rounded to float32",
       "  shm surface rotor.e.shm                  writes rotor.e.shm.ply\n"
       "  shm surface rotor.e -o rotor.ply --array temperature@last\n"
       "  shm surface rotor.e.shm -o rotor.stl --decimate 20000\n"
@@ -104,7 +104,8 @@ CLI::App* SurfaceCommand::add_to(CLI::App& tool) {
       "location,\nstep, least, greatest; or null).");
   add_files(*command, *this, mesh_file_text());
   add_output(*command, *this,
-             "File to write, or folder for files (default: IN.ply next to IN, or as --format says)",
+             "File to write, or folder for files\n(default: IN.ply, or IN with the extension of "
+             "--format, next to IN)",
              "OUT.ply");
   command->add_option("--format", format, "Format of OUT (default: by its name)")
       ->check(one_of({"ply", "stl", "obj"}))

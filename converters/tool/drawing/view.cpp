@@ -29,8 +29,8 @@ void copy_bytes(RandomSource& source, const std::string& path, ByteSink& into) {
   }
 }
 
-// Copies a .shm file, or the named part of an archive, unchanged, after checking that it can be
-// opened.
+// Copies a .shm file unchanged, after checking that it can be opened. If `part` is not empty,
+// copies only this part of an archive.
 void copy_shm(const std::string& path, const std::string& part, const std::string& input,
               ByteSink& into) {
   const auto whole = unwrap(FileRandomSource::open(path), path);

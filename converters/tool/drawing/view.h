@@ -16,7 +16,8 @@ struct ViewCommand final : FileCommand {
   ExitCode run() override;
 
  private:
-  // Returns the name to display: that of the file, or of the part.
+  // Returns the name to display: the name of the part if one was chosen, otherwise the name of the
+  // file.
   std::string shown_name() const;
 };
 

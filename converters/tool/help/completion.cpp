@@ -17,7 +17,7 @@ struct CompletedOption {
 struct CompletedCommand {
   std::string name, help;
   std::vector<CompletedOption> options;
-  std::vector<std::string> words;  // the possible operands; empty if operands are files
+  std::vector<std::string> words;  // the possible operands; empty if the operands are files
 };
 
 std::string first_line(const std::string& text) { return text.substr(0, text.find('\n')); }

@@ -32,7 +32,7 @@ std::string literal(const std::string& text) {
 std::string bold(const std::string& text) { return "\\fB" + literal(text) + "\\fR"; }
 std::string italic(const std::string& text) { return "\\fI" + literal(text) + "\\fR"; }
 
-// Returns lines that roff prints without filling.
+// Returns roff source that prints lines as they are, without joining and wrapping them.
 std::string block(const std::string& lines) { return ".PP\n.nf\n" + literal(lines) + "\n.fi\n"; }
 
 std::string option_text(const CLI::Option& option) {
@@ -77,7 +77,7 @@ std::string command_text(const CLI::App& command) {
 }
 
 // Returns the text by which whatis and apropos find a page: the first clause of the description,
-// without capital and full stop.
+// without its capital letter and full stop.
 std::string short_text(const CLI::App& command) {
   std::string text = command.get_description() + ". ";
   std::replace(text.begin(), text.end(), '\n', ' ');
@@ -86,7 +86,8 @@ std::string short_text(const CLI::App& command) {
   return text;
 }
 
-// Returns the examples, and the notes that follow them in the help.
+// Returns the sections EXAMPLES and NOTES. The notes are the text that follows the examples in the
+// help.
 std::string footer_text(const std::string& footer) {
   const std::string heading = "Examples:\n";
   const std::size_t end = std::min(footer.find("\n\n"), footer.size());

@@ -9,7 +9,7 @@ class App;
 
 namespace shm::converters {
 
-// In roff, with the man macros.
+// Return a page as roff source that uses the man macros.
 std::string manual_page(const CLI::App& tool);
 std::string manual_page(const CLI::App& tool, const CLI::App& command);
 

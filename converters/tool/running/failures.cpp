@@ -16,8 +16,8 @@
 namespace shm::converters {
 namespace {
 
-// Returns true if standard output is a pipe that has lost its reader: `shm info x | head` is no
-// error.
+// Returns true if standard output is a pipe whose reader has exited, as in `shm info x | head`.
+// This is not an error.
 bool nobody_listens() {
   struct pollfd out = {STDOUT_FILENO, POLLOUT, 0};
   return ::poll(&out, 1, 0) > 0 && (out.revents & POLLERR) != 0;
@@ -39,7 +39,7 @@ int complain(int code, const std::string& sentence) {
   return code;
 }
 
-// Allocates no memory, because none may be left.
+// Reports that memory ran out. Allocates no memory, because none may be left.
 int complain_of_memory(const Command* chosen) noexcept {
   std::fputs("shm: ", stderr);
   for (const char c : chosen != nullptr ? std::string_view(chosen->input) : std::string_view()) {
@@ -50,7 +50,7 @@ int complain_of_memory(const Command* chosen) noexcept {
   return kLimit;
 }
 
-// Reports the exception that is being handled.
+// Reports the exception that is being handled. Returns its exit code.
 int complain_of_failure(const Command* chosen) {
   const auto input = [&] { return chosen != nullptr ? chosen->input : std::string(); };
   try {
@@ -79,7 +79,7 @@ int complain_of_failure(const Command* chosen) {
 int code_of_failure(const Command* chosen) noexcept {
   try {
     return complain_of_failure(chosen);
-  } catch (...) {  // out of memory, either in the command or when composing the message
+  } catch (...) {  // out of memory, either in the command or while the message was composed
     return complain_of_memory(chosen);
   }
 }

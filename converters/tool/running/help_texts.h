@@ -9,14 +9,14 @@ namespace shm::converters {
 
 struct CompletionCommand final : Command {
   std::string shell;
-  const CLI::App* all = nullptr;  // the tool, with all its commands
+  const CLI::App* all = nullptr;  // the whole tool, with all its commands
 
   CLI::App* add_to(CLI::App& tool) override;
   ExitCode run() override;
 };
 
 struct ManualCommand final : Command {
-  std::string one;  // name of a command; empty: all
+  std::string one;  // name of the command whose page is printed; empty: all
   const CLI::App* all = nullptr;
 
   CLI::App* add_to(CLI::App& tool) override;

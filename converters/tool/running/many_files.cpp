@@ -64,8 +64,8 @@ std::optional<std::pair<dev_t, ino_t>> identity(const std::string& path) {
   return std::pair(status.st_dev, status.st_ino);
 }
 
-// Finds refusals that would otherwise only appear when a task runs, and creates the folders of the
-// outputs.
+// Finds the reasons for refusal that would otherwise only appear when a task runs, and creates the
+// folders of the outputs.
 void check_tasks(FileCommand& command, FileList& list) {
   std::set<std::pair<dev_t, ino_t>> inputs;
   for (const FileTask& task : list.tasks)
@@ -94,7 +94,7 @@ void check_tasks(FileCommand& command, FileList& list) {
   }
 }
 
-// Puts each JSON document of a text on one line.
+// Reformats text with several JSON documents so that each document is on one line.
 std::string on_lines(const std::string& text) {
   std::string lines;
   std::istringstream documents(text);
@@ -106,8 +106,9 @@ std::string on_lines(const std::string& text) {
   return lines;
 }
 
-// Loads the library of each format that at least two file names indicate, once for all processes. A
-// library that fails to load is reported later, with the file that needs it.
+// Loads the libraries of formats once for all processes: those of the formats that at least two
+// file names indicate. A library that fails to load is reported later, with the file that needs the
+// library.
 void load_libraries(const FileList& list) {
   std::map<const Format*, std::size_t> files;
   for (const FileTask& task : list.tasks)
@@ -201,7 +202,7 @@ int run_on_files(FileCommand& command) {
   }
   if (command.files.size() == 1 && !is_folder(command.files[0])) return run_on_one(command);
   if (command.output == "-")
-    wrong_use("standard output takes the output of one file; IN are several");
+    wrong_use("only one output can go to standard output, but there are several IN");
   for (const std::string& file : command.files)
     if (file == "-") wrong_use("- is standard input, and cannot be one of several files");
   if (!command.output.empty() && !is_folder(command.output))

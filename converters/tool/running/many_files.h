@@ -1,13 +1,14 @@
-// Runs a command on its files: on a single file directly; on several files one by one, with a line
-// for each and a sum at the end.
+// Runs a command on its files. A single file is handled directly. Several files are handled one by
+// one, with a line for each and a summary at the end.
 #pragma once
 
 #include "tool/running/command.h"
 
 namespace shm::converters {
 
-// Returns the exit code; for several files, the largest one. A bad file does not stop the others.
-// All refusals are found before the first file is started.
+// Runs the command. Returns the exit code; for several files, the largest one. A failure of one
+// file does not stop the work on the other files. Files that must be refused are found before the
+// first file is started.
 int run_on_files(FileCommand& command);
 
 }  // namespace shm::converters

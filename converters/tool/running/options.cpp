@@ -9,7 +9,8 @@ namespace shm::converters {
 
 namespace {
 
-// The messages of CLI11 are made for programmers: "x unit not recognized", and a list of 26 units.
+// Replaces a validator of CLI11 whose messages are hard to understand: "x unit not recognized", and
+// a list of 26 units.
 const CLI::Validator kSize(
     [](std::string& word) {
       constexpr std::uint64_t kLeast = 1 << 20;
@@ -86,8 +87,8 @@ void add_files(CLI::App& command, FileCommand& options, const std::string& what)
                    "Take the files in folders and their subfolders; links are not followed");
   command
       .add_option("-T,--threads", options.threads,
-                  "Use N threads (default: one per core); of several files, those below 32 MB run "
-                  "side by\nside")
+                  "Use N threads (default: one per core). Of several files, those below 32 MB are "
+                  "handled\nin parallel")
       ->check(whole_number(1, 1024))
       ->type_name("N");
 }
@@ -149,8 +150,8 @@ void add_format(CLI::App& command, std::string& format) {
   command
       .add_option(
           "--format", format,
-          "Format of OUT (default: by its name). Refused if OUT is named for another format, "
-          "which could\nhold data that this one loses")
+          "Format of OUT (default: by its name). Refused if the name of OUT means another format "
+          "that\ncould store data which this one loses")
       ->type_name(names);
 }
 

@@ -20,14 +20,14 @@ CLI::App* add_command(CLI::App& tool, CommonOptions& options, const std::string&
                       const std::string& description, const std::string& examples);
 
 // Options of commands that take many files. add_files() adds the files (`what` describes them), -r
-// and -T; add_output() adds -o (`output` describes it), -f and -c.
+// and -T. add_output() adds -o (`output` describes the output), -f and -c.
 void add_files(CLI::App& command, FileCommand& options, const std::string& what);
 void add_output(CLI::App& command, FileCommand& options, const std::string& output,
                 const std::string& type);
 // --rm and -k.
 void add_removal(CLI::App& command, FileCommand& options);
 
-// Validators for the value of an option: a whole number in this range, or one of these words.
+// Validators for the value of an option: a whole number in a range, or one word of a list.
 CLI::Validator whole_number(std::uint64_t least, std::uint64_t most = ~std::uint64_t{0});
 CLI::Validator one_of(std::vector<std::string> words);
 
@@ -43,7 +43,7 @@ void add_strict(CLI::App& command, bool& strict);
 // --step and --time.
 void add_steps(CLI::App& command, StepChoice& steps);
 
-// Return the meaning of the words of --order, --level and --codec.
+// Return the enumerator that a word of --order, --level or --codec means.
 Order order_of(const std::string& name);
 Level level_of(const std::string& name);
 ConnectivityCodec codec_of(const std::string& name);

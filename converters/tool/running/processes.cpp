@@ -48,12 +48,12 @@ std::string content(std::FILE* file) {
   return text;
 }
 
-// A task that was started and has not been passed to `done`.
+// A task that was started and has not yet been passed to `done`.
 struct Running {
   FileTask* task;
   ScratchFile out, error;
   pid_t process = -1;    // -1: not started, or ended
-  std::size_t slot = 0;  // index of its share
+  std::size_t slot = 0;  // index of the task's share in SharedShares
 };
 
 // Completed shares of several processes, in shared memory.
@@ -88,7 +88,8 @@ class Processes {
   ~Processes() {
     for (const Running& one : begun_)
       if (one.process > 0) ::kill(one.process, SIGTERM);
-    // Their output is neither shown nor kept, since that could need memory that is not available.
+    // The output of these processes is neither shown nor kept, since that could need memory that is
+    // not available.
     for (const Running& one : begun_)
       while (one.process > 0 && ::waitpid(one.process, nullptr, 0) < 0 && errno == EINTR) {
       }
@@ -193,7 +194,7 @@ class Processes {
     hand_on();
   }
 
-  // Passes tasks to `done` in order, up to the first one that has not ended.
+  // Passes tasks to `done` in order, up to the first task that has not ended.
   void hand_on() {
     while (!begun_.empty() && begun_.front().process < 0) {
       const Running one = std::move(begun_.front());

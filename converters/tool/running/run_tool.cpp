@@ -67,11 +67,11 @@ void follow_habits(std::vector<std::string>& words, const CLI::App& app) {
     if (words[0] == option) words[0] = command;
   if (words[0] != "compress" && words[0] != "join") return;
   const CLI::App* const command = app.get_subcommand(words[0]);
-  bool is_value = false;  // the word is the value of the option before it
+  bool is_value = false;  // true if the word is the value of the option before it
   for (std::string& word : words) {
     if (word == "--") return;
     if (std::exchange(is_value, false)) continue;
-    // get_option_no_throw() would end the program if memory runs out.
+    // Not get_option_no_throw(), which would end the program if memory runs out.
     for (const CLI::Option* const option : command->get_options())
       if (word.starts_with('-') && option->check_name(word))
         is_value = option->get_expected_max() > 0;
@@ -131,7 +131,8 @@ int parse_and_run(const Commands& commands, int argc, char** argv, Command*& cho
   try {
     app.parse(words);
   } catch (const CLI::ParseError& error) {
-    const bool asked = error.get_exit_code() == 0;  // help, version
+    // True if the user asked for help or the version.
+    const bool asked = error.get_exit_code() == 0;
     if (asked) app.exit(error, argc == 1 ? std::cerr : std::cout);
     if (!asked) std::fprintf(stderr, "shm: %s\n", complaint(app, error).c_str());
     return asked && argc > 1 ? kDone : kWrongUse;

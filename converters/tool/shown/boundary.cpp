@@ -13,7 +13,7 @@
 namespace shm::converters {
 namespace {
 
-// A place with a NaN is in no half space.
+// Returns false if a coordinate is NaN.
 bool is_in(const HalfSpace& space, const std::array<double, 3>& place) {
   double along = 0;
   for (std::size_t i = 0; i < 3; ++i) along += space.normal[i] * place[i];
@@ -54,7 +54,7 @@ class VertexPlaces {
   PageCache cache_;
 };
 
-// The cells whose centre is in a half space, with their numbers in the mesh.
+// The cells whose centre is in a half space. Their numbers in the mesh are kept.
 class KeptCells final : public ForwardingMesh {
  public:
   // Borrows all arguments.
@@ -90,7 +90,7 @@ class KeptCells final : public ForwardingMesh {
     source_.rewind_cells();
     first_ = count_ = 0;
   }
-  // Returns the number of cell `index` of the last batch.
+  // Returns the mesh's number of the cell at position `index` in the last batch.
   std::uint64_t number(std::size_t index) const { return kept_ ? numbers_[index] : first_ + index; }
 
  private:
@@ -109,7 +109,8 @@ class KeptCells final : public ForwardingMesh {
   std::optional<VertexPlaces> places_;
   CellBatch all_;
   std::vector<std::uint64_t> numbers_;
-  std::uint64_t first_ = 0, count_ = 0;  // of the last batch, or of the next one
+  std::uint64_t first_ = 0, count_ = 0;  // first cell of the last batch (of the next one after
+                                         // rewinding), and its number of cells
 };
 
 // Passes a mesh to a BoundaryFinder.
@@ -173,7 +174,7 @@ std::vector<std::byte> values_of_vertices(MeshSource& mesh, const BoundaryArray&
   return values;
 }
 
-// Returns the value of cells that an array does not cover.
+// Returns the value used for cells that an array does not cover.
 std::vector<std::byte> no_value(const ArrayInfo& array) {
   std::vector<std::byte> value(scalar_bytes(array.type) * array.components);
   const auto fill = [&]<class T>(T number) {
@@ -185,7 +186,8 @@ std::vector<std::byte> no_value(const ArrayInfo& array) {
   return value;
 }
 
-// Faces are in the order of their cells, so one pass over both is enough.
+// Returns the values of faces, taken from their cells. Faces are in the order of their cells, so
+// one pass over both is enough.
 std::vector<std::byte> values_of_faces(MeshSource& mesh, const BoundaryArray& array,
                                        const std::vector<std::uint64_t>& cells) {
   const Schema& schema = mesh.info().schema;

@@ -1,5 +1,5 @@
-// The boundary surface of a mesh of any format, with values of some arrays. For whole .shm files
-// there is shm/boundary_surface.h.
+// The boundary surface of a mesh of any format, with values of some arrays. For complete .shm
+// files, use shm/boundary_surface.h.
 #pragma once
 
 #include <array>
@@ -14,23 +14,23 @@
 
 namespace shm::converters {
 
-// The points with x * normal[0] + y * normal[1] + z * normal[2] <= most.
+// The half space of points with x * normal[0] + y * normal[1] + z * normal[2] <= most.
 struct HalfSpace {
   std::array<double, 3> normal{};
   double most = 0;
 };
 
-// Returns the same surface as read_boundary(): vertex numbers are those of the mesh, cell numbers
-// count in its order. `kept`: include only cells whose centre, the mean of their corners, is in
-// this half space. Makes two passes over the cells, and one more for arrays of cells. Memory grows
-// with the active surface and the faces found. Throws Failure.
+// Returns the same surface as read_boundary(). Vertex numbers are those of the mesh; cell numbers
+// count the cells in the mesh's order. `kept`: include only cells whose centre, the mean of their
+// corners, is in this half space. Makes two passes over the cells, and one more for arrays of
+// cells. Memory grows with the active surface and the faces found. Throws Failure.
 BoundarySurface boundary_of_mesh(MeshSource& mesh, const std::vector<BoundaryArray>& arrays,
                                  const std::optional<HalfSpace>& kept, Spool& spool,
                                  const Progress& progress);
 
-// Returns the vertices in `kept` of a mesh without faces, each as a face of one corner, of block 0
-// and of no cell (cell number kNoCell). If there are very many, returns vertices at regular
-// intervals in their order. Arrays of cells have no values. Throws Failure.
+// Returns the vertices of a mesh without faces that are in `kept`. Each vertex becomes a face with
+// one corner, block 0 and no cell (cell number kNoCell). If there are very many vertices, returns
+// vertices at regular intervals in their order. Arrays of cells have no values. Throws Failure.
 inline constexpr std::uint64_t kNoCell = ~std::uint64_t{0};
 BoundarySurface points_of_mesh(MeshSource& mesh, const std::vector<BoundaryArray>& arrays,
                                const std::optional<HalfSpace>& kept, const Spool& spool);

@@ -16,14 +16,14 @@
 namespace shm::converters {
 namespace {
 
-// Occurs exactly once in index.html of bindings/web/page.
+// Placeholder for the file. Occurs exactly once in index.html of bindings/web/page.
 constexpr std::string_view kPlace =
     R"(<script type="application/octet-stream" id="file" data-name=""></script>)";
 constexpr std::string_view kNameEnd = R"("></script>)", kFileEnd = "</script>";
 
 constexpr std::uintmax_t kMostPage = 16 << 20;
 
-// Returns nothing if the file does not exist.
+// Returns the contents of a file, or nothing if the file does not exist.
 std::optional<std::string> text_of(const std::filesystem::path& path) {
   std::error_code none;
   if (!std::filesystem::is_regular_file(path, none) ||

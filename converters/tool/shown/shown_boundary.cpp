@@ -74,7 +74,7 @@ class ShownReader {
       shown.array = array_named(request_.array, "--array", shown.schema, steps);
   }
 
-  // Shows vertices if there is no face.
+  // Stores the vertices instead of faces if the boundary has no face.
   void show_points(MeshSource& mesh, const std::optional<HalfSpace>& kept,
                    ShownBoundary& shown) const {
     if (!request_.points_instead || shown.boundary.face_count() > 0) return;
@@ -124,8 +124,8 @@ class ShownReader {
   const ShownRequest& request_;
 };
 
-// Returns the length of a vector. Scales the parts, so that very large or very small ones neither
-// overflow nor underflow.
+// Returns the length of a vector. Scales the components, so that the squares of very large or very
+// small components neither overflow nor underflow.
 double length_of(const std::vector<double>& parts) {
   if (parts.size() == 1) return parts[0];
   double most = 0, sum = 0;

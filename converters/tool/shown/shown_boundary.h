@@ -1,6 +1,6 @@
-// The boundary surface that commands show: of a .shm file, of which only the necessary parts are
-// read, or of any other mesh. It has one number for each vertex, or for each face, from the array
-// that the user names.
+// The boundary surface that commands show. Of a .shm file only the necessary parts are read; any
+// other mesh is read completely. If the user names an array, the surface has one number for each
+// vertex, or for each face.
 #pragma once
 
 #include <optional>
@@ -32,27 +32,29 @@ struct ShownBoundary {
 
 struct ShownRequest {
   std::string array;              // the value of --array; empty: none
-  std::optional<HalfSpace> kept;  // only cells with their centre there
+  std::optional<HalfSpace> kept;  // include only cells whose centre is in this half space
   bool points_instead = false;    // show vertices, as points_of_mesh() does, if there are no faces
-  unsigned threads = 0;           // 0: one per core
-  std::string next;               // the command's next phase, a tenth of the work
+  unsigned threads = 0;           // number of threads; 0: one per core
+  std::string next;  // name of the command's next phase, which is about a tenth of the work
 };
 
 // `in` must not be open yet. Throws Failure.
 ShownBoundary shown_boundary(const CommonOptions& options, ToolInput& in, Spool& spool,
                              ProgressLine& line, const ShownRequest& request);
 
-// Returns a number for each vertex, or for each face, from the chosen array: the length of a
-// vector, NaN if there is no value. Requires a chosen array, and frees its values.
+// Returns a number for each vertex, or for each face, from the chosen array: the length if the
+// value is a vector, NaN if there is no value. Requires that an array was chosen. Frees the values
+// stored in `shown`.
 std::vector<double> values_of(ShownBoundary& shown);
 
-// Sorts vertices by their numbers in the mesh and faces by cell number and side, and rotates the
+// Sorts vertices by their numbers in the mesh, and faces by cell number and side. Rotates the
 // corners of sides so that the least number comes first. The result does not depend on the order in
-// which they were found. Reorders `values`, which may be empty, accordingly.
+// which vertices and faces were found. Reorders `values`, which may be empty, accordingly.
 void put_in_mesh_order(BoundarySurface& boundary, bool values_of_points,
                        std::vector<double>& values);
 
-// "array" of a report: name, location, step, least, greatest; or null.
+// Returns the JSON object "array" of a report: name, location, step, least, greatest. Returns null
+// if there is no array.
 Json array_json(const ShownBoundary& shown, const std::optional<ShownRange>& range);
 
 }  // namespace shm::converters

@@ -1,7 +1,7 @@
-// The two formats of VTK, legacy and XML, store nearly the same information in different forms. A
-// file of one format written from a mesh of the other keeps everything that both can express: field
-// data, strings and bits, which array is the scalars, vectors, ..., names of components,
-// information keys, faces of polyhedra.
+// Code shared by the two formats of VTK, legacy and XML. They store nearly the same information in
+// different forms. If a mesh of one format is written in the other, everything that both can
+// express is kept: field data, strings and bits, which array is the scalars, vectors, ..., names of
+// components, information keys, faces of polyhedra.
 #pragma once
 
 #include <algorithm>
@@ -19,11 +19,11 @@
 
 namespace shm::converters::vtk {
 
-// Names in both formats of a role that an array of points or cells may have.
+// A role that an array of points or cells may have, with its names in both formats.
 struct Attribute {
   EntryKind kind;
   std::string_view name;
-  std::uint64_t least, most;  // number of components
+  std::uint64_t least, most;  // smallest and largest number of components
 };
 inline constexpr std::uint64_t kAnyComponents = 65535;
 inline constexpr Attribute kAttributes[] = {
@@ -42,14 +42,14 @@ inline constexpr Attribute kAttributes[] = {
 inline constexpr std::string_view kXmlOnlyAttributes[] = {"Tangents", "RationalWeights",
                                                           "HigherOrderDegrees", "ProcessIds"};
 
-// Field data with a special meaning in the other format: the time of the mesh, and the title of a
-// legacy file.
+// Names of field data with a special meaning in the other format: the time of the mesh, and the
+// title of a legacy file.
 inline constexpr std::string_view kLegacyTime = "TIME", kXmlTime = "TimeValue", kXmlTitle = "Title";
 
 // Extras that a plan derives from the extras of its mesh, in the form of its own format.
 struct MadeExtras {
-  std::deque<Extra> data;     // x0, x1, ...
-  std::deque<Extra> strings;  // string lists of arrays
+  std::deque<Extra> data;     // values that the plan calls x0, x1, ...
+  std::deque<Extra> strings;  // lists of strings of arrays
   void register_in(std::map<std::string, const Extra*>& extras) const {
     for (const auto* made : {&data, &strings})
       for (const Extra& extra : *made) extras[extra.key] = &extra;
@@ -59,12 +59,13 @@ struct MadeExtras {
 // Returns the FIELD entry of a legacy file for an array of the mesh.
 Entry entry_of_array(const MeshInfo& info, std::size_t array);
 
-// Component names are kept for arrays with at most this number of components. Field data may have
-// any number of components.
+// Largest number of components of an array whose component names are kept. Field data may have any
+// number of components.
 inline constexpr std::uint64_t kMostNamedComponents = 4096;
-std::string quoted_array(std::string_view name);  // "array 'T'"
+std::string quoted_array(std::string_view name);  // returns "array 'T'"
 
-// Keys of ranges follow from the values and are wrong if the values were rounded.
+// Returns true for keys of ranges. Ranges can be computed from the values, and are wrong if the
+// values were rounded.
 inline bool is_range_key(std::string_view name) {
   return name.find("_RANGE") != std::string_view::npos;
 }
@@ -72,8 +73,8 @@ inline bool is_range_key(std::string_view name) {
 // Legacy files from version 5.1 on and XML files from version 2.1 on use another node order for
 // some cells. Returns true if the mesh may have such cells in that order.
 bool has_renumbered_cells(const MeshInfo& info);
-// Extra of a piece of a file. The piece has no skeleton; the extra says that its cells have the
-// newer node order.
+// Key of an extra of a piece of a file. A piece has no skeleton, so this extra states that its
+// cells have the newer node order.
 inline constexpr const char* kNewNumbering = "vtk/new_numbering";
 
 }  // namespace shm::converters::vtk

@@ -15,19 +15,22 @@ namespace shm::converters::vtk {
 
 class FamilySource : public SourceFormat {
  public:
-  // Field data with one number of any type.
+  // Returns the value of the field data that states the time: one number of any type. Returns
+  // nothing if there is none.
   std::optional<double> time(const MeshInfo& info, Keys& used) const override;
-  // The extras of one file of a series, with the time of the step.
+  // Returns the extras of one file of a series of which the selected steps are written, with the
+  // time of the step.
   std::optional<std::vector<Extra>> extras_of_steps(const MeshInfo& info,
                                                     StepRange steps) const override;
   std::vector<Extra> extras_of_series(const MeshInfo& info) const override;
-  // True for field data and the skeleton, which has titles and the order of arrays.
+  // Returns true for field data and for the skeleton, which contains the title and the order of
+  // arrays.
   bool is_about_file(std::string_view key) const override;
-  // Leaves out extras that are about the appended file.
+  // Returns the extras without those that describe only the appended file.
   std::optional<AppendedExtras> joined_extras(const MeshInfo& old, const MeshInfo& more,
                                               const std::vector<Extra>& extras,
                                               std::span<const std::uint64_t> steps) const override;
-  // Names from field data that block_names_extra() made.
+  // Returns block names from the field data that block_names_extra() created.
   std::map<std::int64_t, std::string> block_names(const MeshInfo& info, Keys& used) const override;
 
   bool has_strings(const ArrayInfo& array) const override;

@@ -20,8 +20,9 @@ struct FieldArray {
 std::vector<FieldArray> field_arrays(const MeshInfo& info);
 std::vector<std::string> strings_of(const FieldArray& array);
 
-// Field data "BlockNames": for each named block its number, a blank, and the name, as strings in
-// form `form`. The shape of the extra is the number of strings.
+// Returns field data "BlockNames" as an extra. For each named block, the field data has one string:
+// the number of the block, a blank, and the name. `form`: form of these strings. The shape of the
+// extra is the number of strings.
 Extra block_names_extra(const MeshInfo& info, std::string key, StringForm form);
 inline constexpr const char* kBlockNames = "BlockNames";
 

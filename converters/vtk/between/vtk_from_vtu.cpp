@@ -24,7 +24,7 @@ using vtu::ValuesWord;
 
 constexpr std::size_t kLongestTitle = 255;  // limit of VTK's readers
 
-// The value of an information key, or of one Value of the key.
+// Returns the value of an information key, or of one element Value of the key.
 std::string word_in(const Node& node) {
   for (const Node& each : node.children) {
     if (each.kind != NodeKind::text) continue;
@@ -51,7 +51,7 @@ std::string information_data(const Node& key) {
 
 std::string metadata_of(const Node& array, std::uint64_t components, bool rounded) {
   constexpr std::string_view kName = "ComponentName";
-  std::map<std::uint64_t, std::string> name_of;  // key: component
+  std::map<std::uint64_t, std::string> name_of;  // name of each component
   for (const auto& [key, name] : array.attributes)
     if (key.starts_with(kName) && !name.empty())
       if (const auto c = vtu::parse_count(key.substr(kName.size())); c && *c < components)
@@ -93,7 +93,8 @@ class LegacyBuilder {
  private:
   void lose(std::string loss) { losses_.add(std::move(loss)); }
 
-  // When VTK reads a legacy file, it sorts the points of each polyhedron.
+  // Returns true if the points of each polyhedron ascend. VTK sorts them when it reads a legacy
+  // file, so any other order is lost.
   bool points_of_polyhedra_ascend() const {
     const Extra* counts = extras_.find("vtu/polyhedron/counts");
     const Extra* points = extras_.find("vtu/polyhedron/points");
@@ -108,8 +109,8 @@ class LegacyBuilder {
     return true;
   }
 
-  // Finds the time step of the file that equals the time of the mesh; the last step if there is
-  // none.
+  // Finds the time step of the file whose time equals the time of the mesh. Chooses the last step
+  // if there is none.
   void find_step() {
     times_ = contents_.times();
     step_ = times_.empty() ? 0 : times_.size() - 1;
@@ -201,7 +202,8 @@ class LegacyBuilder {
     add_field(std::move(others));
   }
 
-  // Reports arrays that only some pieces have: the other points or cells lack values.
+  // Reports arrays that only some pieces have. Legacy files cannot store them, because the other
+  // points or cells lack values.
   void report_other_pieces(Location location, const Node* first) {
     const std::vector<Node*> all = contents_.data(location);
     for (std::size_t p = 0; p < all.size(); ++p)
@@ -214,9 +216,9 @@ class LegacyBuilder {
       }
   }
 
-  using Roles = std::map<std::string, std::set<EntryKind>>;  // key: name of an array
+  using Roles = std::map<std::string, std::set<EntryKind>>;  // roles, by the name of the array
 
-  // Reports roles that legacy files do not have.
+  // Returns the roles of arrays, and reports roles that legacy files do not have.
   Roles roles_of(const Node& data, Location location) {
     Roles roles;
     for (const auto& [key, name] : data.attributes) {
@@ -294,15 +296,15 @@ class LegacyBuilder {
     }
     const std::set<EntryKind> kinds = std::exchange(roles[name], {});
     if (kinds.empty()) others.push_back(entry);
-    for (const EntryKind kind : kinds) {  // written once per role, as VTK does
+    for (const EntryKind kind : kinds) {  // the array is written once per role, as VTK does
       entry.kind = kind;
       entry.second = kind == EntryKind::scalars ? "default" : "";
       named.push_back(entry);
     }
   }
 
-  // Values of points or cells that are not an array of the mesh are in file order, so they are kept
-  // only in order keep.
+  // Adds values of points or cells that are not an array of the mesh. They are in file order, so
+  // they are kept only in order keep.
   void add_other_values(Node& array, const ValuesWord& word, Location location,
                         std::vector<Entry>& others) {
     const std::uint64_t elements = location == Location::cell ? info_.cells() : info_.vertices;
@@ -381,7 +383,8 @@ class LegacyBuilder {
   LegacyParts parts_;
   std::vector<double> times_;
   std::size_t step_ = 0;
-  std::set<std::uint64_t> of_other_steps_;  // arrays of the section that is being added
+  // Arrays that occur only at other steps, of the current section.
+  std::set<std::uint64_t> of_other_steps_;
 };
 
 }  // namespace

@@ -12,16 +12,18 @@
 
 namespace shm::converters::vtk {
 
-// Skeleton of a binary file without its cells, in the version that the cells need.
+// Skeleton of a binary legacy file without its cells. Its version is the version that the cells
+// need.
 struct LegacyParts {
   Skeleton skeleton;
-  std::set<std::size_t> placed;  // arrays that have a place in the skeleton
+  std::set<std::size_t> placed;  // arrays of the mesh that have a place in the skeleton
   MadeExtras made;
 };
-// `losses` may be null. Adds everything that the legacy file lacks to it.
+// Converts the skeleton of an XML file. Adds everything that the legacy file lacks to `losses`,
+// which may be null.
 LegacyParts legacy_of_xml(const MeshInfo& info, LossList* losses);
 
-// Returns everything that a legacy file lacks of a mesh from an XML file.
+// Returns the data of a mesh from an XML file that a legacy file cannot store.
 LossList losses_in_vtk(const MeshInfo& info);
 
 }  // namespace shm::converters::vtk

@@ -146,7 +146,7 @@ class XmlBuilder {
     parts_.points.children = {std::move(array)};
   }
 
-  // Values of points or cells.
+  // Adds an array of values of points or cells.
   void add_array(const Entry& entry) {
     if (entry.index >= info_.schema.arrays.size()) return;
     const ArrayInfo& info = info_.schema.arrays[entry.index];
@@ -186,8 +186,8 @@ class XmlBuilder {
     vtk::append_string(list, text, StringForm::zeros);
   }
 
-  // Adds field data, and arrays in the sections of points or cells that do not have one value for
-  // each.
+  // Adds an extra as field data. Such extras are field data, and arrays in the sections of points
+  // or cells whose number of values differs from the number of points or cells.
   void add_extra(const Entry& entry) {
     const std::string name = vtk::decode_name(entry.name);
     const Extra* found = extras_.find(vtk::data_key(entry.index));
@@ -252,15 +252,16 @@ class XmlBuilder {
     data.children.push_back(std::move(array));
   }
 
-  // If several arrays have one role, VTK uses the first.
+  // Sets the role of an array, unless another array has it: if several arrays have one role, VTK
+  // uses the first.
   void set_role(const std::string& array, EntryKind kind, Node& data) {
     for (const vtk::Attribute& attribute : vtk::kAttributes)
       if (kind == attribute.kind && data.attribute(attribute.name) == nullptr)
         data.set_attribute(attribute.name, array);
   }
 
-  // If several arrays have one name, VTK keeps the last when it reads a legacy file, and mixes them
-  // up when it reads an XML file.
+  // Renames arrays whose names occur several times. If several arrays have one name, VTK keeps the
+  // last when it reads a legacy file, and mixes them up when it reads an XML file.
   void make_names_unique(Node& data) {
     std::set<std::string> used;
     for (const Node& array : data.children) used.insert(array.attribute_or("Name", ""));

@@ -16,19 +16,20 @@ struct XmlParts {
   Node field = element("FieldData"), point_data = element("PointData"),
        cell_data = element("CellData"), points = element("Points");
   std::string version = "1.0";   // file version that the cells need
-  std::set<std::size_t> placed;  // arrays that have a place in the tree
+  std::set<std::size_t> placed;  // arrays of the mesh that have a place in the tree
   vtk::MadeExtras made;
 };
 
-// `format`: encoding of arrays. `losses` may be null. Adds everything that the XML file lacks to
-// it.
+// Converts the skeleton of a legacy file. `format`: encoding of arrays. Adds everything that the
+// XML file lacks to `losses`, which may be null.
 XmlParts xml_of_legacy(const MeshInfo& info, const std::string& format, LossList* losses);
 
-// Strings as field data with one component. `values`: the strings, each ended by a 0.
+// Returns strings as field data with one component. `values`: the strings, each terminated by a
+// zero byte.
 Node strings_element(const std::string& name, std::string values, const std::string& format,
                      vtk::MadeExtras& made);
 
-// Returns everything that a VTU file lacks of a mesh from a legacy file.
+// Returns the data of a mesh from a legacy file that a VTU file cannot store.
 LossList losses_in_vtu(const MeshInfo& info);
 
 }  // namespace shm::converters::vtu

@@ -16,7 +16,7 @@ constexpr std::string_view kKnown[] = {
     "VTKFile", "UnstructuredGrid", "Piece", "PointData", "CellData",       "Points",
     "Cells",   "DataArray",        "Array", "Value",     "InformationKey", "AppendedData"};
 
-// Adds the losses of `node` and of all nodes below it.
+// Adds the losses of a node and of all nodes below it.
 void add_markup(const Node& node, bool of_grid, LossCollector& losses) {
   switch (node.kind) {
     case NodeKind::comment: return losses.add("comments");

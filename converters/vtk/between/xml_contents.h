@@ -1,4 +1,4 @@
-// The parts of the skeleton of an XML file other than points and cells: arrays of data, and markup
+// Access to the skeleton of an XML file, except its points and cells: arrays of data, and markup
 // that only XML files have.
 #pragma once
 
@@ -15,26 +15,30 @@ namespace shm::converters::vtu {
 
 class Contents {
  public:
-  // Returns nothing if the mesh has no skeleton of an XML file.
+  // Parses the skeleton of a mesh. Returns nothing if the mesh has no skeleton of an XML file.
   static std::optional<Contents> of(const MeshInfo& info);
 
   Node& grid() { return *document_.root().child("UnstructuredGrid"); }
   std::string version() { return document_.root().attribute_or("version", ""); }
-  // Arrays of the field data.
+  // Returns the arrays of the field data.
   std::vector<Node*> field_arrays();
-  // PointData or CellData of each piece. Null if the piece has none.
+  // Returns the element PointData or CellData of each piece, or null for pieces without it.
   std::vector<Node*> data(Location location);
-  // The same for the first piece that has points or cells. The other pieces have the same arrays.
+  // Returns the element PointData or CellData of the first piece that has points or cells. The
+  // other pieces have the same arrays.
   Node* first_data(Location location);
-  // The arrays of points of all pieces and steps.
+  // Returns the arrays of points of all pieces and steps.
   std::vector<Node*> all_points();
-  // The first of them, which has the coordinates. Null if there is none.
+  // Returns the first array of points, which contains the coordinates. Returns null if there is
+  // none.
   Node* points();
-  // The times in the attribute TimeValues. Empty if there are none or they are not numbers.
+  // Returns the times in the attribute TimeValues. Returns an empty list if there are no times, or
+  // if they are not numbers.
   std::vector<double> times();
-  // The skeleton without ranges of arrays.
+  // Returns the skeleton without the value ranges of arrays.
   std::string without_ranges();
-  // Comments, elements and other markup that VTK's readers ignore, and the split into pieces.
+  // Returns what legacy files cannot store: comments, elements and other markup that VTK's readers
+  // ignore, and the division into pieces.
   LossList markup();
 
  private:
@@ -44,14 +48,14 @@ class Contents {
   Document document_;
 };
 
-// The array (role vtu:points) with the points at a time step. Nothing if the step uses the points
-// of the mesh.
+// Returns the array (role vtu:points) with the points at a time step. Returns nothing if the step
+// uses the points of the mesh.
 std::optional<std::size_t> points_of_step(const MeshInfo& info, std::uint64_t step);
 
-// Removes the ranges of the values from an array.
+// Removes the value ranges from an array element.
 void forget_ranges(Node& array);
 
-// Returns true if the array has more than its name and values: names of components, or keys other
+// Returns true if an array has more than its name and values: names of components, or keys other
 // than ranges.
 bool has_metadata(const Node& array);
 

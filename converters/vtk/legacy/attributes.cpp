@@ -91,7 +91,8 @@ void Parser::lookup_table() {
   values(std::move(entry));
 }
 
-// Reads the values that `entry` announces. The input is right after the announcement.
+// Reads the values that `entry` announces. The input must be at the first byte after the
+// announcement.
 void Parser::values(Entry entry) {
   const ValueForm form = form_of_word(entry.type);
   if (form == ValueForm::unknown)
@@ -137,12 +138,13 @@ void Parser::add_array(Entry& entry, Values column_values, std::string_view role
   info_.schema.arrays.push_back(std::move(array));
 }
 
-// VTK writes an array with several roles once per role: SCALARS and VECTORS with one name and equal
-// values are one array here. Returns the index of the array if it has been read before under
-// another role.
+// Returns the index of the array if it has been read before under another role. VTK writes an array
+// with several roles once per role: SCALARS and VECTORS with one name and equal values are one
+// array here.
 std::optional<std::size_t> Parser::written_before(EntryKind kind, const ArrayInfo& array,
                                                   Values& values) {
-  constexpr std::size_t kMostOfAName = 4;  // more arrays of one name are not repetitions for roles
+  // Number of arrays of one name that are compared; any further ones are separate arrays.
+  constexpr std::size_t kMostOfAName = 4;
   const auto& arrays = info_.schema.arrays;
   auto& of_name = named_[{array.location, array.name}];
   for (const std::size_t a : of_name)
@@ -163,8 +165,8 @@ bool Parser::is_per_element(const Entry& entry) const {
          entry.components <= kMostComponents;
 }
 
-// Reads strings, variants and bits. Those of points and cells become arrays. Others are kept as the
-// bytes or words of the file.
+// Reads strings, variants and bits. Those of points and cells become arrays. Other values are kept
+// as the bytes or words of the file.
 void Parser::other_values(Entry& entry, ValueForm form) {
   const std::uint64_t count = product(entry.tuples, entry.components);
   if (form == ValueForm::bit) return bits(entry, count);
@@ -177,7 +179,8 @@ void Parser::other_values(Entry& entry, ValueForm form) {
   info_.extras.push_back(text_extra(data_key(entry.index), data));
 }
 
-// Text: one number per bit. Binary: eight bits per byte, most significant bit first.
+// Reads bits. In text, each bit is a number. In binary files, a byte contains eight bits, the most
+// significant bit first.
 void Parser::bits(Entry& entry, std::uint64_t count) {
   const bool array = is_per_element(entry);
   if (count > 0) next_line_is_binary();
@@ -203,8 +206,8 @@ void Parser::bits(Entry& entry, std::uint64_t count) {
   info_.extras.push_back(text_extra(data_key(entry.index), kept));
 }
 
-// Lists each different string once; the array has indices into that list. So strings follow their
-// points and cells through any renumbering.
+// Reads strings into a list of different strings and an array of indices into the list. The indices
+// are reordered with their points and cells.
 void Parser::listed_strings(Entry& entry, ValueForm form, std::uint64_t count) {
   // The list cannot be larger than the file.
   StringLister strings(std::numeric_limits<std::uint64_t>::max());
@@ -222,9 +225,9 @@ void Parser::listed_strings(Entry& entry, ValueForm form, std::uint64_t count) {
   info_.extras.push_back(text_extra(strings_key(entry.index), strings.list()));
 }
 
-// Reads one string or variant. A variant is its type and its %-encoded text, on a line. A string of
-// a text file is one %-encoded line. A string of a binary file is its length in 1, 2, 4 or 8 bytes,
-// whose top two bits say how many bytes (3, 2, 1, 0), then its characters.
+// Reads one string or variant. A variant is a line with its type and its %-encoded text. A string
+// of a text file is one %-encoded line. A string of a binary file begins with its length in 1, 2, 4
+// or 8 bytes; the top two bits (3, 2, 1, 0) determine this number of bytes.
 void Parser::one_string(ValueForm form, std::string& out) {
   if (form == ValueForm::variant) {
     out.append(input_.word()).append(" ");

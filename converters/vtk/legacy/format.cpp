@@ -1,5 +1,4 @@
 // The Format of VTK legacy files: recognition, opening, writing, capabilities and losses.
-// hold.
 #include <set>
 #include <sstream>
 #include <string_view>
@@ -16,7 +15,7 @@ namespace shm::converters {
 namespace vtk {
 namespace {
 
-// Returns true if the lines of a METADATA contain more than ranges.
+// Returns true if the lines of a METADATA contain anything other than ranges.
 bool has_more_than_ranges(const std::string& metadata) {
   std::istringstream lines(metadata);
   std::string line;
@@ -27,8 +26,8 @@ bool has_more_than_ranges(const std::string& metadata) {
   return false;
 }
 
-// Returns the lines of a METADATA without ranges. A key consists of its NAME line and all lines up
-// to the next NAME. The number of keys comes before the first key.
+// Returns the lines of a METADATA without the keys of ranges. A key consists of its NAME line and
+// all lines up to the next NAME. The number of keys is stated before the first key.
 std::string without_ranges(const std::string& metadata) {
   std::istringstream lines(metadata);
   std::string before, keys, line;
@@ -49,7 +48,7 @@ std::string without_ranges(const std::string& metadata) {
 void add_losses_of_skeleton(const Skeleton& skeleton, const Keys& used, LossList& losses) {
   const std::string dataset(dataset_word(skeleton.dataset));
   if (skeleton.dataset == Dataset::polydata) losses.push_back("kind of data set (" + dataset + ")");
-  std::set<EntryKind> attributes;  // kinds so far in this section
+  std::set<EntryKind> attributes;  // kinds of attributes found so far in this section
   for (const Entry& entry : skeleton.entries) {
     const std::string name = decode_name(entry.name);
     if (entry.kind == EntryKind::point_data || entry.kind == EntryKind::cell_data)
@@ -67,7 +66,7 @@ void add_losses_of_skeleton(const Skeleton& skeleton, const Keys& used, LossList
     }
     if (entry.origin != Origin::extra || used.contains(data_key(entry.index))) continue;
     if (entry.kind >= EntryKind::x_coordinates && entry.kind <= EntryKind::z_coordinates)
-      continue;  // the points of the mesh contain the axes
+      continue;  // not a loss: the points of the mesh contain the axes
     const bool table = entry.kind == EntryKind::lookup_table;
     losses.push_back((table ? "lookup table" : "field data") + quoted(name));
   }
@@ -82,7 +81,7 @@ class LegacySource final : public FamilySource {
 
   bool describes_steps(const MeshInfo&) const override { return false; }
 
-  // The corners of a voxel are ordered along the axes.
+  // Returns true if there are voxels, whose corners must be ordered along the axes.
   bool needs_corner_order(const MeshInfo& info) const override {
     for (const BlockInfo& block : info.schema.blocks)
       if (block.shape == CellShape::hexahedron && block.id == kVoxel) return true;

@@ -55,7 +55,7 @@ bool axis_ranges(const Entry& entry, std::array<std::int64_t, 6>& ranges) {
   return true;
 }
 
-// Sets origin, spacing or first point of evenly spaced axes if the entry states them.
+// Sets the origin, the spacing or the first point of evenly spaced axes, depending on the entry.
 void place_axes(const Entry& entry, std::array<Axis, 3>& axes) {
   std::array<std::int64_t, 6> ranges{};
   std::array<double, 3> words{};
@@ -127,7 +127,7 @@ std::optional<Lattice> Lattice::of(const std::array<std::uint64_t, 3>& dimension
     lattice.cells_ *= lattice.cell_dimensions_[axis];
     if (size == 1) continue;
     // The second axis adds the corners in reverse order, so that they go around the face. The third
-    // axis adds the face once more.
+    // axis adds the face again.
     const std::size_t n = lattice.nodes_;
     for (std::size_t i = 0; i < n; ++i)
       lattice.offsets_[n + i] = lattice.offsets_[n == 2 ? 1 - i : i] + stride;
@@ -176,7 +176,8 @@ void LatticePoints::read(const Lattice& lattice, std::uint64_t first, std::uint6
       index[1] = 0;
       ++index[2];
     }
-    if (count == 0) return;  // after the last point, the next row may be outside the lattice
+    // After the last point, because the next row may be outside the lattice.
+    if (count == 0) return;
     xyz[1] = axes[1](index[1]);
     xyz[2] = axes[2](index[2]);
   }

@@ -1,6 +1,7 @@
 // The structured data sets of VTK: points in rows, rows in layers, layers in a stack, and cells
-// between neighbouring points. Cells are hexahedra; if one dimension is 1, quads; if two are 1,
-// lines; a single point is a vertex. Both points and cells are numbered with x fastest.
+// between neighbouring points. Cells are hexahedra if all dimensions exceed 1, quads if one
+// dimension is 1, lines if two dimensions are 1. A single point is a vertex cell. Points and cells
+// are numbered with x fastest.
 #pragma once
 
 #include <array>
@@ -26,22 +27,24 @@ class Lattice {
   std::uint64_t dimension(std::size_t axis) const { return dimensions_[axis]; }
   std::uint64_t points() const { return points_; }
   std::uint64_t cells() const { return cells_; }
-  // The single block of its cells. Call it only if cells() > 0.
+  // Returns the single block of the lattice's cells. Call it only if cells() > 0.
   BlockInfo block() const;
-  // The corners of a cell in VTK's order. The span is valid until the next call.
+  // Returns the corners of a cell in VTK's order. The span is valid until the next call.
   std::span<const std::uint64_t> corners(std::uint64_t cell);
 
  private:
   std::array<std::uint64_t, 3> dimensions_{}, cell_dimensions_{};
   std::uint64_t points_ = 0, cells_ = 0;
-  std::size_t nodes_ = 1;                   // nodes per cell
-  std::array<std::uint64_t, 8> offsets_{};  // corners relative to the first corner
+  std::size_t nodes_ = 1;  // nodes per cell
+
+  // Numbers of a cell's corners relative to its first corner.
+  std::array<std::uint64_t, 8> offsets_{};
   std::array<std::uint64_t, 8> corners_{};
 };
 
-// Coordinates along one axis: listed, or evenly spaced and unbounded.
+// Coordinates along one axis: either listed, or evenly spaced without end.
 struct Axis {
-  std::vector<double> values;  // empty: points are evenly spaced
+  std::vector<double> values;  // coordinates; empty: points are evenly spaced
   double origin = 0, spacing = 1;
   std::int64_t first = 0;  // number of the first point; point 0 is at `origin`
   double operator()(std::uint64_t index) const {
@@ -55,16 +58,18 @@ struct Axis {
 struct LatticePoints {
   std::array<Axis, 3> axes;
   ScalarType type = ScalarType::float64;  // float32 or float64
+
   // Fills `out` with `count` points of `lattice`, starting at point `first`.
   void read(const Lattice& lattice, std::uint64_t first, std::uint64_t count, std::byte* out) const;
 };
 
-// The lattice that a DIMENSIONS or EXTENT of a skeleton states. Nothing if its numbers are invalid.
+// Returns the lattice that a DIMENSIONS or EXTENT of a skeleton states. Returns nothing if its
+// numbers are invalid.
 std::optional<Lattice> lattice_of(const Entry& entry);
 
-// The points that a skeleton of rectilinear or image data states. `extra` finds an extra by its key
-// and returns null if it is absent. If dimensions and axes are inconsistent, returns nothing and
-// describes the problem in `problem`.
+// Returns the points that a skeleton of rectilinear or image data states. `extra` finds an extra by
+// its key and returns null if there is none. If dimensions and axes are inconsistent, returns
+// nothing and describes the problem in `problem`.
 using FindExtra = std::function<const Extra*(const std::string& key)>;
 std::optional<LatticePoints> lattice_points_of(const Skeleton& skeleton, const FindExtra& extra,
                                                std::string& problem);

@@ -14,7 +14,8 @@
 namespace shm::converters::vtk {
 namespace {
 
-// Rows of binary files up to version 4.x consist of 32-bit integers.
+// Largest number that the rows of binary files up to version 4.x can store, since they consist of
+// 32-bit integers.
 constexpr std::uint64_t kMostClassic = std::numeric_limits<std::int32_t>::max();
 
 }  // namespace
@@ -32,8 +33,8 @@ FilePlan::FilePlan(MeshSource& mesh) : CellPlan(mesh) {
   choose_layout();
 }
 
-// Rejects a damaged skeleton that has lists of cells which its data set does not have, or one list
-// twice.
+// Refuses a damaged skeleton with lists of cells that its data set cannot have, or with a list that
+// occurs twice.
 void FilePlan::check_lists() const {
   std::set<EntryKind> listed;
   for (const Entry& each : skeleton_.entries) {
@@ -41,11 +42,11 @@ void FilePlan::check_lists() const {
     const bool known = std::any_of(lists_.begin(), lists_.end(),
                                    [&](const CellList& list) { return list.kind == each.kind; });
     if (!known || !listed.insert(each.kind).second)
-      fail_extra("vtk/skeleton", "lists cells as its data set does not");
+      fail_extra("vtk/skeleton", "has a list of cells twice, or one that its data set cannot have");
   }
 }
 
-// Returns a list. `kind` must be one of the lists.
+// Returns the list of this kind. `kind` must be one of the lists.
 const FilePlan::CellList& FilePlan::cell_list(EntryKind kind) const {
   return *std::find_if(lists_.begin(), lists_.end(),
                        [&](const CellList& list) { return list.kind == kind; });
@@ -66,8 +67,8 @@ void FilePlan::plan_from_source(const Extra& text) {
   add_missing_time();
 }
 
-// If a mesh was renumbered, it no longer follows from its dimensions; if cells moved, they no
-// longer follow from the lists. Such a mesh becomes an unstructured grid.
+// Changes the data set to an unstructured grid if necessary: if a mesh was renumbered, its
+// dimensions no longer determine it, and if cells moved, the lists no longer determine their order.
 void FilePlan::settle_dataset() {
   if (skeleton_.dataset == Dataset::unstructured_grid) return;
   if (is_lattice(skeleton_.dataset) ? plan_lattice() : plan_polydata()) return;
@@ -94,7 +95,7 @@ bool FilePlan::plan_lattice() {
   return has_points_of(*lattice, *points);
 }
 
-// Returns true if the mesh has exactly the cells that follow from the dimensions, in that order.
+// Returns true if the mesh has exactly the cells that the dimensions determine, in the same order.
 bool FilePlan::is_lattice_of(const Lattice& lattice) {
   if (lattice.points() != info_.vertices || lattice.cells() != info_.cells()) return false;
   std::uint64_t cell = 0;
@@ -110,8 +111,8 @@ bool FilePlan::is_lattice_of(const Lattice& lattice) {
   return same;
 }
 
-// Returns true if the axes describe the points. Rounded points always match, because the exact
-// points follow from the axes.
+// Returns true if the axes describe the points. Rounded points always match, because the axes
+// determine the exact points.
 bool FilePlan::has_points_of(const Lattice& lattice, const LatticePoints& points) {
   if (points.type != info_.schema.coordinate_type) return false;
   if (info_.schema.coordinate_quantization.lossy()) return true;
@@ -126,8 +127,8 @@ bool FilePlan::has_points_of(const Lattice& lattice, const LatticePoints& points
   return true;
 }
 
-// Returns true if the cells are ordered list by list, in VTK's order of numbering, and each cell
-// has a type of its list.
+// Returns true if the cells are ordered list by list, in VTK's order of lists, and the type of each
+// cell is allowed in its list.
 bool FilePlan::plan_polydata() {
   std::uint64_t first = 0;
   for (const EntryKind kind :
@@ -152,8 +153,8 @@ bool FilePlan::plan_polydata() {
   return fits;
 }
 
-// Returns false if the array that the entry names is missing or no longer has the properties that
-// the entry states.
+// Finds the array that an entry names. Returns false if the array is missing or no longer has the
+// properties that the entry states.
 bool FilePlan::place_array(const Entry& entry, Location location) {
   if (entry.index >= info_.schema.arrays.size()) return false;
   const ArrayInfo& array = info_.schema.arrays[entry.index];
@@ -232,8 +233,8 @@ void FilePlan::plan_for_foreign() {
   add_block_ids();
 }
 
-// Entries for the time of the last step as a field of its own. `index`: number of an unused
-// vtk/data/<index>.
+// Returns entries of a separate field that contains the time of the last step. `index`: number of
+// an unused vtk/data/<index>.
 std::vector<Entry> FilePlan::time_entries(std::size_t index) {
   time_ = Extra{data_key(index), ScalarType::float64, Reference::nothing, {1, 1}, {}};
   time_.data.resize(sizeof(double));
@@ -249,9 +250,9 @@ std::vector<Entry> FilePlan::time_entries(std::size_t index) {
            .tuples = 1}};
 }
 
-// Adds the time if the source has none, e.g. a file of a series whose times are in the collection.
-// The time goes into the first field of the data set if there is one, because readers keep only one
-// field.
+// Adds the time if the source has none, e.g. for a file of a series whose times are in the
+// collection. The time is added to the first field of the data set if there is one, because readers
+// keep only one field.
 void FilePlan::add_missing_time() {
   auto& entries = skeleton_.entries;
   const auto end = std::find_if(entries.begin(), entries.end(), [](const Entry& each) {
@@ -272,7 +273,7 @@ void FilePlan::add_missing_time() {
     entries.insert(field + 1, added.back());
 }
 
-// VTK's readers accept one line of at most 255 bytes.
+// Sets the title. VTK's readers accept one line of at most 255 bytes.
 void FilePlan::set_title(const Extra& title) {
   constexpr std::size_t kLongest = 255;
   const auto* begin = reinterpret_cast<const char*>(title.data.data());
@@ -296,10 +297,10 @@ void FilePlan::add_block_names() {
                                .tuples = names_.shape[0]});
 }
 
-// Block ids of other formats become an array, because VTK blocks have only a cell type.
+// Adds an array with the block ids of other formats, because VTK blocks have only a cell type.
 void FilePlan::add_block_ids() {
   const auto& blocks = info_.schema.blocks;
-  // In VTK's own files the block id is the cell type.
+  // The block ids of VTK's own files are cell types.
   if (info_.schema.source_format.starts_with("vt")) return;
   bool differ = false, wide = false;
   for (const BlockInfo& block : blocks) {
@@ -320,8 +321,8 @@ void FilePlan::add_block_ids() {
                      .tuples = info_.cells()});
 }
 
-// Counts the numbers of all cells and chooses the 5.x layout if they do not fit into the classic
-// one.
+// Counts the numbers of all cells, and chooses the 5.x layout if they do not fit into the classic
+// layout.
 void FilePlan::choose_layout() {
   bool all_fixed = !has_polyhedra() && lists_.size() == 1;
   std::uint64_t all_numbers = 0;

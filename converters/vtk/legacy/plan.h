@@ -1,6 +1,6 @@
 // FilePlan: the layout of the VTK legacy file for a mesh, determined before its first byte is
-// written: the skeleton (that of the source, or a plain one for a mesh of another format), the cell
-// types, and the numbers of each cell.
+// written. It consists of the skeleton (the source's skeleton, or a plain one for a mesh of another
+// format), the cell types, and the numbers of each cell.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@ namespace shm::converters::vtk {
 
 class FilePlan : public CellPlan {
  public:
-  // `mesh` is borrowed. Walks its cells if their size is not known otherwise.
+  // `mesh` is borrowed. Reads its cells if their size cannot be determined without reading them.
   explicit FilePlan(MeshSource& mesh);
 
   const Skeleton& skeleton() const { return skeleton_; }
@@ -26,7 +26,8 @@ class FilePlan : public CellPlan {
   struct CellList {
     EntryKind kind = EntryKind::cells;
     std::uint64_t first = 0, cells = 0;
-    // Numbers in the file for all cells of the list, not counting the node counts of classic rows.
+    // Count of all numbers that the file stores for the cells of the list, without the node counts
+    // of classic rows.
     std::uint64_t numbers = 0;
   };
   const CellList& cell_list(EntryKind kind) const;
@@ -60,8 +61,10 @@ class FilePlan : public CellPlan {
   Skeleton skeleton_;
   Extra time_, names_;
   MadeExtras made_;               // extras for values that the source has in another form
-  std::set<std::size_t> placed_;  // arrays that the skeleton has a place for
-  std::set<std::pair<std::size_t, EntryKind>> roles_;  // an array may occur once as each kind
+  std::set<std::size_t> placed_;  // arrays that have a place in the skeleton
+
+  // Roles under which arrays have occurred; each is allowed once per array.
+  std::set<std::pair<std::size_t, EntryKind>> roles_;
   std::vector<CellList> lists_;
 };
 

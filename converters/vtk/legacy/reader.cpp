@@ -15,8 +15,8 @@ namespace {
 
 constexpr std::string_view kMagic = "# vtk datafile version";
 constexpr std::uint64_t kPointsAtOnce = 8192;
-// Limit for a data set without any values, because then no bytes of the file account for the
-// points.
+// Limit for the number of points of a data set without any values, because then the size of the
+// file does not limit the number of points.
 constexpr std::uint64_t kMostPointsWithoutValues = std::uint64_t{1} << 30;
 
 std::string upper_case(std::string_view text) {
@@ -57,7 +57,7 @@ void VtkSource::read_array(std::size_t array, std::uint64_t, std::uint64_t first
 void VtkSource::read_points(std::uint64_t first, std::uint64_t count, std::byte* out) {
   if (makes_points_) return lattice_points_.read(*lattice_, first, count, out);
   if (is_float(points_.type())) return points_.read(first * 3, count * 3, out);
-  // Integer coordinates are returned as double.
+  // Integer coordinates are converted to double.
   std::vector<std::byte> piece(kPointsAtOnce * scalar_bytes(points_.type()));
   std::uint64_t next = first * 3;
   const std::uint64_t end = (first + count) * 3;
@@ -129,8 +129,8 @@ void Parser::dataset() {
   if (!dataset)
     input_.fail(ErrorCode::unsupported,
                 "the data set is '" + word.substr(0, 40) +
-                    "', which is not read; UNSTRUCTURED_GRID, STRUCTURED_GRID, RECTILINEAR_GRID, "
-                    "STRUCTURED_POINTS and POLYDATA are");
+                    "', which is not supported; supported are UNSTRUCTURED_GRID, STRUCTURED_GRID, "
+                    "RECTILINEAR_GRID, STRUCTURED_POINTS and POLYDATA");
   skeleton_.dataset = *dataset;
   info_.schema.source_format = "vtk";
 }
@@ -139,7 +139,7 @@ bool Parser::section_keyword(const std::string& word) {
   if (word == "cell_data" || word == "point_data") {
     begin_section(word == "cell_data" ? EntryKind::cell_data : EntryKind::point_data);
   } else if (word == "metadata") {
-    std::string ignored;  // metadata that VTK does not attach to anything
+    std::string ignored;  // metadata that VTK does not attach to any array
     input_.skip_line();
     read_metadata(0, ignored);
   } else if (word == "field") {
@@ -175,14 +175,15 @@ std::uint64_t Parser::product(std::uint64_t a, std::uint64_t b) {
   return result;
 }
 
-// VTK does not read a line end after the announcement of an empty array.
+// Returns a column of numbers. Like VTK, reads no line end after the announcement of an empty
+// array.
 Values Parser::column(ScalarType type, std::uint64_t count) {
   if (count > 0) next_line_is_binary();
   return Values(input_, binary_file_, spool_, type, count);
 }
 
-// Reads the METADATA if there is one, up to the empty line that ends it. Component names may be
-// empty lines too, and empty lines may come before the keys of an INFORMATION.
+// Reads the METADATA, if there is one, up to the empty line that ends it. Component names may also
+// be empty lines, and empty lines may precede the keys of an INFORMATION.
 void Parser::metadata(std::uint64_t components, std::string& out) {
   if (lower_case(input_.peek_word()) != "metadata") return;
   input_.skip_line();
@@ -199,8 +200,8 @@ void Parser::read_metadata(std::uint64_t components, std::string& out) {
       return;
     }
     out.append(line).append("\n");
-    // A single number after DATA is a value, or the number of strings that follow, some of
-    // which may be empty.
+    // A single number after DATA is either a value or the number of strings that follow. Some of
+    // these strings may be empty.
     if (strings > 0 && !line.starts_with("NAME ")) {
       for (; strings > 1; --strings) out.append(input_.line()).append("\n");
       strings = 0;
@@ -219,10 +220,11 @@ void Parser::read_metadata(std::uint64_t components, std::string& out) {
   }
 }
 
-// --- sections before POINT_DATA and CELL_DATA: points and cells, or the dimensions and axes from
-// which they follow
+// --- sections before POINT_DATA and CELL_DATA: points and cells, or the dimensions and axes that
+// determine them
 
-// Reads a section. Returns false if the data set cannot have a section of this kind.
+// Reads a section of points or cells. Returns false if the data set cannot have a section of this
+// kind.
 bool Parser::geometry_keyword(EntryKind kind) {
   const Dataset dataset = skeleton_.dataset;
   const bool lattice = is_lattice(dataset);
@@ -317,7 +319,7 @@ void Parser::cell_types() {
   source_.lists_[0].set_types(column(ScalarType::int32, count));
 }
 
-// The words after a keyword, separated by one blank.
+// Returns the words after a keyword, separated by one blank.
 std::string Parser::plain_words_of(EntryKind kind) {
   std::string words;
   for (std::size_t i = 0; i < plain_words(kind); ++i) {
@@ -332,7 +334,7 @@ std::string Parser::plain_words_of(EntryKind kind) {
   return words;
 }
 
-// DIMENSIONS nx ny nz, or EXTENT with the first and last number along each axis.
+// Reads DIMENSIONS nx ny nz, or EXTENT with the first and last number along each axis.
 void Parser::dimensions(EntryKind kind) {
   if (source_.lattice_) input_.fail(ErrorCode::corrupt, "the dimensions occur twice");
   Entry entry{.kind = kind, .type = plain_words_of(kind)};
@@ -345,7 +347,8 @@ void Parser::dimensions(EntryKind kind) {
   skeleton_.entries.push_back(std::move(entry));
 }
 
-// Even binary files have these as words. They are kept verbatim, so nothing is rounded.
+// Reads spacing or origin. Even binary files store them as words, which are kept verbatim, so that
+// nothing is rounded.
 void Parser::spacing(EntryKind kind) {
   skeleton_.entries.push_back(Entry{.kind = kind, .type = plain_words_of(kind)});
 }
@@ -360,7 +363,7 @@ void Parser::coordinates(EntryKind kind) {
   values(std::move(entry));
 }
 
-// Before version 4.0: one value per point, 0 for blanked points.
+// Reads BLANKING, which versions before 4.0 have: one value per point, 0 for blanked points.
 void Parser::blanking() {
   Entry entry{.kind = EntryKind::blanking, .name = "BLANKING", .components = 1};
   entry.tuples = input_.number<std::uint64_t>();
@@ -369,8 +372,8 @@ void Parser::blanking() {
     input_.fail(ErrorCode::corrupt, "'" + entry.type.substr(0, 40) + "' is not a type of numbers");
   if (!source_.lattice_ || source_.lattice_->points() != entry.tuples)
     input_.fail(ErrorCode::corrupt,
-                "does not have one value for each of the points that "
-                "DIMENSIONS, which comes first, states");
+                "does not have one value for each point; the number of "
+                "points is stated by DIMENSIONS, which must come first");
   values(std::move(entry));
 }
 

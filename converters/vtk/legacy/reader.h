@@ -1,6 +1,6 @@
-// Reads VTK legacy files. The Parser walks through the file once, front to back, and records the
-// position of every column in a VtkSource, which reads numbers later, on demand. Sections may come
-// in any order that VTK's own readers accept.
+// Reads VTK legacy files. The Parser reads the file once, front to back, and records the position
+// of every column in a VtkSource, which reads the numbers later, on demand. Sections may come in
+// any order that VTK's own readers accept.
 #pragma once
 
 #include <array>
@@ -35,12 +35,13 @@ class VtkSource : public MeshSource {
 
  private:
   friend class Parser;
-  // Polygonal data have four lists of cells, in VTK's order of numbering; other data sets have one.
+  // Number of lists of cells. Polygonal data have four lists, in VTK's order of numbering; other
+  // data sets have one.
   static constexpr std::size_t kLists = 4;
 
   MeshInfo info_;
   Values points_;
-  LatticePoints lattice_points_;  // for data sets without POINTS
+  LatticePoints lattice_points_;  // points of data sets without POINTS
   std::array<CellTable, kLists> lists_;
   std::optional<Lattice> lattice_;
   std::uint64_t lattice_cell_ = 0;  // number of the next cell
@@ -70,7 +71,7 @@ class Parser {
   void metadata(std::uint64_t components, std::string& out);
   void read_metadata(std::uint64_t components, std::string& out);
 
-  // Points and cells, or the dimensions and axes from which they follow.
+  // Reads a section of points or cells, or of the dimensions and axes that determine them.
   bool geometry_keyword(EntryKind kind);
   void points();
   void cells(EntryKind kind);
@@ -86,7 +87,7 @@ class Parser {
   void finish_axes();
   void finish_cells();
 
-  // In attributes.cpp: arrays.
+  // Functions in attributes.cpp, which read arrays.
   void begin_section(EntryKind kind);
   void field();
   void field_array();
@@ -111,11 +112,13 @@ class Parser {
   std::shared_ptr<RandomFile> binary_file_;
   Skeleton skeleton_;
   Section section_ = Section::dataset;
-  std::array<bool, kEntryKinds> seen_{};  // sections that may occur only once
+  // True for each section that has occurred; some sections may occur only once.
+  std::array<bool, kEntryKinds> seen_{};
   bool saw_types_ = false;
   std::size_t data_count_ = 0;
   std::set<std::pair<std::size_t, EntryKind>> roles_;  // kinds under which each array has occurred
-  // The first few arrays of each name.
+
+  // Indices of the first few arrays of each name.
   std::map<std::pair<Location, std::string>, std::vector<std::size_t>> named_;
 };
 

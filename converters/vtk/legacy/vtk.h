@@ -69,16 +69,19 @@ namespace shm::converters {
 // Returns true if a file that starts with `head` is a VTK legacy file.
 bool looks_like_vtk(std::span<const std::byte> head);
 
-// Reads the whole structure, and text arrays into `spool`, which must outlive the result. Binary
-// arrays stay in the file, which must not change. Throws Failure.
+// Opens a file. Reads the whole structure, and text arrays into `spool`, which must outlive the
+// result. Binary arrays stay in the file, which must not change. Throws Failure.
 std::unique_ptr<MeshSource> open_vtk(const std::string& path, Spool& spool);
 
-// Writes `mesh` front to back. A mesh that came from VTK gets its data set, version, encoding,
-// title and arrays back. If points or cells are no longer in the order that its dimensions or lists
-// state (Order::stream and free), it becomes an unstructured grid. A mesh of another format becomes
-// binary version 4.2 (5.1 beyond 2^31 entries), with the values and the time of the last time step;
-// a mesh from a VTU file keeps everything that a legacy file can hold (vtk_from_vtu.h). Throws
-// Failure (output) if the disk fails.
+// Writes a mesh front to back.
+// - If the mesh came from VTK, the file has the data set, version, encoding, title and arrays of
+// its source. If points or cells are no longer in the order that the dimensions or lists state
+// (Order::stream and free), the data set becomes an unstructured grid.
+// - A mesh of another format becomes a binary file of version 4.2 (5.1 beyond 2^31 entries), with
+// the values and the time of the last time step. If the mesh came from a VTU file, everything that
+// a legacy file can store is kept (vtk_from_vtu.h).
+//
+// Throws Failure (output) if the disk fails.
 void write_vtk(MeshSource& mesh, const std::string& path, Spool& spool);
 
 extern const Format kVtkFormat;

@@ -1,4 +1,4 @@
-// Writes VTK legacy files: walks the skeleton of a FilePlan once, filling in the numbers.
+// Writes VTK legacy files: follows the skeleton of a FilePlan once and inserts the numbers.
 #include <algorithm>
 #include <cstring>
 #include <span>
@@ -176,8 +176,8 @@ void Writer::extra_values(const Entry& entry) {
   }
 }
 
-// Calls take(bytes, elements) for one piece of an array after another. The number of elements is a
-// multiple of 8, except in the last call.
+// Reads an array in pieces and calls take(bytes, elements) for each piece. `elements` is a multiple
+// of 8, except in the last call.
 template <class Take>
 void Writer::for_each_piece(std::size_t array, Take&& take) {
   const ArrayInfo& info = info_.schema.arrays[array];

@@ -17,8 +17,8 @@ const std::byte* bytes_of(const std::vector<std::int64_t>& values) {
   return reinterpret_cast<const std::byte*>(values.data());
 }
 
-// Limit for the points of all faces, per point in the array. A face usually belongs to two
-// polyhedra, rarely to more.
+// Limits for the sum of the sizes of all faces: per point in the array, and for small arrays. A
+// face usually belongs to two polyhedra, rarely to more.
 constexpr std::uint64_t kMostFaceUses = 16, kFewFaceNodes = 1 << 20;
 
 }  // namespace
@@ -52,7 +52,8 @@ CellCollector::Column::Column(CellCollector& owner, Node& array, std::uint64_t m
   });
 }
 
-// Returns the first array of that name. With several time steps there may be one per step.
+// Returns the first array with this name. If there are several time steps, there may be an array
+// per step.
 Node* CellCollector::find(Node& cells, std::string_view name) const {
   for (Node& each : cells.children)
     if (each.is_array() && each.attribute_or("Name", "") == name) return &each;
@@ -91,7 +92,8 @@ void CellCollector::mark_steps(Node& cells) {
   }
 }
 
-// Marks arrays that were not read: empty ones of the known names. Others are kept as extras.
+// Marks the arrays that were not read. Arrays with known names are empty; all other arrays are kept
+// as extras.
 void CellCollector::mark_rest(Node& cells) {
   for (Node& each : cells.children) {
     if (!each.is_array()) continue;
@@ -173,7 +175,8 @@ void CellCollector::check_nodes(Node& array, const std::vector<std::int64_t>& no
                    "names point " + std::to_string(node) + " of " + std::to_string(piece.points));
 }
 
-// Arrays of faces in a layout that the writer would not produce again are kept as extras.
+// Reads cells with polyhedra. Arrays of faces whose layout the writer would not reproduce are kept
+// as extras.
 void CellCollector::read_with_faces(Node& cells, Node& offsets, Node& connectivity,
                                     const PieceRange& piece) {
   face_nodes_ = 0;
@@ -226,9 +229,9 @@ void CellCollector::add_stream_face(Node& array, Column& nodes, std::uint64_t be
   streams_.append(face.size(), bytes_of(face));
 }
 
-// Up to file version 2.2: `faces` has for each polyhedron the number of faces, then size and points
-// of each face. `ends` has the end of each polyhedron, and -1 for other cells. Returns false if
-// `faces` has further numbers.
+// Reads the faces of files up to version 2.2. For each polyhedron, `faces` contains the number of
+// faces, then the size and the points of each face. `ends` contains the end of each polyhedron, and
+// -1 for other cells. Returns false if `faces` contains further numbers.
 bool CellCollector::face_streams(Node& faces, Node& ends, const PieceRange& piece) {
   Column numbers(*this, faces, kNoLimit), cell_ends(*this, ends, piece.cells);
   if (cell_ends.size() != piece.cells)
@@ -268,8 +271,9 @@ bool CellCollector::face_streams(Node& faces, Node& ends, const PieceRange& piec
   return standard && position == numbers.size();
 }
 
-// From version 2.3 on: polyhedra are lists of faces, faces are lists of points. Returns false if
-// polyhedra share faces or use them in an order different from their numbers.
+// Reads the faces of files from version 2.3 on: polyhedra are lists of faces, faces are lists of
+// points. Returns false if polyhedra share faces, or use them in an order that differs from their
+// numbers.
 bool CellCollector::face_tables(Node& cells, const PieceRange& piece) {
   Node* arrays[4] = {find(cells, kFaceConnectivity), find(cells, kFaceEnds),
                      find(cells, kPolyhedronFaces), find(cells, kPolyhedronEnds)};
@@ -364,8 +368,8 @@ void CellCollector::add_cells(Node& offsets, Node& connectivity, const PieceRang
   }
 }
 
-// `numbers`: points, or a stream of faces. Only point numbers are shifted by the first point of the
-// piece, not face sizes.
+// Adds a cell. `numbers`: its points, or a stream of faces. Point numbers are shifted by the first
+// point of the piece; face sizes are not.
 void CellCollector::add_cell(std::uint64_t cell, std::uint8_t type,
                              const std::vector<std::int64_t>& numbers, const PieceRange& piece) {
   std::vector<std::int64_t> moved = numbers;
@@ -375,7 +379,7 @@ void CellCollector::add_cell(std::uint64_t cell, std::uint8_t type,
       const std::int64_t size = moved[position++];
       for (std::int64_t i = 0; i < size; ++i, ++position) {
         if (moved[position] < 0 || static_cast<std::uint64_t>(moved[position]) >= piece.points)
-          moved[position] = -1;  // CellTable reports the error
+          moved[position] = -1;  // invalid on purpose: CellTable reports the error
         else
           moved[position] += first_point;
       }

@@ -1,4 +1,4 @@
-// CellCollector: joins the cells of all pieces of a VTU file into one table, in the form of legacy
+// CellCollector: joins the cells of all pieces of a VTU file into one table in the form of legacy
 // files: point numbers count through all pieces, and polyhedra are streams of faces.
 #pragma once
 
@@ -24,10 +24,10 @@ struct PieceRange {
 class CellCollector {
  public:
   CellCollector(ArrayLoader& loader, Spool& spool);
-  // Takes the cells of the next piece and marks their arrays.
+  // Adds the cells of the next piece, and marks their arrays as read.
   void add_piece(Node& cells, const PieceRange& piece);
-  // Moves the cells into `table` and adds the extras that the table cannot express to `info`. Call
-  // it once.
+  // Moves the cells into `table`, and adds the extras for data that the table cannot express to
+  // `info`. Call it once.
   void finish(vtk::CellTable& table, MeshInfo& info);
 
  private:
@@ -57,17 +57,19 @@ class CellCollector {
   ArrayLoader& loader_;
   Spool& spool_;
   PagedArray offsets_, connectivity_, types_;
-  // Face streams of the current piece, with point numbers of the piece.
-  std::uint64_t face_nodes_ = 0;      // points of the faces of all polyhedra of a piece
-  PagedArray streams_, stream_ends_;  // stream_ends_: for each cell the end of its stream
-  // Polyhedra whose points are in a different order than those of the other polyhedra.
+  // Face streams of the current piece, with point numbers that count within the piece.
+  std::uint64_t face_nodes_ = 0;  // points of the faces of all polyhedra of a piece
+
+  // streams_: all streams; stream_ends_: for each cell the end of its stream.
+  PagedArray streams_, stream_ends_;
+  // Polyhedra whose points are in a different order than in the other polyhedra.
   struct Reordered {
     std::vector<std::int64_t> cells, counts, nodes;
     void add(std::uint64_t cell, const std::vector<std::int64_t>& points,
              std::uint64_t first_point);
   };
-  // unlike_faces_: points not in the order in which the faces first use them. not_ascending_:
-  // points not ascending.
+  // unlike_faces_: polyhedra whose points are not in the order in which the faces first use them.
+  // not_ascending_: polyhedra whose points do not ascend.
   Reordered unlike_faces_, not_ascending_;
 };
 

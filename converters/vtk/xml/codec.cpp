@@ -11,10 +11,12 @@
 namespace shm::converters::vtu {
 namespace {
 
-// Files do not store the level. VTK's default is 5 for zlib and LZMA; LZ4 has no level.
+// Compression level. Files do not store the level; VTK's default is 5 for zlib and LZMA, and LZ4
+// has no level.
 constexpr int kZlibLevel = 5;
 constexpr std::uint32_t kLzmaPreset = 5;
-constexpr std::uint64_t kLzmaMemory = std::uint64_t{128} << 20;  // the largest preset needs 65 MiB
+// Memory limit of LZMA in bytes; the largest preset needs 65 MiB.
+constexpr std::uint64_t kLzmaMemory = std::uint64_t{128} << 20;
 
 constexpr std::string_view kBase64Digits =
     "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
@@ -65,7 +67,8 @@ std::size_t make_lz4_block(const std::byte* values, std::size_t size, std::vecto
   return static_cast<std::size_t>(made);
 }
 
-// The dictionary is not larger than the block, so that setting it up for small blocks is fast.
+// Compresses a block with LZMA. The dictionary is not larger than the block, so that small blocks
+// need little time to set it up.
 std::size_t make_lzma_block(const std::byte* values, std::size_t size,
                             std::vector<std::byte>& out) {
   lzma_options_lzma options;

@@ -1,5 +1,5 @@
-// Byte encoding of the numbers in VTU files: VTK's compressors, applied block by block, base64, and
-// the properties of the encoding that the head of a file states.
+// Encoding of the numbers in VTU files as bytes: VTK's compressors, applied block by block, base64,
+// and the encoding properties that the head of a file states.
 #pragma once
 
 #include <cstddef>
@@ -16,23 +16,24 @@ enum class Compressor : std::uint8_t { none, zlib, lz4, lzma };
 // Recognizes "vtkZLibDataCompressor", ...; returns nothing for other names.
 std::optional<Compressor> compressor_of_name(std::string_view name);
 
-// Encoding of all arrays of a file.
+// The encoding that all arrays of a file share.
 struct ByteForm {
   bool big_endian = false;
-  std::size_t header_bytes = 8;  // size of a number in headers: 4 or 8
+  std::size_t header_bytes = 8;  // size in bytes of a number in headers: 4 or 8
   Compressor compressor = Compressor::none;
 };
 
-// Maximum size in bytes of a compressed block of `size` bytes. No compressor produces more.
+// Returns the maximum size in bytes of a compressed block of `size` bytes. No compressor produces
+// more.
 constexpr std::uint64_t most_compressed_bytes(std::uint64_t size) {
   return size + size / 8 + (std::uint64_t{1} << 16);
 }
 
-// Returns false if the block does not decompress to exactly `size` bytes. Requires size <=
-// kMostBlockBytes.
+// Decompresses a block to `out`. Returns false if the block does not decompress to exactly `size`
+// bytes. Requires size <= kMostBlockBytes.
 bool decompress(Compressor compressor, const std::vector<std::byte>& block, std::byte* out,
                 std::size_t size);
-// Requires `size` > 0. Throws Failure (output) if memory runs out.
+// Compresses `size` bytes. Requires `size` > 0. Throws Failure (output) if memory runs out.
 std::vector<std::byte> compress(Compressor compressor, const std::byte* values, std::size_t size);
 
 // Appends the base64 form of `bytes` to `text`: four characters for three bytes, padded with '=' at
@@ -42,7 +43,7 @@ constexpr std::uint64_t base64_length(std::uint64_t bytes) { return (bytes + 2) 
 // Returns the value of a base64 character, 0 to 63, or -1 for other characters.
 int base64_value(char c);
 
-// Header words in the byte order of the file.
+// Appends a header word in the byte order of the file.
 void append_word(std::vector<std::byte>& out, std::uint64_t word, const ByteForm& form);
 std::uint64_t word_at(const std::byte* bytes, const ByteForm& form);
 

@@ -1,4 +1,4 @@
-// Collections of VTK XML files (.pvd, as written by ParaView): one file per time step.
+// Collections of VTK XML files (.pvd, as written by ParaView), which list one file per time step.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,7 @@ namespace shm::converters {
 
 struct CollectedFile {
   double time = 0;
-  std::string file;  // as written in the collection: relative to its folder, or absolute
+  std::string file;  // path as written in the collection: relative to its folder, or absolute
 };
 
 // Returns true if a file that begins with `head` is a collection.

@@ -13,8 +13,8 @@
 namespace shm::converters::vtu {
 namespace {
 
-// Extras are held in memory. The limit is kMostExtraBytes, and for small files kMostExtraExpansion
-// per byte of the file, but at least kFewExtraBytes.
+// Limits for the size of extras, which are held in memory. The limit is kMostExtraBytes. For small
+// files it is kMostExtraExpansion per byte of the file, but at least kFewExtraBytes.
 constexpr std::uint64_t kMostExtraBytes = std::uint64_t{1} << 30;
 constexpr std::uint64_t kFewExtraBytes = std::uint64_t{64} << 20;
 constexpr std::uint64_t kMostExtraExpansion = 64;
@@ -151,7 +151,7 @@ bool ArrayLoader::same_values(Node& a, Node& b, Spool& spool) {
   if (same_place(a, b)) return true;
   const auto type = type_of(a);
   if (!type || type != type_of(b)) return false;
-  // Reads no more of `a` than `b` has, because many arrays may be compared with `a`.
+  // Reads no more values of `a` than `b` has, because many arrays may be compared with `a`.
   const std::size_t width = scalar_bytes(type->stored);
   PagedArray second(spool, width);
   read(b, *type, kNoLimit, [&](std::span<const std::byte> values) {
@@ -195,7 +195,7 @@ std::uint64_t ArrayLoader::read_integers(
 
 void ArrayLoader::keep_as_extra(Node& array, std::uint64_t most) {
   const auto type = type_of(array);
-  if (!type) return mark(array, "none");  // VTK does not read such an array
+  if (!type) return mark(array, "none");  // VTK does not read an array of unknown type
   std::string place;
   if (array.attribute_or("format", "") == "appended")
     place = array.attribute_or("offset", "") + ' ' + array.attribute_or("type", "") + ' ' +

@@ -1,5 +1,5 @@
-// ArrayLoader: finds and reads the arrays that the tree of a VTU file lists, and notes in the tree
-// in which array or extra their numbers are stored.
+// ArrayLoader: finds and reads the arrays that the tree of a VTU file lists. Notes in the tree
+// which array or extra stores the numbers of each array.
 #pragma once
 
 #include <cstdint>
@@ -31,7 +31,7 @@ class ArrayLoader {
   // Returns the value of an attribute that must be a count. Throws Failure otherwise.
   std::uint64_t count_attribute(const Node& node, std::string_view key) const;
 
-  // Reads at most `most` numbers in pieces. Returns how many there were.
+  // Reads at most `most` numbers in pieces. Returns the count of numbers read.
   std::uint64_t read(Node& array, const ArrayType& type, std::uint64_t most,
                      const PayloadReader::Take& take);
   // Reads exactly `count` numbers and appends them to `out`.
@@ -39,17 +39,18 @@ class ArrayLoader {
   // Returns true if both arrays have the same place in the file. Arrays that do not change from
   // step to step share their place.
   static bool same_place(const Node& a, const Node& b);
-  // Returns true if both arrays have the same values, in whatever encoding.
+  // Returns true if both arrays have the same values. Their encodings may differ.
   bool same_values(Node& a, Node& b, Spool& spool);
-  // Reads numbers as 64-bit integers, in pieces.
+  // Reads numbers as 64-bit integers, in pieces. Returns the count of numbers read.
   std::uint64_t read_integers(Node& array, std::uint64_t most,
                               const std::function<void(std::span<const std::int64_t>)>& take);
-  // Stores all numbers, at most `most`, as an extra.
+  // Stores all numbers of an array, at most `most`, as an extra.
   void keep_as_extra(Node& array, std::uint64_t most);
-  // Notes the word for the numbers of an array (see vtu.h). If the array is read, call it
-  // afterwards.
+  // Notes the word that replaces the numbers of an array (see vtu.h). If the array is read, call
+  // this after reading it.
   void mark(Node& array, const std::string& word);
-  void mark_like(Node& array, const std::string& text);  // `text`: mark of the other array
+  // `text`: mark of the array with the same numbers.
+  void mark_like(Node& array, const std::string& text);
 
   [[noreturn]] void fail(ErrorCode code, const Node& node, std::string detail) const;
 
@@ -64,7 +65,7 @@ class ArrayLoader {
   std::uint64_t file_bytes_ = 0;
   Style appended_style_ = Style::base64;
   std::optional<PayloadReader> payload_;
-  std::map<std::string, std::string> kept_;  // appended extras by their place in the file
+  std::map<std::string, std::string> kept_;  // keys of appended extras, by their place in the file
   std::uint64_t extras_ = 0, extra_bytes_ = 0;
   std::map<const Node*, std::uint64_t> block_bytes_;  // block size of each array read so far
 };

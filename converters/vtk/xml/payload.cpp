@@ -16,23 +16,24 @@ namespace {
 
 constexpr std::size_t kPieceBytes = std::size_t{1} << 18;
 constexpr std::size_t kFileBytes = std::size_t{1} << 16, kFirstFileBytes = std::size_t{1} << 12;
-// Limits for the bytes read and unpacked by all arrays together, per byte of the file. Deflate
-// expands a byte to at most 1032 bytes; a character of text yields at most four bytes; some arrays
-// are read twice. Every file may use kAlwaysAllowed.
+// Limits for the bytes that are read and unpacked for all arrays together, per byte of the file.
+// Deflate expands a byte to at most 1032 bytes; a character of text yields at most four bytes; some
+// arrays are read twice. The limit of every file is at least kAlwaysAllowed.
 constexpr std::uint64_t kMostExpansion = 1100, kMostPlainExpansion = 16;
 constexpr std::uint64_t kAlwaysAllowed = std::uint64_t{256} << 20;
-constexpr std::size_t kLongestWord = 400;  // a double written out in full has some 350 digits
+// Longest word in characters: a double written out in full has some 350 digits.
+constexpr std::size_t kLongestWord = 400;
 
 bool is_space(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
 
-// A range of bytes of a file, read front to back.
+// A range of bytes of a file that is read front to back.
 class FileRange {
  public:
   FileRange(std::shared_ptr<vtk::RandomFile> file, std::uint64_t begin, std::uint64_t end)
       : file_(std::move(file)), at_(begin), end_(std::max(begin, end)) {}
 
   std::uint64_t left() const { return end_ - at_; }
-  // Returns the bytes read since the last call, counting those read ahead.
+  // Returns the number of bytes read since the last call, including bytes read ahead.
   std::uint64_t newly_read() { return std::exchange(newly_read_, 0); }
   std::size_t read(std::byte* out, std::size_t count) {
     const std::size_t n = std::min<std::uint64_t>(count, left());
@@ -42,7 +43,7 @@ class FileRange {
     return n;
   }
   void skip(std::uint64_t count) { at_ += std::min(count, left()); }
-  // Returns the next character in `c`, or false at the end.
+  // Stores the next character in `c`. Returns false at the end.
   bool next(char& c) {
     if (taken_ == buffer_.size()) {
       const std::size_t more = buffer_.empty() ? kFirstFileBytes : kFileBytes;
@@ -80,8 +81,9 @@ bool parse_word(std::string_view word, T& value) {
 
 }  // namespace
 
-// Raw or base64 bytes. Base64 may be padded anywhere, e.g. between header and data, and ends at the
-// first character outside its alphabet. A copy reads independently of the original.
+// Reads raw or base64 bytes. Base64 may be padded anywhere, e.g. between header and data, and ends
+// at the first character outside its alphabet. A copy of this object reads independently of the
+// original.
 class PayloadReader::Bytes {
  public:
   Bytes(FileRange range, bool base64) : range_(std::move(range)), base64_(base64) {}
@@ -95,7 +97,7 @@ class PayloadReader::Bytes {
     }
     return done;
   }
-  // Returns false if fewer bytes are left.
+  // Skips bytes. Returns false if fewer than `count` bytes are left.
   bool skip(std::uint64_t count) {
     if (!base64_) {
       const bool enough = count <= range_.left();
@@ -111,7 +113,7 @@ class PayloadReader::Bytes {
     return true;
   }
   std::uint64_t newly_read() { return range_.newly_read(); }
-  // Upper bound of the bytes left. Sizes stated in the file may not exceed it.
+  // Returns an upper bound of the number of bytes left. Sizes stated in the file may not exceed it.
   std::uint64_t most_left() const { return range_.left() + kFileBytes; }
 
  private:
@@ -200,8 +202,9 @@ void PayloadReader::decode_plain(const PayloadPlace& place, Bytes& bytes, const 
   }
 }
 
-// Header: number of blocks, size of a block, size of the last block (0: a full block), then the
-// compressed size of each block. The blocks follow.
+// Decodes compressed blocks. The header contains the number of blocks, the size of a block, the
+// size of the last block (0: a full block), then the compressed size of each block. The blocks
+// follow the header.
 void PayloadReader::decode_blocks(const PayloadPlace& place, Bytes& sizes, const TakeBytes& take) {
   std::array<std::byte, 24> head;
   const std::size_t word = form_.header_bytes;
@@ -247,7 +250,7 @@ std::uint64_t PayloadReader::read_binary(const PayloadPlace& place, ScalarType t
                                          std::uint64_t most, const Take& take) {
   const std::size_t width = scalar_bytes(type);
   std::uint64_t done = 0;
-  std::vector<std::byte> values;  // begins with the bytes of a number that the last piece cut
+  std::vector<std::byte> values;  // begins with the first bytes of a number that the last piece cut
   decode(place, [&](std::span<const std::byte> piece) {
     values.insert(values.end(), piece.begin(), piece.end());
     const std::uint64_t n = std::min<std::uint64_t>(values.size() / width, most - done);

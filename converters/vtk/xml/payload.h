@@ -1,7 +1,7 @@
 // Reads the numbers of one VTU array front to back, in every place and encoding: text or base64
-// within the XML, raw or base64 appended bytes, compressed or not. Memory is bounded: pieces of 256
-// KiB, or one compressed block. The reader allocates memory for bytes that are present, never for a
-// size that the file only states.
+// within the XML, raw or base64 appended bytes, compressed or not. Memory is bounded: the reader
+// processes pieces of 256 KiB, or one compressed block. It allocates memory only for bytes that are
+// present, never for a size that the file merely states.
 #pragma once
 
 #include <cstddef>
@@ -28,18 +28,20 @@ struct PayloadPlace {
 
 class PayloadReader {
  public:
-  // `path` and `file_bytes` (the size of the file) are for errors and limits. The size of the file
-  // limits how much all arrays together may read and unpack, because arrays may share their bytes,
-  // and bytes may unpack to very many. More is over_limit.
+  // `path` and `file_bytes` (the size of the file) are needed for errors and limits. The size of
+  // the file limits the number of bytes that all arrays together may read and unpack, because
+  // arrays may share their bytes, and compressed bytes may expand very much. Throws Failure
+  // (over_limit) beyond the limit.
   PayloadReader(std::shared_ptr<vtk::RandomFile> file, std::string path, ByteForm form,
                 std::uint64_t file_bytes);
 
-  // Calls take(values) with at most `most` numbers in host byte order, in pieces. Returns how many
-  // there were. Bits (`bits`, with type uint8) are passed as 0 and 1. Throws Failure.
+  // Reads at most `most` numbers and passes them to take(values) in pieces, in host byte order.
+  // Returns the count of numbers read. Bits (`bits`, with type uint8) are passed as 0 and 1. Throws
+  // Failure.
   using Take = std::function<void(std::span<const std::byte>)>;
   std::uint64_t read(const PayloadPlace& place, ScalarType type, bool bits, std::uint64_t most,
                      const Take& take);
-  // Block size in bytes of the last payload read; 0 if it was not compressed.
+  // Returns the block size in bytes of the last payload read, or 0 if it was not compressed.
   std::uint64_t block_bytes() const { return block_bytes_; }
 
  private:
@@ -59,7 +61,7 @@ class PayloadReader {
   std::shared_ptr<vtk::RandomFile> file_;
   std::string path_;
   ByteForm form_;
-  std::uint64_t file_bytes_, room_;  // room_: bytes that may still be read and unpacked
+  std::uint64_t file_bytes_, room_;  // room_: number of bytes that may still be read and unpacked
   std::uint64_t block_bytes_ = 0;
 };
 

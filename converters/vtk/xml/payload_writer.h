@@ -1,5 +1,5 @@
-// PayloadWriter: writes the numbers of one VTU array as text, base64 or raw bytes, compressed block
-// by block. The counterpart of PayloadReader.
+// PayloadWriter: writes the numbers of one VTU array as text, base64 or raw bytes, optionally
+// compressed block by block. PayloadReader reads them.
 #pragma once
 
 #include <array>
@@ -23,12 +23,12 @@ class PayloadWriter {
     std::string array;  // name of the array in errors
     Style style = Style::raw;
     ScalarType type = ScalarType::float64;
-    bool bits = false;        // uint8 of 0 and 1
+    bool bits = false;        // values are uint8 of 0 and 1, and written as bits
     std::uint64_t count = 0;  // number of values of the array
     std::uint64_t block_bytes = kUsualBlockBytes;
   };
-  // Call begin(), then numbers() until all `count` numbers in host byte order are passed, then
-  // end().
+  // Call begin(), then numbers() until all `count` numbers have been passed in host byte order,
+  // then end().
   void begin(const Head& head);
   void numbers(const std::byte* values, std::size_t count);
   void end();
@@ -49,9 +49,9 @@ class PayloadWriter {
   std::uint64_t seen_ = 0, header_at_ = 0;
   std::vector<std::byte> swapped_, block_, bits_;
   std::vector<std::uint64_t> block_sizes_;
-  std::array<std::byte, 3> group_{};  // base64: bytes of an incomplete group
+  std::array<std::byte, 3> group_{};  // bytes of an incomplete base64 group
   std::size_t grouped_ = 0;
-  std::uint8_t group_bits_ = 0;  // bits of an incomplete byte
+  std::uint8_t group_bits_ = 0;  // bits of an incomplete byte of a bit array
   unsigned bit_count_ = 0;
   std::uint64_t last_block_ = 0;
   std::string text_;

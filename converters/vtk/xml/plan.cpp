@@ -81,7 +81,8 @@ void VtuPlan::read_head() {
   }
 }
 
-// Finds the ranges of the pieces. If they no longer match the mesh, joins the pieces into one.
+// Finds the points and cells of each piece. If the pieces no longer match the mesh, joins them into
+// one.
 void VtuPlan::find_pieces() {
   PieceRange next;
   bool valid = true;
@@ -104,8 +105,8 @@ void VtuPlan::find_pieces() {
   if (!valid || (count > 1 && info_.schema.order != Order::keep)) join_pieces();
 }
 
-// Keeps the first non-empty piece and makes it the piece of the whole mesh. Arrays with values of
-// this piece only are removed.
+// Keeps the first non-empty piece and extends it to the whole mesh. Removes arrays whose values
+// belong only to this piece.
 void VtuPlan::join_pieces() {
   pieces_ = {{0, info_.vertices, 0, info_.cells()}};
   auto& nodes = grid().children;
@@ -129,13 +130,14 @@ void VtuPlan::fit_arrays(Node& data, Location location) {
                 [&](Node& each) { return each.is_array() && !fits(each, location); });
 }
 
-// Returns false if the array that an element names is missing or no longer has the stated
+// Returns false if the array that an element names is missing, or if it no longer has the stated
 // properties.
 bool VtuPlan::fits(Node& array, Location location) {
   Node* node = array.values();
   const auto word = node == nullptr ? std::nullopt : parse_values_word(node->text);
   if (!word) return false;
-  // Values that are not an array of the schema are in the order of the source.
+  // Values that are not an array of the schema are in the source's order, so they fit only in order
+  // keep.
   if (word->kind != ValuesWord::Kind::array) return info_.schema.order == Order::keep;
   if (word->index >= info_.schema.arrays.size()) return false;
   const ArrayInfo& info = info_.schema.arrays[word->index];
@@ -151,7 +153,8 @@ bool VtuPlan::fits(Node& array, Location location) {
   return true;
 }
 
-// Strings are indices into a list and have no steps.
+// Returns true if an array has the type that an element states. Strings are indices into a list and
+// have no steps.
 bool VtuPlan::is_of_type(const ArrayInfo& info, const ArrayType& type) const {
   if (type.kind == ArrayKind::string) return info.role == vtk::kStringRole && !info.per_step;
   return info.role.empty() && (!info.per_step || !info_.step_times.empty()) &&
@@ -163,7 +166,7 @@ bool VtuPlan::is_written(std::size_t array) const {
   return info.role.empty() && (!info.per_step || !info_.step_times.empty());
 }
 
-// The points of later steps may be separate arrays.
+// Removes point arrays that do not fit the mesh. The points of later steps may be separate arrays.
 void VtuPlan::fit_points(Node& points) {
   std::erase_if(points.children, [&](Node& each) {
     if (!each.is_array()) return false;
@@ -299,9 +302,10 @@ void VtuPlan::add_strings(Node& grid, const std::string& name, const Extra& stri
       .children.push_back(strings_element(name, {text, strings.data.size()}, format_, made_));
 }
 
-// Block ids of other formats become an array, because VTK blocks have only a cell type.
+// Adds an array with the block ids of other formats, because VTK blocks have only a cell type.
 void VtuPlan::add_block_ids(Node& data) const {
-  if (info_.schema.source_format.starts_with("vt")) return;  // VTK's own block ids are cell types
+  // The block ids of VTK's own files are cell types.
+  if (info_.schema.source_format.starts_with("vt")) return;
   bool differ = false, wide = false;
   for (const BlockInfo& block : info_.schema.blocks) {
     differ |= block.id != info_.schema.blocks.front().id || !block.name.empty();

@@ -1,5 +1,5 @@
 // VtuPlan: the tree of the VTU file to be written, complete before its first byte is written. It is
-// the tree of the source, adapted to the current mesh, or a plain one for a mesh of another format.
+// the source's tree, adapted to the current mesh, or a plain tree for a mesh of another format.
 #pragma once
 
 #include <cstdint>
@@ -28,10 +28,10 @@ class VtuPlan : public vtk::CellPlan {
   Document& document() { return document_; }
   const ByteForm& form() const { return form_; }
   bool raw_appended() const { return raw_appended_; }
-  // Returns true if the points of polyhedra are listed in ascending order. Legacy files list only
-  // the points of faces, and VTK then sorts the points of the polyhedron.
+  // Returns true if the points of polyhedra must be listed in ascending order. Legacy files list
+  // only the points of faces, and VTK then sorts the points of each polyhedron.
   bool sorts_points() const { return !own_ || extra("vtu/polyhedron/ascending") != nullptr; }
-  // Points and cells of a <Piece>. Null for all other nodes.
+  // Returns the points and cells of a <Piece>, or null for all other nodes.
   const PieceRange* piece_of(const Node& node) const {
     const auto found = by_node_.find(&node);
     return found == by_node_.end() ? nullptr : &pieces_[found->second];
@@ -61,8 +61,10 @@ class VtuPlan : public vtk::CellPlan {
   Document document_;
   ByteForm form_;
   bool raw_appended_ = true, own_ = false;
-  std::string format_ = "appended";  // format of arrays that the source did not have
-  std::vector<PieceRange> pieces_;   // consecutive ranges
+  std::string format_ = "appended";  // format of new arrays, which the source did not have
+
+  // Ranges of points and cells of the pieces, which are consecutive.
+  std::vector<PieceRange> pieces_;
   std::map<const Node*, std::size_t> by_node_;
   std::set<std::size_t> placed_;
   vtk::MadeExtras made_;  // extras for values that the source has in another form

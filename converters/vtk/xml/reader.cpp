@@ -1,4 +1,4 @@
-// Reads VTU files: the tree first, then each array in it, into the spool or an extra.
+// Reads VTU files: first the tree, then each array of the tree, into the spool or an extra.
 #include <algorithm>
 #include <cstring>
 #include <map>
@@ -50,16 +50,17 @@ class VtuSource : public MeshSource {
   std::vector<std::vector<PagedArray>> arrays_;  // indexed by array, then by step
 };
 
-// An array of one piece, with one node, or one node per step.
+// An array of one piece, with one node for all steps or one node per step.
 struct Column {
   std::string name;
-  std::uint64_t occurrence = 0;  // counts earlier columns of the same name
+  std::uint64_t occurrence = 0;  // number of earlier columns with the same name
   ArrayType type;
   std::uint64_t components = 1;
   bool per_step = false;
   bool constant = false;  // all steps have the same values
   std::vector<Node*> nodes;
-  // Columns of several pieces with equal keys are one array. Keys within a piece are distinct.
+  // Returns the key of a column. Columns of several pieces with equal keys form one array. Keys
+  // within a piece are distinct.
   auto key() const {
     return std::tuple(std::string_view(name), occurrence, type.kind, type.stored, components,
                       per_step, constant);
@@ -170,7 +171,7 @@ void Parser::find_pieces(Node& grid) {
     pieces_.push_back({&each, next});
     next.first_point += next.points;
     next.first_cell += next.cells;
-    // Checked before anything is unpacked.
+    // The limit is checked before anything is unpacked.
     if (std::max(next.first_point, next.first_cell) > spool_.limits().most)
       loader_.fail(ErrorCode::over_limit, each,
                    "the pieces so far have more points or cells than the limit of " +
@@ -179,7 +180,8 @@ void Parser::find_pieces(Node& grid) {
   info_.vertices = next.first_point;
 }
 
-// All pieces follow the first piece that has points, as in VTK.
+// Reads the points of all pieces. As in VTK, all pieces must have the type of the first piece that
+// has points.
 void Parser::points() {
   source_.points_ = PagedArray(spool_, scalar_bytes(ScalarType::float64));
   std::optional<ArrayType> type;
@@ -217,7 +219,8 @@ void Parser::begin_points(const ArrayType& type) {
   source_.points_ = PagedArray(spool_, scalar_bytes(info_.schema.coordinate_type));
 }
 
-// Points of a later step: equal to those of the first step, or a separate array.
+// Reads the points of a later step. They either equal the points of the first step or become a
+// separate array.
 void Parser::points_of_step(Node& array, Node& first, const PieceRange& piece) {
   if (piece.points == 0 || loader_.same_values(first, array, spool_))
     return loader_.mark_like(array, first.values()->text);
@@ -248,7 +251,7 @@ void Parser::load_points(Node& array, const ArrayType& type, const PieceRange& p
   if (found != count) loader_.fail(ErrorCode::truncated, array, "has too few values");
 }
 
-// Joins the arrays that name a step into one column. Returns false unless there is one for each
+// Joins the arrays of single steps into one column. Returns false unless there is an array for each
 // step.
 bool Parser::join_steps(std::vector<Column>& columns, Column& column, std::vector<Node*>& nodes) {
   column.nodes.assign(times_.size(), nullptr);
@@ -288,7 +291,7 @@ std::vector<Column> Parser::columns_of(Node& data) {
     if (!times_.empty() && each.attribute("TimeStep") != nullptr) {
       if (!stepped.contains(column.name)) {
         order.push_back(column.name);
-        columns.push_back(column);  // placeholder for its position
+        columns.push_back(column);  // placeholder that keeps the position of the column
       }
       stepped[column.name].push_back(&each);
       continue;
@@ -336,7 +339,7 @@ void Parser::data(Location location, const char* element_name) {
   if (leader == pieces_.size()) return;
   struct Parts {
     std::vector<std::pair<Column, Piece>> list;
-    std::size_t found = 0;  // number of pieces with elements that have the column
+    std::size_t found = 0;  // number of non-empty pieces that have the column
   };
   std::map<decltype(Column().key()), Parts> parts_of;
   for (const Column& column : of_piece[leader]) parts_of.try_emplace(column.key());
@@ -356,7 +359,7 @@ void Parser::data(Location location, const char* element_name) {
     else
       load_column(location, parts.list, {});
   }
-  // The remaining arrays do not fit into the schema.
+  // The remaining arrays cannot be arrays of the schema.
   for (std::size_t p = 0; p < pieces_.size(); ++p) {
     Node* node = pieces_[p].node->child(element_name);
     if (node == nullptr) continue;
@@ -402,7 +405,8 @@ void Parser::load_column(Location location, const std::vector<std::pair<Column, 
   }
 }
 
-// Lists each different string once; the array has indices into that list, as for legacy files.
+// Reads strings into a list of different strings and an array of indices into the list, as for
+// legacy files.
 void Parser::load_strings(Location location, const std::vector<std::pair<Column, Piece>>& parts) {
   const Column& column = parts.front().first;
   const std::size_t index = info_.schema.arrays.size();
@@ -451,7 +455,7 @@ void Parser::load_strings(Location location, const std::vector<std::pair<Column,
   info_.extras.push_back(text_extra(vtk::strings_key(index), strings.list()));
 }
 
-// Keeps field data, and arrays in places that VTK ignores.
+// Keeps field data, and arrays in places that VTK ignores, as extras.
 void Parser::keep_rest(Node& node) {
   for (Node& each : node.children) {
     if (!each.is_array()) {
@@ -468,7 +472,8 @@ void Parser::keep_rest(Node& node) {
   }
 }
 
-// Removes offsets into appended data. They belong to this file; the writer computes them again.
+// Removes offsets into appended data from the tree. They are valid for the source file only; the
+// writer computes new offsets.
 void Parser::forget_offsets(Node& node) {
   if (node.is_array()) node.remove_attribute("offset");
   for (Node& each : node.children) forget_offsets(each);

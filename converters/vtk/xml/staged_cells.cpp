@@ -31,7 +31,8 @@ class Buffer {
   std::vector<std::int64_t> numbers_;
 };
 
-// By cell: points of polyhedra with another order than the rule of the file (see vtu.h).
+// For each cell: the points of a polyhedron whose order differs from the rule of the file (see
+// vtu.h).
 class ReorderedPolyhedra {
  public:
   explicit ReorderedPolyhedra(const VtuPlan& plan)
@@ -165,7 +166,8 @@ void StagedCells::faces_of(const PieceRange& piece,
 void StagedCells::face_numbers(std::string_view name, const PieceRange& piece, const Take& take) {
   Buffer out(take);
   std::int64_t stream_end = 0, faces = 0, points = 0;
-  // For faceoffsets: -1, or the end of the current cell; -2: no cell yet.
+  // Pending entry of faceoffsets: -1 for a cell that is not a polyhedron, otherwise the end of the
+  // current cell; -2: no cell yet.
   std::int64_t waiting = -2;
   faces_of(
       piece,

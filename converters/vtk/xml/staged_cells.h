@@ -1,4 +1,5 @@
-// StagedCells: the cells of a mesh as the arrays of a VTU file, for any piece.
+// StagedCells: the cells of a mesh, stored so that the arrays of a VTU file can be produced for any
+// piece.
 #pragma once
 
 #include <cstdint>
@@ -14,18 +15,18 @@ namespace shm::converters::vtu {
 
 class StagedCells {
  public:
-  // Walks all cells once and stores them in `spool`.
+  // Reads all cells once and stores them in `spool`.
   StagedCells(VtuPlan& plan, Spool& spool);
 
-  // count(): how many numbers the array `name` (kConnectivity, ...) of a piece has. numbers():
-  // these numbers, in order.
+  // count() returns the number of values in the array `name` (kConnectivity, ...) of a piece.
+  // numbers() passes these values to `take`, in order.
   using Take = std::function<void(std::span<const std::int64_t>)>;
   std::uint64_t count(std::string_view name, const PieceRange& piece);
   void numbers(std::string_view name, const PieceRange& piece, const Take& take);
 
  private:
-  // Calls head(cell, faces) for each cell of a piece, with faces = -1 if it is not a polyhedron,
-  // then face(points) for each face of the cell.
+  // Calls head(cell, faces) for each cell of a piece, where `faces` is -1 if the cell is not a
+  // polyhedron. Then calls face(points) for each face of the cell.
   void faces_of(const PieceRange& piece,
                 const std::function<void(std::uint64_t, std::int64_t)>& head,
                 const std::function<void(std::span<const std::int64_t>)>& face);

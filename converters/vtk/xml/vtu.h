@@ -15,11 +15,10 @@
 //   vtk/strings/<i>          uint8: the different strings of array i of the schema, each ended by 0
 //   vtu/data/<k>             values of the array that the skeleton calls x<k>, in their own type;
 //                            strings as their bytes, each ended by 0
-//   vtu/polyhedron/ascending int32[1]: if present, the points of a polyhedron ascend, otherwise
-//   they
-//                            are in the order in which its faces first use them; exceptions follow
+//   vtu/polyhedron/ascending int32[1]: if present, the points of each polyhedron ascend; otherwise
+//                            they are in the order in which the faces first use them
 //   vtu/polyhedron/cells     int64[n], refers to cells: polyhedra whose points have another order
-//   vtu/polyhedron/counts    int64[n]: number of points of each
+//   vtu/polyhedron/counts    int64[n]: number of points of each of these polyhedra
 //   vtu/polyhedron/points    int64, refers to vertices: their points in the file's order
 //
 // The skeleton: all elements with all attributes in file order, texts, comments and instructions.
@@ -51,15 +50,18 @@ namespace shm::converters {
 // Returns true if a file that starts with `head` is a VTK XML file, of any data set.
 bool looks_like_vtu(std::span<const std::byte> head);
 
-// Reads the whole file, with all numbers into `spool`, which must outlive the result. Refuses a
-// DOCTYPE, so entities are never resolved. Throws Failure.
+// Opens a file. Reads the whole file and stores all numbers in `spool`, which must outlive the
+// result. Refuses a DOCTYPE, so entities are never resolved. Throws Failure.
 std::unique_ptr<MeshSource> open_vtu(const std::string& path, Spool& spool);
 
-// Writes `mesh` front to back. A mesh that came from VTU gets its XML, encoding and compressor
-// back. A mesh of another format becomes version 1.0 (2.2 for Lagrange hexahedra of legacy 5.1),
-// appended raw, zlib, 64-bit headers, little endian, with the values and the time of the last time
-// step; a mesh from a legacy file keeps everything that XML can hold of it (vtu_from_vtk.h). Throws
-// Failure (output) if the disk fails.
+// Writes a mesh front to back.
+// - If the mesh came from VTU, the file has the XML, encoding and compressor of its source.
+// - A mesh of another format becomes version 1.0 (2.2 for Lagrange hexahedra of legacy 5.1), with
+// raw appended data, zlib, 64-bit headers, little endian, and with the values and the time of the
+// last time step. If the mesh came from a legacy file, everything that XML can express is kept
+// (vtu_from_vtk.h).
+//
+// Throws Failure (output) if the disk fails.
 void write_vtu(MeshSource& mesh, const std::string& path, Spool& spool);
 
 extern const Format kVtuFormat;

@@ -1,5 +1,5 @@
-// Writes VTU files: walks the tree of a VtuPlan once and fills in the numbers. Appended data come
-// last; their offsets are then written into the space reserved in the tags.
+// Writes VTU files: follows the tree of a VtuPlan once and inserts the numbers. Appended data are
+// written last. Their offsets are then written into the space reserved in the tags.
 #include <algorithm>
 #include <cstring>
 #include <map>
@@ -23,7 +23,8 @@ namespace vtu {
 namespace {
 
 constexpr std::size_t kWrittenBytes = std::size_t{1} << 18;
-constexpr std::size_t kOffsetRoom = 22;  // digits of any offset, a quote, and blanks
+// Size in bytes of the space for an offset: its digits, a quote, and blanks.
+constexpr std::size_t kOffsetRoom = 22;
 
 class Writer {
  public:
@@ -37,7 +38,7 @@ class Writer {
   void write();
 
  private:
-  // An array whose numbers are appended, with the position reserved for its offset.
+  // An array whose numbers will be appended, and the position of the space reserved for its offset.
   struct Waiting {
     Node* array;
     PieceRange piece;
@@ -104,7 +105,8 @@ void Writer::node(Node& node, int depth) {
   if (piece != nullptr) in_piece_ = false;
 }
 
-// Elements with text are written verbatim: no white space is added around the text.
+// Writes an element. Elements with text are written verbatim: no white space is added around the
+// text.
 void Writer::element_node(Node& node_to_write, int depth) {
   const auto is_text = [](const Node& each) { return each.kind == NodeKind::text; };
   auto& children = node_to_write.children;
@@ -150,8 +152,8 @@ void Writer::appended(Node& node_to_write, int depth) {
   indent(depth);
   out_.text(" _");
   const std::uint64_t begin = out_.position();
-  // Arrays that do not change from step to step are written once. Strings are the exception:
-  // VTK 9.1 crashes when it need not read them again.
+  // Arrays that are the same at several steps are written once. Strings are the exception: VTK 9.1
+  // crashes if it does not have to read them again.
   std::map<std::string, std::string> places;
   for (const Waiting& each : waiting_) {
     const Node* values = each.array->values();
@@ -237,7 +239,8 @@ void Writer::array_values(const ValuesWord& word, PayloadWriter::Head head, cons
   payload_.end();
 }
 
-// Goes through the indices twice. The first pass counts the bytes of their strings.
+// Writes the strings of an array. Reads the indices twice; the first pass computes the size of all
+// strings in bytes.
 void Writer::string_values(std::size_t array, PayloadWriter::Head head, std::uint64_t begin,
                            std::uint64_t total) {
   const std::string key = vtk::strings_key(array);
