@@ -10,14 +10,14 @@ namespace shmf {
 shm::Result<void> CallbackSource::read_at(std::uint64_t offset, std::span<std::byte> into) {
   if (offset > source_.bytes || into.size() > source_.bytes - offset)
     return shm::Error{
-        shm::ErrorCode::truncated, "a read goes beyond the end of the file", "", offset, {}};
+        shm::ErrorCode::truncated, "a read goes beyond the end of the file", {}, offset};
   if (into.empty()) return {};
   char why[256] = {};
   if (source_.read_at(source_.context, offset, into.data(), into.size(), why, sizeof why) == 0)
     return {};
   why[sizeof why - 1] = 0;
   return shm::Error{
-      shm::ErrorCode::io, why[0] != 0 ? why : "the source returned no bytes", "", offset, {}};
+      shm::ErrorCode::io, why[0] != 0 ? why : "the source returned no bytes", {}, offset};
 }
 
 void CallbackSource::prefetch(std::span<const shm::ByteRange> ranges) {
@@ -32,8 +32,7 @@ void CallbackSource::prefetch(std::span<const shm::ByteRange> ranges) {
 
 shm::Result<void> CallbackSink::write(std::span<const std::byte> bytes) {
   if (bytes.empty() || write_(context_, bytes.data(), bytes.size()) == 0) return {};
-  return shm::Error{
-      shm::ErrorCode::output, "the sink did not accept the bytes", "", shm::kNoOffset, {}};
+  return shm::Error{shm::ErrorCode::output, "the sink did not accept the bytes"};
 }
 
 shm::ReadOptions read_options(const shmf_run_options& run) {
@@ -50,7 +49,7 @@ shm::Result<void> Watch::tell(double done, double all) {
   if (now < 1 && now < told_ + kStep) return {};
   told_ = now;
   if (run_.progress(run_.context, now) == 0) return {};
-  return shm::Error{kCancelled, "cancelled by the caller", "", shm::kNoOffset, {}};
+  return shm::Error{kCancelled, "cancelled by the caller"};
 }
 
 }  // namespace shmf

@@ -20,11 +20,11 @@ inline constexpr auto kCancelled = static_cast<shm::ErrorCode>(SHMF_CANCELLED);
 
 /// Error of a call that breaks the contract.
 inline shm::Error misuse(std::string detail, std::string section = {}) {
-  return {shm::ErrorCode::misuse, std::move(detail), std::move(section), shm::kNoOffset, {}};
+  return shm::Error{shm::ErrorCode::misuse, std::move(detail), std::move(section)};
 }
 /// Error of a file that disagrees with its index.
 inline shm::Error corrupt(std::string detail, std::string section) {
-  return {shm::ErrorCode::corrupt, std::move(detail), std::move(section), shm::kNoOffset, {}};
+  return shm::Error{shm::ErrorCode::corrupt, std::move(detail), std::move(section)};
 }
 
 /// Fills *error, unless it is null, and returns its status.

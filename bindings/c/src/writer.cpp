@@ -215,8 +215,7 @@ shmf_status with_writer(shmf_writer* writer, shmf_error* error, Call&& call) noe
   return guarded(error, [&]() -> Result<void> {
     if (writer == nullptr) return misuse("the writer is NULL");
     if (writer->failed) return *writer->failed;
-    if (writer->ran_out)
-      return shm::Error{kNoMemory, "an earlier call ran out of memory", "", shm::kNoOffset, {}};
+    if (writer->ran_out) return shm::Error{kNoMemory, "an earlier call ran out of memory"};
     writer->ran_out = true;  // stays set if `call` throws
     auto done = call();
     if (done) {

@@ -42,10 +42,10 @@ inline constexpr std::uint64_t kNoOffset = ~std::uint64_t{0};
 /// One failure. A plain value: copy it, keep it, print it.
 struct Error {
   ErrorCode code = ErrorCode::corrupt;
-  std::string detail;                ///< one sentence for people, without file and place
-  std::string section;               ///< part of the file, e.g. "group 3, geometry" or "CELLS"
+  std::string detail = {};           ///< one sentence for people, without file and place
+  std::string section = {};          ///< part of the file, e.g. "group 3, geometry" or "CELLS"
   std::uint64_t offset = kNoOffset;  ///< bytes from the start of the file, kNoOffset when unknown
-  std::string file;                  ///< path, empty when unknown
+  std::string file = {};             ///< path, empty when unknown
 
   /// "file: section, at byte N: detail", leaving out what is unknown.
   SHM_API std::string message() const;

@@ -184,7 +184,7 @@ Result<std::unique_ptr<ByteSource>> Appender::Impl::without_steps() {
 // --- appending
 
 Result<void> Appender::Impl::drop_extras() {
-  if (writer_) return misuse_error("drop_extras comes after something was written", "extras");
+  if (writer_) return misuse("drop_extras comes after something was written", "extras");
   with_extras_ = false;
   return {};
 }
@@ -303,7 +303,7 @@ Appender::~Appender() = default;
 
 Result<Appender> Appender::open(RandomSource& file, ByteSink& sink, const AppendOptions& options,
                                 const ReadLimits& limits) {
-  if (options.level > Level::best) return misuse_error("unknown level", "options");
+  if (options.level > Level::best) return misuse("unknown level", "options");
   auto impl = std::make_unique<Impl>(file, sink, options, limits);
   if (auto status = impl->open(); !status) return status.error();
   return Appender(std::move(impl));

@@ -30,7 +30,7 @@ class MemberSink final : public ByteSink {
   explicit MemberSink(ByteSink& sink) : sink_(&sink) {}
   Result<void> write(std::span<const std::byte> more) override {
     if (error_) return *error_;
-    if (!open_) return *(error_ = misuse_error("a write to a member that has ended", "archive"));
+    if (!open_) return *(error_ = misuse("a write to a member that has ended", "archive"));
     for (std::size_t i = 0; i < more.size() && bytes_ + i < head_.size(); ++i)
       head_[static_cast<std::size_t>(bytes_) + i] = more[i];
     bytes_ += more.size();
@@ -50,9 +50,9 @@ class MemberSink final : public ByteSink {
     container::FileStart start;
     const auto size = static_cast<std::size_t>(std::min<std::uint64_t>(bytes_, head_.size()));
     if (!file_start(std::span(head_).first(size), start))
-      return misuse_error("a member is not a .shm file", "archive");
+      return misuse("a member is not a .shm file", "archive");
     if ((start.needed_features & container::kArchiveFeature) != 0)
-      return misuse_error("a member is an archive", "archive");
+      return misuse("a member is an archive", "archive");
     return bytes_;
   }
 
@@ -87,9 +87,9 @@ class __attribute__((visibility("hidden"))) ArchiveWriter::Impl {
   Result<ByteSink*> add_member(const std::string& name) {
     if (auto status = end_member(); !status) return status.error();
     if (!is_member_name(name))
-      return fail(misuse_error("'" + name + "' cannot be a member's name", "archive"));
+      return fail(misuse("'" + name + "' cannot be a member's name", "archive"));
     if (!names_.insert(name).second)
-      return fail(misuse_error("there are two members '" + name + "'", "archive"));
+      return fail(misuse("there are two members '" + name + "'", "archive"));
     list_.members.push_back({name, 0});
     in_member_ = true;
     member_.begin();
@@ -106,7 +106,7 @@ class __attribute__((visibility("hidden"))) ArchiveWriter::Impl {
     container::put_trailer(trailer, bytes_);
     if (auto status = sink_->write(trailer.bytes); !status) return fail(status.error());
     if (auto status = sink_->commit(); !status) return fail(status.error());
-    failed_ = misuse_error("is finished", "archive");
+    failed_ = misuse("is finished", "archive");
     return bytes_ + chunks.offset() + trailer.bytes.size();
   }
 
@@ -158,7 +158,7 @@ bool looks_like_archive(std::span<const std::byte> head) {
 Result<ArchiveReader> ArchiveReader::open(RandomSource& source, const ReadLimits& limits) {
   const auto wrong = [](std::string detail, std::uint64_t offset,
                         ErrorCode code = ErrorCode::corrupt) {
-    return Error{code, std::move(detail), "members", offset, {}};
+    return Error{code, std::move(detail), "members", offset};
   };
   std::array<std::byte, container::kFileStartBytes> head{};
   container::FileStart start;

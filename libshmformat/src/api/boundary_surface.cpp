@@ -18,7 +18,7 @@ class __attribute__((visibility("hidden"))) BoundaryFinder::Impl {
       : schema_(schema), search_(schema_, options) {}
 
   Result<void> add(const MeshBlock& block) {
-    if (ended_) return misuse_error("blocks must come before step values", "boundary");
+    if (ended_) return misuse("blocks must come before step values", "boundary");
     return search_.add(block);
   }
   Result<void> add(std::uint32_t array, std::uint64_t step, std::uint64_t first,
@@ -42,8 +42,7 @@ Result<void> BoundaryFinder::Impl::add(std::uint32_t array, std::uint64_t step, 
                                        std::span<const std::byte> values,
                                        std::span<const std::uint64_t> numbers) {
   if (finished_ || array >= schema_.arrays.size())
-    return misuse_error("values of array " + std::to_string(array) + " are not possible",
-                        "boundary");
+    return misuse("values of array " + std::to_string(array) + " are not possible", "boundary");
   if (auto status = end_mesh(); !status) return status;
   if (numbers.empty())
     search_.found().fill(array, step, first, values);
@@ -53,15 +52,15 @@ Result<void> BoundaryFinder::Impl::add(std::uint32_t array, std::uint64_t step, 
 }
 
 Result<BoundarySurface> BoundaryFinder::Impl::finish() {
-  if (std::exchange(finished_, true)) return misuse_error("the search is finished", "boundary");
+  if (std::exchange(finished_, true)) return misuse("the search is finished", "boundary");
   if (auto status = end_mesh(); !status) return status.error();
   SurfaceBuilder& found = search_.found();
   const std::size_t unfilled = found.unfilled();
   if (unfilled < found.arrays().size()) {
     const BoundaryArray& array = found.arrays()[unfilled];
-    return misuse_error("array '" + schema_.arrays[array.array].name + "' has no values at step " +
-                            std::to_string(array.step),
-                        "boundary");
+    return misuse("array '" + schema_.arrays[array.array].name + "' has no values at step " +
+                      std::to_string(array.step),
+                  "boundary");
   }
   found.surface().left_out = search_.left_out();
   return std::move(found.surface());
@@ -76,7 +75,7 @@ Result<BoundaryFinder> BoundaryFinder::create(const Schema& schema,
                                               const BoundaryOptions& options) {
   for (const BoundaryArray& array : options.arrays)
     if (array.array >= schema.arrays.size())
-      return misuse_error("there is no array " + std::to_string(array.array), "boundary");
+      return misuse("there is no array " + std::to_string(array.array), "boundary");
   return BoundaryFinder(std::make_unique<Impl>(schema, options));
 }
 Result<void> BoundaryFinder::add(const MeshBlock& block) { return impl_->add(block); }

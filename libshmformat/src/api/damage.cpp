@@ -10,6 +10,7 @@
 
 #include "api/index_builder.h"
 #include "base/binary.h"
+#include "base/errors.h"
 #include "format/chunk_writer.h"
 #include "repair/found_chunks.h"
 
@@ -50,11 +51,6 @@ bool is_restorable(const FoundChunks& found) {
   return true;
 }
 
-Error not_restorable(std::string detail, std::uint64_t offset,
-                     ErrorCode code = ErrorCode::corrupt) {
-  return Error{code, std::move(detail), "index", offset, {}};
-}
-
 /// Returns the file start according to the schema; nullopt if no schema is undamaged.
 std::optional<container::FileStart> start_of(const FoundChunks& found) {
   container::FileStart start;
@@ -80,9 +76,9 @@ bool has_other_ranges(const FoundChunks& found) {
 /// are known to be none, the index must therefore fill the rest of the file, almost exactly.
 Result<container::Index> index_anew(RandomSource& source, const FoundChunks& found,
                                     const ReadLimits& limits) {
-  if (!has_all_that_is_known(found)) return not_restorable("some chunks are damaged", kNoOffset);
+  if (!has_all_that_is_known(found)) return corrupt("some chunks are damaged", "index");
   const auto start = start_of(found);
-  if (!start) return not_restorable("no copy of the schema is undamaged", kNoOffset);
+  if (!start) return corrupt("no copy of the schema is undamaged", "index");
   const std::uint8_t version = container::version_of_chunk(ChunkKind::index, *start);
   auto index = IndexBuilder(source, found, limits, version).make();
   if (!index) return index;
@@ -90,9 +86,9 @@ Result<container::Index> index_anew(RandomSource& source, const FoundChunks& fou
   container::put(payload, *index);
   const std::uint64_t bytes = payload.bytes.size(), end = found.end_of_chunks();
   if (bytes > limits.max_chunk_bytes)
-    return not_restorable("would take " + std::to_string(bytes) + " bytes, the limit is " +
-                              std::to_string(limits.max_chunk_bytes),
-                          end, ErrorCode::over_limit);
+    return over_limit("would take " + std::to_string(bytes) + " bytes, the limit is " +
+                          std::to_string(limits.max_chunk_bytes),
+                      "index", end);
   // The original index may be a few bytes longer or shorter: another version of zstd compresses
   // differently, and in version 0 the ranges of quantized values differ from those that were
   // written. The difference must be less than a chunk.
@@ -103,7 +99,7 @@ Result<container::Index> index_anew(RandomSource& source, const FoundChunks& fou
   const std::uint64_t left = source.size() - end;
   const bool fills = std::max(left, wanted) - std::min(left, wanted) < header.bytes();
   if (!fills && !found.ends_at_index())
-    return not_restorable("there may have been more chunks", end);
+    return corrupt("there may have been more chunks", "index", end);
   return index;
 }
 
@@ -129,7 +125,7 @@ Result<void> write_chunks(RandomSource& source, const FoundChunks& found,
       continue;
     }
     if (!entries[i].is(ChunkKind::schema))
-      return not_restorable("some chunks are damaged", entries[i].offset);
+      return corrupt("some chunks are damaged", "index", entries[i].offset);
     ChunkHeader header = first;
     header.sequence = i;
     ByteWriter out;
@@ -141,7 +137,7 @@ Result<void> write_chunks(RandomSource& source, const FoundChunks& found,
 }
 
 Result<void> write_with_its_index(RandomSource& source, const FoundChunks& found, ByteSink& sink) {
-  if (!is_restorable(found)) return not_restorable("some chunks are damaged", kNoOffset);
+  if (!is_restorable(found)) return corrupt("some chunks are damaged", "index");
   const auto& entries = found.index()->entries;
   if (auto status = write_chunks(source, found, entries, sink); !status) return status;
   if (auto status = sink.copy(source, found.index_offset(), found.index_bytes()); !status)

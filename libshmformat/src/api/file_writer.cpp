@@ -42,7 +42,7 @@ Result<void> FileWriter::go_on_with_parts(std::span<const std::byte> payload) {
   ByteReader in(payload);
   const std::uint8_t version = container::version_of_chunk(ChunkKind::step_values, start_);
   if (!container::get(in, parts_, version, payload.size()))
-    return Error{ErrorCode::corrupt, "its header is invalid", "step values", kNoOffset, {}};
+    return corrupt("its header is invalid", "step values");
   const auto bytes = in.get_bytes(in.left());
   part_bytes_.assign(bytes.begin(), bytes.end());
   return {};
@@ -115,10 +115,10 @@ StepEncoder& FileWriter::begin_steps(StepTopology& topology, std::vector<std::ui
 Result<void> FileWriter::check_step_values(std::uint32_t array,
                                            std::span<const std::byte> values) const {
   if (array >= schema_->arrays.size() || !schema_->arrays[array].per_step)
-    return misuse_error("array " + std::to_string(array) + " is not a stepped array", "steps");
+    return misuse("array " + std::to_string(array) + " is not a stepped array", "steps");
   const ArrayInfo& info = schema_->arrays[array];
   if (values.size() % (scalar_bytes(info.type) * info.components) != 0)
-    return misuse_error("values end within an element", "steps");
+    return misuse("values end within an element", "steps");
   return {};
 }
 
@@ -163,7 +163,7 @@ Result<void> FileWriter::write_parts(std::uint64_t first) {
 }
 
 Result<void> FileWriter::set_step_times(std::span<const double> times) {
-  if (std::exchange(times_set_, true)) return misuse_error("step times were set before", "steps");
+  if (std::exchange(times_set_, true)) return misuse("step times were set before", "steps");
   if (auto status = end_step_array(); !status) return status;
   if (times.empty() && container::version_of_chunk(ChunkKind::index, start_) > 0) return {};
   ByteWriter blob, payload;
@@ -183,12 +183,12 @@ Result<void> FileWriter::check(const Extra& extra) {
     values *= side;
   }
   if (extra.refers > Reference::cell)
-    return misuse_error("extra '" + extra.key + "': unknown reference", "extras");
+    return misuse("extra '" + extra.key + "': unknown reference", "extras");
   if (!fits || values * width != extra.data.size())
-    return misuse_error("extra '" + extra.key + "': data does not match type and shape", "extras");
+    return misuse("extra '" + extra.key + "': data does not match type and shape", "extras");
   if (extra.refers != Reference::nothing && extra.type != ScalarType::int32 &&
       extra.type != ScalarType::int64)
-    return misuse_error("extra '" + extra.key + "': references are int32 or int64", "extras");
+    return misuse("extra '" + extra.key + "': references are int32 or int64", "extras");
   return {};
 }
 

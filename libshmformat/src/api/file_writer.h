@@ -24,9 +24,9 @@ namespace shm {
 class Calls {
  public:
   template <class Work>
-  Result<void> run(Work&& work) {
+  auto run(Work&& work) -> decltype(work()) {
     if (error_) return *error_;
-    Result<void> result = work();
+    auto result = work();
     if (!result) error_ = result.error();
     return result;
   }
@@ -35,7 +35,7 @@ class Calls {
   Result<SizeReport> finish(Work&& work) {
     if (error_) return *error_;
     Result<SizeReport> report = work();
-    error_ = report ? misuse_error("the file is finished", "file") : report.error();
+    error_ = report ? misuse("the file is finished", "file") : report.error();
     return report;
   }
 

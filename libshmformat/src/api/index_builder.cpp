@@ -6,6 +6,7 @@
 #include <variant>
 #include <vector>
 
+#include "base/errors.h"
 #include "format/schema.h"
 
 namespace shm {
@@ -16,9 +17,7 @@ using container::IndexEntry;
 
 namespace {
 
-Error not_all(std::uint64_t offset) {
-  return Error{ErrorCode::corrupt, "some chunks are damaged", "index", offset, {}};
-}
+Error not_all(std::uint64_t offset) { return corrupt("some chunks are damaged", "index", offset); }
 
 }  // namespace
 

@@ -197,7 +197,7 @@ void MeshExtractor::Impl::prefetch_visits() {
 Result<MeshBlock*> MeshExtractor::Impl::next() {
   if (error_) return *error_;
   if (done_) return nullptr;
-  if (!queue_) return misuse_error("call begin() first", "piece");
+  if (!queue_) return misuse("call begin() first", "piece");
   auto part = next_part();
   if (!part) error_ = part.error();
   return part;
@@ -404,9 +404,9 @@ Result<void> MeshExtractor::Impl::find_all_owners() {
   }
   owners_known_ = left.empty() || file_->decodable() != nullptr;
   if (owners_known_) return {};
-  return IndexedFile::wrong(
+  return corrupt(
       "imports vertex " + std::to_string(left.begin()->first) + ", which no earlier segment has",
-      "segment " + std::to_string(left.begin()->second.segment), kNoOffset);
+      "segment " + std::to_string(left.begin()->second.segment));
 }
 
 /// Looks for the owners of imported vertices, from the nearest earlier segment on. With `by_box`,
@@ -435,7 +435,7 @@ Result<void> MeshExtractor::Impl::find_owners(PiecePicker::Imports& left, bool b
 
 Result<void> MeshExtractor::Impl::begin_values(std::uint32_t array, std::uint64_t step) {
   in_values_ = false;
-  if (!done_) return misuse_error("step values can be read only after the mesh", "piece");
+  if (!done_) return misuse("step values can be read only after the mesh", "piece");
   const auto reader = steps();
   if (!reader) return reader.error();
   // Fails if there is no such array or step.
@@ -492,7 +492,7 @@ Result<StepValues*> MeshExtractor::Impl::next_values() {
     }
     const std::size_t stride = scalar_bytes(info->type) * info->components;
     if ((*values)->values.size() != (*values)->numbers.size() * stride)
-      return misuse_error("the step reader has begun another request meanwhile", "piece");
+      return misuse("the step reader has begun another request meanwhile", "piece");
     const auto& members =
         info->location == Location::point ? picker_->vertex_numbers() : picker_->cell_numbers();
     values_ = {};
@@ -503,12 +503,12 @@ Result<StepValues*> MeshExtractor::Impl::next_values() {
       values_.values.insert(values_.values.end(), from, from + static_cast<std::ptrdiff_t>(stride));
     }
     if (values_.numbers.size() > values_left_)
-      return IndexedFile::wrong("has values of an element twice", "step values", kNoOffset);
+      return corrupt("has values of an element twice", "step values");
     values_left_ -= values_.numbers.size();
     if (!values_.numbers.empty()) return &values_;
   }
   if (info != nullptr && values_left_ > 0 && !file_->decodable())
-    return IndexedFile::wrong("lacks values of elements of the piece", "step values", kNoOffset);
+    return corrupt("lacks values of elements of the piece", "step values");
   return nullptr;
 }
 

@@ -64,53 +64,51 @@ Result<void> MeshFeed::check_cells() {
   const auto cells = static_cast<std::size_t>(mesh_->cells);
   const NumberSpan& begin = mesh_->corner_begin;
   if (mesh_->xyz.size() % xyz_bytes_ != 0)
-    return misuse_error("the number of coordinates is not a multiple of three", "mesh");
+    return misuse("the number of coordinates is not a multiple of three", "mesh");
   if (!mesh_->cell_blocks.empty() && mesh_->cell_blocks.size() != cells)
-    return misuse_error("cell_blocks does not match the number of cells", "mesh");
+    return misuse("cell_blocks does not match the number of cells", "mesh");
   if (!begin.empty() &&
       (begin.size() != cells + 1 || begin[0] != 0 || begin[cells] != mesh_->corners.size()))
-    return misuse_error("corner_begin does not match cells and corners", "mesh");
+    return misuse("corner_begin does not match cells and corners", "mesh");
   block_cells_.assign(schema_->blocks.size(), 0);
   vertices_.resize(mesh_->xyz.size() / xyz_bytes_);
   std::size_t corner = 0;
   for (std::size_t c = 0; c < cells; ++c) {
     const std::uint32_t block = block_of(c);
     if (block >= schema_->blocks.size())
-      return misuse_error("a cell of an unknown block: " + std::to_string(block), "mesh");
+      return misuse("a cell of an unknown block: " + std::to_string(block), "mesh");
     ++block_cells_[block];
     std::uint64_t nodes = schema_->blocks[block].nodes_per_cell;
     if (begin.empty() && nodes == 0)
-      return misuse_error("corner_begin is missing: a block has no fixed number of corners",
-                          "mesh");
+      return misuse("corner_begin is missing: a block has no fixed number of corners", "mesh");
     if (!begin.empty()) {
       if (begin[c] > begin[c + 1])
-        return misuse_error("corner_begin does not match cells and corners", "mesh");
+        return misuse("corner_begin does not match cells and corners", "mesh");
       if (nodes != 0 && begin[c + 1] - begin[c] != nodes)
-        return misuse_error("cell " + std::to_string(c) +
-                                " does not have the number of corners that its block states",
-                            "mesh");
+        return misuse("cell " + std::to_string(c) +
+                          " does not have the number of corners that its block states",
+                      "mesh");
       nodes = begin[c + 1] - begin[c];
     }
-    if (nodes > mesh_->corners.size() - corner) return misuse_error("corners are missing", "mesh");
+    if (nodes > mesh_->corners.size() - corner) return misuse("corners are missing", "mesh");
     if (nodes > kMaxNodesPerCell)
-      return misuse_error("a cell with " + std::to_string(nodes) + " corners", "mesh");
+      return misuse("a cell with " + std::to_string(nodes) + " corners", "mesh");
     for (const std::uint64_t v :
          mesh_->corners.part(corner, static_cast<std::size_t>(nodes), corners_)) {
       if (v >= vertices_.size())
-        return misuse_error("a corner is not a vertex: " + std::to_string(v), "mesh");
+        return misuse("a corner is not a vertex: " + std::to_string(v), "mesh");
       std::uint32_t& uses = vertices_[static_cast<std::size_t>(v)].uses;
       uses += uses == kEndless ? 0 : 1;
     }
     corner += static_cast<std::size_t>(nodes);
   }
-  return corner == mesh_->corners.size()
-             ? Result<void>()
-             : misuse_error("there are more corners than cells use", "mesh");
+  return corner == mesh_->corners.size() ? Result<void>()
+                                         : misuse("there are more corners than cells use", "mesh");
 }
 
 Result<void> MeshFeed::check_arrays() const {
   if (mesh_->arrays.size() != schema_->arrays.size())
-    return misuse_error("arrays do not match the schema", "mesh");
+    return misuse("arrays do not match the schema", "mesh");
   for (std::size_t a = 0; a < schema_->arrays.size(); ++a) {
     const ArrayInfo& info = schema_->arrays[a];
     if (info.per_step) continue;
@@ -119,8 +117,8 @@ Result<void> MeshFeed::check_arrays() const {
       if (schema_->array_covers(a, b)) elements += block_cells_[b];
     const std::uint64_t bytes = elements * stride_of(info);
     if (mesh_->arrays[a].size() != bytes)
-      return misuse_error(
-          "array '" + info.name + "' does not have " + std::to_string(bytes) + " bytes", "mesh");
+      return misuse("array '" + info.name + "' does not have " + std::to_string(bytes) + " bytes",
+                    "mesh");
   }
   return {};
 }

@@ -8,15 +8,12 @@
 
 #include "api/compact_numbers.h"
 #include "api/mesh_parts.h"
+#include "base/errors.h"
 #include "random/indexed_file.h"
 #include "shm/mesh.h"
 
 namespace shm {
 namespace {
-
-Error corrupt(std::string detail) {
-  return Error{ErrorCode::corrupt, std::move(detail), "mesh", kNoOffset, {}};
-}
 
 /// Permutes elements of `stride` bytes in place: the old element from[i] becomes element i. Must
 /// hold: `from` contains each number from 0 on exactly once.
@@ -98,7 +95,8 @@ class ComingNumbers {
       const std::uint64_t number = numbers[i];
       if (number >= numbers.size() || seen[static_cast<std::size_t>(number)])
         return corrupt(std::string(kind) + " numbers are not all the numbers below " +
-                       std::to_string(numbers.size()));
+                           std::to_string(numbers.size()),
+                       "mesh");
       seen[static_cast<std::size_t>(number)] = true;
       positions.set(static_cast<std::size_t>(number), i);
     }
@@ -363,7 +361,7 @@ Result<void> MeshCollector::reorder_cells() {
 
 Result<Mesh> MeshCollector::finish() {
   if (places_) {
-    if (!places_->are_taken()) return corrupt("vertex numbers do not match the index");
+    if (!places_->are_taken()) return corrupt("vertex numbers do not match the index", "mesh");
   } else if (!vertices_.in_order()) {
     if (auto status = reorder_vertices(); !status) return status.error();
   }

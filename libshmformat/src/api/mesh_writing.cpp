@@ -74,8 +74,8 @@ Result<void> MeshRemainder::check() const {
     const std::uint64_t bytes = elements * stride_of(info);
     for (const auto& values : mesh_->steps[a])
       if (!values.empty() && values.size() != bytes)
-        return misuse_error(
-            "array '" + info.name + "' does not have " + std::to_string(bytes) + " bytes", "mesh");
+        return misuse("array '" + info.name + "' does not have " + std::to_string(bytes) + " bytes",
+                      "mesh");
   }
   return {};
 }

@@ -13,9 +13,7 @@
 namespace shm {
 namespace {
 
-Error of_another_schema() {
-  return Error{ErrorCode::corrupt, "belongs to another schema", "part", kNoOffset, {}};
-}
+Error of_another_schema() { return corrupt("belongs to another schema", "part"); }
 
 }  // namespace
 
@@ -37,7 +35,7 @@ class __attribute__((visibility("hidden"))) PartJoiner::Impl {
     if (!container::get(in, streams) ||
         !container::get(in, part, container::version_of_chunk(container::ChunkKind::index, {}),
                         bytes / container::kShortHeaderBytes))
-      return Error{ErrorCode::corrupt, "is not the index of a part", "part", kNoOffset, {}};
+      return corrupt("is not the index of a part", "part");
     if (schema != checksum_of(schema_)) return of_another_schema();
     part.streams = std::move(streams);
     if (auto status = add_totals(part); !status) return status;

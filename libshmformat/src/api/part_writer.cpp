@@ -31,14 +31,13 @@ Result<void> check_start(const WriteOptions& options, const PartStart& start) {
         start.first_cell / options.segment_cells == start.segment)
       return {};
   } else if (options.restart_budget > 0) {
-    return misuse_error("parts need segment_cells or segment_starts, or no restart_budget",
-                        "options");
+    return misuse("parts need segment_cells or segment_starts, or no restart_budget", "options");
   } else if (start.segment == 0 && start.first_cell == 0) {
     return {};
   }
-  return misuse_error("segment " + std::to_string(start.segment) + " does not begin with cell " +
-                          std::to_string(start.first_cell),
-                      "part");
+  return misuse("segment " + std::to_string(start.segment) + " does not begin with cell " +
+                    std::to_string(start.first_cell),
+                "part");
 }
 
 }  // namespace
@@ -51,11 +50,8 @@ Result<void> place(PartChunks& chunks, std::uint32_t first) {
     if (left.size() < container::kShortHeaderBytes ||
         container::get(in, header) != container::HeaderState::good ||
         header.payload_bytes > left.size() - header.bytes())
-      return Error{ErrorCode::corrupt,
-                   "the bytes are not chunks of a part",
-                   "part",
-                   chunks.bytes.size() - left.size(),
-                   {}};
+      return corrupt("the bytes are not chunks of a part", "part",
+                     chunks.bytes.size() - left.size());
     header.sequence = first++;
     ByteWriter out;
     container::put(out, header);
@@ -84,9 +80,9 @@ class __attribute__((visibility("hidden"))) PartWriter::Impl {
 
   /// Runs `work` if no error has occurred and the writer is in phase `phase`.
   template <class Work>
-  Result<void> in_phase(int phase, Work&& work) {
-    return calls_.run([&]() -> Result<void> {
-      return phase == phase_ ? work() : misuse_error("the call is out of order", "part");
+  auto in_phase(int phase, Work&& work) {
+    return calls_.run([&]() -> decltype(work()) {
+      return phase == phase_ ? work() : misuse("the call is out of order", "part");
     });
   }
 
@@ -99,12 +95,11 @@ class __attribute__((visibility("hidden"))) PartWriter::Impl {
     phase_ = kNumbered;
     return mesh_.give_out_part(numbers);
   }
-  Result<void> mesh_chunks(PartChunks& out) {
+  Result<PartChunks> mesh_chunks() {
     phase_ = kChunksTaken;
     container::Index totals = mesh_.totals();
     totals.cells -= start_.first_cell;
-    out = take(std::move(totals));
-    return {};
+    return take(std::move(totals));
   }
 
   std::uint64_t elements_of(std::uint32_t array) const {
@@ -113,7 +108,7 @@ class __attribute__((visibility("hidden"))) PartWriter::Impl {
   Result<void> begin_steps(const PartSteps& steps) {
     const std::size_t arrays = schema_.arrays.size();
     if (steps.first_elements.size() != arrays || steps.elements.size() != arrays)
-      return misuse_error("first_elements and elements need a number for each array", "steps");
+      return misuse("first_elements and elements need a number for each array", "steps");
     std::vector<std::uint64_t> own(arrays);
     for (std::uint32_t a = 0; a < arrays; ++a) own[a] = elements_of(a);
     first_elements_ = steps.first_elements;
@@ -131,8 +126,8 @@ class __attribute__((visibility("hidden"))) PartWriter::Impl {
                           std::optional<StepReference> basis) {
     if (auto status = file_.check_step_values(array, {}); !status) return status;
     if (basis.has_value() == chooses(array) && elements_of(array) > 0)
-      return misuse_error("the part with the first element, and no other, chooses the reference",
-                          "steps");
+      return misuse("the part with the first element, and no other, chooses the reference",
+                    "steps");
     if (basis) steps_->choose(*basis);
     // Other writers have the other elements of this array; waiting parts must be written before
     // them.
@@ -150,17 +145,15 @@ class __attribute__((visibility("hidden"))) PartWriter::Impl {
   std::optional<StepReference> step_basis() const {
     return phase_ == kInStep ? steps_->chosen() : std::nullopt;
   }
-  Result<void> end_step(PartChunks& out) {
+  Result<PartChunks> end_step() {
     phase_ = kBetweenSteps;
-    if (auto status = file_.end_step_array(); !status) return status;
-    out = take({});
-    return {};
+    if (auto status = file_.end_step_array(); !status) return status.error();
+    return take({});
   }
-  Result<void> end_steps(PartChunks& out) {
+  Result<PartChunks> end_steps() {
     phase_ = kStepsTaken;
-    if (auto status = file_.write_parts(); !status) return status;
-    out = take({});
-    return {};
+    if (auto status = file_.write_parts(); !status) return status.error();
+    return take({});
   }
 
   enum Phase { kAdding, kEnded, kNumbered, kChunksTaken, kBetweenSteps, kInStep, kStepsTaken };
@@ -248,10 +241,7 @@ Result<void> PartWriter::set_imported_numbers(std::span<const std::uint64_t> num
   return impl_->in_phase(Impl::kEnded, [&] { return impl_->set_imported_numbers(numbers); });
 }
 Result<PartChunks> PartWriter::mesh_chunks() {
-  PartChunks out;
-  const auto status = impl_->in_phase(Impl::kNumbered, [&] { return impl_->mesh_chunks(out); });
-  if (!status) return status.error();
-  return out;
+  return impl_->in_phase(Impl::kNumbered, [&] { return impl_->mesh_chunks(); });
 }
 Result<void> PartWriter::begin_steps(const PartSteps& steps) {
   return impl_->in_phase(Impl::kChunksTaken, [&] { return impl_->begin_steps(steps); });
@@ -267,16 +257,10 @@ Result<void> PartWriter::add_step_values(std::span<const std::byte> values) {
 }
 std::optional<StepReference> PartWriter::step_basis() const { return impl_->step_basis(); }
 Result<PartChunks> PartWriter::end_step() {
-  PartChunks out;
-  const auto status = impl_->in_phase(Impl::kInStep, [&] { return impl_->end_step(out); });
-  if (!status) return status.error();
-  return out;
+  return impl_->in_phase(Impl::kInStep, [&] { return impl_->end_step(); });
 }
 Result<PartChunks> PartWriter::end_steps() {
-  PartChunks out;
-  const auto status = impl_->in_phase(Impl::kBetweenSteps, [&] { return impl_->end_steps(out); });
-  if (!status) return status.error();
-  return out;
+  return impl_->in_phase(Impl::kBetweenSteps, [&] { return impl_->end_steps(); });
 }
 
 }  // namespace shm

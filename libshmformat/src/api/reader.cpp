@@ -8,8 +8,10 @@
 #include <utility>
 
 #include "base/binary.h"
+#include "base/errors.h"
 #include "base/packing.h"
 #include "format/chunk_list.h"
+#include "format/chunk_reader.h"
 #include "format/format.h"
 #include "format/schema.h"
 #include "pipeline/mesh_decoder.h"
@@ -17,7 +19,6 @@
 
 namespace shm {
 
-using container::ChunkHeader;
 using container::ChunkKind;
 
 namespace {
@@ -29,10 +30,10 @@ constexpr std::size_t kReadBytes = std::size_t{1} << 16;  // per read
 class __attribute__((visibility("hidden"))) Decoder::Impl {
  public:
   Impl(const ReadLimits& limits, const ReadOptions& options)
-      : limits_(within_sizes(limits)), options_(options), budget_(limits_.max_unpacked_bytes) {}
+      : limits_(within_sizes(limits)), options_(options), file_(limits) {}
 
   void feed(std::span<const std::byte> bytes) {
-    if (state_ == State::behind_end) {  // bytes after the end are counted, not kept
+    if (file_.state() == State::behind_end) {  // bytes after the end are counted, not kept
       trailing_bytes_ += bytes.size();
       return;
     }
@@ -67,7 +68,7 @@ class __attribute__((visibility("hidden"))) Decoder::Impl {
   Result<container::Index> held() const;
 
  private:
-  enum class State { start, header, payload, trailer, behind_end };
+  using State = container::ChunkReader::State;
 
   Result<Progress> work();
   bool may_read_ahead() const;
@@ -75,10 +76,7 @@ class __attribute__((visibility("hidden"))) Decoder::Impl {
   Result<void> count_block(const MeshBlock& block);
   Result<void> count_bytes(std::uint64_t bytes);
   Result<Progress> missing();
-  Result<void> read_start();
-  Result<void> read_header();
-  Result<void> read_payload();
-  Result<void> read_trailer();
+  Result<void> read_payload(std::span<const std::byte> payload);
   Result<void> read_schema(std::span<const std::byte> payload);
   void look_at_group(std::span<const std::byte> payload);
   Result<void> read_step_values(std::span<const std::byte> payload);
@@ -89,32 +87,20 @@ class __attribute__((visibility("hidden"))) Decoder::Impl {
   Result<void> read_index(std::span<const std::byte> payload);
   std::uint64_t elements_of(std::uint32_t array) const;
   std::map<std::string, std::uint64_t> streams() const;
-  Result<std::vector<std::byte>> unpack(ByteReader& in, std::uint64_t limit) const;
-  Error wrong(ErrorCode code, std::string detail) const {
-    return Error{code, std::move(detail), section_, chunk_offset_, {}};
+  Error wrong(std::string detail, ErrorCode code = ErrorCode::corrupt) const {
+    return file_.wrong(std::move(detail), code);
   }
-  /// Returns the error of a total over all chunks. It has no offset, since no single chunk is the
-  /// cause.
-  static Error over_total(std::string detail) {
-    return Error{ErrorCode::over_limit, std::move(detail), "mesh", kNoOffset, {}};
+  std::span<const std::byte> ahead() const {
+    return std::span<const std::byte>(buffer_).subspan(at_);
   }
-  std::size_t wanted() const;
-  std::size_t header_wanted() const;
-  std::span<const std::byte> consume(std::size_t count) {
-    const auto view = std::span<const std::byte>(buffer_).subspan(at_, count);
-    at_ += count;
-    offset_ += count;
-    return view;
-  }
+  bool has_next() const { return ahead().size() >= file_.wanted(ahead()); }
 
   ReadLimits limits_;
   ReadOptions options_;
-  UnpackBudget budget_;
+  container::ChunkReader file_;
   std::vector<std::byte> buffer_;
-  std::size_t at_ = 0;        // consumed bytes of buffer_
-  std::uint64_t offset_ = 0;  // consumed bytes of the file
+  std::size_t at_ = 0;  // bytes of buffer_ that file_ has read
   bool ended_ = false;
-  State state_ = State::start;
   std::optional<Error> error_;
   std::optional<Item> item_;
   std::vector<Extra> extras_;  // of the current chunk
@@ -123,43 +109,19 @@ class __attribute__((visibility("hidden"))) Decoder::Impl {
   std::vector<std::byte> part_bytes_;
   std::optional<Error> error_ahead_;  // reported after the blocks that have not been taken yet
 
-  container::FileStart start_;
-  ChunkHeader header_;
-  container::ChunkList chunks_;  // chunks read so far, to check the index
-  std::uint64_t chunk_offset_ = 0;
-  std::string section_ = "signature";
-  std::uint32_t next_sequence_ = 0;
+  container::ChunkList chunks_;     // chunks read so far, to check the index
   std::unique_ptr<Schema> schema_;  // on the heap, since coders keep a pointer to it
   std::vector<std::byte> schema_bytes_;
   std::unique_ptr<MeshDecoder> mesh_;
   std::optional<StepTopology> topology_;    // only if the schema has arrays with steps
   std::optional<StepDecoder> step_values_;  // from the first step values on
-  std::uint64_t steps_ = 0, index_offset_ = 0;
-  std::uint64_t decoded_bytes_ = 0;
+  std::uint64_t steps_ = 0, decoded_bytes_ = 0;
   bool step_times_read_ = false;
   std::map<std::string, std::uint64_t> stream_bytes_;
   std::vector<std::string> array_names_;  // names of their streams, set with the first step values
   bool totals_taken_ = false;
   std::uint64_t trailing_bytes_ = 0;
 };
-
-std::size_t Decoder::Impl::wanted() const {
-  switch (state_) {
-    case State::start: return container::kFileStartBytes;
-    case State::header: return header_wanted();
-    case State::payload: return static_cast<std::size_t>(header_.payload_bytes);
-    case State::trailer: return container::kTrailerBytes;
-    case State::behind_end: break;
-  }
-  return 0;
-}
-
-/// Returns the length of the next header, according to its sync mark.
-std::size_t Decoder::Impl::header_wanted() const {
-  const auto there = std::span<const std::byte>(buffer_).subspan(at_);
-  return there.size() < container::kShortHeaderBytes ? container::kShortHeaderBytes
-                                                     : container::header_bytes(there);
-}
 
 Result<Decoder::Progress> Decoder::Impl::work() {
   while (!item_) {
@@ -171,7 +133,7 @@ Result<Decoder::Progress> Decoder::Impl::work() {
       if (auto status = read_next_part(); !status) error_ahead_ = status.error();
       continue;
     }
-    const bool complete = buffer_.size() - at_ >= wanted();
+    const bool complete = has_next();
     if (mesh_ && !(complete && may_read_ahead()) && mesh_->is_busy()) {
       auto block = mesh_->next_block(!may_read_ahead());
       if (!block) return block.error();
@@ -183,7 +145,7 @@ Result<Decoder::Progress> Decoder::Impl::work() {
       if (!may_read_ahead()) continue;  // all groups are decoded
     }
     if (error_ahead_) return *error_ahead_;
-    if (state_ == State::behind_end) {
+    if (file_.state() == State::behind_end) {
       if (!ended_) return Progress::need_input;
       if (totals_taken_) return Progress::finished;
       totals_taken_ = true;
@@ -197,12 +159,12 @@ Result<Decoder::Progress> Decoder::Impl::work() {
       totals.segment_connectivity = mesh_->segment_connectivity();
       totals.imported_vertices = mesh_->imported_vertices();
       totals.steps = steps_;
-      totals.total_bytes = offset_;
-      totals.trailing_bytes = trailing_bytes_ + buffer_.size() - at_;
+      totals.total_bytes = file_.offset();
+      totals.trailing_bytes = trailing_bytes_ + ahead().size();
       totals.streams = streams();
       std::uint64_t coded = 0;
       for (const auto& [name, bytes] : totals.streams) coded += bytes;
-      totals.streams["container"] = offset_ - coded;
+      totals.streams["container"] = file_.offset() - coded;
       item_ = std::move(totals);
       break;
     }
@@ -215,27 +177,25 @@ Result<Decoder::Progress> Decoder::Impl::work() {
 /// Returns true if more of the file may be read before all blocks have been taken: with threads,
 /// further groups.
 bool Decoder::Impl::may_read_ahead() const {
-  if (error_ahead_ || (ended_ && buffer_.size() - at_ < wanted())) return false;
-  const bool group =
-      state_ == State::payload && header_.kind == static_cast<std::uint8_t>(ChunkKind::group);
-  return (group || state_ == State::header) && mesh_ && mesh_->wants_group();
+  if (error_ahead_ || (ended_ && !has_next())) return false;
+  const bool group = file_.state() == State::payload &&
+                     file_.header().kind == static_cast<std::uint8_t>(ChunkKind::group);
+  return (group || file_.state() == State::header) && mesh_ && mesh_->wants_group();
 }
 
 Result<void> Decoder::Impl::read_on() {
-  switch (state_) {
-    case State::start: return read_start();
-    case State::header: return read_header();
-    case State::payload: return read_payload();
-    case State::trailer: return read_trailer();
-    case State::behind_end: break;
-  }
-  return {};
+  const auto bytes = ahead().first(file_.wanted(ahead()));
+  at_ += bytes.size();
+  const bool payload = file_.state() == State::payload;
+  auto status = file_.read(bytes);
+  return status && payload ? read_payload(bytes) : status;
 }
 
-/// Checks that everything decoded so far is within the limits.
+/// Checks that everything decoded so far is within the limits. The error has no offset, since no
+/// single chunk is the cause.
 Result<void> Decoder::Impl::count_block(const MeshBlock& block) {
   const auto over = [&](std::uint64_t limit, const std::string& what) {
-    return over_total("has more " + what + " than the limit of " + std::to_string(limit));
+    return over_limit("has more " + what + " than the limit of " + std::to_string(limit), "mesh");
   };
   if (mesh_->vertices() > limits_.max_vertices) return over(limits_.max_vertices, "vertices");
   if (mesh_->cells() > limits_.max_cells) return over(limits_.max_cells, "cells");
@@ -246,90 +206,39 @@ Result<void> Decoder::Impl::count_block(const MeshBlock& block) {
 
 Result<void> Decoder::Impl::count_bytes(std::uint64_t bytes) {
   if (bytes > limits_.max_decoded_bytes - decoded_bytes_)
-    return over_total("decodes to more than the limit of " +
-                      std::to_string(limits_.max_decoded_bytes) + " bytes");
+    return over_limit(
+        "decodes to more than the limit of " + std::to_string(limits_.max_decoded_bytes) + " bytes",
+        "mesh");
   decoded_bytes_ += bytes;
   return {};
 }
 
 Result<Decoder::Progress> Decoder::Impl::missing() {
   if (!ended_) return Progress::need_input;
-  const std::uint64_t end = offset_ + buffer_.size() - at_;
-  if (state_ == State::start && end < container::kFileStartBytes)
-    return Error{ErrorCode::truncated,
-                 end == 0 ? "the file is empty" : "the file ends within its first 16 bytes",
-                 "signature",
-                 end,
-                 {}};
-  return Error{ErrorCode::truncated,
-               "the file ends here, within or before a chunk, without an end record",
-               section_,
-               end,
-               {}};
+  const std::uint64_t end = file_.offset() + ahead().size();
+  if (file_.state() == State::start)
+    return truncated(end == 0 ? "the file is empty" : "the file ends within its first 16 bytes",
+                     "signature", end);
+  return truncated("the file ends here, within or before a chunk, without an end record",
+                   file_.section(), end);
 }
 
-Result<void> Decoder::Impl::read_start() {
-  ByteReader in(consume(container::kFileStartBytes));
-  if (!container::get(in, start_)) return wrong(ErrorCode::corrupt, "this is not a .shm file");
-  if (!container::is_known_version(start_))
-    return wrong(ErrorCode::unsupported, "format version " + std::to_string(start_.major) + "." +
-                                             std::to_string(start_.minor) +
-                                             " is not one that this reader knows");
-  if ((start_.needed_features & container::kArchiveFeature) != 0)
-    return wrong(ErrorCode::unsupported, "is an archive of several files, each with its own mesh");
-  if ((start_.needed_features & ~container::kKnownFeatures) != 0)
-    return wrong(ErrorCode::unsupported, "needs features " +
-                                             std::to_string(start_.needed_features) +
-                                             " that this reader does not know");
-  section_ = "chunk header";
-  state_ = State::header;
-  return {};
-}
-
-Result<void> Decoder::Impl::read_header() {
-  chunk_offset_ = offset_;
-  section_ = "chunk header";
-  ByteReader in(consume(wanted()));
-  switch (container::get(in, header_)) {
-    case container::HeaderState::good: break;
-    case container::HeaderState::bad_mark: return wrong(ErrorCode::corrupt, "no chunk begins here");
-    case container::HeaderState::bad_checksum:
-      return wrong(ErrorCode::corrupt, "checksum of the chunk header does not match");
+Result<void> Decoder::Impl::read_payload(std::span<const std::byte> payload) {
+  const container::ChunkHeader& header = file_.header();
+  if (!container::is_known(header)) {  // it is optional
+    chunks_.add(header);
+    return {};
   }
-  section_ = container::chunk_name(header_.kind);
-  if (header_.sequence != next_sequence_++)
-    return wrong(ErrorCode::corrupt, "a chunk is missing or out of order before this one");
-  if (header_.payload_bytes > limits_.max_chunk_bytes)
-    return wrong(ErrorCode::over_limit, "a chunk of " + std::to_string(header_.payload_bytes) +
-                                            " bytes, the limit is " +
-                                            std::to_string(limits_.max_chunk_bytes));
-  if (!schema_ && header_.kind != static_cast<std::uint8_t>(ChunkKind::schema))
-    return wrong(ErrorCode::corrupt, "the first chunk is not the schema");
-  state_ = State::payload;
-  return {};
-}
-
-Result<void> Decoder::Impl::read_payload() {
-  const auto payload = consume(static_cast<std::size_t>(header_.payload_bytes));
-  state_ = State::header;
-  if (checksum(payload) != header_.payload_checksum)
-    return wrong(ErrorCode::corrupt, "checksum of the chunk does not match");
-  if (!container::is_known(header_)) {
-    chunks_.add(header_);
-    if ((header_.flags & container::kChunkOptional) != 0) return {};
-    return wrong(ErrorCode::unsupported,
-                 "this reader does not know the chunk, which is not optional");
-  }
-  switch (static_cast<ChunkKind>(header_.kind)) {
-    case ChunkKind::schema: chunks_.add(header_); return read_schema(payload);
+  switch (static_cast<ChunkKind>(header.kind)) {
+    case ChunkKind::schema: chunks_.add(header); return read_schema(payload);
     case ChunkKind::group:
-      if (step_values_) return wrong(ErrorCode::corrupt, "mesh groups come before step values");
+      if (step_values_) return wrong("mesh groups come before step values");
       look_at_group(payload);
-      return mesh_->begin_group({{payload.begin(), payload.end()}, header_.version, chunk_offset_},
-                                header_.segment);
+      return mesh_->begin_group(
+          {{payload.begin(), payload.end()}, header.version, file_.chunk_offset()}, header.segment);
     case ChunkKind::step_values: return read_step_values(payload);
-    case ChunkKind::step_times: chunks_.add(header_); return read_step_times(payload);
-    case ChunkKind::extra: chunks_.add(header_); return read_extra(payload);
+    case ChunkKind::step_times: chunks_.add(header); return read_step_times(payload);
+    case ChunkKind::extra: chunks_.add(header); return read_extra(payload);
     case ChunkKind::index: return read_index(payload);
     case ChunkKind::members: break;  // of archives, refused above
   }
@@ -341,48 +250,17 @@ Result<void> Decoder::Impl::read_schema(std::span<const std::byte> payload) {
     if (payload.size() == schema_bytes_.size() &&
         std::equal(payload.begin(), payload.end(), schema_bytes_.begin()))
       return {};
-    return wrong(ErrorCode::corrupt, "the repeated schema differs from the first");
+    return wrong("the repeated schema differs from the first");
   }
-  ByteReader in(payload);
-  container::FileStart again;
-  container::get_version(in, again);
-  if (!in.ok() || again != start_)
-    return wrong(ErrorCode::corrupt, "version or features differ from the start of the file");
-  const auto blob = unpack(in, limits_.max_chunk_bytes);
-  if (!blob) return blob.error();
-  ByteReader fields(*blob);
-  auto schema = std::make_unique<Schema>();
-  ReadLimits limits = limits_;
-  limits.max_unpacked_bytes = budget_.left(offset_);
-  if (auto status = get(fields, *schema, limits); !status)
-    return wrong(status.error().code, status.error().detail);
-  budget_.take(bytes_of(*schema));
-  schema->earlier_values = container::has_earlier_values(start_);
-  if (auto status = check_schema(*schema, limits_); !status) {
-    const bool limit = status.error().code == ErrorCode::over_limit;
-    return wrong(limit ? ErrorCode::over_limit : ErrorCode::corrupt, status.error().detail);
-  }
-  schema_ = std::move(schema);
+  auto schema = file_.read_schema(payload);
+  if (!schema) return schema.error();
+  schema_ = std::make_unique<Schema>(std::move(*schema));
   schema_bytes_.assign(payload.begin(), payload.end());
   mesh_ = std::make_unique<MeshDecoder>(*schema_, limits_, options_);
   if (has_steps(*schema_))
     topology_.emplace(*schema_, limits_.max_group_bytes, needs_of_steps(*schema_),
                       to_size(options_.kept_topology_bytes));
   return {};
-}
-
-/// Unpacks a blob that is not kept. Fails if it is larger than `limit` or the remaining budget.
-Result<std::vector<std::byte>> Decoder::Impl::unpack(ByteReader& in, std::uint64_t limit) const {
-  const std::uint64_t size = stated_packed_size(in);
-  if (container::has_bounded_blobs(start_) && size > most_unpacked(in.left()))
-    return wrong(ErrorCode::corrupt, "unpacks to more than its bytes may");
-  limit = std::min(limit, budget_.left(offset_));
-  if (size > limit)
-    return wrong(ErrorCode::over_limit, "unpacks to " + std::to_string(size) +
-                                            " bytes, the limit is " + std::to_string(limit));
-  auto blob = get_packed(in, limit);
-  if (!blob) return wrong(ErrorCode::corrupt, "cannot be unpacked");
-  return std::move(*blob);
 }
 
 std::uint64_t Decoder::Impl::elements_of(std::uint32_t array) const {
@@ -397,18 +275,18 @@ std::uint64_t Decoder::Impl::elements_of(std::uint32_t array) const {
 void Decoder::Impl::look_at_group(std::span<const std::byte> payload) {
   ByteReader in(payload);
   container::GroupHeader header;
-  if (!container::get(in, header, header_.version))
+  if (!container::get(in, header, file_.header().version))
     return;  // decoding the group will report the error
-  chunks_.add_group(header_, header, in.position());
+  chunks_.add_group(file_.header(), header, in.position());
   if (!topology_) return;
   std::vector<std::span<const std::byte>> streams;
   for (const container::StreamEntry& entry : header.streams)
     streams.push_back(in.get_bytes(entry.bytes));
-  if (in.ok()) topology_->add_group(header_.segment, header, streams);
+  if (in.ok()) topology_->add_group(file_.header().segment, header, streams);
 }
 
 Result<void> Decoder::Impl::read_step_values(std::span<const std::byte> payload) {
-  if (!topology_) return wrong(ErrorCode::corrupt, "does not belong to a stepped array");
+  if (!topology_) return wrong("does not belong to a stepped array");
   if (!step_values_) {
     std::vector<std::uint64_t> elements(schema_->arrays.size());
     for (std::uint32_t a = 0; a < elements.size(); ++a) elements[a] = elements_of(a);
@@ -416,9 +294,9 @@ Result<void> Decoder::Impl::read_step_values(std::span<const std::byte> payload)
   }
   ByteReader in(payload);
   std::vector<container::StepPart> parts;
-  if (!container::get(in, parts, header_.version, payload.size()))
-    return wrong(ErrorCode::corrupt, "its header is invalid");
-  chunks_.add_step_values(header_, parts);
+  if (!container::get(in, parts, file_.header().version, payload.size()))
+    return wrong("its header is invalid");
+  chunks_.add_step_values(file_.header(), parts);
   if (auto status = read_part(parts[0], in.get_bytes(parts[0].bytes)); !status) return status;
   parts_.assign(parts.begin() + 1, parts.end());
   const auto left = in.get_bytes(in.left());
@@ -439,8 +317,8 @@ Result<void> Decoder::Impl::read_next_part() {
 Result<void> Decoder::Impl::read_part(const container::StepPart& part,
                                       std::span<const std::byte> bytes) {
   const container::StepHeader& header = part.header;
-  auto piece = step_values_->read(header, bytes, offset_);
-  if (!piece) return wrong(piece.error().code, piece.error().detail);
+  auto piece = step_values_->read(header, bytes, file_.offset());
+  if (!piece) return wrong(piece.error().detail, piece.error().code);
   if (auto status = count_bytes(piece->values.size()); !status) return status;
   if (array_names_.empty()) array_names_ = array_stream_names(*schema_);
   stream_bytes_[array_names_[header.array]] += bytes.size();
@@ -450,15 +328,14 @@ Result<void> Decoder::Impl::read_part(const container::StepPart& part,
 }
 
 Result<void> Decoder::Impl::read_step_times(std::span<const std::byte> payload) {
-  if (std::exchange(step_times_read_, true))
-    return wrong(ErrorCode::corrupt, "the file has step times twice");
+  if (std::exchange(step_times_read_, true)) return wrong("the file has step times twice");
   ByteReader in(payload);
-  const auto blob = unpack(in, most_bytes_of_times(limits_));
+  const auto blob = file_.unpack(in, most_bytes_of_times(limits_));
   if (!blob) return blob.error();
-  if (blob->size() % 8 != 0) return wrong(ErrorCode::corrupt, "ends within a number");
+  if (blob->size() % 8 != 0) return wrong("ends within a number");
   StepTimes times;
   times.times.reserve(blob->size() / 8);
-  budget_.take(blob->size());
+  file_.take_from_budget(blob->size());
   ByteReader values(*blob);
   while (values.left() > 0) values.get_f64(times.times.emplace_back());
   steps_ = std::max<std::uint64_t>(steps_, times.times.size());
@@ -468,10 +345,10 @@ Result<void> Decoder::Impl::read_step_times(std::span<const std::byte> payload) 
 }
 
 Result<void> Decoder::Impl::read_extra(std::span<const std::byte> payload) {
-  auto extras = get_extras(payload, header_.version,
-                           std::min(limits_.max_extra_bytes, budget_.left(offset_)));
-  if (!extras) return wrong(extras.error().code, extras.error().detail);
-  for (const Extra& extra : *extras) budget_.take(bytes_of(extra));
+  auto extras = get_extras(payload, file_.header().version,
+                           std::min(limits_.max_extra_bytes, file_.budget()));
+  if (!extras) return wrong(extras.error().detail, extras.error().code);
+  for (const Extra& extra : *extras) file_.take_from_budget(bytes_of(extra));
   stream_bytes_["extras"] += payload.size();
   extras_ = std::move(*extras);  // all extras of the previous chunk have been taken
   next_extra_ = 0;
@@ -481,8 +358,7 @@ Result<void> Decoder::Impl::read_extra(std::span<const std::byte> payload) {
 Result<void> Decoder::Impl::read_index(std::span<const std::byte> payload) {
   ByteReader in(payload);
   container::Index index;
-  if (!container::get(in, index, header_.version, next_sequence_))
-    return wrong(ErrorCode::corrupt, "is invalid");
+  if (!container::get(in, index, file_.header().version, file_.count())) return wrong("is invalid");
   const auto held = this->held();
   const bool same =
       held && index.previous_index == held->previous_index && index.vertices == held->vertices &&
@@ -491,12 +367,9 @@ Result<void> Decoder::Impl::read_index(std::span<const std::byte> payload) {
       index.segments == held->segments && index.imported_vertices == held->imported_vertices &&
       index.block_cells == held->block_cells &&
       (index.version > 0 || index.streams == held->streams);
-  if (!same) return wrong(ErrorCode::corrupt, "does not match the contents of the file");
-  if (const auto difference = chunks_.difference(index.entries))
-    return wrong(ErrorCode::corrupt, *difference);
-  index_offset_ = chunk_offset_;
-  section_ = "end record";
-  state_ = State::trailer;
+  if (!same) return wrong("does not match the contents of the file");
+  if (const auto difference = chunks_.difference(index.entries)) return wrong(*difference);
+  file_.expect_trailer();
   return {};
 }
 
@@ -508,7 +381,7 @@ std::map<std::string, std::uint64_t> Decoder::Impl::streams() const {
 
 Result<container::Index> Decoder::Impl::held() const {
   if (step_values_ && !step_values_->is_complete())
-    return wrong(ErrorCode::corrupt, "step values of some groups are missing");
+    return wrong("step values of some groups are missing");
   container::Index held;
   held.vertices = mesh_->vertices();
   held.cells = mesh_->cells();
@@ -520,15 +393,6 @@ Result<container::Index> Decoder::Impl::held() const {
   held.block_cells = mesh_->block_cells();
   for (const auto& [name, bytes] : streams()) held.streams.push_back({name, bytes});
   return held;
-}
-
-Result<void> Decoder::Impl::read_trailer() {
-  ByteReader in(consume(container::kTrailerBytes));
-  std::uint64_t stated = 0;
-  if (!container::get_trailer(in, stated) || stated != index_offset_)
-    return wrong(ErrorCode::corrupt, "the last 16 bytes do not point to the index");
-  state_ = State::behind_end;
-  return {};
 }
 
 Decoder::Decoder(const ReadLimits& limits) : Decoder(limits, {}) {}

@@ -14,7 +14,7 @@ namespace {
 constexpr std::uint64_t kUnset = ~std::uint64_t{0};
 
 Error not_counted(std::size_t vertices) {
-  return misuse_error(
+  return misuse(
       "vertices are not numbered from 0 to " + std::to_string(vertices - 1) + ", each once",
       "coding order");
 }
@@ -35,19 +35,19 @@ void replace(std::span<std::byte> values, const std::vector<std::uint64_t>& posi
 Result<std::vector<std::uint64_t>> RecordedOrder::elements(
     const Schema& schema, std::size_t array, std::span<const std::uint32_t> cell_blocks) const {
   if (array >= schema.arrays.size())
-    return misuse_error("no array " + std::to_string(array), "coding order");
+    return misuse("no array " + std::to_string(array), "coding order");
   const ArrayInfo& info = schema.arrays[array];
   if (info.location == Location::point) {
     if (positions_in(vertices).size() != vertices.size()) return not_counted(vertices.size());
     return vertices;
   }
   if (positions_in(cells).size() != cells.size())
-    return misuse_error("cells are not numbered from 0 on, each once", "coding order");
+    return misuse("cells are not numbered from 0 on, each once", "coding order");
   if (info.blocks.empty()) return cells;
   if (cell_blocks.size() != cells.size())
-    return misuse_error("cell_blocks has " + std::to_string(cell_blocks.size()) +
-                            " elements, but the number of cells is " + std::to_string(cells.size()),
-                        "coding order");
+    return misuse("cell_blocks has " + std::to_string(cell_blocks.size()) +
+                      " elements, but the number of cells is " + std::to_string(cells.size()),
+                  "coding order");
   std::vector<std::uint64_t> element(cells.size(), kUnset);
   std::uint64_t count = 0;
   for (std::size_t c = 0; c < cells.size(); ++c)
@@ -71,7 +71,7 @@ Result<void> RecordedOrder::renumber(Extra& extra) const {
   else if (extra.type == ScalarType::int64)
     replace<std::int64_t>(extra.data, position);
   else
-    return misuse_error("references are int32 or int64", extra.key);
+    return misuse("references are int32 or int64", extra.key);
   return {};
 }
 

@@ -4,6 +4,7 @@
 #include <string>
 #include <utility>
 
+#include "base/errors.h"
 #include "pipeline/segment_decoder.h"
 #include "random/indexed_file.h"
 
@@ -20,8 +21,7 @@ class __attribute__((visibility("hidden"))) SegmentReader::Impl {
 Result<std::vector<MeshBlock>> SegmentReader::Impl::read(std::size_t index) {
   const auto& segments = file.segments();
   if (index >= segments.size())
-    return IndexedFile::wrong("there is no segment " + std::to_string(index), "segments", kNoOffset,
-                              ErrorCode::misuse);
+    return misuse("there is no segment " + std::to_string(index), "segments");
   const DecodedParts parts{.imported_vertices = true};
   SegmentDecoder decoder(file.schema(), file.limits(), static_cast<std::uint32_t>(index), parts);
   std::vector<MeshBlock> blocks;

@@ -10,6 +10,7 @@
 #include <string_view>
 #include <utility>
 
+#include "base/errors.h"
 #include "shm/mesh.h"
 
 namespace shm {
@@ -95,11 +96,8 @@ class Folder {
     return found == by_field_.end() || parts(field).size() == found->second.size();
   }
   Error error(std::string_view field, std::string detail) const {
-    return {ErrorCode::corrupt,
-            std::string(field) + ": " + std::move(detail),
-            set_folder(place_.kind, place_.number),
-            kNoOffset,
-            {}};
+    return corrupt(std::string(field) + ": " + std::move(detail),
+                   set_folder(place_.kind, place_.number));
   }
 
  private:
@@ -270,8 +268,7 @@ Result<MeshSet> read_set(std::span<const Extra> extras, const SetPlace& place,
   if (!weights) return weights.error();
   set.factors = std::move(*weights);
   if (std::string why = contradiction(set); !why.empty())
-    return Error{
-        ErrorCode::corrupt, std::move(why), set_folder(place.kind, place.number), kNoOffset, {}};
+    return corrupt(std::move(why), set_folder(place.kind, place.number));
   return set;
 }
 
@@ -296,8 +293,7 @@ Result<std::vector<MeshSet>> sets_of(const Mesh& mesh) {
   std::array<std::uint64_t, kFolders.size()> counts{};
   for (const MeshSet& set : sets) {
     const auto kind = static_cast<std::size_t>(set.kind);
-    if (kind >= counts.size())
-      return Error{ErrorCode::misuse, "unknown kind of set", "sets", kNoOffset, {}};
+    if (kind >= counts.size()) return misuse("unknown kind of set", "sets");
     const std::uint64_t number = counts[kind]++;
     const std::string folder = set_folder(set.kind, number);
     std::string wrong = contradiction(set);
@@ -306,7 +302,7 @@ Result<std::vector<MeshSet>> sets_of(const Mesh& mesh) {
       wrong = "has a member beyond 63 bits";
     if (std::any_of(set.sides.begin(), set.sides.end(), [](std::int32_t side) { return side < 1; }))
       wrong = "has a side below 1";
-    if (!wrong.empty()) return Error{ErrorCode::misuse, std::move(wrong), folder, kNoOffset, {}};
+    if (!wrong.empty()) return misuse(std::move(wrong), folder);
     const bool shown = !set.members.empty() || !set.blocks.empty();
     if (!shown || set.id != static_cast<std::int64_t>(number) + 1)
       put_integers(extras, folder + "id", Reference::nothing, std::vector{set.id});

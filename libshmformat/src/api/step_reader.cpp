@@ -103,7 +103,7 @@ Result<void> StepReader::Impl::open() {
 Result<std::optional<std::size_t>> StepReader::Impl::find(std::uint32_t array,
                                                           std::uint64_t step) const {
   if (!is_stepped(array))
-    return misuse_error("array " + std::to_string(array) + " is not a stepped array", "steps");
+    return misuse("array " + std::to_string(array) + " is not a stepped array", "steps");
   const auto& steps = index_.steps(array);
   const auto found = std::lower_bound(
       steps.begin(), steps.end(), step,
@@ -111,9 +111,9 @@ Result<std::optional<std::size_t>> StepReader::Impl::find(std::uint32_t array,
   if (found != steps.end() && found->step == step)
     return std::optional(static_cast<std::size_t>(found - steps.begin()));
   if (index_.elements(array) == 0) return std::optional<std::size_t>();
-  return misuse_error("array '" + file_->schema().arrays[array].name + "' has no values at step " +
-                          std::to_string(step),
-                      "steps");
+  return misuse("array '" + file_->schema().arrays[array].name + "' has no values at step " +
+                    std::to_string(step),
+                "steps");
 }
 
 Result<void> StepReader::Impl::begin(const StepRequest& request) {
@@ -122,7 +122,7 @@ Result<void> StepReader::Impl::begin(const StepRequest& request) {
   segment_ = end_segment_ = 0;
   const auto found = find(request.array, request.step);
   if (request.segment && *request.segment >= file_->segments().size() && is_stepped(request.array))
-    return misuse_error("there is no segment " + std::to_string(*request.segment), "steps");
+    return misuse("there is no segment " + std::to_string(*request.segment), "steps");
   if (!found) return found.error();
   request_ = request;
   if (!*found) return {};

@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "base/errors.h"
 #include "codecs/registry.h"
 #include "codecs/shared/group_parts.h"
 #include "format/random_chunks.h"
@@ -44,8 +45,8 @@ class Summarizer {
 
   Error wrong_group(std::size_t group, std::string detail,
                     ErrorCode code = ErrorCode::corrupt) const {
-    return IndexedFile::wrong(std::move(detail), "group " + std::to_string(group),
-                              file_.groups()[group].offset, code);
+    return Error{code, std::move(detail), "group " + std::to_string(group),
+                 file_.groups()[group].offset};
   }
   const Schema& schema() const { return file_.schema(); }
 
@@ -85,8 +86,7 @@ Result<Summary> Summarizer::run() {
 
 Result<void> Summarizer::add_chunk(const ChunkHeader& header, const IndexEntry& entry) {
   const auto wrong = [&](std::string detail, ErrorCode code = ErrorCode::corrupt) {
-    return IndexedFile::wrong(std::move(detail), container::chunk_name(entry.kind), entry.offset,
-                              code);
+    return Error{code, std::move(detail), container::chunk_name(entry.kind), entry.offset};
   };
   if (container::is_known(header)) switch (static_cast<ChunkKind>(header.kind)) {
       case ChunkKind::schema: return {};
@@ -161,12 +161,12 @@ Result<void> Summarizer::add_step_values(const ChunkHeader& header, const IndexE
   ByteReader in(*bytes);
   std::vector<container::StepPart> parts;
   if (!container::get(in, parts, header.version, header.payload_bytes))
-    return IndexedFile::wrong("its header is invalid", section, entry.offset);
+    return corrupt("its header is invalid", section, entry.offset);
   if (!std::equal(entry.parts.begin(), entry.parts.end(), parts.begin(), parts.end(), is_told_by))
-    return IndexedFile::wrong("the chunk that the index lists is not here", section, entry.offset);
+    return corrupt("the chunk that the index lists is not here", section, entry.offset);
   for (const container::StepPart& part : parts) {
     if (part.header.array >= array_names_.size())
-      return IndexedFile::wrong("does not belong to a stepped array", section, entry.offset);
+      return corrupt("does not belong to a stepped array", section, entry.offset);
     totals_.streams[array_names_[part.header.array]] += part.bytes;
     totals_.steps = std::max(totals_.steps, part.header.step + 1);
   }

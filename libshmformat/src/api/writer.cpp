@@ -35,25 +35,56 @@ class __attribute__((visibility("hidden"))) Writer::Impl {
   Result<void> start() { return file_.start(); }
 
   Calls& calls() { return calls_; }
-
-  Result<void> expect_mesh_open() const {
-    if (mesh_ended_) return misuse_error("the mesh has been ended", "mesh");
-    return {};
+  /// Runs `work` if no error has occurred and the mesh has not ended.
+  template <class Work>
+  Result<void> in_mesh(Work&& work) {
+    return calls_.run([&]() -> Result<void> {
+      return mesh_ended_ ? misuse("the mesh has been ended", "mesh") : work();
+    });
   }
-  Result<void> expect_mesh_ended() const {
-    if (!mesh_ended_) return misuse_error("call end_mesh before steps", "steps");
-    return {};
+  /// Runs `work` if no error has occurred and the mesh has ended.
+  template <class Work>
+  Result<void> after_mesh(Work&& work) {
+    return calls_.run([&]() -> Result<void> {
+      return mesh_ended_ ? work() : misuse("call end_mesh before steps", "steps");
+    });
   }
 
   MeshEncoder& mesh() { return mesh_; }
   Result<void> add_vertices(std::span<const std::uint64_t> numbers, std::span<const std::byte> xyz,
-                            std::span<const std::byte> data);
+                            std::span<const std::byte> data) {
+    const std::size_t xyz_bytes = 3 * scalar_bytes(schema_.coordinate_type);
+    const std::size_t data_bytes = point_data_bytes(schema_);
+    if (xyz.size() / xyz_bytes != numbers.size() || xyz.size() % xyz_bytes != 0 ||
+        data.size() != numbers.size() * data_bytes)
+      return misuse("xyz or data do not match the number of vertices", "mesh");
+    for (std::size_t v = 0; v < numbers.size(); ++v)
+      if (auto status = mesh_.add_vertex(numbers[v], xyz.subspan(v * xyz_bytes, xyz_bytes),
+                                         data.subspan(v * data_bytes, data_bytes));
+          !status)
+        return status;
+    return {};
+  }
   Result<void> add_cells(std::uint32_t block, std::size_t cells,
                          std::span<const std::uint64_t> corners,
-                         std::span<const std::uint64_t> last_uses, std::span<const std::byte> data);
+                         std::span<const std::uint64_t> last_uses,
+                         std::span<const std::byte> data) {
+    if (block >= schema_.blocks.size()) return misuse("cells of an unknown block", "mesh");
+    const std::size_t data_bytes = cell_data_bytes(schema_)[block];
+    const std::size_t nodes = cells == 0 ? 0 : corners.size() / cells;
+    if (cells * nodes != corners.size() || data.size() != cells * data_bytes ||
+        (!last_uses.empty() && last_uses.size() != cells))
+      return misuse("corners, last_uses and data have inconsistent sizes", "mesh");
+    for (std::size_t c = 0; c < cells; ++c)
+      if (auto status = mesh_.add_cell(block, corners.subspan(c * nodes, nodes),
+                                       last_uses.empty() ? 0 : last_uses[c],
+                                       data.subspan(c * data_bytes, data_bytes));
+          !status)
+        return status;
+    return {};
+  }
   Result<void> add_mesh(const MeshArrays& mesh) {
-    if (!mesh_.is_new())
-      return misuse_error("a whole mesh cannot follow vertices or cells", "mesh");
+    if (!mesh_.is_new()) return misuse("a whole mesh cannot follow vertices or cells", "mesh");
     return feed_mesh(mesh_, schema_, mesh);
   }
   Result<void> end_mesh() {
@@ -62,14 +93,39 @@ class __attribute__((visibility("hidden"))) Writer::Impl {
   }
 
   Result<void> add_step_values(std::uint32_t array, std::uint64_t step,
-                               std::span<const std::byte> values);
+                               std::span<const std::byte> values) {
+    if (auto status = file_.check_step_values(array, values); !status) return status;
+    if (!file_.has_step_encoder()) {
+      std::vector<std::uint64_t> elements(schema_.arrays.size());
+      for (std::uint32_t a = 0; a < elements.size(); ++a)
+        elements[a] = elements_of(schema_, mesh_.totals(), a);
+      file_.begin_steps(*topology_, std::move(elements), key_steps_, level_);
+    }
+    return file_.add_step_values(array, step, values);
+  }
   Result<void> set_step_times(std::span<const double> times) { return file_.set_step_times(times); }
-  Result<void> add_extra(const Extra& extra);
-  Result<SizeReport> finish();
+  Result<void> add_extra(const Extra& extra) {
+    if (auto status = FileWriter::check(extra); !status) return status;
+    if (!mesh_ended_)  // the extra's position among the groups must depend only on earlier calls
+      if (auto status = mesh_.catch_up(); !status) return status;
+    return file_.add_extra(extra);
+  }
+  Result<SizeReport> finish() {
+    return calls_.finish([&]() -> Result<SizeReport> {
+      if (!mesh_ended_)
+        if (auto status = end_mesh(); !status) return status.error();
+      return file_.finish(mesh_.totals());
+    });
+  }
 
  private:
   Result<void> write_group(std::uint32_t segment, const container::GroupHeader& header,
-                           const std::vector<std::vector<std::byte>>& streams);
+                           const std::vector<std::vector<std::byte>>& streams) {
+    if (topology_)
+      topology_->add_group(segment, header,
+                           std::vector<std::span<const std::byte>>(streams.begin(), streams.end()));
+    return file_.write_group(segment, header, streams);
+  }
 
   Schema schema_;
   FileWriter file_;
@@ -81,76 +137,6 @@ class __attribute__((visibility("hidden"))) Writer::Impl {
   Level level_;
   std::optional<StepTopology> topology_;  // only if the schema has arrays with steps
 };
-
-Result<void> Writer::Impl::write_group(std::uint32_t segment, const container::GroupHeader& header,
-                                       const std::vector<std::vector<std::byte>>& streams) {
-  if (topology_)
-    topology_->add_group(segment, header,
-                         std::vector<std::span<const std::byte>>(streams.begin(), streams.end()));
-  return file_.write_group(segment, header, streams);
-}
-
-Result<void> Writer::Impl::add_vertices(std::span<const std::uint64_t> numbers,
-                                        std::span<const std::byte> xyz,
-                                        std::span<const std::byte> data) {
-  const std::size_t xyz_bytes = 3 * scalar_bytes(schema_.coordinate_type);
-  const std::size_t data_bytes = point_data_bytes(schema_);
-  if (xyz.size() / xyz_bytes != numbers.size() || xyz.size() % xyz_bytes != 0 ||
-      data.size() != numbers.size() * data_bytes)
-    return misuse_error("xyz or data do not match the number of vertices", "mesh");
-  for (std::size_t v = 0; v < numbers.size(); ++v)
-    if (auto status = mesh_.add_vertex(numbers[v], xyz.subspan(v * xyz_bytes, xyz_bytes),
-                                       data.subspan(v * data_bytes, data_bytes));
-        !status)
-      return status;
-  return {};
-}
-
-Result<void> Writer::Impl::add_cells(std::uint32_t block, std::size_t cells,
-                                     std::span<const std::uint64_t> corners,
-                                     std::span<const std::uint64_t> last_uses,
-                                     std::span<const std::byte> data) {
-  if (block >= schema_.blocks.size()) return misuse_error("cells of an unknown block", "mesh");
-  const std::size_t data_bytes = cell_data_bytes(schema_)[block];
-  const std::size_t nodes = cells == 0 ? 0 : corners.size() / cells;
-  if (cells * nodes != corners.size() || data.size() != cells * data_bytes ||
-      (!last_uses.empty() && last_uses.size() != cells))
-    return misuse_error("corners, last_uses and data have inconsistent sizes", "mesh");
-  for (std::size_t c = 0; c < cells; ++c)
-    if (auto status = mesh_.add_cell(block, corners.subspan(c * nodes, nodes),
-                                     last_uses.empty() ? 0 : last_uses[c],
-                                     data.subspan(c * data_bytes, data_bytes));
-        !status)
-      return status;
-  return {};
-}
-
-Result<void> Writer::Impl::add_step_values(std::uint32_t array, std::uint64_t step,
-                                           std::span<const std::byte> values) {
-  if (auto status = file_.check_step_values(array, values); !status) return status;
-  if (!file_.has_step_encoder()) {
-    std::vector<std::uint64_t> elements(schema_.arrays.size());
-    for (std::uint32_t a = 0; a < elements.size(); ++a)
-      elements[a] = elements_of(schema_, mesh_.totals(), a);
-    file_.begin_steps(*topology_, std::move(elements), key_steps_, level_);
-  }
-  return file_.add_step_values(array, step, values);
-}
-
-Result<void> Writer::Impl::add_extra(const Extra& extra) {
-  if (auto status = FileWriter::check(extra); !status) return status;
-  if (!mesh_ended_)  // the extra's position among the groups must depend only on earlier calls
-    if (auto status = mesh_.catch_up(); !status) return status;
-  return file_.add_extra(extra);
-}
-
-Result<SizeReport> Writer::Impl::finish() {
-  return calls_.finish([&]() -> Result<SizeReport> {
-    if (!mesh_ended_)
-      if (auto status = end_mesh(); !status) return status.error();
-    return file_.finish(mesh_.totals());
-  });
-}
 
 Writer::Writer(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Writer::Writer(Writer&&) noexcept = default;
@@ -167,65 +153,38 @@ Result<Writer> Writer::create(ByteSink& sink, Schema schema, const WriteOptions&
 
 Result<void> Writer::add_vertex(std::uint64_t number, std::span<const std::byte> xyz,
                                 std::span<const std::byte> data) {
-  return impl_->calls().run([&]() -> Result<void> {
-    if (auto status = impl_->expect_mesh_open(); !status) return status;
-    return impl_->mesh().add_vertex(number, xyz, data);
-  });
+  return impl_->in_mesh([&] { return impl_->mesh().add_vertex(number, xyz, data); });
 }
 Result<void> Writer::add_unused_vertex(std::uint64_t number, std::span<const std::byte> xyz,
                                        std::span<const std::byte> data) {
-  return impl_->calls().run([&]() -> Result<void> {
-    if (auto status = impl_->expect_mesh_open(); !status) return status;
-    return impl_->mesh().add_unused_vertex(number, xyz, data);
-  });
+  return impl_->in_mesh([&] { return impl_->mesh().add_unused_vertex(number, xyz, data); });
 }
 Result<void> Writer::add_cell(std::uint32_t block, std::span<const std::uint64_t> corners,
                               std::uint64_t last_use, std::span<const std::byte> data) {
-  return impl_->calls().run([&]() -> Result<void> {
-    if (auto status = impl_->expect_mesh_open(); !status) return status;
-    return impl_->mesh().add_cell(block, corners, last_use, data);
-  });
+  return impl_->in_mesh([&] { return impl_->mesh().add_cell(block, corners, last_use, data); });
 }
 Result<void> Writer::add_vertices(std::span<const std::uint64_t> numbers,
                                   std::span<const std::byte> xyz, std::span<const std::byte> data) {
-  return impl_->calls().run([&]() -> Result<void> {
-    if (auto status = impl_->expect_mesh_open(); !status) return status;
-    return impl_->add_vertices(numbers, xyz, data);
-  });
+  return impl_->in_mesh([&] { return impl_->add_vertices(numbers, xyz, data); });
 }
 Result<void> Writer::add_cells(std::uint32_t block, std::size_t cells,
                                std::span<const std::uint64_t> corners,
                                std::span<const std::uint64_t> last_uses,
                                std::span<const std::byte> data) {
-  return impl_->calls().run([&]() -> Result<void> {
-    if (auto status = impl_->expect_mesh_open(); !status) return status;
-    return impl_->add_cells(block, cells, corners, last_uses, data);
-  });
+  return impl_->in_mesh([&] { return impl_->add_cells(block, cells, corners, last_uses, data); });
 }
 Result<void> Writer::add_mesh(const MeshArrays& mesh) {
-  return impl_->calls().run([&]() -> Result<void> {
-    if (auto status = impl_->expect_mesh_open(); !status) return status;
-    return impl_->add_mesh(mesh);
-  });
+  return impl_->in_mesh([&] { return impl_->add_mesh(mesh); });
 }
 Result<void> Writer::end_mesh() {
-  return impl_->calls().run([&]() -> Result<void> {
-    if (auto status = impl_->expect_mesh_open(); !status) return status;
-    return impl_->end_mesh();
-  });
+  return impl_->in_mesh([&] { return impl_->end_mesh(); });
 }
 Result<void> Writer::add_step_values(std::uint32_t array, std::uint64_t step,
                                      std::span<const std::byte> values) {
-  return impl_->calls().run([&]() -> Result<void> {
-    if (auto status = impl_->expect_mesh_ended(); !status) return status;
-    return impl_->add_step_values(array, step, values);
-  });
+  return impl_->after_mesh([&] { return impl_->add_step_values(array, step, values); });
 }
 Result<void> Writer::set_step_times(std::span<const double> times) {
-  return impl_->calls().run([&]() -> Result<void> {
-    if (auto status = impl_->expect_mesh_ended(); !status) return status;
-    return impl_->set_step_times(times);
-  });
+  return impl_->after_mesh([&] { return impl_->set_step_times(times); });
 }
 Result<void> Writer::add_extra(const Extra& extra) {
   return impl_->calls().run([&] { return impl_->add_extra(extra); });

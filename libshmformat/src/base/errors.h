@@ -1,6 +1,8 @@
-// misuse_error(): the error of a call that the caller should not have made.
+// Errors by code. An error with a variable code, with a path or of code io or output is written as
+// an aggregate: Error{code, detail, section, offset}, Error{.code = code, ...}.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <utility>
 
@@ -8,10 +10,30 @@
 
 namespace shm {
 
-/// Returns an error of code misuse. `section` names the function or the argument, as the section of
-/// other errors names a part of the file.
-inline Error misuse_error(std::string detail, std::string section) {
-  return Error{ErrorCode::misuse, std::move(detail), std::move(section), kNoOffset, {}};
+inline Error truncated(std::string detail, std::string section = {},
+                       std::uint64_t offset = kNoOffset) {
+  return {ErrorCode::truncated, std::move(detail), std::move(section), offset};
+}
+
+inline Error corrupt(std::string detail, std::string section = {},
+                     std::uint64_t offset = kNoOffset) {
+  return {ErrorCode::corrupt, std::move(detail), std::move(section), offset};
+}
+
+inline Error unsupported(std::string detail, std::string section = {},
+                         std::uint64_t offset = kNoOffset) {
+  return {ErrorCode::unsupported, std::move(detail), std::move(section), offset};
+}
+
+inline Error over_limit(std::string detail, std::string section = {},
+                        std::uint64_t offset = kNoOffset) {
+  return {ErrorCode::over_limit, std::move(detail), std::move(section), offset};
+}
+
+/// `section` names the function or the argument, as the section of other errors names a part of the
+/// file.
+inline Error misuse(std::string detail, std::string section = {}) {
+  return {ErrorCode::misuse, std::move(detail), std::move(section)};
 }
 
 }  // namespace shm

@@ -20,19 +20,6 @@ constexpr std::uint8_t kRaw = 0, kFrame = 1, kPlanes = 2, kWithDictionary = 3;
 /// Largest unpacked size of a blob that is packed with the dictionary. Larger blobs would hardly
 /// profit from it.
 constexpr std::uint64_t kMostWithDictionary = std::uint64_t{1} << 20;
-/// Returns the dictionary as one sequence of bytes: tables, then words, in the order of the two
-/// files beside the specification.
-const std::vector<std::byte>& the_dictionary() {
-  static const std::vector<std::byte> whole = [] {
-    std::vector<std::byte> bytes;
-    for (const std::uint8_t byte : kDictionaryTables) bytes.push_back(static_cast<std::byte>(byte));
-    const auto words = std::as_bytes(std::span(kDictionaryText));
-    bytes.insert(bytes.end(), words.begin(), words.end());
-    return bytes;
-  }();
-  return whole;
-}
-
 /// The magic number at the start of every zstd frame. It is left out of frames that use the
 /// dictionary.
 constexpr std::array<std::byte, 4> kMagic = {std::byte{0x28}, std::byte{0xb5}, std::byte{0x2f},
@@ -164,8 +151,8 @@ class DictionaryMemory {
 };
 
 std::vector<std::byte> pack_with_dictionary(std::span<const std::byte> blob, int level) {
-  const auto& dictionary = the_dictionary();
-  DictionaryMemory memory(dictionary.size(), level);
+  const auto words = dictionary();
+  DictionaryMemory memory(words.size(), level);
   const std::unique_ptr<ZSTD_CCtx, decltype(&ZSTD_freeCCtx)> context(
       made_by_zstd(ZSTD_createCCtx_advanced(memory.allocator())), &ZSTD_freeCCtx);
   std::vector<std::byte> frame(ZSTD_compressBound(blob.size()));
@@ -175,7 +162,7 @@ std::vector<std::byte> pack_with_dictionary(std::span<const std::byte> blob, int
   };
   checked(ZSTD_CCtx_setParameter(context.get(), ZSTD_c_compressionLevel, level));
   checked(ZSTD_CCtx_setParameter(context.get(), ZSTD_c_dictIDFlag, 0));
-  checked(ZSTD_CCtx_loadDictionary(context.get(), dictionary.data(), dictionary.size()));
+  checked(ZSTD_CCtx_loadDictionary(context.get(), words.data(), words.size()));
   frame.resize(
       checked(ZSTD_compress2(context.get(), frame.data(), frame.size(), blob.data(), blob.size())));
   frame.erase(frame.begin(), frame.begin() + kMagic.size());
@@ -365,10 +352,10 @@ std::optional<std::vector<std::byte>> unpack_with_dictionary(std::span<const std
   const std::unique_ptr<ZSTD_DCtx, decltype(&ZSTD_freeDCtx)> context(
       made_by_zstd(ZSTD_createDCtx()), &ZSTD_freeDCtx);
   std::vector<std::byte> blob(static_cast<std::size_t>(*size));
-  const auto& dictionary = the_dictionary();
+  const auto words = dictionary();
   const std::size_t n =
       ZSTD_decompress_usingDict(context.get(), blob.data(), blob.size(), frame.data(), frame.size(),
-                                dictionary.data(), dictionary.size());
+                                words.data(), words.size());
   if (zstd_failed(n) || n != *size) return std::nullopt;
   return blob;
 }

@@ -15,16 +15,9 @@ namespace {
 // Keeps every list within the largest size that a list can have.
 constexpr std::uint64_t kMostBytes = std::numeric_limits<std::size_t>::max() / 4;
 
-Error over_limit(std::uint64_t limit) {
-  return {ErrorCode::over_limit,
-          "needs more than " + std::to_string(limit) + " bytes, which is the limit",
-          "boundary",
-          kNoOffset,
-          {}};
-}
-
-Error corrupt(std::string detail) {
-  return {ErrorCode::corrupt, std::move(detail), "boundary", kNoOffset, {}};
+Error needs_more_than(std::uint64_t limit) {
+  return over_limit("needs more than " + std::to_string(limit) + " bytes, which is the limit",
+                    "boundary");
 }
 
 }  // namespace
@@ -71,7 +64,7 @@ Result<void> BoundarySearch::check(const MeshBlock& block) const {
            block.arrays[column.array].size() == elements * column.bytes;
     }
   return ok ? Result<void>()
-            : misuse_error("the block is not the next one, or is incomplete", "boundary");
+            : misuse("the block is not the next one, or is incomplete", "boundary");
 }
 
 Result<void> BoundarySearch::check_memory() {
@@ -82,11 +75,11 @@ Result<void> BoundarySearch::check_memory() {
       records_.capacity() + cells_.capacity() * sizeof(Cell) + cell_records_.capacity() +
       (free_vertices_.capacity() + free_cells_.capacity()) * sizeof(std::uint32_t);
   if (bytes + found_.memory() > max_bytes_ || found_.memory_of_sort() > max_bytes_)
-    return over_limit(max_bytes_);
+    return needs_more_than(max_bytes_);
   // Their indices have 32 bits.
   if (vertices_.size() > kMost || sides_.size() > kMost || found_.vertices() > kMost ||
       found_.faces() > kMost)
-    return over_limit(max_bytes_);
+    return needs_more_than(max_bytes_);
   return {};
 }
 
@@ -118,7 +111,8 @@ Result<void> BoundarySearch::add_vertex(const MeshBlock& block, std::size_t v) {
     free_vertices_.pop_back();
   }
   if (!slots_.insert(block.vertex_numbers[v], slot))
-    return corrupt("vertex " + std::to_string(block.vertex_numbers[v]) + " is there twice");
+    return corrupt("vertex " + std::to_string(block.vertex_numbers[v]) + " is there twice",
+                   "boundary");
   vertices_[slot] = {block.vertex_numbers[v], block.first_vertex + v, 1, kNone, false};
   std::byte* const record = records_.data() + slot * layout.bytes;
   const std::size_t xyz_bytes = 3 * scalar_bytes(schema_->coordinate_type);
@@ -162,7 +156,8 @@ Result<void> BoundarySearch::find_slots(std::span<const std::uint64_t> corners,
     nodes_[i] = slots_.find(corners[i]);
     if (nodes_[i] == kNone)
       return corrupt("cell " + std::to_string(cell) + " uses vertex " + std::to_string(corners[i]) +
-                     ", which does not exist");
+                         ", which does not exist",
+                     "boundary");
   }
   return {};
 }

@@ -6,6 +6,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "base/errors.h"
 #include "codecs/patterns/pattern_cells.h"
 #include "codecs/patterns/pattern_group_decoder.h"
 #include "codecs/patterns/pattern_segment_encoder.h"
@@ -92,12 +93,8 @@ Result<std::unique_ptr<GroupDecoder>> make_group_decoder(const Schema& schema,
                                                          const container::GroupHeader& header) {
   const CellCodec& codec = entry_of(header);
   if (!codec.takes(schema))
-    return Error{
-        ErrorCode::unsupported,
-        "connectivity: codec " + std::string(codec.word) + " needs " + std::string(codec.needs),
-        {},
-        kNoOffset,
-        {}};
+    return unsupported("connectivity: codec " + std::string(codec.word) + " needs " +
+                       std::string(codec.needs));
   const auto made = [&]<class Decoder>(std::type_identity<Decoder>) {
     return std::unique_ptr<GroupDecoder>(
         std::make_unique<Decoder>(schema, start, parts, std::move(cell_bytes)));
@@ -118,12 +115,8 @@ Result<void> check_active(const container::GroupHeader& header, const ReadLimits
       std::min(limits.max_active_vertices, bytes / entry_of(header).active_vertex_bytes);
   const std::uint64_t active = header.max_active_vertices;
   if (active <= limit) return {};
-  return Error{
-      ErrorCode::over_limit,
-      "needs " + std::to_string(active) + " active vertices, the limit is " + std::to_string(limit),
-      {},
-      kNoOffset,
-      {}};
+  return over_limit("needs " + std::to_string(active) + " active vertices, the limit is " +
+                    std::to_string(limit));
 }
 
 }  // namespace shm

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "base/binary.h"
+#include "base/errors.h"
 
 namespace shm::container {
 
@@ -42,21 +43,13 @@ Result<void> ChunkWriter::adopt(std::span<const IndexEntry> entries, std::uint64
   std::uint64_t end = 0;
   for (const IndexEntry& entry : entries) {
     if (entry.bytes < kShortHeaderBytes || entry.bytes > bytes - end)
-      return Error{ErrorCode::corrupt,
-                   "the chunks of a part do not follow each other",
-                   "index",
-                   offset_ + end,
-                   {}};
+      return corrupt("the chunks of a part do not follow each other", "index", offset_ + end);
     entries_.push_back(entry);
     entries_.back().offset = offset_ + end;
     end += entry.bytes;
   }
   if (end != bytes)
-    return Error{ErrorCode::corrupt,
-                 "the chunks of a part have a different total size",
-                 "index",
-                 offset_ + end,
-                 {}};
+    return corrupt("the chunks of a part have a different total size", "index", offset_ + end);
   offset_ += bytes;
   sequence_ += static_cast<std::uint32_t>(entries.size());
   return {};

@@ -5,21 +5,14 @@
 #include <utility>
 
 #include "base/binary.h"
+#include "base/errors.h"
 
 namespace shm::container {
-namespace {
-
-Error wrong(std::string detail, std::string section, std::uint64_t offset,
-            ErrorCode code = ErrorCode::corrupt) {
-  return Error{code, std::move(detail), std::move(section), offset, {}};
-}
-
-}  // namespace
 
 Result<std::vector<std::byte>> read_bytes(RandomSource& source, std::uint64_t offset,
                                           std::uint64_t bytes, const std::string& section) {
   if (offset > source.size() || bytes > source.size() - offset)
-    return wrong("the index points beyond the file", section, offset);
+    return corrupt("the index points beyond the file", section, offset);
   std::vector<std::byte> out(static_cast<std::size_t>(bytes));
   if (auto status = source.read_at(offset, out); !status) return status.error();
   return out;
@@ -42,8 +35,7 @@ Result<IndexEntry> last_chunk(RandomSource& source, ChunkKind kind) {
   constexpr std::uint64_t kLeast = kFileStartBytes + kShortHeaderBytes + kTrailerBytes;
   const std::uint64_t size = source.size();
   if (size < kLeast)
-    return wrong("the file is too short to have an end record", "end record", size,
-                 ErrorCode::truncated);
+    return truncated("the file is too short to have an end record", "end record", size);
   const std::uint64_t end = size - kTrailerBytes;
   std::vector<std::byte> tail(kTrailerBytes);
   if (auto status = source.read_at(end, tail); !status) return status.error();
@@ -51,9 +43,8 @@ Result<IndexEntry> last_chunk(RandomSource& source, ChunkKind kind) {
   IndexEntry last;
   last.kind = static_cast<std::uint8_t>(kind);
   if (!get_trailer(in, last.offset))
-    return wrong("the file does not end with an end record", "end record", end,
-                 ErrorCode::truncated);
-  if (last.offset > end) return wrong("points beyond the file", "end record", end);
+    return truncated("the file does not end with an end record", "end record", end);
+  if (last.offset > end) return corrupt("points beyond the file", "end record", end);
   last.bytes = end - last.offset;
   // If parity follows the first trailer, the trailer found here is a copy of the first, and the
   // chunk's header has the real length. The chunk itself is checked when it is read.
@@ -75,8 +66,8 @@ Result<ChunkHeader> checked_header(std::span<const std::byte> chunk, const Index
       header.version > version_of_chunk(static_cast<ChunkKind>(header.kind), {}) ||
       header.segment != entry.segment || header.payload_bytes > entry.bytes ||
       header.chunk_bytes() != entry.bytes)
-    return wrong("the chunk that the index lists is not here", chunk_name(entry.kind),
-                 entry.offset);
+    return corrupt("the chunk that the index lists is not here", chunk_name(entry.kind),
+                   entry.offset);
   return header;
 }
 
@@ -84,10 +75,10 @@ Result<std::vector<std::byte>> read_chunk(RandomSource& source, const IndexEntry
                                           std::uint64_t max_bytes, std::uint8_t* version) {
   const std::string section = chunk_name(entry.kind);
   if (entry.bytes < kShortHeaderBytes)
-    return wrong("the index lists a chunk that is too short", section, entry.offset);
-  const Error too_large = wrong("a chunk of " + std::to_string(entry.bytes) +
-                                    " bytes, the limit is " + std::to_string(max_bytes),
-                                section, entry.offset, ErrorCode::over_limit);
+    return corrupt("the index lists a chunk that is too short", section, entry.offset);
+  const Error too_large = over_limit("a chunk of " + std::to_string(entry.bytes) +
+                                         " bytes, the limit is " + std::to_string(max_bytes),
+                                     section, entry.offset);
   if (entry.bytes > kLongHeaderBytes && entry.bytes - kLongHeaderBytes > max_bytes)
     return too_large;
   auto chunk = read_bytes(source, entry.offset, entry.bytes, section);
@@ -98,13 +89,13 @@ Result<std::vector<std::byte>> read_chunk(RandomSource& source, const IndexEntry
   if (version != nullptr) *version = header->version;
   chunk->erase(chunk->begin(), chunk->begin() + static_cast<std::ptrdiff_t>(header->bytes()));
   if (checksum(*chunk) != header->payload_checksum)
-    return wrong("checksum of the chunk does not match", section, entry.offset);
+    return corrupt("checksum of the chunk does not match", section, entry.offset);
   return std::move(*chunk);
 }
 
 Result<void> for_each_chunk(RandomSource& source, std::span<const IndexEntry> entries,
                             std::uint64_t index_offset, const ChunkVisitor& visit) {
-  const Error wrong_index = wrong("the index does not list every chunk", "index", index_offset);
+  const Error wrong_index = corrupt("the index does not list every chunk", "index", index_offset);
   std::uint64_t end = kFileStartBytes;
   std::uint32_t sequence = 0;
   for (const IndexEntry& entry : entries) {
@@ -116,7 +107,7 @@ Result<void> for_each_chunk(RandomSource& source, std::span<const IndexEntry> en
     if (!header) return header.error();
     if (!*header || (*header)->kind != entry.kind || (*header)->sequence != sequence++ ||
         (*header)->payload_bytes > entry.bytes || (*header)->chunk_bytes() != entry.bytes)
-      return wrong("the chunk that the index lists is not here", section, entry.offset);
+      return corrupt("the chunk that the index lists is not here", section, entry.offset);
     if (auto status = visit(**header, entry); !status) return status;
     end += entry.bytes;
   }
@@ -129,22 +120,22 @@ Result<std::uint64_t> bytes_of_file(RandomSource& source) {
     return last ? Result<std::uint64_t>(last->offset + last->bytes + kTrailerBytes) : last.error();
   const std::uint64_t size = source.size();
   const auto cut = [&](std::uint8_t kind, std::uint64_t begin) {
-    return wrong(
+    return truncated(
         "the file has been cut, and has no index: it ends within the chunk that begins at "
         "byte " +
             std::to_string(begin),
-        chunk_name(kind), size, ErrorCode::truncated);
+        chunk_name(kind), size);
   };
   for (std::uint64_t position = kFileStartBytes, chunks = 0;; ++chunks) {
     if (position >= size || size - position < kShortHeaderBytes)
-      return wrong("the file has been cut, and has no index: it ends after " +
-                       std::to_string(chunks) + " whole chunks",
-                   "chunk header", size, ErrorCode::truncated);
+      return truncated("the file has been cut, and has no index: it ends after " +
+                           std::to_string(chunks) + " whole chunks",
+                       "chunk header", size);
     const auto read = header_at(source, position, size, "chunk header");
     if (!read) return read.error();
     if (!*read || (*read)->sequence != chunks)
-      return wrong("no chunk begins here, and the file does not end with an end record",
-                   "chunk header", position);
+      return corrupt("no chunk begins here, and the file does not end with an end record",
+                     "chunk header", position);
     const ChunkHeader& header = **read;
     const std::uint64_t begin = position;
     position += header.bytes();

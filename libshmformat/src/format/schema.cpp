@@ -9,6 +9,7 @@
 #include <string>
 #include <utility>
 
+#include "base/errors.h"
 #include "base/packing.h"
 #include "format/format.h"
 
@@ -169,7 +170,7 @@ void get(ByteReader& in, Quantization& q) {
 }
 
 Error wrong(std::string detail, ErrorCode code = ErrorCode::misuse) {
-  return Error{code, std::move(detail), "schema", kNoOffset, {}};
+  return Error{code, std::move(detail), "schema"};
 }
 
 constexpr double kTooLarge = 1e300;  // limit for the numbers that quantization computes with
@@ -544,16 +545,12 @@ bool read_values(ByteReader& in, Extra& extra, std::uint64_t distance) {
   return in.ok();
 }
 
-Error wrong_extras(ErrorCode code, std::string detail) {
-  return Error{code, std::move(detail), {}, kNoOffset, {}};
-}
-
 /// Reads the extras of an unpacked chunk of version 1: first the heads of all extras, then the
 /// values of each.
 Result<std::vector<Extra>> get_many(ByteReader& in, std::uint64_t limit) {
-  const Error invalid = wrong_extras(ErrorCode::corrupt, "is invalid");
-  const Error too_large = wrong_extras(
-      ErrorCode::over_limit, "takes more than the limit of " + std::to_string(limit) + " bytes");
+  const Error invalid = corrupt("is invalid");
+  const Error too_large =
+      over_limit("takes more than the limit of " + std::to_string(limit) + " bytes");
   const std::uint64_t count = in.get_count(5);
   if (!in.ok() || count > kMostExtras) return invalid;
   if (count > limit / kExtraBytes) return too_large;
@@ -631,16 +628,16 @@ Result<std::vector<Extra>> get_extras(std::span<const std::byte> payload, std::u
   ByteReader in(payload);
   const std::uint64_t size = stated_packed_size(in);
   if (version > 0 && size > most_unpacked(payload.size()))
-    return wrong_extras(ErrorCode::corrupt, "unpacks to more than its bytes may");
+    return corrupt("unpacks to more than its bytes may");
   if (size > limit)
-    return wrong_extras(ErrorCode::over_limit, "unpacks to " + std::to_string(size) +
-                                                   " bytes, the limit is " + std::to_string(limit));
+    return over_limit("unpacks to " + std::to_string(size) + " bytes, the limit is " +
+                      std::to_string(limit));
   const auto blob = get_packed(in, limit);
-  if (!blob) return wrong_extras(ErrorCode::corrupt, "cannot be unpacked");
+  if (!blob) return corrupt("cannot be unpacked");
   ByteReader fields(*blob);
   if (version > 0) return get_many(fields, limit);
   std::vector<Extra> one(1);
-  if (!get(fields, one[0])) return wrong_extras(ErrorCode::corrupt, "is invalid");
+  if (!get(fields, one[0])) return corrupt("is invalid");
   return one;
 }
 

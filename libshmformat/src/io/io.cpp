@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/errors.h"
 #include "base/threads.h"
 
 namespace shm {
@@ -43,7 +44,7 @@ Result<void> NullSink::write(std::span<const std::byte> more) {
 
 Result<void> MemoryRandomSource::read_at(std::uint64_t offset, std::span<std::byte> into) {
   if (offset > bytes_.size() || into.size() > bytes_.size() - offset)
-    return Error{ErrorCode::truncated, "ends before it should", {}, bytes_.size(), {}};
+    return truncated("ends before it should", {}, bytes_.size());
   const auto from = bytes_.subspan(static_cast<std::size_t>(offset), into.size());
   std::copy(from.begin(), from.end(), into.begin());
   return {};
@@ -84,7 +85,7 @@ void SectionSource::prefetch(std::span<const ByteRange> ranges) {
 
 Result<void> SectionSource::read_at(std::uint64_t offset, std::span<std::byte> into) {
   if (offset > bytes_ || into.size() > bytes_ - offset)
-    return Error{ErrorCode::truncated, "ends before it should", {}, offset_ + bytes_, {}};
+    return truncated("ends before it should", {}, offset_ + bytes_);
   return whole_->read_at(offset_ + offset, into);
 }
 

@@ -20,7 +20,7 @@ namespace shm {
 namespace {
 
 Error system_error(ErrorCode code, const std::string& what, const std::string& path) {
-  return Error{code, what + ": " + std::strerror(errno), {}, kNoOffset, path};
+  return Error{.code = code, .detail = what + ": " + std::strerror(errno), .file = path};
 }
 
 /// Opens a file. Opening a named pipe waits for its other end, during which a signal may arrive.
@@ -98,7 +98,7 @@ std::string own_name(const std::string& path, const std::string& machine, int at
 }
 
 Error taken_error(const std::string& path) {
-  return Error{ErrorCode::output, "exists already", {}, kNoOffset, path};
+  return Error{.code = ErrorCode::output, .detail = "exists already", .file = path};
 }
 
 /// Flushes the folder, so that the name of `path` is on the disk, too. Some folders cannot be
@@ -196,7 +196,8 @@ FileSink::~FileSink() {
 
 Result<void> FileSink::write(std::span<const std::byte> bytes) {
   if (committed_)
-    return Error{ErrorCode::misuse, "is written after its commit()", {}, kNoOffset, path_};
+    return Error{
+        .code = ErrorCode::misuse, .detail = "is written after its commit()", .file = path_};
   while (!bytes.empty()) {
     const ssize_t n = ::write(descriptor_, bytes.data(), bytes.size());
     if (n < 0 && errno == EINTR) continue;
@@ -358,7 +359,7 @@ Result<std::size_t> FileSource::read(std::span<std::byte> into) {
 Result<std::unique_ptr<FileRandomSource>> FileSource::anywhere() const {
   struct stat status {};
   if (::fstat(descriptor_, &status) != 0 || !S_ISREG(status.st_mode))
-    return Error{ErrorCode::io, "cannot be read at any position", {}, kNoOffset, path_};
+    return Error{.code = ErrorCode::io, .detail = "cannot be read at any position", .file = path_};
   std::unique_ptr<FileRandomSource> source(new FileRandomSource());
   source->path_ = path_;
   source->size_ = static_cast<std::uint64_t>(status.st_size);
@@ -387,7 +388,11 @@ Result<void> FileRandomSource::read_at(std::uint64_t offset, std::span<std::byte
     const ssize_t n = ::pread(descriptor_, into.data(), into.size(), static_cast<off_t>(offset));
     if (n < 0 && errno == EINTR) continue;
     if (n < 0) return system_error(ErrorCode::io, "cannot be read", path_);
-    if (n == 0) return Error{ErrorCode::truncated, "ends before it should", {}, offset, path_};
+    if (n == 0)
+      return Error{.code = ErrorCode::truncated,
+                   .detail = "ends before it should",
+                   .offset = offset,
+                   .file = path_};
     offset += static_cast<std::uint64_t>(n);
     into = into.subspan(static_cast<std::size_t>(n));
   }

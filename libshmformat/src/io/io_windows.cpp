@@ -84,7 +84,7 @@ Error system_error(ErrorCode code, const char* what, const std::string& path) {
   std::wstring_view sentence(text, size);
   sentence = sentence.substr(0, sentence.find_last_not_of(L" .\r\n") + 1);
   const std::string reason = sentence.empty() ? "error " + std::to_string(why) : narrow(sentence);
-  return Error{code, std::string(what) + ": " + reason, {}, kNoOffset, path};
+  return Error{.code = code, .detail = std::string(what) + ": " + reason, .file = path};
 }
 
 HANDLE open_handle(const std::string& path, DWORD access, DWORD existing, DWORD flags = 0) {
@@ -179,7 +179,7 @@ void remove_leftovers(const std::string& path, const std::string& machine, std::
 }
 
 Error taken_error(const std::string& path) {
-  return Error{ErrorCode::output, "exists already", {}, kNoOffset, path};
+  return Error{.code = ErrorCode::output, .detail = "exists already", .file = path};
 }
 
 /// Renames as POSIX does: a process that has the old file open keeps it. Newer versions of Windows
@@ -230,7 +230,7 @@ Result<std::unique_ptr<FileSink>> FileSink::create(const std::string& path, Temp
   const DWORD attributes = ::GetFileAttributesW(system_path(path).c_str());
   if (attributes != INVALID_FILE_ATTRIBUTES) {
     const auto refused = [&](const char* why) {
-      return Error{ErrorCode::output, why, {}, kNoOffset, path};
+      return Error{.code = ErrorCode::output, .detail = why, .file = path};
     };
     if ((attributes & FILE_ATTRIBUTE_DIRECTORY) != 0) return refused("is a folder");
     if (!sink->replaces_) return taken_error(path);
@@ -283,7 +283,8 @@ FileSink::~FileSink() {
 
 Result<void> FileSink::write(std::span<const std::byte> bytes) {
   if (committed_)
-    return Error{ErrorCode::misuse, "is written after its commit()", {}, kNoOffset, path_};
+    return Error{
+        .code = ErrorCode::misuse, .detail = "is written after its commit()", .file = path_};
   while (!bytes.empty()) {
     DWORD done = 0;
     const auto wanted = static_cast<DWORD>(std::min(bytes.size(), kMostBytes));
@@ -387,7 +388,7 @@ std::optional<std::uint64_t> size_of(int descriptor) {
 /// Opens the file again by name: duplicates of the open file would share its position.
 Result<std::unique_ptr<FileRandomSource>> FileSource::anywhere() const {
   if (path_ == "-" || !size_of(descriptor_))
-    return Error{ErrorCode::io, "cannot be read at any position", {}, kNoOffset, path_};
+    return Error{.code = ErrorCode::io, .detail = "cannot be read at any position", .file = path_};
   return FileRandomSource::open(path_);
 }
 
@@ -397,7 +398,8 @@ Result<std::unique_ptr<FileRandomSource>> FileRandomSource::open(const std::stri
   source->descriptor_ = descriptor_of(open_handle(path, GENERIC_READ, OPEN_EXISTING));
   if (source->descriptor_ < 0) return system_error(ErrorCode::io, "cannot be opened", path);
   const auto size = size_of(source->descriptor_);
-  if (!size) return Error{ErrorCode::io, "cannot be read at any position", {}, kNoOffset, path};
+  if (!size)
+    return Error{.code = ErrorCode::io, .detail = "cannot be read at any position", .file = path};
   source->size_ = *size;
   return source;
 }
@@ -416,7 +418,11 @@ Result<void> FileRandomSource::read_at(std::uint64_t offset, std::span<std::byte
     if (::ReadFile(handle_of(descriptor_), into.data(), wanted, &done, &place) == 0 &&
         ::GetLastError() != ERROR_HANDLE_EOF)
       return system_error(ErrorCode::io, "cannot be read", path_);
-    if (done == 0) return Error{ErrorCode::truncated, "ends before it should", {}, offset, path_};
+    if (done == 0)
+      return Error{.code = ErrorCode::truncated,
+                   .detail = "ends before it should",
+                   .offset = offset,
+                   .file = path_};
     offset += done;
     into = into.subspan(done);
   }

@@ -13,7 +13,7 @@ MeshDecoder::MeshDecoder(const Schema& schema, const ReadLimits& limits, const R
 
 Error MeshDecoder::damaged(std::string detail, std::uint64_t group, std::uint64_t offset,
                            ErrorCode code) const {
-  return Error{code, std::move(detail), "group " + std::to_string(group), offset, {}};
+  return Error{code, std::move(detail), "group " + std::to_string(group), offset};
 }
 
 Result<void> MeshDecoder::begin_group(container::GroupChunk chunk, std::uint32_t segment) {

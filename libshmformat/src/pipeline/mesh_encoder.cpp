@@ -96,13 +96,13 @@ void MeshEncoder::begin_part(const SegmentStart& start) {
 Result<void> MeshEncoder::add_vertex(std::uint64_t number, std::span<const std::byte> xyz,
                                      std::span<const std::byte> data) {
   if (xyz.size() != xyz_bytes_ || data.size() != values_bytes_ - xyz_bytes_)
-    return misuse_error("vertex " + std::to_string(number) + " has " +
-                            std::to_string(xyz.size() + data.size()) +
-                            " bytes of values, the schema has " + std::to_string(values_bytes_),
-                        "mesh");
+    return misuse("vertex " + std::to_string(number) + " has " +
+                      std::to_string(xyz.size() + data.size()) +
+                      " bytes of values, the schema has " + std::to_string(values_bytes_),
+                  "mesh");
   const std::uint32_t entry = next_entry();
   if (!by_number_.insert(number, entry))
-    return misuse_error("vertex " + std::to_string(number) + " is added twice", "mesh");
+    return misuse("vertex " + std::to_string(number) + " is added twice", "mesh");
   enter_vertex(number, xyz.data(), data.data());
   entries_[entry].named = true;
   return {};
@@ -130,7 +130,7 @@ std::uint32_t MeshEncoder::enter_vertex(std::uint64_t number, const std::byte* x
 
 Result<void> MeshEncoder::add_imported_vertex(std::uint64_t number, std::span<const std::byte> xyz,
                                               std::span<const std::byte> data) {
-  if (start_.segment == 0) return misuse_error("the first segment cannot import vertices", "mesh");
+  if (start_.segment == 0) return misuse("the first segment cannot import vertices", "mesh");
   if (auto status = add_vertex(number, xyz, data); !status) return status;
   const std::uint32_t e = by_number_.find(number);
   in_segment_[e] = 0;  // any earlier segment will do
@@ -148,25 +148,24 @@ Result<void> MeshEncoder::add_unused_vertex(std::uint64_t number, std::span<cons
 
 Result<void> MeshEncoder::add_cell(std::uint32_t block, std::span<const std::uint64_t> corners,
                                    std::uint64_t last_use, std::span<const std::byte> data) {
-  if (block >= schema_->blocks.size()) return misuse_error("cell of an unknown block", "mesh");
+  if (block >= schema_->blocks.size()) return misuse("cell of an unknown block", "mesh");
   const BlockInfo& info = schema_->blocks[block];
   if (info.nodes_per_cell != 0 ? corners.size() != info.nodes_per_cell
                                : corners.size() > kMaxNodesPerCell)
-    return misuse_error("cell with " + std::to_string(corners.size()) + " corners in a block of " +
-                            std::to_string(info.nodes_per_cell),
-                        "mesh");
+    return misuse("cell with " + std::to_string(corners.size()) + " corners in a block of " +
+                      std::to_string(info.nodes_per_cell),
+                  "mesh");
   if (data.size() != cell_data_bytes_[block])
-    return misuse_error("cell with " + std::to_string(data.size()) +
-                            " bytes of data, the schema has " +
-                            std::to_string(cell_data_bytes_[block]),
-                        "mesh");
+    return misuse("cell with " + std::to_string(data.size()) + " bytes of data, the schema has " +
+                      std::to_string(cell_data_bytes_[block]),
+                  "mesh");
   cell_entries_.resize(corners.size());
   for (std::size_t i = 0; i < corners.size(); ++i) {
     const std::uint32_t entry = by_number_.find(corners[i]);
     if (entry == kNone)
-      return misuse_error("cell uses vertex " + std::to_string(corners[i]) +
-                              ", which was never added or is finalized",
-                          "mesh");
+      return misuse("cell uses vertex " + std::to_string(corners[i]) +
+                        ", which was never added or is finalized",
+                    "mesh");
     cell_entries_[i] = entry;
   }
   return enter_cell(block, cell_entries_, last_use, data);
@@ -480,10 +479,10 @@ Result<void> MeshEncoder::give_out(EncodedGroup& group) {
 
 Result<void> MeshEncoder::give_out_part(std::span<const std::uint64_t> numbers) {
   if (numbers.size() != foreign_tickets_.size())
-    return misuse_error("there are " + std::to_string(foreign_tickets_.size()) +
-                            " imported vertices, but " + std::to_string(numbers.size()) +
-                            " numbers are given",
-                        "mesh");
+    return misuse("there are " + std::to_string(foreign_tickets_.size()) +
+                      " imported vertices, but " + std::to_string(numbers.size()) +
+                      " numbers are given",
+                  "mesh");
   for (std::size_t i = 0; i < numbers.size(); ++i) tickets_[foreign_tickets_[i]] = numbers[i];
   holds_groups_ = false;
   for (EncodedGroup& group : held_) {
@@ -563,25 +562,24 @@ StepReference most_referred(const Schema& schema, const WriteOptions& options) {
 
 Result<void> check_options(const Schema& schema, const WriteOptions& options) {
   if (options.group_cells < 1 || options.group_cells > container::kMaxGroupCells)
-    return misuse_error("group_cells must be 1 to 2^20", "options");
-  if (options.level > Level::best) return misuse_error("unknown level", "options");
+    return misuse("group_cells must be 1 to 2^20", "options");
+  if (options.level > Level::best) return misuse("unknown level", "options");
   const auto check_codec = [&](ConnectivityCodec name) -> Result<void> {
     if (name == ConnectivityCodec::automatic) return {};
     const CellCodec* codec = find_codec(name);
-    if (codec == nullptr) return misuse_error("unknown connectivity codec", "options");
+    if (codec == nullptr) return misuse("unknown connectivity codec", "options");
     if (!codec->takes(schema))
-      return misuse_error(
-          "codec " + std::string(codec->word) + " needs " + std::string(codec->needs), "options");
+      return misuse("codec " + std::string(codec->word) + " needs " + std::string(codec->needs),
+                    "options");
     return {};
   };
   if (auto status = check_codec(options.connectivity); !status) return status;
   for (ConnectivityCodec name : options.segment_connectivity)
     if (auto status = check_codec(name); !status) return status;
-  if (!(options.restart_budget >= 0))
-    return misuse_error("restart_budget must be 0 or more", "options");
-  if (options.key_steps < 1) return misuse_error("key_steps must be 1 or more", "options");
+  if (!(options.restart_budget >= 0)) return misuse("restart_budget must be 0 or more", "options");
+  if (options.key_steps < 1) return misuse("key_steps must be 1 or more", "options");
   if (!std::is_sorted(options.segment_starts.begin(), options.segment_starts.end()))
-    return misuse_error("segment_starts must ascend", "options");
+    return misuse("segment_starts must ascend", "options");
   return {};
 }
 

@@ -21,8 +21,7 @@ SegmentDecoder::SegmentDecoder(const Schema& schema, const ReadLimits& limits,
 }
 
 Error SegmentDecoder::damaged(std::string detail, ErrorCode code) const {
-  return Error{
-      code, std::move(detail), "group " + std::to_string(group_number_), group_offset_, {}};
+  return Error{code, std::move(detail), "group " + std::to_string(group_number_), group_offset_};
 }
 
 Result<void> SegmentDecoder::begin_group(container::GroupChunk chunk) {

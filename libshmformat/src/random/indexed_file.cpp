@@ -6,7 +6,9 @@
 #include <utility>
 
 #include "base/binary.h"
+#include "base/errors.h"
 #include "base/packing.h"
+#include "format/chunk_reader.h"
 #include "format/random_chunks.h"
 #include "format/schema.h"
 
@@ -23,9 +25,9 @@ Result<void> IndexedFile::expect_limits() const {
        {std::tuple(index_.vertices, limits_.max_vertices, " vertices"),
         std::tuple(index_.cells, limits_.max_cells, " cells")})
     if (count > limit)
-      return wrong(
+      return over_limit(
           "has " + std::to_string(count) + unit + ", the limit is " + std::to_string(limit),
-          "index", index_offset_, ErrorCode::over_limit);
+          "index", index_offset_);
   return {};
 }
 
@@ -42,7 +44,7 @@ Result<void> IndexedFile::open_damaged() {
   const auto known = FoundChunks::of(*source_, limits_);
   if (!known) return known.error();
   if (!known->schema())
-    return wrong("no copy is undamaged; the file cannot be read without it", "schema", kNoOffset);
+    return corrupt("no copy is undamaged; the file cannot be read without it", "schema");
   decodable_ = std::make_unique<const DecodableParts>(DecodableParts::of(*known));
   index_offset_ = decodable_->index_offset;
   index_ = decodable_->totals;
@@ -57,12 +59,12 @@ Result<void> IndexedFile::open_damaged() {
     segments_.push_back({first.first_cell, 0, first.first_vertex, 0, 0, first.box});
     for (std::size_t g = first_group_[s]; g < first_group_[s + 1]; ++g) add_to_segment(groups_[g]);
   }
-  decoder_ = Decoder(limits_);
   look_at_beginning(decodable_->beginning);
-  if (auto status = decoder_.feed(decodable_->beginning); !status) return status;
-  const auto advanced = decoder_.advance();
-  if (decoder_.schema() == nullptr)
-    return advanced ? wrong("is invalid", "schema", kNoOffset) : advanced.error();
+  std::span<const std::byte> beginning(decodable_->beginning);
+  auto schema = container::ChunkReader(limits_).find_schema(beginning);
+  if (!schema) return schema.error();
+  if (!*schema) return corrupt("is invalid", "schema");
+  schema_ = std::make_unique<const Schema>(std::move(**schema));
   return {};
 }
 
@@ -98,13 +100,12 @@ Result<std::vector<std::byte>> IndexedFile::read_packed(const IndexEntry& entry)
   const std::string section = container::chunk_name(entry.kind);
   const std::uint64_t size = stated_packed_size(in);
   if (has_bounded_blobs() && size > most_unpacked(in.left()))
-    return wrong("unpacks to more than its bytes may", section, entry.offset);
+    return corrupt("unpacks to more than its bytes may", section, entry.offset);
   const std::uint64_t limit =
       std::min(most_bytes_of_times(limits_), budget().left(source_->size()));
-  if (size > limit)
-    return wrong("unpacks to more than the limit", section, entry.offset, ErrorCode::over_limit);
+  if (size > limit) return over_limit("unpacks to more than the limit", section, entry.offset);
   auto blob = get_packed(in, limit);
-  if (!blob) return wrong("cannot be unpacked", section, entry.offset);
+  if (!blob) return corrupt("cannot be unpacked", section, entry.offset);
   return std::move(*blob);
 }
 
@@ -125,8 +126,8 @@ Result<std::vector<Extra>> IndexedFile::read_extras() {
     auto some = get_extras(*payload, version,
                            std::min(limits_.max_extra_bytes, budget.left(source_->size())));
     if (!some)
-      return wrong(some.error().detail, container::chunk_name(entry.kind), entry.offset,
-                   some.error().code);
+      return Error{some.error().code, some.error().detail, container::chunk_name(entry.kind),
+                   entry.offset};
     for (const Extra& extra : *some) budget.take(bytes_of(extra));
     std::move(some->begin(), some->end(), std::back_inserter(extras));
   }
@@ -142,7 +143,7 @@ Result<std::vector<double>> IndexedFile::read_step_times() {
     const auto blob = read_packed(entry);
     if (!blob) return blob.error();
     if (blob->size() % 8 != 0)
-      return wrong("cannot be unpacked", container::chunk_name(entry.kind), entry.offset);
+      return corrupt("cannot be unpacked", container::chunk_name(entry.kind), entry.offset);
     for (ByteReader values(*blob); values.left() > 0;) values.get_f64(times.emplace_back());
   }
   return times;
@@ -195,7 +196,7 @@ Result<IndexedFile::GroupHead> IndexedFile::read_group_head(std::size_t group) {
   const std::string section = "group " + std::to_string(group);
   if (entry.bytes < kShortHeaderBytes || entry.header_bytes > entry.bytes - kShortHeaderBytes ||
       entry.header_bytes > limits_.max_chunk_bytes)
-    return wrong("the index has a wrong length of its header", section, entry.offset);
+    return corrupt("the index has a wrong length of its header", section, entry.offset);
   auto bytes = container::read_bytes(*source_, entry.offset, head_bytes(entry), section);
   if (!bytes) return bytes.error();
   const std::uint64_t all = container::header_bytes(*bytes) + entry.header_bytes;
@@ -207,24 +208,24 @@ Result<IndexedFile::GroupHead> IndexedFile::read_group_head(std::size_t group) {
   const auto chunk = container::checked_header(*bytes, entry);
   if (!chunk) return chunk.error();
   if (entry.header_bytes > chunk->payload_bytes || bytes->size() < all)
-    return wrong("the index has a wrong length of its header", section, entry.offset);
+    return corrupt("the index has a wrong length of its header", section, entry.offset);
   GroupHead head;
   head.payload_offset = entry.offset + chunk->bytes();
   const auto begin = bytes->begin() + static_cast<std::ptrdiff_t>(chunk->bytes());
   head.bytes.assign(begin, begin + static_cast<std::ptrdiff_t>(entry.header_bytes));
   ByteReader in(head.bytes);
   if (!container::get(in, head.header, chunk->version) || in.left() != 0)
-    return wrong("the group header is invalid", section, entry.offset);
+    return corrupt("the group header is invalid", section, entry.offset);
   if (auto status = expect_group(group, head.header); !status) return status.error();
   std::uint64_t left = chunk->payload_bytes - entry.header_bytes;
   for (const container::StreamEntry& stream : head.header.streams) {
     head.stream_offset.push_back(entry.offset + entry.bytes - left);
     if (stream.bytes > left)
-      return wrong(container::stream_name(stream.kind) + ": ends beyond the group", section,
-                   entry.offset);
+      return corrupt(container::stream_name(stream.kind) + ": ends beyond the group", section,
+                     entry.offset);
     left -= stream.bytes;
   }
-  if (left != 0) return wrong("bytes are left over after the last stream", section, entry.offset);
+  if (left != 0) return corrupt("bytes are left over after the last stream", section, entry.offset);
   return head;
 }
 
@@ -234,12 +235,12 @@ Result<std::vector<std::byte>> IndexedFile::read_stream(std::size_t group, const
   const std::string section = "group " + std::to_string(group);
   const std::string name = container::stream_name(entry.kind);
   if (entry.bytes > limits_.max_chunk_bytes)
-    return wrong(name + ": " + std::to_string(entry.bytes) + " bytes, the limit is " +
-                     std::to_string(limits_.max_chunk_bytes),
-                 section, groups_[group].offset, ErrorCode::over_limit);
+    return over_limit(name + ": " + std::to_string(entry.bytes) + " bytes, the limit is " +
+                          std::to_string(limits_.max_chunk_bytes),
+                      section, groups_[group].offset);
   auto bytes = container::read_bytes(*source_, head.stream_offset[stream], entry.bytes, section);
   if (bytes && checksum(*bytes) != entry.checksum)
-    return wrong(name + ": checksum does not match", section, groups_[group].offset);
+    return corrupt(name + ": checksum does not match", section, groups_[group].offset);
   return bytes;
 }
 
@@ -258,9 +259,9 @@ Result<container::GroupChunk> IndexedFile::read_group(std::size_t group,
   auto head = read_group_head(group);
   if (!head) return head.error();
   if (entry.offset + entry.bytes - head->payload_offset > limits_.max_chunk_bytes)
-    return wrong("a chunk of " + std::to_string(entry.bytes) + " bytes, the limit is " +
-                     std::to_string(limits_.max_chunk_bytes),
-                 "group " + std::to_string(group), entry.offset, ErrorCode::over_limit);
+    return over_limit("a chunk of " + std::to_string(entry.bytes) + " bytes, the limit is " +
+                          std::to_string(limits_.max_chunk_bytes),
+                      "group " + std::to_string(group), entry.offset);
   out.version = head->header.version;
   out.payload = std::move(head->bytes);
   std::vector<std::byte>& payload = out.payload;
@@ -272,8 +273,7 @@ Result<container::GroupChunk> IndexedFile::read_group(std::size_t group,
     if (parts.includes(streams[s]))
       needed = std::max(needed, head->stream_offset[s] - begin + streams[s].bytes);
   if (needed > source_->size() - std::min(source_->size(), begin))
-    return wrong("ends beyond the file", "group " + std::to_string(group), entry.offset,
-                 ErrorCode::truncated);
+    return truncated("ends beyond the file", "group " + std::to_string(group), entry.offset);
   payload.resize(static_cast<std::size_t>(needed));
   for (std::size_t s = 0; s < streams.size();) {
     // Adjacent wanted streams are read in one call.
@@ -372,7 +372,7 @@ void IndexedFile::look_at_beginning(std::span<const std::byte> bytes) {
   has_long_headers_ = container::header_bytes(first) == kLongHeaderBytes;
 }
 
-/// Reads the file start and the first chunk through a Decoder, which checks them.
+/// Reads the file start and the first chunk.
 Result<void> IndexedFile::read_schema() {
   if (index_.entries.empty() ||
       index_.entries[0].kind != static_cast<std::uint8_t>(ChunkKind::schema) ||
@@ -382,17 +382,25 @@ Result<void> IndexedFile::read_schema() {
     return wrong_index("does not list the schema");
   constexpr std::uint64_t kPiece = std::uint64_t{1} << 16;
   const std::uint64_t end = container::kFileStartBytes + index_.entries[0].bytes;
-  decoder_ = Decoder(limits_);
-  std::vector<std::byte> piece;
-  for (std::uint64_t position = 0; position < end; position += piece.size()) {
-    piece.resize(static_cast<std::size_t>(std::min(kPiece, end - position)));
+  container::ChunkReader file(limits_);
+  std::vector<std::byte> bytes;  // bytes that `file` has not read yet
+  for (std::uint64_t position = 0; position < end;) {
+    const std::size_t kept = bytes.size();
+    bytes.resize(kept + static_cast<std::size_t>(std::min(kPiece, end - position)));
+    const auto piece = std::span(bytes).subspan(kept);
     if (auto status = source_->read_at(position, piece); !status) return status;
     if (position == 0) look_at_beginning(piece);
-    if (auto status = decoder_.feed(piece); !status) return status;
-    if (auto progress = decoder_.advance(); !progress) return progress.error();
+    position += piece.size();
+    std::span<const std::byte> left(bytes);
+    auto schema = file.find_schema(left);
+    if (!schema) return schema.error();
+    if (*schema) {
+      schema_ = std::make_unique<const Schema>(std::move(**schema));
+      return {};
+    }
+    bytes.erase(bytes.begin(), bytes.end() - static_cast<std::ptrdiff_t>(left.size()));
   }
-  if (decoder_.schema() == nullptr) return wrong_index("lists a wrong length of the schema");
-  return {};
+  return wrong_index("lists a wrong length of the schema");
 }
 
 }  // namespace shm

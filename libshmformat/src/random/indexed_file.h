@@ -15,11 +15,11 @@
 #include <vector>
 
 #include "base/binary.h"
+#include "base/errors.h"
 #include "base/packing.h"
 #include "codecs/shared/group_parts.h"
 #include "format/format.h"
 #include "repair/decodable_parts.h"
-#include "shm/reader.h"
 
 namespace shm {
 
@@ -39,7 +39,7 @@ class IndexedFile {
   Result<void> open_damaged();
   /// Null unless the file is damaged.
   const DecodableParts* decodable() const { return decodable_.get(); }
-  const Schema& schema() const { return *decoder_.schema(); }
+  const Schema& schema() const { return *schema_; }
   const ReadLimits& limits() const { return limits_; }
   /// Totals of the whole file and all entries.
   const container::Index& index() const { return index_; }
@@ -115,13 +115,8 @@ class IndexedFile {
   /// Returns a group whose payload has zeros in place of the streams that are not wanted.
   Result<container::GroupChunk> read_group(std::size_t group, const DecodedParts& parts);
 
-  /// Returns an error about the bytes at `offset`.
-  static Error wrong(std::string detail, std::string section, std::uint64_t offset,
-                     ErrorCode code = ErrorCode::corrupt) {
-    return Error{code, std::move(detail), std::move(section), offset, {}};
-  }
   Error wrong_index(std::string detail) const {
-    return wrong(std::move(detail), "index", index_offset_);
+    return corrupt(std::move(detail), "index", index_offset_);
   }
 
  private:
@@ -142,7 +137,7 @@ class IndexedFile {
 
   RandomSource* source_;
   ReadLimits limits_;
-  Decoder decoder_;  // has read the schema
+  std::unique_ptr<const Schema> schema_;  // on the heap, since others keep a pointer to it
   std::uint64_t index_offset_ = 0;
   container::Index index_;
   bool has_long_headers_ = false;  // chunk headers are long even if short ones would do

@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/errors.h"
 #include "codecs/registry.h"
 
 namespace shm {
@@ -15,8 +16,7 @@ Result<void> add_group(IndexedFile& file, std::size_t group, StepTopology& topol
   const ReadLimits& limits = file.limits();
   const auto& entry = file.groups()[group];
   const auto wrong = [&](const std::string& detail) {
-    return IndexedFile::wrong(detail, "group " + std::to_string(group), entry.offset,
-                              ErrorCode::over_limit);
+    return over_limit(detail, "group " + std::to_string(group), entry.offset);
   };
   if (auto status = check_active(head->header, limits, entry.offset + entry.bytes); !status)
     return wrong(status.error().detail);

@@ -91,8 +91,8 @@ Result<void> PiecePicker::take_vertices(const MeshBlock& block, std::size_t& nex
       if (request_->box() && !in_box) continue;
     }
     if (!buffer_.add(block, next, in_box))
-      return IndexedFile::wrong("has vertex " + std::to_string(number) + " twice",
-                                "segment " + std::to_string(segment_), kNoOffset);
+      return corrupt("has vertex " + std::to_string(number) + " twice",
+                     "segment " + std::to_string(segment_));
     if (!request_->of_vertices()) continue;
     give(*buffer_.find(number));
     buffer_.remove(number);
@@ -131,8 +131,8 @@ Result<void> PiecePicker::pick_cell(const MeshBlock& block, std::size_t cell) {
     for (const std::uint64_t corner : corners) {
       VertexBuffer::Vertex* vertex = buffer_.find(corner);
       if (vertex == nullptr)
-        return IndexedFile::wrong("uses vertex " + std::to_string(corner) + ", which was finalized",
-                                  "cell " + std::to_string(number), kNoOffset);
+        return corrupt("uses vertex " + std::to_string(corner) + ", which was finalized",
+                       "cell " + std::to_string(number));
       give(*vertex);
       piece_.corners.push_back(corner);
     }
@@ -189,14 +189,14 @@ Result<void> PiecePicker::end_mesh() {
   const std::uint64_t expected = request_->expected();
   if (expected != PieceRequest::kUnknown && !request_->box() && found_ != expected)
     return request_->of_vertices()
-               ? misuse_error(std::to_string(expected - found_) + " of the vertices do not exist",
-                              "piece")
+               ? misuse(std::to_string(expected - found_) + " of the vertices do not exist",
+                        "piece")
                : file_->wrong_index("counts cells that do not exist");
   for (Numbers* numbers : {&vertices_, &cells_})
     if (const auto twice = numbers->set.twice())
-      return IndexedFile::wrong(std::string(numbers == &cells_ ? "cell " : "vertex ") +
-                                    std::to_string(*twice) + " is there twice",
-                                "mesh", kNoOffset);
+      return corrupt(std::string(numbers == &cells_ ? "cell " : "vertex ") +
+                         std::to_string(*twice) + " is there twice",
+                     "mesh");
   shared_.clear();
   return {};
 }

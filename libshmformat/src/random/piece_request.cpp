@@ -45,30 +45,30 @@ Result<void> PieceRequest::check() const {
   const Schema& schema = file_->schema();
   const std::string in_all = "there are " + std::to_string(file_->index().cells) + " cells";
   if (cells.range && cells.range->first > cells.range->end)
-    return misuse_error("a range of cells ends before it begins", "request");
+    return misuse("a range of cells ends before it begins", "request");
   if (cells.range && cells.range->end > file_->index().cells)
-    return misuse_error(
-        "a range of cells ends at " + std::to_string(cells.range->end) + "; " + in_all, "request");
+    return misuse("a range of cells ends at " + std::to_string(cells.range->end) + "; " + in_all,
+                  "request");
   if (cells.numbers && !ascends(*cells.numbers))
-    return misuse_error("numbers of cells do not ascend", "request");
+    return misuse("numbers of cells do not ascend", "request");
   if (cells.numbers && !cells.numbers->empty() && cells.numbers->back() >= file_->index().cells)
-    return misuse_error("there is no cell " + std::to_string(cells.numbers->back()) + "; " + in_all,
-                        "request");
+    return misuse("there is no cell " + std::to_string(cells.numbers->back()) + "; " + in_all,
+                  "request");
   if (cells.blocks && (!ascends(*cells.blocks) ||
                        (!cells.blocks->empty() && cells.blocks->back() >= schema.blocks.size())))
-    return misuse_error("blocks do not ascend, or do not exist", "request");
+    return misuse("blocks do not ascend, or do not exist", "request");
   if (cells.box)
     for (std::size_t c = 0; c < 3; ++c)
       if (!((*cells.box)[c] <= (*cells.box)[3 + c]))
-        return misuse_error("a box ends before it begins", "request");
+        return misuse("a box ends before it begins", "request");
   if (request_.vertices && !ascends(*request_.vertices))
-    return misuse_error("numbers of vertices do not ascend", "request");
+    return misuse("numbers of vertices do not ascend", "request");
   if (request_.vertices && (cells.range || cells.numbers || cells.blocks))
-    return misuse_error("both vertices and cells are requested", "request");
+    return misuse("both vertices and cells are requested", "request");
   if (request_.arrays)
     for (const std::uint32_t array : *request_.arrays)
       if (array >= schema.arrays.size())
-        return misuse_error("there is no array " + std::to_string(array), "request");
+        return misuse("there is no array " + std::to_string(array), "request");
   return {};
 }
 

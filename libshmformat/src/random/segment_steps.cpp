@@ -4,6 +4,7 @@
 #include <string>
 #include <utility>
 
+#include "base/errors.h"
 #include "steps/step_memory.h"
 
 namespace shm {
@@ -130,8 +131,8 @@ Result<ColumnElements> SegmentSteps::elements_of(StepElements& mesh,
   const auto count = mesh.count(array_, group);
   if (!count) return at_chunk(count.error(), file_->groups()[part.group].offset);
   if (*count != part.count)
-    return IndexedFile::wrong("the number of values differs from the number of elements",
-                              "step values", part.offset);
+    return corrupt("the number of values differs from the number of elements", "step values",
+                   part.offset);
   auto elements = mesh.elements(array_, group);
   if (!elements) return at_chunk(elements.error(), file_->groups()[part.group].offset);
   return elements;
@@ -195,8 +196,7 @@ Result<std::vector<std::byte>> SegmentSteps::decode(std::size_t step, const Step
   });
   if (!known || found == parts.end() || found->header.count != part.count ||
       found->header.codec != part.codec || container::refers_to(found->header) != part.reference)
-    return IndexedFile::wrong("the chunk that the index lists is not here", "step values",
-                              part.offset);
+    return corrupt("the chunk that the index lists is not here", "step values", part.offset);
   for (auto before = parts.begin(); before != found; ++before) in.get_bytes(before->bytes);
   const container::StepHeader& header = found->header;
   StepParts& column = *columns_[step - pass_.from];

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <string>
 
+#include "base/errors.h"
+
 namespace shm {
 
 using container::IndexEntry;
@@ -30,9 +32,8 @@ Result<void> StepIndex::add_decodable(const IndexedFile& file) {
   elements_.resize(steps_.size());
   for (const DecodableParts::Step& step : file.decodable()->steps) {
     if (step.step >= file.limits().max_steps)
-      return IndexedFile::wrong(
-          "the limit is " + std::to_string(file.limits().max_steps) + " steps", "step values",
-          step.parts.front().offset, ErrorCode::over_limit);
+      return over_limit("the limit is " + std::to_string(file.limits().max_steps) + " steps",
+                        "step values", step.parts.front().offset);
     const std::size_t begin = parts_.size();
     for (const DecodableParts::Part& part : step.parts)
       parts_.push_back({part.offset, part.bytes, part.values.first, part.values.count,
@@ -69,8 +70,8 @@ Result<void> StepIndex::add(const IndexedFile& file, const IndexEntry& entry,
   if (part.array >= schema.arrays.size() || !schema.arrays[part.array].per_step)
     return file.wrong_index("has step values of an array without steps");
   if (part.step >= file.limits().max_steps)
-    return IndexedFile::wrong("the limit is " + std::to_string(file.limits().max_steps) + " steps",
-                              "index", entry.offset, ErrorCode::over_limit);
+    return over_limit("the limit is " + std::to_string(file.limits().max_steps) + " steps", "index",
+                      entry.offset);
   std::vector<Step>& steps = steps_[part.array];
   const bool goes_on = !parts_.empty() && last_array_ == part.array && !steps.empty() &&
                        steps.back().step == part.step;

@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "codecs/shared/codec_id.h"
 #include "random/indexed_file.h"
 
 namespace shm {

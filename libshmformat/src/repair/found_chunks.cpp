@@ -4,10 +4,10 @@
 #include <utility>
 
 #include "base/binary.h"
+#include "base/errors.h"
 #include "format/chunk_list.h"
+#include "format/chunk_reader.h"
 #include "format/random_chunks.h"
-
-#include "shm/reader.h"
 
 namespace shm {
 
@@ -48,20 +48,16 @@ Result<void> FoundChunks::read() {
   auto scan = container::scan_chunks(*source_, limits_.max_chunk_bytes);
   if (!scan) return scan.error();
   scan_ = std::move(*scan);
-  if (!scan_.start && scan_.chunks.empty())
-    return Error{ErrorCode::corrupt, "contains no part of a .shm file", {}, kNoOffset, {}};
+  if (!scan_.start && scan_.chunks.empty()) return corrupt("contains no part of a .shm file");
   if (std::any_of(scan_.chunks.begin(), scan_.chunks.end(),
                   [](const FoundChunk& chunk) { return chunk.is(ChunkKind::members); }) ||
       (scan_.start && (scan_.start->needed_features & container::kArchiveFeature) != 0))
-    return Error{ErrorCode::unsupported, "is an archive of several files", {}, kNoOffset, {}};
+    return unsupported("is an archive of several files");
   for (const FoundChunk& chunk : scan_.chunks)
     if (chunk.whole && !container::is_known(chunk.header) &&
         (chunk.header.flags & container::kChunkOptional) == 0)
-      return Error{ErrorCode::unsupported,
-                   "this reader does not know the chunk, which is not optional",
-                   container::chunk_name(chunk.header.kind),
-                   chunk.offset,
-                   {}};
+      return unsupported("this reader does not know the chunk, which is not optional",
+                         container::chunk_name(chunk.header.kind), chunk.offset);
   if (auto status = find_schema(); !status) return status;
   if (auto status = find_index(); !status) return status;
   judge_start();
@@ -89,12 +85,9 @@ Result<void> FoundChunks::find_schema() {
   for (const FoundChunk& chunk : scan_.chunks) {
     if (!chunk.whole || !chunk.is(ChunkKind::schema)) continue;
     if (first != nullptr && !holds_the_same(*first, chunk))
-      return Error{ErrorCode::corrupt,
-                   "differs from the one at byte " + std::to_string(first->offset) +
-                       ": these are parts of two files",
-                   "schema",
-                   chunk.offset,
-                   {}};
+      return corrupt("differs from the one at byte " + std::to_string(first->offset) +
+                         ": these are parts of two files",
+                     "schema", chunk.offset);
     if (first == nullptr) first = &chunk;
   }
   if (first != nullptr) {
@@ -103,16 +96,12 @@ Result<void> FoundChunks::find_schema() {
     if (!payload) return payload.error();
     schema_payload_ = std::move(*payload);
     has_long_headers_ = chunk.header.is_long;
-    Decoder decoder(limits_);
-    if (auto status = decoder.feed(beginning()); !status) return status;
-    const auto advanced = decoder.advance();
-    if (decoder.schema() == nullptr) {
-      schema_payload_.clear();
-      if (!advanced && advanced.error().code == ErrorCode::unsupported) return advanced.error();
-      if (!advanced && advanced.error().code == ErrorCode::over_limit) return advanced.error();
-      return {};
-    }
-    schema_ = *decoder.schema();
+    const std::vector<std::byte> bytes = beginning();
+    std::span<const std::byte> left(bytes);
+    auto schema = container::ChunkReader(limits_).find_schema(left);
+    if (!schema && schema.error().code != ErrorCode::corrupt) return schema.error();
+    if (schema) schema_ = std::move(*schema);
+    if (!schema_) schema_payload_.clear();
   }
   return {};
 }
@@ -289,12 +278,9 @@ Result<void> FoundChunks::judge_by_numbers() {
     const FoundChunk& chunk = found[i];
     if (before != nullptr && before->header.sequence == chunk.header.sequence) {
       if (chunk.whole && !holds_the_same(*before, chunk))
-        return Error{ErrorCode::corrupt,
-                     "has the number of the chunk at byte " + std::to_string(before->offset) +
-                         ", but other bytes: these are parts of two files",
-                     container::chunk_name(chunk.header.kind),
-                     chunk.offset,
-                     {}};
+        return corrupt("has the number of the chunk at byte " + std::to_string(before->offset) +
+                           ", but other bytes: these are parts of two files",
+                       container::chunk_name(chunk.header.kind), chunk.offset);
       if (chunk.whole) damages_.push_back(damage_of(DamageKind::repeated, chunk, source_->size()));
       continue;
     }

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "base/errors.h"
+
 namespace shm {
 
 StepDecoder::StepDecoder(const Schema& schema, const ReadLimits& limits, StepTopology& topology,
@@ -21,7 +23,7 @@ StepDecoder::StepDecoder(const Schema& schema, const ReadLimits& limits, StepTop
 Result<StepPiece> StepDecoder::read(const container::StepHeader& header,
                                     std::span<const std::byte> bytes, std::uint64_t file) {
   if (header.array >= schema_->arrays.size() || !schema_->arrays[header.array].per_step)
-    return Error{ErrorCode::corrupt, "belongs to no stepped array", "step values", kNoOffset, {}};
+    return corrupt("belongs to no stepped array", "step values");
   if (header.step >= limits_.max_steps)
     return wrong_step_values(*schema_, header,
                              "the limit is " + std::to_string(limits_.max_steps) + " steps",

@@ -76,7 +76,7 @@ StepReference StepEncoder::most_next(std::uint32_t array) const {
 
 Result<void> StepEncoder::begin_step(std::uint32_t array, std::uint64_t step) {
   Before& before = before_[array];
-  if (step < before.next_step) return misuse_error("steps of an array must ascend", "steps");
+  if (step < before.next_step) return misuse("steps of an array must ascend", "steps");
   reference_step_ = before.next_step - 1;  // irrelevant if nothing may be referred to
   most_here_ = most_next(array);
   before.next_step = step + 1;
@@ -90,7 +90,7 @@ Result<void> StepEncoder::begin_step(std::uint32_t array, std::uint64_t step) {
   reference_ = std::exchange(given_reference_, std::nullopt);
   has_referred_ = false;
   if (reference_ && *reference_ > most_here_ && elements_[array] > 0)
-    return misuse_error("a step cannot refer to steps that were not given", "steps");
+    return misuse("a step cannot refer to steps that were not given", "steps");
   column_.emplace(*schema_, array);
   return {};
 }
@@ -98,13 +98,12 @@ Result<void> StepEncoder::begin_step(std::uint32_t array, std::uint64_t step) {
 /// Begins the next group that has elements of the array.
 Result<void> StepEncoder::begin_group() {
   if (first_ == elements_[*array_])
-    return misuse_error("array '" + schema_->arrays[*array_].name + "' got more than its " +
-                            std::to_string(first_) + " elements at step " + std::to_string(step_),
-                        "steps");
+    return misuse("array '" + schema_->arrays[*array_].name + "' got more than its " +
+                      std::to_string(first_) + " elements at step " + std::to_string(step_),
+                  "steps");
   const auto next = mesh_.nth_group(*array_, groups_, mesh_.groups() - 1);
   if (!next) return next.error();
-  if (*next == nullptr)
-    return misuse_error("the mesh has fewer elements than its groups state", "steps");
+  if (*next == nullptr) return misuse("the mesh has fewer elements than its groups state", "steps");
   ++groups_;
   group_ = (*next)->group;
   count_ = (*next)->count;
@@ -210,10 +209,10 @@ Result<void> StepEncoder::end_step() {
   const ArrayInfo& info = schema_->arrays[*array_];
   const std::uint64_t got = first_ + pending_.size() / stride();
   if (got != elements_[*array_])
-    return misuse_error("array '" + info.name + "' got " + std::to_string(got) +
-                            " elements at step " + std::to_string(step_) + ", the mesh has " +
-                            std::to_string(elements_[*array_]),
-                        "steps");
+    return misuse("array '" + info.name + "' got " + std::to_string(got) + " elements at step " +
+                      std::to_string(step_) + ", the mesh has " +
+                      std::to_string(elements_[*array_]),
+                  "steps");
   Before& before = before_[*array_];
   before.run = has_referred_ ? before.run + 1 : 1;
   array_.reset();

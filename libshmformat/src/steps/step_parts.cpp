@@ -12,9 +12,7 @@ Error wrong_step_values(const Schema& schema, const container::StepHeader& heade
   return Error{code,
                "array '" + schema.arrays[header.array].name + "' at step " +
                    std::to_string(header.step) + ": " + detail,
-               "step values",
-               kNoOffset,
-               {}};
+               "step values"};
 }
 
 Result<void> StepParts::check_size(const container::StepHeader& header) const {

@@ -4,6 +4,7 @@
 #include <string>
 #include <utility>
 
+#include "base/errors.h"
 #include "base/lists.h"
 #include "codecs/registry.h"
 
@@ -104,10 +105,7 @@ Result<void> StepTopology::decode_next() {
   if (!status) {
     decoder_.reset();
     return Error{status.error().code,
-                 "group " + std::to_string(number) + ": " + status.error().detail,
-                 "step values",
-                 kNoOffset,
-                 {}};
+                 "group " + std::to_string(number) + ": " + status.error().detail, "step values"};
   }
   if (!std::exchange(group.counted, true))
     for (std::uint32_t block : elements_.cells.blocks) ++group.block_cells[block];
@@ -152,12 +150,8 @@ Result<void> StepTopology::decode(const Group& group) {
     }
     add(block.mesh);
     if (elements_.bytes() > most_bytes_)
-      return Error{ErrorCode::over_limit,
-                   "the neighbourhoods of its elements take more than the limit of " +
-                       std::to_string(most_bytes_) + " bytes",
-                   {},
-                   kNoOffset,
-                   {}};
+      return over_limit("the neighbourhoods of its elements take more than the limit of " +
+                        std::to_string(most_bytes_) + " bytes");
   }
   elements_.slots = decoder_->slots();
   const auto end = decoder_->end_group();

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "base/errors.h"
+
 namespace shm {
 namespace {
 
@@ -144,12 +146,9 @@ Result<void> GroupDecoder::decode_values(MeshBlock& block) {
     std::vector<std::byte>& out = c == 0 ? block.xyz : block.arrays[array_of(c)];
     if (!decode_column(c, block, out)) {
       if (is_out_of_memory())
-        return Error{ErrorCode::over_limit,
-                     "values of its active vertices and cells need more memory than the limit for "
-                     "its size",
-                     {},
-                     kNoOffset,
-                     {}};
+        return over_limit(
+            "values of its active vertices and cells need more memory than the limit for "
+            "its size");
       return corrupt((c == 0 ? "geometry" : array_stream_name(*schema_, array_of(c))) +
                      ": its values are invalid or too few");
     }

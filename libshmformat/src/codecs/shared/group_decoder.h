@@ -164,12 +164,6 @@ class GroupDecoder {
   /// Returns the column of a stream; columns() if it does not hold values.
   std::size_t column_of(const container::StreamEntry& entry) const;
 
-  static Error corrupt(std::string detail) {
-    return Error{ErrorCode::corrupt, std::move(detail), {}, kNoOffset, {}};
-  }
-  static Error unsupported(std::string detail) {
-    return Error{ErrorCode::unsupported, std::move(detail), {}, kNoOffset, {}};
-  }
   static Error wrong_stream(const container::StreamEntry& entry);
   static Error unknown_codec(const container::StreamEntry& entry);
 

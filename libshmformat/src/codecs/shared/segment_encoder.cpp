@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/binary.h"
+#include "base/errors.h"
 #include "base/lists.h"
 #include "format/schema.h"
 
@@ -87,12 +88,9 @@ Result<void> SegmentEncoder::take(const SegmentPiece& piece, std::vector<Encoded
       if (group_.header.unused_vertices > 0)
         end_group(done);  // unused vertices come last in a group
       if (!encode_cell(piece, cell, place))
-        return Error{ErrorCode::misuse,
-                     "cell " + std::to_string(cell.number) +
-                         " cannot be encoded: two vertices have the same number",
-                     "mesh",
-                     kNoOffset,
-                     {}};
+        return misuse("cell " + std::to_string(cell.number) +
+                          " cannot be encoded: two vertices have the same number",
+                      "mesh");
       if (options_.values) values_.add_cell(cell.block, piece.cell_data.data() + place.data);
       if (options_.with_order) group_.cell_numbers.push_back(cell.number);
       place.data += values_.cell_bytes(cell.block);

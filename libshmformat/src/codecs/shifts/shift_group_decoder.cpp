@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "base/errors.h"
 #include "codecs/shifts/difference_columns.h"
 
 namespace shm {

@@ -4,6 +4,8 @@
 #include <string>
 #include <utility>
 
+#include "base/errors.h"
+
 namespace shm {
 
 using container::StreamKind;
