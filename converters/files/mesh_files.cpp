@@ -12,8 +12,7 @@ namespace shm::converters {
 std::unique_ptr<MeshSource> open_mesh(const std::string& path, Spool& spool,
                                       const Progress& progress) {
   const Format& format = input_format(path);
-  auto mesh =
-      format.open == nullptr ? open_shm(path, spool, progress) : format.open(path, spool, progress);
+  auto mesh = format.open == nullptr ? open_shm(path, spool, progress) : format.open(path, spool);
   require_within(spool.limits(), mesh->info(), path);
   return mesh;
 }

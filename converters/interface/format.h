@@ -14,7 +14,6 @@
 #include <vector>
 
 #include "base/output_file.h"
-#include "base/progress.h"
 #include "base/spool.h"
 #include "interface/losses.h"
 #include "mesh/appended_extras.h"
@@ -179,8 +178,7 @@ struct Format {
   // Gets up to 4096 bytes.
   bool (*looks_like)(std::span<const std::byte> head) = nullptr;
   // Null for .shm, which open_mesh() and write_mesh() decode and encode.
-  std::unique_ptr<MeshSource> (*open)(const std::string& path, Spool& spool,
-                                      const Progress& progress) = nullptr;
+  std::unique_ptr<MeshSource> (*open)(const std::string& path, Spool& spool) = nullptr;
   void (*write)(MeshSource& mesh, const std::string& path, Spool& spool) = nullptr;
   // Meshes of all formats are stored unchanged, with their extras, as in .shm files. The
   // capabilities are then those for a mesh without the extras of its format.

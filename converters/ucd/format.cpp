@@ -18,8 +18,7 @@ constinit const Format kUcdFormat = {
     .title = "UCD",
     .extensions = {".ucd", ".inp"},
     .looks_like = looks_like_ucd,
-    .open = [](const std::string& path, Spool& spool,
-               const Progress&) { return open_ucd(path, spool); },
+    .open = open_ucd,
     .write = [](MeshSource& mesh, const std::string& path, Spool&) { write_ucd(mesh, path); },
     .capabilities = {.integers = false, .block_numbers = true, .times = false, .title_bytes = 0},
     .source = &kUcdSource};
