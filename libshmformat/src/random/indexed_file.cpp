@@ -100,7 +100,7 @@ Result<std::vector<std::byte>> IndexedFile::read_packed(const IndexEntry& entry)
   const std::string section = container::chunk_name(entry.kind);
   const std::uint64_t size = stated_packed_size(in);
   if (has_bounded_blobs() && size > most_unpacked(in.left()))
-    return corrupt("unpacks to more than its bytes may", section, entry.offset);
+    return corrupt("unpacks to more bytes than its packed size permits", section, entry.offset);
   const std::uint64_t limit =
       std::min(most_bytes_of_times(limits_), budget().left(source_->size()));
   if (size > limit) return over_limit("unpacks to more than the limit", section, entry.offset);
@@ -196,7 +196,7 @@ Result<IndexedFile::GroupHead> IndexedFile::read_group_head(std::size_t group) {
   const std::string section = "group " + std::to_string(group);
   if (entry.bytes < kShortHeaderBytes || entry.header_bytes > entry.bytes - kShortHeaderBytes ||
       entry.header_bytes > limits_.max_chunk_bytes)
-    return corrupt("the index has a wrong length of its header", section, entry.offset);
+    return corrupt("the index states a wrong header length", section, entry.offset);
   auto bytes = container::read_bytes(*source_, entry.offset, head_bytes(entry), section);
   if (!bytes) return bytes.error();
   const std::uint64_t all = container::header_bytes(*bytes) + entry.header_bytes;
@@ -208,7 +208,7 @@ Result<IndexedFile::GroupHead> IndexedFile::read_group_head(std::size_t group) {
   const auto chunk = container::checked_header(*bytes, entry);
   if (!chunk) return chunk.error();
   if (entry.header_bytes > chunk->payload_bytes || bytes->size() < all)
-    return corrupt("the index has a wrong length of its header", section, entry.offset);
+    return corrupt("the index states a wrong header length", section, entry.offset);
   GroupHead head;
   head.payload_offset = entry.offset + chunk->bytes();
   const auto begin = bytes->begin() + static_cast<std::ptrdiff_t>(chunk->bytes());
