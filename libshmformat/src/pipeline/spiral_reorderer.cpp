@@ -88,8 +88,9 @@ void SpiralReorderer::walk_through(Label label, std::uint32_t entered, const Cor
     vertical_ = label;
     last_was_horizontal_ = false;
   }
-  // For each face through which the walk leaves: the old faces that become left, right, top and
-  // bottom of the next cell. After a turn to the right the old front is on the left, and so on.
+  // Orientation of the next cell. For each face of the old cell through which the walk leaves: the
+  // old faces that become left, right, top and bottom of the next cell. For example, after a turn
+  // to the right, the old front is on the left.
   constexpr std::array<std::array<std::uint8_t, 4>, kLabels> kBecomes = {{
       {kLeft, kRight, kTop, kBottom},  // front
       {kBack, kFront, kTop, kBottom},  // left
@@ -98,7 +99,7 @@ void SpiralReorderer::walk_through(Label label, std::uint32_t entered, const Cor
       {kLeft, kRight, kFront, kBack},  // bottom
       {kRight, kLeft, kTop, kBottom},  // back
   }};
-  // Returns the next cell's face at the edge between the passed face and `old_face`.
+  // Returns the next cell's face that meets the passed face at the edge of `old_face`.
   const auto carried = [&](std::uint32_t old_face) -> std::uint8_t {
     const Face passed = face_of(previous_, face_at_[label]), side = face_of(previous_, old_face);
     for (std::uint8_t f = 0; f < 6; ++f) {
