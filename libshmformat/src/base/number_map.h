@@ -22,7 +22,8 @@ class Scatter {
   Scatter()
       : seed_(static_cast<std::uint64_t>(reinterpret_cast<std::uintptr_t>(this)) * kFirstFactor) {}
 
-  /// Returns a hash value of 32 well mixed bits. The caller uses only the lowest bits that it needs.
+  /// Returns a hash value of 32 well mixed bits. The caller uses only the lowest bits that it
+  /// needs.
   std::uint64_t operator()(std::uint64_t number) const {
     std::uint64_t x = (number ^ seed_) * kFirstFactor;
     x = (x ^ x >> 32) * kSecondFactor;
