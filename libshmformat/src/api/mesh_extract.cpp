@@ -98,11 +98,12 @@ class __attribute__((visibility("hidden"))) MeshExtractor::Impl {
   std::size_t next_visit_ = 0;
   // State of reading groups
   std::optional<std::size_t> reading_;  // the segment that is being read
-  Groups groups_;                       // groups of that segment
+  Groups groups_;                       // groups of the segment that is being read
   bool all_read_ = false;
   bool runs_ahead_ =
       false;  // true: the blocks taken have no influence on which groups must be read
   std::optional<Error> error_ahead_;  // reported after all earlier blocks have been taken
+
   // State of taking blocks
   std::optional<std::size_t> segment_;  // segment of the last block that was passed to the picker
   bool in_group_ = false;               // true: more blocks of the group of that block will follow
@@ -392,7 +393,7 @@ Result<void> MeshExtractor::Impl::find_all_owners() {
       const auto after = std::upper_bound(
           segments.begin(), segments.end(), number,
           [](std::uint64_t n, const SegmentInfo& segment) { return n < segment.first_vertex; });
-      if (after == segments.begin()) continue;  // this is the case if the owner is lost
+      if (after == segments.begin()) continue;  // the owning segment is lost
       owner_segments_.insert(static_cast<std::size_t>(after - segments.begin()) - 1);
     }
     owners_known_ = true;

@@ -29,8 +29,8 @@ class MeshFeed {
 
  private:
   struct Vertex {
-    std::uint32_t entry = kNone;  // kNone: not added yet
-    std::uint32_t uses = 0;       // remaining uses
+    std::uint32_t entry = kNone;  // entry of the vertex in the encoder; kNone: not added yet
+    std::uint32_t uses = 0;       // number of remaining uses
   };
   /// Largest count of uses. A vertex with at least this number of uses is never finalized.
   static constexpr std::uint32_t kEndless = std::numeric_limits<std::uint32_t>::max();
@@ -150,7 +150,7 @@ const std::byte* MeshFeed::data_of_cell(std::uint32_t block) {
 /// `entry`.
 std::uint64_t MeshFeed::nodes_with(std::uint32_t entry, std::size_t last) const {
   std::uint64_t nodes = 0;
-  if (entries_.size() == 8) {  // for speed: a fixed number of iterations
+  if (entries_.size() == 8) {  // loop with a fixed number of iterations, which is faster
     for (std::size_t i = 0; i < 8; ++i) nodes |= std::uint64_t{entries_[i] == entry} << i;
     return nodes & ((std::uint64_t{2} << last) - 1);
   }

@@ -44,7 +44,7 @@ void move_elements(void* elements, const CompactNumbers& from, std::size_t strid
 /// 4 times beyond.
 std::uint64_t believed(std::uint64_t size, std::uint64_t expected) {
   constexpr std::uint64_t kMost = std::numeric_limits<std::size_t>::max() / 256;
-  constexpr std::uint64_t kMuch = std::uint64_t{1} << 24;  // elements
+  constexpr std::uint64_t kMuch = std::uint64_t{1} << 24;  // in elements
   if (size >= expected || expected > kMost) return size;
   return std::min(expected, std::max(std::min(size * 256, kMuch), size * 4));
 }
@@ -228,7 +228,7 @@ class MeshCollector {
   void take_vertices(const MeshBlock& block);
   /// The coordinates, or a static point array.
   struct VertexColumn {
-    std::optional<std::size_t> array;  // nullopt: coordinates
+    std::optional<std::size_t> array;  // index of the array; nullopt: coordinates
     std::size_t stride = 0;
   };
   /// Returns the values of a column in a mesh or a block.

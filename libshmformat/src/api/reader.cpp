@@ -243,7 +243,7 @@ Result<void> Decoder::Impl::read_payload(std::span<const std::byte> payload) {
     case ChunkKind::step_times: chunks_.add(header); return read_step_times(payload);
     case ChunkKind::extra: chunks_.add(header); return read_extra(payload);
     case ChunkKind::index: return read_index(payload);
-    case ChunkKind::members: break;  // occurs only in archives, which are refused before
+    case ChunkKind::members: break;  // occurs only in archives, which have been refused before
   }
   return {};
 }

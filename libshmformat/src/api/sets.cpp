@@ -143,7 +143,7 @@ Result<std::vector<T>> integers(const Folder& folder, std::string_view field, Re
 Result<std::vector<double>> factors(const Folder& folder) {
   if (!folder.whole(kFactors)) return folder.error(kFactors, "a part of the list is missing");
   std::vector<double> values;
-  bool any_other = false;  // true if a factor is not 1
+  bool any_other = false;  // true: at least one factor is not 1
   for (const Extra* part : folder.parts(kFactors)) {
     const bool narrow = part->type == ScalarType::float32;
     const std::size_t width = narrow ? 4 : 8;

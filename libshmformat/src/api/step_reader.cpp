@@ -71,9 +71,10 @@ class __attribute__((visibility("hidden"))) StepReader::Impl {
   StepReference most_ = StepReference::nothing;
   CellBytes cell_bytes_;  // shared by the topologies of all segments
   CoverNumbers covers_;
-  std::map<std::size_t, SegmentMesh> meshes_;  // by segment
+  std::map<std::size_t, SegmentMesh> meshes_;  // meshes by segment
   std::size_t kept_bytes_ = 0;                 // memory of all meshes except mesh_
-  std::map<std::pair<std::uint32_t, std::size_t>, HeldSteps> held_;  // by array and segment
+  std::map<std::pair<std::uint32_t, std::size_t>, HeldSteps>
+      held_;  // held values by array and segment
 
   // The current request.
   StepRequest request_;

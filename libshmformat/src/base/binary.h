@@ -106,7 +106,7 @@ class ByteReader {
     std::uint64_t v = 0;
     for (int shift = 0; shift < 64; shift += 7) {
       const std::uint8_t byte = get_u8();
-      if (shift == 63 && byte > 1) ok_ = false;  // more than 64 bits
+      if (shift == 63 && byte > 1) ok_ = false;  // the number would have more than 64 bits
       v |= static_cast<std::uint64_t>(byte & 0x7f) << shift;
       if (byte < 0x80) return v;
     }

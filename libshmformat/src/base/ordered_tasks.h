@@ -48,6 +48,7 @@ class OrderedTasks {
     std::size_t
         in = 0,
         out = 0;  ///< limits in bytes on waiting inputs and outputs, not counting those in progress
+
     /// Number of bytes of inputs after which threads are started. A second task that begins while
     /// an earlier one is unfinished also starts the threads.
     std::size_t alone = 0;

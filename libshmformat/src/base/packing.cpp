@@ -1,6 +1,6 @@
 #include "base/packing.h"
 
-#define ZSTD_STATIC_LINKING_ONLY  // for custom allocators
+#define ZSTD_STATIC_LINKING_ONLY  // declares the functions with custom allocators
 #include <zstd.h>
 #include <zstd_errors.h>
 
@@ -101,7 +101,7 @@ std::size_t best_width(std::span<const std::byte> blob) {
   const auto sample = blob.subspan((blob.size() - size) / 2, size);
   std::size_t best = 1, least = zstd_compress(sample, kLevel).size();
   for (const std::size_t width :
-       {4, 8, 12, 16, 24, 32}) {  // for example, records of one to four numbers
+       {4, 8, 12, 16, 24, 32}) {  // widths in bytes, for example of records of one to four numbers
     const std::size_t bytes = zstd_compress(in_planes(sample, width), kLevel).size();
     if (bytes >= least) continue;
     least = bytes;

@@ -17,9 +17,9 @@ namespace shm {
 
 /// Methods that put_packed() may use.
 enum class Packing {
-  none,             ///< stored raw
+  none,             ///< blobs are stored raw
   plain,            ///< the methods that readers of format version 0.9 can unpack
-  with_dictionary,  ///< all methods
+  with_dictionary,  ///< all methods, including the dictionary
   bounded,  ///< the methods of `plain`, but the unpacked size is at most 256 times the packed size
 };
 /// Writes the method (one byte: 0 raw, 1 zstd, 2 zstd of planes, 3 zstd with the dictionary), the

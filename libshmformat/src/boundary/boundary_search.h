@@ -101,11 +101,11 @@ class BoundarySearch {
   std::uint64_t max_bytes_;
   SurfaceBuilder found_;
   std::vector<CellForm> forms_;           // by block, for cells with a fixed number of nodes
-  std::vector<CellColumn> cell_columns_;  // by column of the cell layout
+  std::vector<CellColumn> cell_columns_;  // state of each column of the cell layout
   std::uint64_t next_vertex_ = 0, next_cell_ = 0, left_out_ = 0;
   std::size_t unchecked_ = 0;  // number of nodes since the last check of the memory
 
-  NumberMap slots_;  // live vertices, by number
+  NumberMap slots_;  // slots of live vertices, by vertex number
   std::vector<Vertex> vertices_;
   std::vector<std::byte> records_;  // one record for each vertex
   std::vector<std::uint32_t> free_vertices_;

@@ -13,16 +13,17 @@ namespace shm {
 
 struct CellForm {
   enum Kind : std::uint8_t {
-    unknown,     ///< its sides are not known
+    unknown,     ///< the sides of the cell are not known
     itself,      ///< the cell is a face, an edge or a point, which consists of its first nodes
     solid,       ///< the first nodes of the cell are corners, which form its sides
     polyhedron,  ///< the nodes of the cell list its faces; each face repeats its first vertex at
                  ///< its end
   };
   Kind kind = unknown;
-  std::uint32_t corners = 0;  ///< number of nodes that are corners; for itself and solid
-  std::span<const ShapeFace>
-      sides;  ///< corners of each side, counter-clockwise seen from outside; for solid
+  std::uint32_t corners =
+      0;  ///< number of nodes that are corners; set for the kinds `itself` and `solid`
+  std::span<const ShapeFace> sides;  ///< corners of each side, counter-clockwise seen from outside;
+                                     ///< set for the kind `solid`
   /// True for wedges. In some files, the corners of their first triangle are in counter-clockwise
   /// order seen from inside, as in `sides`. In others they are in counter-clockwise order seen from
   /// outside, as VTK's manual states. The coordinates show which order a cell has.

@@ -23,11 +23,12 @@ class SideTable {
   struct Side {
     std::uint32_t next = kNone;  ///< the next side at the same vertex
     std::uint32_t cell = kNone;  ///< record of the first cell that has the side
+
     /// The vertices after the first vertex: two for a triangle, three for a quadrilateral. If the
     /// cycle is longer or repeats a vertex: kNone and the index in long_.
     std::array<std::uint32_t, 3> rest{kNone, kNone, kNone};
     std::uint16_t number = 0;  ///< number of the side within its cell
-    bool is_reversed = false;  ///< the cycle goes clockwise, seen from outside
+    bool is_reversed = false;  ///< true: the cycle goes clockwise, seen from outside
     bool is_shared = false;    ///< true: a second cell has the side
   };
   using Rest = std::array<std::uint32_t, 3>;
@@ -86,7 +87,7 @@ class SideTable {
   };
   /// List links of a hashed side.
   struct Link {
-    std::uint32_t next = kNone;  // next side in the same chain of heads_
+    std::uint32_t next = kNone;  // index of the next side in the same chain of heads_
     std::uint32_t first = kNone;
   };
 
@@ -116,7 +117,7 @@ class SideTable {
   std::uint64_t long_bytes_ = 0;
   std::vector<std::uint32_t>
       heads_;  // first sides of the chains of hashed sides; the size is a power of two
-  std::vector<Link> links_;  // by side
+  std::vector<Link> links_;  // links of each hashed side, by index of the side
   std::size_t hashed_ = 0;
   Scatter scatter_;
   std::array<std::uint32_t, 4> short_{};  // the cycle that take() passes to visit()

@@ -18,7 +18,8 @@ struct RecordLayout {
   struct Column {
     std::size_t request = 0;  ///< index among the requested arrays
     std::uint32_t array = 0;
-    std::size_t offset = 0, bytes = 0;  ///< within the record
+    std::size_t offset = 0, bytes = 0;  ///< position and size of the column within the record
+
     /// True for a stepped cell array: the record contains mark_of() the cell (64 bits) instead of a
     /// value, because values are read later.
     bool is_mark = false;

@@ -179,8 +179,8 @@ class MixingCoder {
   Engine* engine_ = nullptr;
   std::uint32_t question_ = 0, path_ = 1, depth_ = 0, clue_count_ = 0;
   std::array<std::uint32_t, mixing::kMaxClues> clues_{};
-  std::vector<Weights> weights_;         // by question and depth
-  std::vector<AdaptiveBit> by_history_;  // by question and history
+  std::vector<Weights> weights_;         // weights, by question and depth
+  std::vector<AdaptiveBit> by_history_;  // predictions by question and history
   std::vector<AdaptiveBit> by_clue_;
   std::vector<std::uint8_t> checks_;  // low bits of the hash of each entry of by_clue_
 };

@@ -33,9 +33,10 @@ std::uint32_t code_tree(Coder& coder, TreeModel<kBits, Bit>& model, std::uint32_
 template <class Bit>
 struct NumberModelOf {
   Bit zero;
-  TreeModel<6, Bit> length;                  // K - 1
+  TreeModel<6, Bit> length;                  // model of K - 1
   std::array<std::array<Bit, 4>, 64> first;  // the two bits after the leading 1 bit, by K
-  std::array<Bit, 64 * 63 / 2> rest;         // further bits by K and position
+  std::array<Bit, 64 * 63 / 2> rest;         // models of the further bits, by K and position
+
   /// Returns the model of the bit that has `left` bits below it, in a number of length k. Must
   /// hold: left < k - 1.
   Bit& rest_bit(int k, int left) {
@@ -56,9 +57,9 @@ using ResidualModel = ResidualModelOf<AdaptiveBit>;
 /// NumberModel, since the low bits are modelled only by their position.
 struct CompactNumberModel {
   AdaptiveBit zero;
-  TreeModel<6> length;                               // as in NumberModel
-  std::array<std::array<AdaptiveBit, 4>, 64> first;  // as in NumberModel
-  std::array<AdaptiveBit, 64> rest;  // further bits, by the number of bits below the bit
+  TreeModel<6> length;                               // model of K - 1, as in NumberModel
+  std::array<std::array<AdaptiveBit, 4>, 64> first;  // models of two bits, as in NumberModel
+  std::array<AdaptiveBit, 64> rest;  // models of the further bits, by the number of bits below each
   AdaptiveBit& rest_bit(int, int left) { return rest[static_cast<std::size_t>(left)]; }
 };
 

@@ -28,12 +28,12 @@ namespace shm {
 /// the results are the same on all machines.
 class AdaptiveBit {
  public:
-  static constexpr std::uint32_t kLimit = 160;  // Frozen: part of the format
+  static constexpr std::uint32_t kLimit = 160;  // largest count. Frozen: part of the format
 
   /// Returns the probability of a 1 in units of 1/65536, from 1 to 65535.
   std::uint32_t probability_of_one() const {
     const std::uint32_t p = state_ >> 16;
-    return p == 0 ? 1 : p;  // at most 65535 by construction
+    return p == 0 ? 1 : p;  // at most 65535, since state_ has 32 bits
   }
   /// Returns the number of decisions seen, at most the limit.
   std::uint32_t count() const { return state_ & 0x3ff; }

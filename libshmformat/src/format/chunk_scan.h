@@ -17,6 +17,7 @@ struct FoundChunk {
   std::uint64_t offset = 0;
   ChunkHeader header;
   bool whole = false;  ///< the payload matches its checksum
+
   /// Number of bytes from the start of this chunk to the next chunk found, or to the end of the
   /// file. Less than bytes() if the file has lost bytes of this chunk.
   std::uint64_t room = 0;
@@ -28,9 +29,11 @@ struct FoundChunk {
 struct ChunkScan {
   std::optional<FileStart> start;  ///< nullopt if the signature is missing
   std::vector<FoundChunk> chunks;  ///< in file order
+
   /// End of the trailer after the index if the index is undamaged; otherwise the end of the source.
   std::uint64_t end = 0;
   bool trailer = false;  ///< the 16 bytes before `end` are a trailer that points to the last chunk
+
   /// Offset of the index according to a trailer at the very end of the source. It has not been
   /// checked.
   std::optional<std::uint64_t> index_offset;

@@ -101,7 +101,7 @@ HeaderState get(ByteReader& in, ChunkHeader& header) {
     header.kind = head.get_u8();
     header.version = head.get_u8();
     header.flags = head.get_u8();
-    head.get_u8();  // zero; the checksum covers it
+    head.get_u8();  // reserved byte, always zero; the checksum covers it
     header.sequence = head.get_u32();
     header.segment = head.get_u32();
     header.payload_bytes = head.get_u64();
@@ -140,8 +140,8 @@ void put_short(ByteWriter& out, double number) {
 }
 double get_short(ByteReader& in) {
   const std::uint8_t count = in.get_u8();
-  const auto bytes =
-      in.get_bytes(count <= 8 ? count : ~std::uint64_t{0});  // a count above 8 makes it fail
+  const auto bytes = in.get_bytes(
+      count <= 8 ? count : ~std::uint64_t{0});  // if `count` is above 8, this call fails
   std::uint64_t bits = 0;
   for (std::size_t i = 0; i < bytes.size(); ++i)
     bits |= std::to_integer<std::uint64_t>(bytes[i]) << (56 - 8 * i);

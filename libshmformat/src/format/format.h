@@ -66,7 +66,7 @@ enum class ChunkKind : std::uint8_t {
   step_times = 4,
   extra = 5,
   index = 6,
-  members = 9,  ///< only in archives, which have no other chunks
+  members = 9,  ///< occurs only in archives, which have no other chunks
 };
 std::string chunk_name(std::uint8_t kind);
 
@@ -82,7 +82,7 @@ struct ChunkHeader {
   std::uint8_t version = 0;
   std::uint8_t flags = 0;
   bool is_long = false;        ///< true: the file stores the long form of the header
-  std::uint32_t sequence = 0;  ///< 0, 1, 2, ... over the whole file
+  std::uint32_t sequence = 0;  ///< number of the chunk in the file, from 0
   std::uint32_t segment = 0;   ///< number of the segment of a group, from 0; 0 for all other kinds
   std::uint64_t payload_bytes = 0;
   std::uint32_t payload_checksum = 0;
@@ -128,7 +128,7 @@ using shm::Codec;
 
 struct StreamEntry {
   StreamKind kind = StreamKind::connectivity;
-  std::uint32_t array = 0;  ///< only for StreamKind::array
+  std::uint32_t array = 0;  ///< number of the array; only for StreamKind::array
   Codec codec{};
   std::uint32_t needs = 0;  ///< version 0: bit k is set if decoding needs the stream of kind k
   std::uint64_t bytes = 0;
@@ -140,14 +140,14 @@ struct StreamEntry {
 struct GroupHeader {
   std::uint8_t version = version_of_chunk(ChunkKind::group, {});
   std::uint64_t first_cell = 0, first_vertex = 0;
-  std::uint32_t cells = 0;     ///< 0..2^20
+  std::uint32_t cells = 0;     ///< number of cells, 0..2^20
   std::uint64_t vertices = 0;  ///< vertices introduced in this group and owned by its segment
   std::uint64_t imported_vertices =
       0;  ///< vertices introduced in this group but owned by an earlier segment
   std::uint64_t unused_vertices =
       0;  ///< how many of `vertices` are not used by any cell; these vertices are the last
   std::uint64_t max_active_vertices = 0;
-  std::uint64_t decoded_bytes = 0;  ///< size of the decoded values and corners
+  std::uint64_t decoded_bytes = 0;  ///< decoded size in bytes of values and corners
   std::array<double, 6>
       box{};  ///< min x y z, max x y z of the finite coordinates; +inf -inf if there are none
   std::vector<StreamEntry> streams;
@@ -179,7 +179,7 @@ struct StepHeader {
   bool trend = false;  ///< the reference is the trend of reference_step and the step before it
   std::uint32_t group =
       0;  ///< number of the group whose elements these are, counted over the file from 0
-  std::uint64_t count = 0;  ///< elements, at least 1
+  std::uint64_t count = 0;  ///< number of elements, at least 1
   Codec codec{};
 };
 /// Returns the kind of reference of the values: nothing, an earlier step or a trend.
@@ -225,11 +225,11 @@ struct IndexEntry {
   std::uint8_t kind = 0;
   std::uint64_t offset = 0, bytes = 0;  ///< position and size of the whole chunk, header included
   std::uint32_t segment = 0;            ///< segment of a group; 0 for other chunks
-  std::uint64_t first_cell = 0, cells = 0, first_vertex = 0, vertices = 0;  ///< groups only
-  std::array<double, 6> box{};                                              ///< groups only
+  std::uint64_t first_cell = 0, cells = 0, first_vertex = 0, vertices = 0;  ///< set only for groups
+  std::array<double, 6> box{};  ///< bounding box of a group; set only for groups
   std::uint64_t header_bytes =
       0;  ///< groups only: length of the group header, after which the streams begin
-  std::vector<StepEntry> parts;  ///< step values only
+  std::vector<StepEntry> parts;  ///< parts of step values; set only for step_values chunks
 };
 struct NamedBytes {
   std::string name;
@@ -243,7 +243,7 @@ struct ArrayRange {
 };
 struct Index {
   std::uint8_t version = version_of_chunk(ChunkKind::index, {});
-  std::uint64_t previous_index = 0;  ///< offset of the previous index chunk, 0 = none
+  std::uint64_t previous_index = 0;  ///< offset of the previous index chunk; 0 if there is none
   std::uint64_t vertices = 0, cells = 0, hexahedra = 0, max_active_vertices = 0, steps = 0;
   std::uint64_t segments = 0, imported_vertices = 0;
   std::vector<std::uint64_t> block_cells;

@@ -25,7 +25,7 @@ namespace {
 constexpr int kInput = 0, kOutput = 1;
 /// Other processes may read, write, rename and remove an open file, as on POSIX systems.
 constexpr DWORD kShared = FILE_SHARE_READ | FILE_SHARE_WRITE | FILE_SHARE_DELETE;
-constexpr std::size_t kMostBytes = std::size_t{1} << 30;  // per call
+constexpr std::size_t kMostBytes = std::size_t{1} << 30;  // in one call of the system
 
 class Handle {
  public:

@@ -26,6 +26,7 @@ inline bool is_hexahedral(const BlockInfo& block) {
 struct CellTopology {
   std::uint32_t block = 0;
   bool hexahedral = false;  ///< positions 0..7 are a hexahedron's corners in the coder's frame
+
   /// The shape, the number of corners that have sides (mesh/cell_shapes.h), and for each side the
   /// number of the cell across it that has the same face (OpenFaces). Sides are those of the
   /// corners as stored. Set only in meshes that also have cells other than hexahedra; otherwise

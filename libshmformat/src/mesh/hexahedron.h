@@ -122,7 +122,7 @@ inline constexpr auto kIsMirrored = [] {
     table[o] = ((std::popcount(o / 6) & 1) != 0) != (o % 6 >= 3);
   return table;
 }();
-inline constexpr std::uint8_t kMirrorX = 1 * 6 + 0;  // x is reversed
+inline constexpr std::uint8_t kMirrorX = 1 * 6 + 0;  // orientation in which x is reversed
 
 /// kOrientationOf[base][x][y]: the orientation with this base in which x and y become these bits.
 inline constexpr auto kOrientationOf = [] {

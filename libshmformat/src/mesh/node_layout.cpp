@@ -111,8 +111,8 @@ MidNode face_node(const Solid& solid, std::size_t f) {
   return node;
 }
 
-/// Returns the node in the middle of a hexahedron. If the faces have nodes, the body node lies in a
-/// plane between bottom and top.
+/// Returns the node in the middle of a hexahedron. If the faces have nodes, the body node refers to
+/// four edge nodes and four face nodes, which lie in the plane halfway between bottom and top.
 MidNode body_node(bool has_faces) {
   MidNode node;
   node.kind = MidNode::body;

@@ -43,8 +43,9 @@ struct MidNode {
 
 struct NodeLayout {
   std::uint8_t corners = 0;
-  std::uint8_t nodes = 0;                       ///< number of corners and of nodes in `mid`
-  std::array<MidNode, kMostLayoutNodes> mid{};  ///< mid nodes by position
+  std::uint8_t nodes = 0;                       ///< number of nodes of a cell, corners included
+  std::array<MidNode, kMostLayoutNodes> mid{};  ///< mid nodes, by position
+
   /// Corners of the faces of a three-dimensional cell. A face has three corners if the last corner
   /// equals the first.
   std::array<std::array<std::uint8_t, 4>, 6> sides{};

@@ -40,8 +40,10 @@ class OpenFaces {
   static constexpr std::uint32_t kMost = 8;
 
   struct Face {
-    std::array<std::uint32_t, 4> node{};              ///< vertex slots around the face
-    std::array<std::uint32_t, 4> next{}, previous{};  ///< list links by place: face * 4 + place
+    std::array<std::uint32_t, 4> node{};  ///< vertex slots around the face
+    std::array<std::uint32_t, 4> next{},
+        previous{};  ///< links of the lists of faces at a vertex: face slot * 4 + position of the
+                     ///< vertex in the face
     std::uint32_t cell = kNone;  ///< index of the owner, the cell that added the face
     std::uint8_t size = 0;       ///< number of corners; 2 for an edge
     bool flat = false;           ///< true: the face is itself a flat cell
@@ -51,7 +53,7 @@ class OpenFaces {
     std::uint64_t number = kNever;  ///< number of the cell among cells of all shapes, from 0
     std::uint32_t open = 0;         ///< number of open faces of the cell
     std::uint32_t size = 0;
-    std::array<std::uint32_t, kMost> node{};  ///< vertex slots, as stored
+    std::array<std::uint32_t, kMost> node{};  ///< vertex slots of the nodes, in stored order
   };
   struct Vertex {
     std::uint32_t first = kNone;
@@ -109,7 +111,7 @@ class OpenFaces {
   std::uint32_t new_cell();
   Vertex& vertex_at(std::uint32_t slot);
 
-  std::vector<Vertex> vertices_;  // by slot
+  std::vector<Vertex> vertices_;  // faces at each vertex, by vertex slot
   std::vector<Face> faces_;
   std::vector<std::uint32_t> free_faces_;
   std::vector<Cell> cells_;

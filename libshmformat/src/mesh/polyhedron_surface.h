@@ -26,7 +26,7 @@ class PolyhedronSurface {
     std::uint32_t face = kNone, at = 0;
   };
   struct Edge {
-    std::uint32_t to = kNone;  ///< slot of the other end
+    std::uint32_t to = kNone;  ///< slot of the vertex at the other end
     std::uint32_t cells = 0;   ///< number of polyhedra that have used the edge, at most kMostCells
   };
 
@@ -69,7 +69,7 @@ class PolyhedronSurface {
     std::uint64_t cell = 0;            // number of the polyhedron that has added the face
   };
 
-  std::vector<Vertex> vertices_;  // by slot
+  std::vector<Vertex> vertices_;  // faces and edges at each vertex, by vertex slot
   std::vector<Face> faces_;
   std::vector<std::uint32_t> free_faces_;
 };

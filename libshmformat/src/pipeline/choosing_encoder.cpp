@@ -161,8 +161,8 @@ Result<bool> ChoosingEncoder::shifts_do(Runner& shifts) const {
   return true;
 }
 
-/// Returns the codecs that race, the fastest first. If size matters, shifts race like the other
-/// codecs.
+/// Returns the codecs to try in the race, the fastest first. If size matters, the codec shifts is
+/// one of them.
 std::vector<ConnectivityCodec> ChoosingEncoder::candidates() const {
   std::vector<ConnectivityCodec> codecs = trial_.codecs;
   std::uint64_t components = 0;

@@ -3,12 +3,14 @@
 // and values count too, because the codec determines the order in which they are coded. The choice
 // depends only on these sizes, so it is the same for any number of threads.
 //
-// The codecs race. In the first round all of them code the connectivity of a few cells. Codecs that
-// are not clearly larger than the smallest code more cells in the next rounds, and those that are
-// still close go on to the end of the sample. The winner continues from there, so its cells are not
-// coded twice. The size of the values is estimated: for one codec in the first round, then for each
-// codec whose values differ. Later it is assumed to grow in proportion to the raw values. Values
-// are really coded, to measure their size, in two cases only: if shifts compete, which estimates do
+// The codecs compete in a race of several rounds. In the first round, all of them code the
+// connectivity of a few cells. After each round, a codec whose result is clearly larger than the
+// smallest result drops out. The other codecs code more cells in the next round, up to the end of
+// the sample. The winner continues after the sample, so its cells are not coded twice.
+//
+// The size of the values is estimated: for one codec in the first round, then for each codec whose
+// values differ. In later rounds it is assumed to grow in proportion to the uncompressed size.
+// Values are coded to measure their size only in two cases: if shifts compete, which estimates do
 // not distinguish well from other codecs, and at level best if the sample is the whole segment.
 #pragma once
 
@@ -27,10 +29,11 @@ struct CodecTrial {
   Level level = Level::standard;          ///< level of the value coders
   bool with_order = true;                 ///< as in SegmentOptions
   std::vector<ConnectivityCodec> codecs;  ///< codecs to try, the fastest first; not empty
+
   /// How the shifts codec is tried. It qualifies if its cells need almost no bytes.
   enum class Shifts : std::uint8_t {
     no,
-    for_speed,  ///< chosen if it qualifies
+    for_speed,  ///< chosen whenever it qualifies
     for_size,   ///< chosen if it qualifies and its values are about as small as with other codecs,
                 ///< since it is faster
   };

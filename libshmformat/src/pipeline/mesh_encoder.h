@@ -86,10 +86,11 @@ class MeshEncoder {
     std::vector<std::uint32_t> entries;
     std::vector<std::byte> data;
   };
-  /// Counts of the current segment, for the decision where it ends.
+  /// Counts of the current segment, which determine the end of the segment.
   struct Run {
-    std::uint64_t cells = 0;       // cells added, coded or waiting
-    std::uint64_t introduced = 0;  // vertices that no cell had used before
+    std::uint64_t cells = 0;  // number of cells added, both coded and waiting
+    std::uint64_t introduced =
+        0;  // number of vertices that cells of the segment use and no earlier cell has used
   };
 
   std::uint32_t next_entry() const {
@@ -137,7 +138,7 @@ class MeshEncoder {
   std::vector<std::byte> values_;  // coordinates and point data of each entry
   std::vector<std::uint32_t> free_entries_;
   NumberMap by_number_;
-  std::uint64_t live_ = 0;  // vertices used by a cell and not finalized
+  std::uint64_t live_ = 0;  // number of vertices that a cell has used and that are not finalized
   std::vector<std::uint32_t> cell_entries_;
   std::optional<SpiralReorderer> reorderer_;  // set if cells may be delayed
   std::vector<WaitingCell> cells_;

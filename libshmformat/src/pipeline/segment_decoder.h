@@ -133,10 +133,11 @@ class DecodingQueue {
   const Schema* schema_;
   ReadLimits limits_;
   Check check_;
-  std::unique_ptr<Segment> segment_;  // without threads
-  std::optional<Output> left_;        // without threads: the end of the last segment
-  MeshBlock room_;                    // without threads
-  std::unique_ptr<Tasks> tasks_;      // with threads
+  std::unique_ptr<Segment> segment_;  // the current segment; used without threads
+  std::optional<Output> left_;    // an output that has not been returned yet: the end of the last
+                                  // segment; used without threads
+  MeshBlock room_;                // block whose memory may be reused; used without threads
+  std::unique_ptr<Tasks> tasks_;  // used with threads
 };
 
 }  // namespace shm

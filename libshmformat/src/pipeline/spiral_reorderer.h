@@ -20,7 +20,8 @@ namespace shm {
 
 class SpiralReorderer {
  public:
-  using Corners = std::array<std::uint64_t, 8>;  // any ids of vertices, corners as stored
+  using Corners = std::array<std::uint64_t, 8>;  // any numbers that identify the vertices of the
+                                                 // corners, in stored order
 
   /// Adds a cell. The caller chooses `handle`, which must differ from the handles of all waiting
   /// cells.

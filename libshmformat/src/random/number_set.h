@@ -59,7 +59,7 @@ class NumberSet {
   static constexpr std::uint64_t kWords = std::uint64_t{1} << 14;
 
   std::vector<std::uint64_t> bits_;
-  std::vector<std::uint64_t> far_;  // numbers too large for bits_
+  std::vector<std::uint64_t> far_;  // numbers that are too large for bits_
   std::uint64_t size_ = 0;
   std::optional<std::uint64_t> twice_;
 };

@@ -76,7 +76,7 @@ class PiecePicker {
   const IndexedFile* file_;
   const PieceRequest* request_;
   VertexBuffer buffer_;
-  std::vector<std::uint32_t> cell_arrays_;  // requested cell arrays
+  std::vector<std::uint32_t> cell_arrays_;  // requested cell arrays without steps
   std::vector<std::size_t> taken_;  // for each requested cell array: number of elements of the
                                     // current block that have been read
   std::size_t segment_ = 0, group_ = 0;

@@ -83,6 +83,7 @@ class SegmentSteps {
   Pass pass_{};
   std::vector<std::optional<StepParts>> columns_;  // one for each step of the pass
   std::vector<bool> by_mesh_;  // result of told_by_mesh() for each step of the pass
+
   // Values of the current group at the step that is being decoded, and at earlier steps
   std::vector<std::byte> values_, one_back_, two_back_, trend_;
 };

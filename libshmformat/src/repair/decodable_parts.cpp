@@ -44,6 +44,7 @@ class Gatherer {
   DecodableParts out_;
   std::optional<std::uint32_t> segment_;  // segment of the previous group
   bool broken_ = false;                   // the rest of the current segment cannot be decoded
+
   // Number in the file of the first group whose number is uncertain. Used only without an index.
   std::optional<std::uint64_t> first_unsure_;
   // Pairs of an array that does not cover all blocks, and the index of a group that is known to
@@ -51,6 +52,7 @@ class Gatherer {
   std::set<std::pair<std::uint32_t, std::size_t>> partial_;
   std::map<std::pair<std::uint32_t, std::size_t>, std::uint64_t>
       expected_;  // number of parts by array and segment
+
   // The last step of the current array that can be read, by segment.
   std::unordered_map<std::size_t, std::uint64_t> last_step_;
   std::vector<std::uint64_t> groups_with_vertices_,

@@ -24,9 +24,10 @@ struct DecodableParts {
   std::uint64_t index_offset = 0;
   bool has_index = false;
 
-  /// Decodable groups in file order. Of each segment, the groups before the first lost group.
+  /// Decodable groups in file order: in each segment, the groups before the first lost group.
   std::vector<container::IndexEntry> groups;
   std::vector<std::uint64_t> group_numbers;  ///< number of each group in the file
+
   /// Index in `groups` of the first group of each segment that has decodable groups; then the
   /// number of groups.
   std::vector<std::size_t> first_group;
@@ -48,6 +49,7 @@ struct DecodableParts {
         parts;  ///< values.group: index in `groups`; values.first: element index within these parts
   };
   std::vector<Step> steps;  ///< sorted by array, then by step
+
   /// Array and step number of all step values that the index lists.
   std::set<std::pair<std::uint32_t, std::uint64_t>> listed_steps;
   std::vector<container::IndexEntry> extras, step_times;

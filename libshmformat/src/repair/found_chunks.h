@@ -97,7 +97,7 @@ class FoundChunks {
   std::optional<Schema> schema_;
   std::vector<Damage> damages_;
   // Used only without an index.
-  std::vector<std::size_t> unplaced_;       // damages whose cells are not known yet
+  std::vector<std::size_t> unplaced_;       // indices of damages whose cells are not known yet
   std::optional<FoundGroup> group_before_;  // the last readable group
 };
 

@@ -76,7 +76,7 @@ class SparseGroupBuilder {
  private:
   /// Data of a slot, by its original number in the mesh.
   struct Slot {
-    std::uint32_t number = kNone;   ///< the new number
+    std::uint32_t number = kNone;   ///< the slot after renumbering
     std::uint32_t skipped = kNone;  ///< tile before which an uncovered element used the slot; kNone
                                     ///< if no uncovered element uses it
   };

@@ -54,7 +54,8 @@ class StepDecoder {
   StepElements mesh_;
   std::vector<std::uint64_t> elements_;
   StepReference most_;
-  std::vector<Last> last_;  // by array
+  std::vector<Last> last_;  // state of each array
+
   // The current step and its array
   std::uint32_t array_ = kNone;
   std::optional<StepParts> parts_;

@@ -24,6 +24,7 @@ inline constexpr std::uint32_t kMostStepComponents = 256;
 struct ColumnElements {
   const TiledItems* items = nullptr;
   std::uint32_t slots = 0;  ///< upper bound of the slots in `items`
+
   /// Upper bound of the slots of all elements of the mesh, if `items` has only some of them;
   /// otherwise 0.
   std::uint32_t all_slots = 0;
@@ -70,11 +71,11 @@ class StepElements {
  private:
   /// Data shared by arrays that cover the same elements.
   struct Cover {
-    std::uint32_t array = 0;      // one of these arrays
+    std::uint32_t array = 0;      // one of the arrays that have this cover
     bool is_sparse = false;       // true: the arrays cover few elements
     bool made = false;            // true: `sparse` has been built
     std::vector<OfGroup> groups;  // groups that have elements of the arrays
-    std::size_t counted = 0;      // number of groups counted
+    std::size_t counted = 0;      // number of groups whose elements have been counted
     std::vector<SparseGroup>
         sparse;  // elements of `groups`, without those not needed; set if `made`
 

@@ -34,9 +34,9 @@ class StepMemory {
   /// Stores the values of a step that begin at byte `offset`. The values of a step must be passed
   /// in order.
   void take(std::size_t offset, std::span<const std::byte> values);
-  /// Returns the values to which `bytes` bytes of values from byte `offset` on refer. The result is
-  /// valid until the next call. `info` describes the array. Must hold: enough steps have been
-  /// stored, and `kind` is at most `most`.
+  /// Returns the reference values for the `bytes` bytes of values that begin at byte `offset`. The
+  /// result is valid until the next call. `info` describes the array. Must hold: enough steps have
+  /// been stored, and `kind` is at most `most`. stored, and `kind` is at most `most`.
   std::span<const std::byte> reference(StepReference kind, const ArrayInfo& info,
                                        std::size_t offset, std::size_t bytes);
 

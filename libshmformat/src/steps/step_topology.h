@@ -28,6 +28,7 @@ struct GroupElements {
   TiledItems vertices;
   TiledItems cells;
   std::uint32_t slots = 0;  ///< upper bound of the slots in the items
+
   /// Numbers in a Reader of the vertices that are not imported, and of the cells.
   std::vector<std::uint64_t> vertex_numbers, cell_numbers;
 
@@ -126,7 +127,7 @@ class StepTopology {
   std::unique_ptr<GroupDecoder>
       decoder_;  // decoder of the segment of group next_ - 1, positioned after that group
   std::size_t next_ = 0;
-  GroupElements elements_;  // of group next_ - 1
+  GroupElements elements_;  // elements of group next_ - 1
   bool has_elements_ = false;
 
   bool keeps_ = true;  // true: the elements of all groups so far are kept
