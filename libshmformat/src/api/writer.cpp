@@ -107,7 +107,8 @@ class __attribute__((visibility("hidden"))) Writer::Impl {
   Result<void> set_step_times(std::span<const double> times) { return file_.set_step_times(times); }
   Result<void> add_extra(const Extra& extra) {
     if (auto status = FileWriter::check(extra); !status) return status;
-    if (!mesh_ended_)  // only the calls so far may determine where the extra is among the groups
+    if (!mesh_ended_)  // only earlier calls may determine the position of the extra among the
+                       // groups
       if (auto status = mesh_.catch_up(); !status) return status;
     return file_.add_extra(extra);
   }

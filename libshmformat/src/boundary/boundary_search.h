@@ -100,7 +100,8 @@ class BoundarySearch {
   const Schema* schema_;
   std::uint64_t max_bytes_;
   SurfaceBuilder found_;
-  std::vector<CellForm> forms_;           // by block, for cells with a fixed number of nodes
+  std::vector<CellForm>
+      forms_;  // form of the cells of each block, if they have a fixed number of nodes
   std::vector<CellColumn> cell_columns_;  // state of each column of the cell layout
   std::uint64_t next_vertex_ = 0, next_cell_ = 0, left_out_ = 0;
   std::size_t unchecked_ = 0;  // number of nodes since the last check of the memory

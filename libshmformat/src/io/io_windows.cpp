@@ -66,7 +66,7 @@ std::string narrow(std::wstring_view units) {
 /// prefix.
 std::wstring system_path(const std::string& path) {
   constexpr std::size_t kLongest =
-      240;  // characters, of the 260 allowed: a folder needs space for a short name, too
+      240;  // in characters; 260 are allowed, but a folder needs space for a short name, too
   const std::wstring name = wide(path);
   std::wstring whole(32768, L'\0');
   whole.resize(

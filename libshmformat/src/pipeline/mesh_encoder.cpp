@@ -134,7 +134,7 @@ Result<void> MeshEncoder::add_imported_vertex(std::uint64_t number, std::span<co
   if (start_.segment == 0) return misuse("the first segment cannot import vertices", "mesh");
   if (auto status = add_vertex(number, xyz, data); !status) return status;
   const std::uint32_t e = by_number_.find(number);
-  in_segment_[e] = 0;  // any earlier segment: only kNone has a meaning
+  in_segment_[e] = 0;  // passed to an earlier segment; it does not matter to which
   entries_[e].used = true;
   ++live_;
   if (schema_->order != Order::keep) foreign_tickets_.push_back(entries_[e].ticket = new_ticket());

@@ -82,9 +82,9 @@ Result<void> StepDecoder::expect_group(const container::StepHeader& header) {
   return {};
 }
 
-/// Returns what the part refers to. A trend needs the two steps before, and the later of these must
-/// itself refer to a step. Otherwise the later step is a key step, and a reader that begins there
-/// does not have the earlier step.
+/// Returns what the part refers to. A trend needs the two previous steps, and the later of these
+/// must itself refer to a step. Otherwise the later step is a key step, and a reader that begins
+/// there does not have the earlier step.
 Result<StepReference> StepDecoder::reference_of(const container::StepHeader& header) const {
   const Last& last = last_[header.array];
   const StepReference kind = container::refers_to(header);

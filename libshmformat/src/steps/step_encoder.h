@@ -44,7 +44,8 @@ class StepEncoder {
     std::uint32_t first_group = 0;
     std::vector<std::uint64_t> first, all;
   };
-  /// Declares that the topology and `elements` are those of a part. Call it before any other function.
+  /// Declares that the topology and `elements` are those of a part. Call it before any other
+  /// function.
   void begin_part(Part part);
   /// Sets the reference of the next step of a part, which another part has chosen.
   void choose(StepReference reference) { given_reference_ = reference; }
