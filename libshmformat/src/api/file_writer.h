@@ -1,6 +1,6 @@
 // FileWriter: writes the chunks of a file to a sink, and the index that lists them. The mesh
-// encoder delivers complete groups. FileWriter encodes step values, times and extras itself. spec:
-// "Container", "Step values", "Step times", "Extras", "Index and trailer"
+// encoder delivers complete groups. FileWriter encodes step values, times and extras itself.
+// spec: "Container", "Step values", "Step times", "Extras", "Index and trailer"
 #pragma once
 
 #include <cstdint>

@@ -1,7 +1,7 @@
 // Reading and writing of bytes in the format. All numbers of more than one byte are little-endian.
 // ByteWriter appends to a vector. ByteReader reads from borrowed bytes. Past their end, it returns
-// zeros and records the failure: check ok() once per structure, before using the values. spec:
-// "Conventions", "Checksums"
+// zeros and records the failure: check ok() once per structure, before using the values.
+// spec: "Conventions", "Checksums"
 #pragma once
 
 #include <algorithm>

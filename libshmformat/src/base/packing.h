@@ -1,7 +1,7 @@
 // Packed blobs: blobs stored raw or compressed with zstd, whichever is smaller. Large blobs are
 // also tried as byte planes, small blobs with a dictionary. The unpacking functions do not call
-// packing functions, so that a program that only reads does not link a compressor. spec: "Packed
-// blobs"
+// packing functions, so that a program that only reads does not link a compressor.
+// spec: "Packed blobs"
 #pragma once
 
 #include <cstddef>

@@ -1,6 +1,7 @@
 // Models of numbers and of choices among few symbols, composed of adaptive bits. Every call has the
 // form `code_x(coder, model, value)`. With a RangeEncoder, it encodes `value`; with a RangeDecoder,
-// it ignores `value`. It returns the coded value in both cases. spec: "Models"
+// it ignores `value`. It returns the coded value in both cases.
+// spec: "Models"
 #pragma once
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 // ChunkCopy: copies selected chunks of one file to the beginning of another file. They are copied
-// byte for byte, except for their sequence numbers; their offsets in the file change. spec:
-// "Container", "Index and trailer"
+// byte for byte, except for their sequence numbers; their offsets in the file change.
+// spec: "Container", "Index and trailer"
 #pragma once
 
 #include <cstddef>

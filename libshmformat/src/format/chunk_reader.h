@@ -1,6 +1,7 @@
 // ChunkReader: checks a file from front to back: the file start, then header and payload of each
 // chunk, and the trailer. It also decodes the schema, which is the first chunk. chunk_writer.h is
-// the counterpart. spec: "Container", "Schema"
+// the counterpart.
+// spec: "Container", "Schema"
 #pragma once
 
 #include <cstddef>

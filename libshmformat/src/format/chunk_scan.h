@@ -1,5 +1,6 @@
 // ChunkScan: finds all undamaged chunks of a file that may be damaged anywhere. Chunks are found by
-// their sync marks and verified by their two checksums. spec: "Container", "Recovery"
+// their sync marks and verified by their two checksums.
+// spec: "Container", "Recovery"
 #pragma once
 
 #include <cstddef>

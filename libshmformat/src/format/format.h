@@ -1,7 +1,8 @@
 // The byte layout of a file: signature, chunk header, group header, step values, index, trailer.
 // Each is a plain struct with a function put() and a function get(), whose bodies match line by
 // line. The fields are in the order of the bytes. The container describes chunks and bitstreams,
-// and is independent of cell shapes. spec: "Container"
+// and is independent of cell shapes.
+// spec: "Container"
 #pragma once
 
 #include <array>

@@ -1,5 +1,6 @@
 // Reading chunks at any position of a file: an offset from the index or the trailer locates a
-// chunk, and its checksums verify it. spec: "Container", "Index and trailer"
+// chunk, and its checksums verify it.
+// spec: "Container", "Index and trailer"
 #pragma once
 
 #include <cstddef>

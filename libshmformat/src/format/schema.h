@@ -1,5 +1,6 @@
 // Encoding and decoding of schema and extras, the checks of a schema, the names of its elements,
-// and the totals of a mesh with such a schema. spec: "Schema", "Extras"
+// and the totals of a mesh with such a schema.
+// spec: "Schema", "Extras"
 #pragma once
 
 #include <algorithm>
@@ -37,7 +38,8 @@ Result<void> check_schema(const Schema& schema, const ReadLimits& limits = {});
 bool has_steps(const Schema& schema);
 
 // Reading and writing of extras. A chunk of version 0 contains a single extra, a chunk of version 1
-// many extras packed together. spec: "Extras"
+// many extras packed together.
+// spec: "Extras"
 
 void put(ByteWriter& out, const Extra& extra);
 bool get(ByteReader& in, Extra& extra);
@@ -62,7 +64,8 @@ inline std::uint64_t most_bytes_of_times(const ReadLimits& limits) {
 }
 
 // Totals: the part of the index that describes the whole mesh (container::Index without the
-// entries). They are summed up group by group or part by part. spec: "Index and trailer"
+// entries). They are summed up group by group or part by part.
+// spec: "Index and trailer"
 
 /// Returns the totals of a file without groups.
 inline container::Index totals_of_nothing(const Schema& schema) {

@@ -1,5 +1,6 @@
 // Cell shapes: the corners, faces and edges of cells other than hexahedra, in the order in which
-// the file stores the corners. spec: "Corners of other cells"
+// the file stores the corners.
+// spec: "Corners of other cells"
 #pragma once
 
 #include <algorithm>

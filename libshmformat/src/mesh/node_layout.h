@@ -1,6 +1,6 @@
 // Node layouts: the positions of the mid nodes of second-order cells. A mid node is in the middle
-// of an edge, of a quadrilateral face, or of the cell. The order of the nodes is that of VTK. spec:
-// "Mid nodes"
+// of an edge, of a quadrilateral face, or of the cell. The order of the nodes is that of VTK.
+// spec: "Mid nodes"
 #pragma once
 
 #include <array>

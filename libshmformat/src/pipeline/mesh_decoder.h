@@ -1,7 +1,8 @@
 // MeshDecoder: converts chunk groups to blocks of vertices and cells in coding order. It joins the
 // segments: numbers continue from segment to segment, and a vertex that a segment imports must be
 // left alive by an earlier segment. Segments are decoded one after the other, or in advance by
-// threads. mesh_encoder.h is the counterpart. spec: "Segments", "Decoding a group"
+// threads. mesh_encoder.h is the counterpart.
+// spec: "Segments", "Decoding a group"
 #pragma once
 
 #include <cstddef>

@@ -1,7 +1,7 @@
 // MeshEncoder: converts vertices and cells to chunk groups. It checks what the caller adds, stores
 // the data that the active surface and the delay buffer need, decides where segments begin, and
-// writes the groups of the segment encoders in order. mesh_decoder.h is the counterpart. spec:
-// "Segments", "Group"
+// writes the groups of the segment encoders in order. mesh_decoder.h is the counterpart.
+// spec: "Segments", "Group"
 #pragma once
 
 #include <cstdint>

@@ -1,7 +1,8 @@
 // SegmentDecoder: converts the groups of one segment, as the file stores them, to blocks of
 // vertices and cells. It checks the header of a group before the group decoder reads it. It needs
 // no data of other segments, so several segments can be decoded in parallel: DecodingQueue does
-// that. spec: "Segments", "Decoding a group"
+// that.
+// spec: "Segments", "Decoding a group"
 #pragma once
 
 #include <cstddef>

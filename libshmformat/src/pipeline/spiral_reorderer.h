@@ -5,8 +5,8 @@
 // - Output: the same cells in coding order.
 //
 // A cell that shares no face with the cells chosen before it may wait long, but the number of
-// waiting cells never exceeds the size of the buffer. source: paper section 3.1.1. Not part of the
-// format: a reader sees only the resulting order.
+// waiting cells never exceeds the size of the buffer.
+// source: paper section 3.1.1. Not part of the format: a reader sees only the resulting order.
 #pragma once
 
 #include <array>

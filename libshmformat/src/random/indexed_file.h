@@ -1,6 +1,7 @@
 // IndexedFile: reads a .shm file through its index. It finds chunks and the bitstreams of groups,
 // and reads only the requested data. It uses the offsets in the index, and checks all other
-// contents of the index against the file. spec: "Index and trailer", "Group"
+// contents of the index against the file.
+// spec: "Index and trailer", "Group"
 #pragma once
 
 #include <algorithm>

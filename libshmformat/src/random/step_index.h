@@ -1,7 +1,7 @@
 // StepIndex: the entries of the index for stepped arrays. It lists which parts of which chunks
 // contain an array at a step, and at which earlier step reading must begin. It checks that the
-// entries are consistent. The contents of the chunks are checked when they are read. spec: "Index
-// and trailer"
+// entries are consistent. The contents of the chunks are checked when they are read.
+// spec: "Index and trailer"
 #pragma once
 
 #include <cstddef>

@@ -4,7 +4,8 @@
 // - the step values that cover all these groups of a segment and refer to no lost values.
 //
 // It is computed from FoundChunks, and contains the entries that an index of these parts would
-// have. spec: "Recovery"
+// have.
+// spec: "Recovery"
 #pragma once
 
 #include <cstddef>

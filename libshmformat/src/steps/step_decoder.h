@@ -1,5 +1,6 @@
 // StepDecoder: decodes step_values chunks to values of stepped arrays. step_encoder.h is the
-// counterpart. spec: "Step values"
+// counterpart.
+// spec: "Step values"
 #pragma once
 
 #include <cstddef>

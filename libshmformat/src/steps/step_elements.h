@@ -1,7 +1,8 @@
 // StepElements: finds the groups that have elements of a stepped array, and provides these elements
 // to a column. The elements of arrays on few elements are stored from step to step
 // (sparse_elements.h), so that the cost of a step depends on the number of its values and not on
-// the mesh. For other arrays, the mesh is decoded again. spec: "Step values"
+// the mesh. For other arrays, the mesh is decoded again.
+// spec: "Step values"
 #pragma once
 
 #include <cstddef>

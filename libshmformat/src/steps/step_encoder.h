@@ -1,5 +1,6 @@
 // StepEncoder: encodes values of stepped arrays as step_values. Each group that has elements of the
-// array becomes one part. step_decoder.h is the counterpart. spec: "Step values"
+// array becomes one part. step_decoder.h is the counterpart.
+// spec: "Step values"
 #pragma once
 
 #include <cstddef>

@@ -1,5 +1,6 @@
 // StepParts: decodes the parts of one stepped array at one step. The caller finds the parts and the
-// values to which they refer. spec: "Step values"
+// values to which they refer.
+// spec: "Step values"
 #pragma once
 
 #include <cstddef>

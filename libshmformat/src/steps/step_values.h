@@ -2,7 +2,8 @@
 // value over the mesh: from its neighbours, and perhaps also from the step before. `shuffled_zstd`
 // sorts the bytes by significance and compresses them with zstd. The encoder writes the smaller of
 // these two results. The third codec, `terms`, is for speed: it predicts from the step before,
-// without the mesh. spec: "Step values"
+// without the mesh.
+// spec: "Step values"
 #pragma once
 
 #include <cstddef>
