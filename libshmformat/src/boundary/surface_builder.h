@@ -75,6 +75,7 @@ class SurfaceBuilder {
   void sort();
 
   // The functions below must be called after sort().
+
   /// Stores values of a stepped array at a step, for consecutive elements from `first` on, in
   /// coding order.
   void fill(std::uint32_t array, std::uint64_t step, std::uint64_t first,

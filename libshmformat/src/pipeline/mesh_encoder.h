@@ -50,12 +50,12 @@ class MeshEncoder {
   /// Returns true if nothing has been added.
   bool is_new() const { return totals_.cells == 0 && entries_.empty(); }
 
-  // Versions of add_vertex() and add_cell() for callers that keep track of entries: numbers are
-  // neither looked up nor checked. enter_vertex() returns the entry that identifies the vertex in
-  // enter_cell() until its last use. `xyz` and `data` have the sizes that the schema requires.
+  /// Like add_vertex(), for callers that keep track of entries: the number is neither looked up nor
+  /// checked. Returns the entry that identifies the vertex in enter_cell() until its last use.
+  /// `xyz` and `data` have the sizes that the schema requires.
   std::uint32_t enter_vertex(std::uint64_t number, const std::byte* xyz, const std::byte* data);
-  /// Like add_cell(). The entries have not ended, and the counts of nodes and bytes are those of
-  /// the block.
+  /// Like add_cell(), with entries that have not ended. The counts of nodes and bytes must be those
+  /// of the block.
   Result<void> enter_cell(std::uint32_t block, std::span<const std::uint32_t> entries,
                           std::uint64_t last_use, std::span<const std::byte> data);
 
