@@ -81,8 +81,8 @@ TEST(Budget, WhatIsRefusedIsNamed) {
   const auto says = [](const std::string& name, const std::string& words) {
     EXPECT_NE(complaint(name).find(words), std::string::npos) << name << ": " << complaint(name);
   };
-  says("extras of version 1", "unpacks to more than its bytes may");
-  says("source format", "unpacks to more than its bytes may");
+  says("extras of version 1", "unpacks to more bytes than its packed size permits");
+  says("source format", "unpacks to more bytes than its packed size permits");
   says("extras of version 0", "the limit is ");
   says("step times", "step times");
   says("empty extras", "takes more than the limit of ");

@@ -1,4 +1,4 @@
-// Appender: copies the chunks of the old file and continues with further steps.
+// Appender: copies the chunks of the old file and appends further steps.
 #include "shm/appender.h"
 
 #include <algorithm>
@@ -23,7 +23,7 @@ using container::ChunkKind;
 using container::IndexEntry;
 
 constexpr std::uint32_t kLeastKeySteps = 8;
-/// Largest possible size of a chunk whose parts may share it with further parts.
+/// Largest possible size of a chunk of step values that further parts may share.
 constexpr std::uint64_t kMostUnfinished =
     container::kLongHeaderBytes + container::kMostStepHeadBytes + container::kPartBytesTogether;
 
@@ -53,9 +53,9 @@ class __attribute__((visibility("hidden"))) Appender::Impl {
   /// State of a stepped array in the old file.
   struct Array {
     std::optional<std::uint64_t> last_step;
-    std::uint32_t run = 0;     ///< steps since the last key step, including it
-    bool last_refers = false;  ///< the last step refers to others
-    bool remembered = false;   ///< remember() has passed it to the encoder
+    std::uint32_t run = 0;     ///< number of steps since the last key step, including it
+    bool last_refers = false;  ///< true: the last step refers to other steps
+    bool remembered = false;  ///< true: remember() has passed the array's last steps to the encoder
   };
 
   void look_at_steps();
@@ -79,7 +79,7 @@ class __attribute__((visibility("hidden"))) Appender::Impl {
   Calls calls_;
   bool with_extras_ = true;
 
-  std::optional<FileWriter> writer_;  // from the time on when the old chunks have been copied
+  std::optional<FileWriter> writer_;  // created when the old chunks have been copied
   std::optional<StepTopology> topology_;
   StepEncoder* encoder_ = nullptr;
 };
@@ -93,8 +93,8 @@ Result<void> Appender::Impl::open() {
   return {};
 }
 
-/// Must hold: the StepReader has checked that the chunks of a step are contiguous and that the
-/// steps of an array ascend.
+/// Records the state of each array. Must hold: the StepReader has checked that the chunks of a step
+/// are contiguous and that the steps of an array are in ascending order.
 void Appender::Impl::look_at_steps() {
   arrays_.resize(schema().arrays.size());
   const auto end_step = [&](Array& array) {
@@ -142,8 +142,8 @@ const IndexEntry* Appender::Impl::unfinished_parts() const {
   return waits && last->bytes <= kMostUnfinished ? &*last : nullptr;
 }
 
-/// Returns the coded bytes of the copied chunks by stream name. `with_steps`: includes all step
-/// values.
+/// Returns the coded bytes of the copied chunks by stream name. If `with_steps` is set, includes
+/// all step values.
 Result<Appender::Impl::Streams> Appender::Impl::streams(const ChunkCopy& copy,
                                                         bool with_steps) const {
   const auto summary = read_summary(*source_, file_.limits());
@@ -184,12 +184,12 @@ Result<std::unique_ptr<ByteSource>> Appender::Impl::without_steps() {
 // --- appending
 
 Result<void> Appender::Impl::drop_extras() {
-  if (writer_) return misuse("drop_extras comes after something was written", "extras");
+  if (writer_) return misuse("drop_extras must be called before anything is written", "extras");
   with_extras_ = false;
   return {};
 }
 
-/// Copies the chunks that are kept, at the first call.
+/// Copies the old chunks that are kept. Does nothing after the first call.
 Result<void> Appender::Impl::begin() {
   if (writer_) return {};
   const IndexEntry* last = unfinished_parts();
@@ -243,7 +243,7 @@ Result<std::vector<std::byte>> Appender::Impl::read_step(std::uint32_t array, st
   }
 }
 
-/// Passes the encoder the old steps that the next step may refer to.
+/// Passes to the encoder the old steps to which the next step may refer.
 Result<void> Appender::Impl::remember(std::uint32_t array) {
   Array& known = arrays_[array];
   if (std::exchange(known.remembered, true) || !known.last_step) return {};

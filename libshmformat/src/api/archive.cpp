@@ -1,4 +1,4 @@
-// Archives: members one after the other, and a list of them at the end.
+// Archives: sequences of complete files, the members, with a list of the members at the end.
 #include "shm/archive.h"
 
 #include <algorithm>
@@ -18,13 +18,14 @@ namespace {
 
 constexpr std::size_t kLongestName = 255;
 
-/// Reads the file start at the beginning of `head`. Returns false if there is none.
+/// Reads the file start at the beginning of `head`. Returns false if there is no valid file start.
 bool file_start(std::span<const std::byte> head, container::FileStart& start) {
   ByteReader in(head);
   return container::get(in, start);
 }
 
-/// Passes the bytes of a member on, counts them, and keeps the first ones.
+/// Writes the bytes of a member to the archive, counts them, and stores the first bytes to check
+/// the file start.
 class MemberSink final : public ByteSink {
  public:
   explicit MemberSink(ByteSink& sink) : sink_(&sink) {}
@@ -42,8 +43,8 @@ class MemberSink final : public ByteSink {
     bytes_ = 0;
     open_ = true;
   }
-  /// Returns the bytes of the member. Fails with ErrorCode::misuse if they do not begin like a .shm
-  /// file of one mesh.
+  /// Ends the member and returns its size in bytes. Fails with ErrorCode::misuse if its bytes do
+  /// not begin like a .shm file of one mesh.
   Result<std::uint64_t> end() {
     open_ = false;
     if (error_) return *error_;
@@ -61,7 +62,7 @@ class MemberSink final : public ByteSink {
   std::array<std::byte, container::kFileStartBytes> head_{};
   std::uint64_t bytes_ = 0;
   bool open_ = false;
-  std::optional<Error> error_;  // the first error
+  std::optional<Error> error_;  // the first error of a write
 };
 
 }  // namespace
@@ -115,7 +116,7 @@ class __attribute__((visibility("hidden"))) ArchiveWriter::Impl {
     failed_ = error;
     return error;
   }
-  /// Fails if an earlier call failed.
+  /// Ends the current member. Fails if an earlier call failed.
   Result<void> end_member() {
     if (failed_) return *failed_;
     if (!std::exchange(in_member_, false)) return {};
@@ -129,7 +130,7 @@ class __attribute__((visibility("hidden"))) ArchiveWriter::Impl {
   ByteSink* sink_;
   MemberSink member_;
   bool in_member_ = false;
-  std::uint64_t bytes_ = 0;  // start and members
+  std::uint64_t bytes_ = 0;  // size of the file start and of all members so far
   container::MemberList list_;
   std::set<std::string> names_;
   std::optional<Error> failed_;

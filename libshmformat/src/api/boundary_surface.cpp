@@ -1,5 +1,5 @@
-// BoundaryFinder and read_boundary(): run a BoundarySearch on blocks from a caller, an extractor or
-// a Reader.
+// BoundaryFinder and read_boundary(): pass blocks from a caller, an extractor or a Reader to a
+// BoundarySearch.
 #include "shm/boundary_surface.h"
 
 #include <algorithm>
@@ -42,7 +42,8 @@ Result<void> BoundaryFinder::Impl::add(std::uint32_t array, std::uint64_t step, 
                                        std::span<const std::byte> values,
                                        std::span<const std::uint64_t> numbers) {
   if (finished_ || array >= schema_.arrays.size())
-    return misuse("values of array " + std::to_string(array) + " are not possible", "boundary");
+    return misuse("array " + std::to_string(array) + " does not exist, or the search is finished",
+                  "boundary");
   if (auto status = end_mesh(); !status) return status;
   if (numbers.empty())
     search_.found().fill(array, step, first, values);
@@ -90,7 +91,7 @@ Result<BoundarySurface> BoundaryFinder::finish() { return impl_->finish(); }
 
 namespace {
 
-/// Returns the requested static arrays, ascending and without duplicates.
+/// Returns the requested static arrays in ascending order, without duplicates.
 std::vector<std::uint32_t> static_arrays_of(const Schema& schema, const BoundaryOptions& options) {
   std::vector<std::uint32_t> arrays;
   for (const BoundaryArray& array : options.arrays)
@@ -100,7 +101,8 @@ std::vector<std::uint32_t> static_arrays_of(const Schema& schema, const Boundary
   return arrays;
 }
 
-/// Returns the requested steps, without duplicates, in the order in which reading them costs least.
+/// Returns the requested steps, without duplicates, in the order in which they can be read with the
+/// least work.
 std::vector<BoundaryArray> steps_of(const Schema& schema, const BoundaryOptions& options) {
   std::vector<BoundaryArray> steps;
   for (const BoundaryArray& array : options.arrays)
@@ -128,7 +130,7 @@ Result<void> read_steps(StepReader& reader, const std::vector<BoundaryArray>& st
   return {};
 }
 
-/// Counts how many elements of the requested steps a stream has delivered.
+/// Counts how many elements of the requested steps a stream of step values has contained so far.
 class AwaitedSteps {
  public:
   AwaitedSteps(const Schema& schema, std::vector<BoundaryArray> steps)
@@ -145,7 +147,7 @@ class AwaitedSteps {
       if (steps_[i].array == piece.array && steps_[i].step == piece.step)
         come_[i] += piece.values.size() / (scalar_bytes(info.type) * info.components);
   }
-  /// Returns true if all requested steps are complete.
+  /// Returns true if all elements of the requested steps have been read.
   bool have_come() const {
     for (std::size_t i = 0; i < steps_.size(); ++i)
       if (come_[i] < elements(steps_[i].array)) return false;
@@ -182,7 +184,7 @@ Result<BoundarySurface> read_boundary(RandomSource& source, const BoundaryOption
     const auto opened = mesh->step_reader();
     if (!opened) return opened.error();
     step_reader = *opened;
-    // Fail before reading the mesh if an array has no values at its step.
+    // If an array has no values at its step, fails before reading the mesh.
     for (const BoundaryArray& wanted : steps)
       if (auto status = step_reader->begin({wanted.array, wanted.step, {}, false}); !status)
         return status.error();

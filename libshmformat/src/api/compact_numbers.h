@@ -1,5 +1,5 @@
-// CompactNumbers: a long list of numbers. Each takes 4 bytes as long as all are below 2^32, and 8
-// bytes otherwise.
+// CompactNumbers: a long list of numbers. Each number needs 4 bytes while all numbers are below
+// 2^32, otherwise 8 bytes.
 #pragma once
 
 #include <cstddef>
@@ -12,13 +12,13 @@ namespace shm {
 class CompactNumbers {
  public:
   CompactNumbers() = default;
-  /// Returns the numbers 0, 1, ..., count - 1. Does not reserve memory for more.
+  /// Returns the list 0, 1, ..., count - 1. Does not reserve memory for more numbers.
   static CompactNumbers counted(std::size_t count) {
     CompactNumbers numbers = zeros(count);
     for (std::size_t i = 0; i < count; ++i) numbers.set(i, i);
     return numbers;
   }
-  /// Returns `count` zeros, which the caller will set to numbers below `count`.
+  /// Returns a list of `count` zeros, which the caller will replace by numbers below `count`.
   static CompactNumbers zeros(std::size_t count) {
     CompactNumbers numbers;
     numbers.is_wide_ = count > kMostNarrow;
@@ -37,7 +37,7 @@ class CompactNumbers {
     else
       narrow_.reserve(count);
   }
-  /// Must hold for both functions: i < size().
+  /// For operator[] and set(). Must hold: i < size().
   std::uint64_t operator[](std::size_t i) const { return is_wide_ ? wide_[i] : narrow_[i]; }
   void set(std::size_t i, std::uint64_t number) {
     if (number > kMostNarrow) widen();
@@ -63,8 +63,8 @@ class CompactNumbers {
     narrow_ = std::vector<std::uint32_t>();
   }
 
-  bool is_wide_ = false;  // true: all numbers are in wide_, since one of them needs it; false: all
-                          // are in narrow_
+  bool is_wide_ = false;  // true: all numbers are in wide_, since at least one needs 64 bits;
+                          // false: all numbers are in narrow_
   std::vector<std::uint32_t> narrow_;
   std::vector<std::uint64_t> wide_;
 };

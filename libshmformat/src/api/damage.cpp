@@ -1,4 +1,4 @@
-// Damage: the findings of FoundChunks in the form that users see.
+// Damage: converts the findings of FoundChunks to the public description of damage.
 #include "shm/damage.h"
 
 #include <algorithm>
@@ -28,7 +28,8 @@ bool is_of_locations(const Damage& damage) {
          damage.kind == DamageKind::stray;
 }
 
-/// Returns true if, as far as is known, only information about the location of chunks is damaged.
+/// Returns true if no chunk with contents is known to be damaged: only information about the
+/// location of chunks is.
 bool has_all_that_is_known(const FoundChunks& found) {
   return found.schema() &&
          std::all_of(found.damages().begin(), found.damages().end(), is_of_locations);
@@ -51,7 +52,7 @@ bool is_restorable(const FoundChunks& found) {
   return true;
 }
 
-/// Returns the file start according to the schema; nullopt if no schema is undamaged.
+/// Returns the file start as repeated in the schema chunk, or nullopt if no schema is undamaged.
 std::optional<container::FileStart> start_of(const FoundChunks& found) {
   container::FileStart start;
   const std::vector<std::byte> beginning = found.beginning();
@@ -60,8 +61,9 @@ std::optional<container::FileStart> start_of(const FoundChunks& found) {
   return start;
 }
 
-/// Returns true if the rebuilt index would have other ranges than the original. Only version 0 has
-/// ranges, and those of quantized arrays are of original values, which the file does not contain.
+/// Returns true if the array ranges in the rebuilt index would differ from those in the original
+/// index. Only version 0 has ranges, and the ranges of quantized arrays describe original values,
+/// which the file does not contain.
 bool has_other_ranges(const FoundChunks& found) {
   const auto start = start_of(found);
   if (!found.schema() || !start || container::version_of_chunk(ChunkKind::index, *start) != 0)
@@ -72,8 +74,9 @@ bool has_other_ranges(const FoundChunks& found) {
   });
 }
 
-/// Rebuilds the index. Lost chunks after the last known chunk would not be noticed. Unless there
-/// are known to be none, the index must therefore fill the rest of the file, almost exactly.
+/// Rebuilds the index. A lost chunk after the last known chunk would remain unnoticed. Unless it is
+/// certain that there is no such chunk, the index must therefore fill the rest of the file, with a
+/// difference of a few bytes.
 Result<container::Index> index_anew(RandomSource& source, const FoundChunks& found,
                                     const ReadLimits& limits) {
   if (!has_all_that_is_known(found)) return corrupt("some chunks are damaged", "index");
@@ -86,12 +89,12 @@ Result<container::Index> index_anew(RandomSource& source, const FoundChunks& fou
   container::put(payload, *index);
   const std::uint64_t bytes = payload.bytes.size(), end = found.end_of_chunks();
   if (bytes > limits.max_chunk_bytes)
-    return over_limit("would take " + std::to_string(bytes) + " bytes, the limit is " +
+    return over_limit("would need " + std::to_string(bytes) + " bytes, the limit is " +
                           std::to_string(limits.max_chunk_bytes),
                       "index", end);
-  // The original index may be a few bytes longer or shorter: another version of zstd compresses
-  // differently, and in version 0 the ranges of quantized values differ from those that were
-  // written. The difference must be less than a chunk.
+  // The original index may be a few bytes longer or shorter for two reasons: another version of
+  // zstd compresses differently, and in version 0 the ranges of quantized values differ from those
+  // that were written. The difference must be smaller than a chunk.
   ChunkHeader header;
   header.payload_bytes = bytes;
   header.is_long = container::has_long_header(header, *start);
@@ -103,7 +106,7 @@ Result<container::Index> index_anew(RandomSource& source, const FoundChunks& fou
   return index;
 }
 
-/// Writes everything except the index and the trailer, in the order of `entries`. The first
+/// Writes the whole file, except the index and the trailer, in the order of `entries`. The first
 /// undamaged schema replaces lost copies.
 Result<void> write_chunks(RandomSource& source, const FoundChunks& found,
                           std::span<const IndexEntry> entries, ByteSink& sink) {

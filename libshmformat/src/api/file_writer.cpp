@@ -14,11 +14,11 @@ namespace {
 
 using container::ChunkKind;
 
-/// Files of this size and above repeat the schema before the index, to help a reader that must
+/// Files of at least this size repeat the schema before the index, which helps a reader that must
 /// repair the file.
 constexpr std::uint64_t kRepeatSchemaFrom = std::uint64_t{1} << 20;
-/// Limit of the bytes of extras that are packed together, so that one damaged byte does not lose
-/// more.
+/// Limit in bytes for the extras that are packed together, so that one damaged byte does not damage
+/// more than these.
 constexpr std::uint64_t kExtrasTogether = std::uint64_t{1} << 18;
 
 }  // namespace
@@ -123,9 +123,9 @@ Result<void> FileWriter::check_step_values(std::uint32_t array,
 }
 
 /// Returns true if this part may share a chunk with others: it is small, belongs to group 0 and
-/// covers the whole array. Other parts get chunks of their own, so that reading one array reads
-/// little of others, and so that the parts of an array that several writers write follow each other
-/// directly.
+/// covers the whole array. Each other part is stored in a separate chunk. Reading one array then
+/// reads little data of other arrays, and the parts of an array that several writers write are next
+/// to each other.
 bool FileWriter::stands_with_others(const container::StepPart& part) const {
   return container::version_of_chunk(ChunkKind::step_values, start_) > 0 &&
          part.header.group == 0 && part.header.count == step_values_->elements(part.header.array) &&
@@ -146,7 +146,8 @@ Result<void> FileWriter::add_part(const container::StepHeader& header, std::uint
   return with_others ? Result<void>() : write_parts(first);
 }
 
-/// `first`: index of the first element of each part within its array.
+/// Writes the waiting parts as one chunk. `first` is the index of the first element of each part
+/// within its array.
 Result<void> FileWriter::write_parts(std::uint64_t first) {
   if (parts_.empty()) return {};
   ByteWriter payload;
@@ -210,8 +211,8 @@ Result<void> FileWriter::write_extras() {
   const bool together = container::version_of_chunk(ChunkKind::extra, start_) > 0;
   for (std::size_t i = 0; i < extras.size(); i += together ? extras.size() : 1) {
     auto payload = together ? extras_payload(extras) : extra_payload(extras[i]);
-    // If the extras exceed a reader's budget, pack them less tightly: the budget grows with the
-    // bytes of the file, at least as fast as such a chunk needs it.
+    // If the extras exceed a reader's budget, packs them less tightly. The budget grows with the
+    // size of the file, and grows fast enough for such a chunk.
     std::uint64_t bytes = 0;
     for (const Extra& extra : extras) bytes += bytes_of(extra);
     if (together && bytes > budget_.left(chunks_.offset() + payload.size()))

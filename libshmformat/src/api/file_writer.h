@@ -1,5 +1,5 @@
-// FileWriter: writes the chunks of a file to a sink, and the index that lists them. Groups come
-// complete from the mesh encoder; step values, times and extras are encoded here.
+// FileWriter: writes the chunks of a file to a sink, and the index that lists them. The mesh
+// encoder delivers complete groups. FileWriter encodes step values, times and extras itself.
 // spec: "Container", "Step values", "Step times", "Extras", "Index and trailer"
 #pragma once
 
@@ -20,7 +20,8 @@
 
 namespace shm {
 
-/// Runs the calls of a writer. After the first error every later call fails with the same error.
+/// Runs the public calls of a writer. After the first error, every later call fails with the same
+/// error.
 class Calls {
  public:
   template <class Work>
@@ -30,7 +31,7 @@ class Calls {
     if (!result) error_ = result.error();
     return result;
   }
-  /// Runs the call that finishes the file. Every call after it is misuse.
+  /// Runs the call that finishes the file. Later calls fail with ErrorCode::misuse.
   template <class Work>
   Result<SizeReport> finish(Work&& work) {
     if (error_) return *error_;
@@ -53,24 +54,24 @@ class FileWriter {
 
   /// Starts a new file of the current version: writes the file start and the schema.
   Result<void> start();
-  /// Continues a file some of whose chunks are in the sink already. `schema`: the payload of its
-  /// schema chunk, whose version applies to everything that follows. `streams`: the coded bytes of
-  /// these chunks by stream name, as in the index.
+  /// Continues a file of which the sink already contains some chunks. `schema` is the payload of
+  /// its schema chunk, whose version applies to all further chunks. `streams` lists the coded bytes
+  /// of the existing chunks by stream name, as in the index.
   void go_on(std::vector<std::byte> schema, container::ChunkWriter::State state,
              std::map<std::string, std::uint64_t> streams, std::uint64_t steps);
 
   /// Call it after go_on() if the last chunk of step values has not been copied. Its parts are
-  /// written again, so that small parts that follow can share the chunk, as if the file had been
-  /// written in one go. `payload`: the payload of that chunk, in the version of the file. Fails
-  /// with ErrorCode::corrupt if it is invalid.
+  /// written again, so that small parts added later can share the chunk, as if the file had been
+  /// written without interruption. `payload` is the payload of that chunk, in the version of the
+  /// file. Fails with ErrorCode::corrupt if it is invalid.
   Result<void> go_on_with_parts(std::span<const std::byte> payload);
 
-  /// Adds chunks that are in the sink already, after those written here. `part`: an index that
-  /// take_part() returned; its totals are ignored. Fails with ErrorCode::corrupt if the chunks do
-  /// not add up to `bytes` bytes.
+  /// Adds chunks to the index that the sink already contains, after the chunks written here. `part`
+  /// is an index that take_part() returned; its totals are ignored. Fails with ErrorCode::corrupt
+  /// if the sizes of the chunks do not add up to `bytes` bytes.
   Result<void> adopt(const container::Index& part, std::uint64_t bytes);
   /// Returns `totals` with the index entries and the stream sizes since the start or the last call,
-  /// and forgets these. Must hold: no array and step is being written.
+  /// then resets both. Must hold: no step of an array is being written.
   container::Index take_part(container::Index totals);
   std::uint64_t offset() const { return chunks_.offset(); }
   std::uint32_t chunks() const { return chunks_.count(); }
@@ -85,25 +86,26 @@ class FileWriter {
                            std::uint32_t key_steps, Level level);
   /// Checks that the array is stepped and that `values` consist of whole elements.
   Result<void> check_step_values(std::uint32_t array, std::span<const std::byte> values) const;
-  /// Must hold: begin_steps() has been called, and check_step_values() has accepted the values.
+  /// Adds values of a step. Must hold: begin_steps() has been called, and check_step_values() has
+  /// accepted the values.
   Result<void> add_step_values(std::uint32_t array, std::uint64_t step,
                                std::span<const std::byte> values) {
     return step_values_->add(array, step, values);
   }
-  /// Ends the current array and step, if there is one. Its values may still wait for small parts
-  /// that share their chunk.
+  /// Ends the current step of an array, if there is one. If its part is small, it may wait for
+  /// other small parts that share the chunk.
   Result<void> end_step_array() { return step_values_ ? step_values_->end_step() : Result<void>(); }
-  /// Writes the waiting parts, each of which has all elements of its array.
+  /// Writes the waiting parts, each of which contains all elements of its array.
   Result<void> write_parts() { return write_parts(0); }
   bool has_times() const { return times_set_; }
   Result<void> set_step_times(std::span<const double> times);
   static Result<void> check(const Extra& extra);
-  /// Must hold: check() has accepted the extra. It is written before the next chunk of another
-  /// kind, together with the other extras added until then.
+  /// Adds an extra. Must hold: check() has accepted the extra. It is written before the next chunk
+  /// of another kind, together with all other extras added before that chunk.
   Result<void> add_extra(const Extra& extra);
 
-  /// Writes everything that is left: in a large file the schema once more, then the index and the
-  /// trailer. `totals`: the totals of the mesh. Must be the last call.
+  /// Writes the rest of the file: in a large file the schema again, then the index and the trailer.
+  /// `totals` are the totals of the mesh. Must be the last call.
   Result<SizeReport> finish(container::Index totals);
 
  private:
@@ -122,13 +124,13 @@ class FileWriter {
   std::vector<std::string> array_keys_;
   std::map<std::string, std::uint64_t> stream_bytes_;
   container::FileStart start_;
-  UnpackBudget budget_{ReadLimits().max_unpacked_bytes};  // the default budget of a reader
-  std::vector<Extra> extras_;                             // extras still to be written
+  UnpackBudget budget_{ReadLimits().max_unpacked_bytes};  // budget of a reader with default limits
+  std::vector<Extra> extras_;                             // extras that have not been written yet
   std::uint64_t extra_bytes_ = 0;
-  std::vector<container::StepPart> parts_;  // parts of step values still to be written
+  std::vector<container::StepPart> parts_;  // parts of step values that have not been written yet
   std::vector<std::byte> part_bytes_;
   std::vector<std::byte>
-      schema_payload_;  // schema payload of the file that is continued; otherwise empty
+      schema_payload_;  // schema payload of the file that go_on() continues; otherwise empty
   std::optional<StepEncoder> step_values_;  // set by begin_steps()
   bool times_set_ = false;
   std::uint64_t steps_ =

@@ -1,9 +1,8 @@
-// IndexBuilder: rebuilds a lost index from chunks that are all present. The totals of the mesh are
-// those that a Decoder counts while it decodes the whole file. In version 0 the index contains
-// ranges of the decoded values; these are the ranges that the writer stored, unless values are
-// quantized.
-// in:  FoundChunks
-// out: container::Index
+// IndexBuilder: rebuilds a lost index from chunks, none of which may be missing. A Decoder decodes
+// the whole file and counts the totals of the mesh. In version 0, the index also contains ranges of
+// the decoded values. These equal the ranges that the writer stored, unless values are quantized.
+// - Input: FoundChunks.
+// - Output: container::Index.
 // spec: "Index and trailer", "Recovery"
 #pragma once
 
@@ -22,9 +21,9 @@ class IndexBuilder {
   IndexBuilder(RandomSource& source, const FoundChunks& found, const ReadLimits& limits,
                std::uint8_t version);
 
-  /// Returns the index, with the offsets of a file in which all chunks are in the order of their
-  /// numbers. Fails if a chunk is missing or damaged, or if values cannot be decoded. May be called
-  /// only once.
+  /// Returns the index. Its offsets are those in a file that contains all chunks in the order of
+  /// their numbers. Fails if a chunk is missing or damaged, or if values cannot be decoded. May be
+  /// called only once.
   Result<container::Index> make();
 
  private:
@@ -37,8 +36,11 @@ class IndexBuilder {
   const FoundChunks* found_;
   Decoder decoder_;
   container::Index index_;
-  std::size_t groups_ = 0, parts_ = 0;           // of found_, processed so far
-  std::size_t pieces_ = 0, piece_of_chunk_ = 0;  // step values: all, and those of the current chunk
+  std::size_t groups_ = 0,
+              parts_ = 0;  // numbers of groups and parts of found_ that have been processed
+  std::size_t pieces_ = 0,
+              piece_of_chunk_ =
+                  0;  // numbers of decoded pieces of step values: in all, and in the current chunk
 };
 
 }  // namespace shm

@@ -1,4 +1,4 @@
-// MeshExtractor: visits the segments that may contain requested elements, and picks these.
+// MeshExtractor: reads the segments that may contain requested elements, and copies these elements.
 #include "shm/mesh_extract.h"
 
 #include <algorithm>
@@ -48,7 +48,7 @@ class __attribute__((visibility("hidden"))) MeshExtractor::Impl {
 
   Result<void> begin(const ExtractRequest& request, const ReadOptions& options);
   Result<MeshBlock*> next();
-  /// Returns an empty list before begin().
+  /// Returns the numbers that the picker has collected, or an empty list before begin().
   const std::vector<std::uint64_t>& numbers(
       const std::vector<std::uint64_t>& (PiecePicker::*of)()) {
     return picker_ ? ((*picker_).*of)() : no_numbers_;
@@ -60,12 +60,12 @@ class __attribute__((visibility("hidden"))) MeshExtractor::Impl {
   /// The groups of a segment that may contain requested elements.
   struct Groups {
     std::size_t next = 0, end = 0;
-    std::size_t end_box = 0;  // end of the groups with vertices in the box
+    std::size_t end_box = 0;  // end of the groups that have vertices in the box
   };
 
   const Schema& schema() const { return file_->schema(); }
 
-  // The mesh.
+  // Functions for the mesh
   void want(const ExtractRequest& request);
   void prefetch_visits();
   Result<MeshBlock*> next_part();
@@ -79,12 +79,12 @@ class __attribute__((visibility("hidden"))) MeshExtractor::Impl {
   Result<void> walk(std::size_t segment, Visit&& visit);
   Result<bool> has_any(std::size_t segment);
   bool needs_no_more() const;
-  /// Returns true if all requested elements have come.
+  /// Returns true if all requested elements have been found.
   bool has_all() const {
     return !request_->wants_unused() && picker_->found() >= request_->expected();
   }
 
-  // Steps.
+  // Functions for step values
   Result<void> find_all_owners();
   Result<void> find_owners(PiecePicker::Imports& left, bool by_box, std::vector<bool>& seen);
   Result<bool> next_segment_values();
@@ -96,22 +96,24 @@ class __attribute__((visibility("hidden"))) MeshExtractor::Impl {
   DecodedParts wanted_;
   std::vector<PieceRequest::Visit> visits_;
   std::size_t next_visit_ = 0;
-  // State of reading.
+  // State of reading groups
   std::optional<std::size_t> reading_;  // the segment that is being read
-  Groups groups_;                       // its groups
+  Groups groups_;                       // groups of the segment that is being read
   bool all_read_ = false;
-  bool runs_ahead_ = false;           // which groups to read does not depend on the blocks taken
-  std::optional<Error> error_ahead_;  // reported after the blocks that have not been taken yet
-  // State of taking blocks.
-  std::optional<std::size_t> segment_;  // the segment of the block that the picker had last
-  bool in_group_ = false;               // more blocks of its group will follow
+  bool runs_ahead_ =
+      false;  // true: the blocks taken have no influence on which groups must be read
+  std::optional<Error> error_ahead_;  // reported after all earlier blocks have been taken
+
+  // State of taking blocks
+  std::optional<std::size_t> segment_;  // segment of the last block that was passed to the picker
+  bool in_group_ = false;               // true: more blocks of the group of that block will follow
   std::optional<PiecePicker> picker_;
   const std::vector<std::uint64_t> no_numbers_;
   bool done_ = false;
   std::optional<Error> error_;
-  std::unique_ptr<DecodingQueue> queue_;  // its threads use file_
+  std::unique_ptr<DecodingQueue> queue_;  // declared after file_, which its threads use
 
-  // The current step values.
+  // State of the current step values
   std::set<std::size_t> owner_segments_;  // segments that own vertices of the piece
   bool owners_known_ = false;
   std::uint32_t array_ = 0;
@@ -178,7 +180,7 @@ void MeshExtractor::Impl::want(const ExtractRequest& request) {
   if (!all) wanted_.arrays = std::move(arrays);
 }
 
-/// Announces to the source what the visits will read, as far as that is known.
+/// Announces to the source the groups that the visits will read, if these are already certain.
 void MeshExtractor::Impl::prefetch_visits() {
   std::vector<std::size_t> all;
   for (const PieceRequest::Visit& visit : visits_) {
@@ -206,7 +208,7 @@ Result<MeshBlock*> MeshExtractor::Impl::next() {
 Result<MeshBlock*> MeshExtractor::Impl::next_part() {
   while (true) {
     auto output = next_output();
-    // Threads may have read more than was requested; the blocks and errors beyond are ignored.
+    // Threads may have read more than was requested. Further blocks and errors are then ignored.
     const bool enough = !in_group_ && has_all();
     if (!output && !enough) return output.error();
     if (enough || !*output) {
@@ -235,8 +237,8 @@ Result<MeshBlock*> MeshExtractor::Impl::next_part() {
   }
 }
 
-/// Returns nullopt at the end. With threads, reads further groups while the queue has room, unless
-/// earlier blocks decide whether these groups are needed.
+/// Returns the next output of the queue, or nullopt at the end. With threads, reads further groups
+/// while the queue accepts them, unless earlier blocks decide whether these groups are needed.
 Result<std::optional<DecodingQueue::Output>> MeshExtractor::Impl::next_output() {
   using Wait = DecodingQueue::Wait;
   while (true) {
@@ -253,7 +255,8 @@ Result<std::optional<DecodingQueue::Output>> MeshExtractor::Impl::next_output() 
   }
 }
 
-/// Reads the next group and passes it to the queue. Returns false if there is none.
+/// Reads the next group and passes it to the queue. Returns false if there are no more groups to
+/// read.
 Result<bool> MeshExtractor::Impl::add_next_group() {
   if (reading_ && (groups_.next == groups_.end || needs_no_more())) reading_.reset();
   if (!reading_) {
@@ -266,11 +269,13 @@ Result<bool> MeshExtractor::Impl::add_next_group() {
   return true;
 }
 
-/// Moves to the next segment that may contain requested elements. Returns false if there is none.
+/// Moves to the next segment that may contain requested elements. Returns false if there is no such
+/// segment.
 Result<bool> MeshExtractor::Impl::begin_visit() {
   while (next_visit_ < visits_.size()) {
     const PieceRequest::Visit visit = visits_[next_visit_++];
-    // Segments without cells are visited for vertices that no cell uses.
+    // If unused vertices are requested, segments without cells are read even after all requested
+    // cells have been found.
     if (picker_->found() >= request_->expected() &&
         !(request_->wants_unused() && file_->segments()[visit.segment].cells == 0))
       continue;
@@ -314,7 +319,7 @@ DecodedParts MeshExtractor::Impl::parts_of(std::size_t segment) const {
   return parts;
 }
 
-/// Fills requested values that are lost: floating-point values with NaN, integers with 0.
+/// Sets requested values that are lost to NaN (floating-point values) or 0 (integers).
 void MeshExtractor::Impl::fill_lost(MeshBlock& block, std::size_t segment) const {
   for (const std::uint32_t a : file_->lost_arrays(segment)) {
     if (a >= schema().arrays.size() || schema().arrays[a].per_step || !wanted_.includes_array(a))
@@ -350,7 +355,7 @@ Result<void> MeshExtractor::Impl::walk(std::size_t segment, Visit&& visit) {
   return {};
 }
 
-/// Returns true if the segment contains any requested element, whether in the box or not.
+/// Returns true if the segment contains any requested element, inside or outside the box.
 Result<bool> MeshExtractor::Impl::has_any(std::size_t segment) {
   bool any = false;
   const auto status = walk(segment, [&](const MeshBlock& block) {
@@ -388,7 +393,7 @@ Result<void> MeshExtractor::Impl::find_all_owners() {
       const auto after = std::upper_bound(
           segments.begin(), segments.end(), number,
           [](std::uint64_t n, const SegmentInfo& segment) { return n < segment.first_vertex; });
-      if (after == segments.begin()) continue;  // the owner is lost
+      if (after == segments.begin()) continue;  // the owning segment is lost
       owner_segments_.insert(static_cast<std::size_t>(after - segments.begin()) - 1);
     }
     owners_known_ = true;
@@ -409,8 +414,8 @@ Result<void> MeshExtractor::Impl::find_all_owners() {
       "segment " + std::to_string(left.begin()->second.segment));
 }
 
-/// Looks for the owners of imported vertices, from the nearest earlier segment on. With `by_box`,
-/// looks only in segments whose box contains one of the vertices.
+/// Searches the owners of imported vertices, from the nearest earlier segment on. If `by_box` is
+/// set, reads only segments whose box contains one of the vertices.
 Result<void> MeshExtractor::Impl::find_owners(PiecePicker::Imports& left, bool by_box,
                                               std::vector<bool>& seen) {
   std::size_t segment = 0;
@@ -438,7 +443,7 @@ Result<void> MeshExtractor::Impl::begin_values(std::uint32_t array, std::uint64_
   if (!done_) return misuse("step values can be read only after the mesh", "piece");
   const auto reader = steps();
   if (!reader) return reader.error();
-  // Fails if there is no such array or step.
+  // Fails if the array or the step does not exist.
   const auto known =
       request_->all() ? (*reader)->begin({array, step}) : (*reader)->expect(array, step);
   if (!known) return known;
@@ -465,7 +470,7 @@ Result<void> MeshExtractor::Impl::begin_values(std::uint32_t array, std::uint64_
   return more ? Result<void>() : more.error();
 }
 
-/// Returns false after the last segment.
+/// Moves to the next segment with values of the piece. Returns false after the last segment.
 Result<bool> MeshExtractor::Impl::next_segment_values() {
   in_values_ = values_left_ > 0 && next_value_segment_ < value_segments_.size();
   if (!in_values_) return false;

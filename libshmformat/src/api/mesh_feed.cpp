@@ -29,10 +29,10 @@ class MeshFeed {
 
  private:
   struct Vertex {
-    std::uint32_t entry = kNone;  // kNone: not added yet
-    std::uint32_t uses = 0;       // remaining uses
+    std::uint32_t entry = kNone;  // entry of the vertex in the encoder; kNone: not added yet
+    std::uint32_t uses = 0;       // number of remaining uses
   };
-  /// Number of uses of a vertex that has this many or more: it is never finalized.
+  /// Largest count of uses. A vertex with at least this number of uses is never finalized.
   static constexpr std::uint32_t kEndless = std::numeric_limits<std::uint32_t>::max();
 
   std::uint32_t block_of(std::size_t cell) const {
@@ -54,12 +54,12 @@ class MeshFeed {
   std::vector<Vertex> vertices_;
   std::vector<std::size_t> next_element_;  // by array: next element of a cell array
   std::size_t next_corner_ = 0;
-  std::vector<std::uint64_t> corners_;  // of the current cell
-  std::vector<std::uint32_t> entries_;  // of the current cell
+  std::vector<std::uint64_t> corners_;  // corners of the current cell
+  std::vector<std::uint32_t> entries_;  // entries of the current cell
   std::vector<std::byte> data_;
 };
 
-/// Also counts how often each vertex is used.
+/// Checks the cells of the mesh, and counts how often each vertex is used.
 Result<void> MeshFeed::check_cells() {
   const auto cells = static_cast<std::size_t>(mesh_->cells);
   const NumberSpan& begin = mesh_->corner_begin;
@@ -146,10 +146,11 @@ const std::byte* MeshFeed::data_of_cell(std::uint32_t block) {
   return data_.data();
 }
 
-/// Returns a bit for each node of the current cell, up to node `last`, that is this vertex.
+/// Returns a bit mask of those nodes of the current cell, up to node `last`, that are the vertex
+/// `entry`.
 std::uint64_t MeshFeed::nodes_with(std::uint32_t entry, std::size_t last) const {
   std::uint64_t nodes = 0;
-  if (entries_.size() == 8) {  // for speed: a fixed number of iterations
+  if (entries_.size() == 8) {  // loop with a fixed number of iterations, which is faster
     for (std::size_t i = 0; i < 8; ++i) nodes |= std::uint64_t{entries_[i] == entry} << i;
     return nodes & ((std::uint64_t{2} << last) - 1);
   }
@@ -186,7 +187,7 @@ Result<void> MeshFeed::add_cells() {
   for (std::size_t c = 0; c < static_cast<std::size_t>(mesh_->cells); ++c)
     if (auto status = add_cell(c); !status) return status;
   for (std::size_t v = 0; v < vertices_.size(); ++v) {
-    if (vertices_[v].entry != kNone) continue;  // skip vertices that a cell uses
+    if (vertices_[v].entry != kNone) continue;  // a cell has used the vertex
     const std::byte* data = data_of_vertex(v);
     const auto status = encoder_->add_vertex(v, mesh_->xyz.subspan(v * xyz_bytes_, xyz_bytes_),
                                              {data, data_.size()});

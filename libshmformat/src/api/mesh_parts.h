@@ -1,4 +1,4 @@
-// Helpers for writing and reading whole meshes.
+// Functions shared by writing and reading of whole meshes.
 #pragma once
 
 #include <cstddef>
@@ -9,12 +9,12 @@
 
 namespace shm {
 
-/// Returns the bytes of one element of an array.
+/// Returns the size in bytes of one element of an array.
 inline std::size_t stride_of(const ArrayInfo& info) {
   return scalar_bytes(info.type) * info.components;
 }
 
-/// Adds the name of the file to an error that has none.
+/// Adds the path of the file to an error that has no path.
 template <class T>
 Result<T> of_file(Result<T> result, const std::string& path) {
   if (result || !result.error().file.empty()) return result;

@@ -38,18 +38,20 @@ void move_elements(void* elements, const CompactNumbers& from, std::size_t strid
   }
 }
 
-/// Returns for how many elements to reserve memory, if `size` elements have come and `expected` are
-/// expected in all. The expected number comes from the index and may be wrong, so it is trusted
-/// only up to a multiple of `size`: 256 times for up to 2^24 elements, and 4 times beyond.
+/// Returns the number of elements for which to reserve memory, if `size` elements have been read
+/// and `expected` are expected in total. The expected number comes from the index and may be wrong.
+/// It is therefore trusted only up to a multiple of `size`: 256 times for up to 2^24 elements, and
+/// 4 times beyond.
 std::uint64_t believed(std::uint64_t size, std::uint64_t expected) {
   constexpr std::uint64_t kMost = std::numeric_limits<std::size_t>::max() / 256;
-  constexpr std::uint64_t kMuch = std::uint64_t{1} << 24;  // elements
+  constexpr std::uint64_t kMuch = std::uint64_t{1} << 24;  // in elements
   if (size >= expected || expected > kMost) return size;
   return std::min(expected, std::max(std::min(size * 256, kMuch), size * 4));
 }
 
-/// Reserves memory for `size` elements and, if the expected number can be trusted, for all elements
-/// at once. Growing step by step would need the memory twice and fragment the heap.
+/// Reserves memory for `size` elements. If the expected number can be trusted, reserves memory for
+/// all elements in one call, since repeated growth would need the memory twice and fragment the
+/// heap.
 template <class Values>
 void make_room(Values& values, std::uint64_t size, std::uint64_t expected) {
   if (size <= values.capacity()) return;
@@ -63,11 +65,11 @@ void add(std::vector<T>& to, const std::vector<T>& more, std::uint64_t expected)
   to.insert(to.end(), more.begin(), more.end());
 }
 
-/// The numbers of vertices or cells in order of arrival. Nothing is stored while they are 0, 1, 2,
-/// ...
+/// The numbers of vertices or cells in the order in which they are read. Nothing is stored while
+/// they are 0, 1, 2, ...
 class ComingNumbers {
  public:
-  /// `expected`: the total number, or 0 if unknown.
+  /// Adds numbers. `expected` is their expected total count, or 0 if unknown.
   void add(const std::vector<std::uint64_t>& numbers, std::uint64_t expected) {
     for (const std::uint64_t number : numbers) {
       if (in_order_ && number == count_) {
@@ -83,9 +85,10 @@ class ComingNumbers {
     }
   }
   bool in_order() const { return in_order_; }
-  /// Returns the numbers in order of arrival and forgets them. Must hold: not in_order().
+  /// Returns the numbers in the order in which they were read, and removes them. Must hold: not
+  /// in_order().
   CompactNumbers take() { return std::exchange(numbers_, {}); }
-  /// Returns the position of each number, and forgets the numbers. Fails unless each number from 0
+  /// Returns the position of each number, and removes the numbers. Fails unless each number from 0
   /// on occurs exactly once. Must hold: not in_order().
   Result<CompactNumbers> positions(const char* kind) {
     const CompactNumbers numbers = take();
@@ -105,16 +108,17 @@ class ComingNumbers {
 
  private:
   bool in_order_ = true;
-  std::uint64_t count_ = 0;  // numbers so far, while they are in order
+  std::uint64_t count_ = 0;  // count of numbers so far, while they are in order
   CompactNumbers numbers_;
 };
 
-/// Final positions of vertices that arrive out of order, for a known number of vertices. Each value
-/// is stored in its final position on arrival.
+/// Stores the values of vertices that are read in any order. Each value is stored in its final
+/// position immediately. The number of vertices must be known.
 class VertexPlaces {
  public:
   explicit VertexPlaces(std::uint64_t vertices) : taken_(static_cast<std::size_t>(vertices)) {}
-  /// Takes the next numbers. are_taken() will be false if one of them is too large or occurs twice.
+  /// Records the next vertex numbers. If one of them is too large or occurs twice, are_taken()
+  /// returns false from then on.
   template <class Numbers>
   void take(const Numbers& numbers) {
     for (std::size_t i = 0; i < numbers.size(); ++i) {
@@ -127,10 +131,10 @@ class VertexPlaces {
       ++count_;
     }
   }
-  /// Returns true if each number has come exactly once.
+  /// Returns true if each vertex number has been recorded exactly once.
   bool are_taken() const { return make_sense_ && count_ == taken_.size(); }
-  /// Stores `values`, `stride` bytes per vertex, in `all`. Must hold: `numbers` were the last
-  /// numbers taken.
+  /// Stores `values`, `stride` bytes per vertex, in `all`. Must hold: `numbers` were passed to the
+  /// last call of take().
   template <class Numbers>
   void put(const Numbers& numbers, const std::vector<std::byte>& values, std::size_t stride,
            std::vector<std::byte>& all) const {
@@ -172,7 +176,7 @@ ToldSizes told_sizes(const FileSource& file, const ReadLimits& limits) {
   return source ? told_sizes(**source, limits) : ToldSizes();
 }
 
-/// Joins the items of a file, in coding order.
+/// Builds a Mesh from the items of a file, which are added in coding order.
 class MeshCollector {
  public:
   MeshCollector(const Schema& schema, const ToldSizes& expected) {
@@ -222,9 +226,9 @@ class MeshCollector {
         add(mesh_.arrays[a], block.arrays[a], told_array_bytes_[a]);
   }
   void take_vertices(const MeshBlock& block);
-  /// Coordinates, or a static point array.
+  /// The coordinates, or a static point array.
   struct VertexColumn {
-    std::optional<std::size_t> array;  // nullopt: coordinates
+    std::optional<std::size_t> array;  // index of the array; nullopt: coordinates
     std::size_t stride = 0;
   };
   /// Returns the values of a column in a mesh or a block.
@@ -248,14 +252,16 @@ class MeshCollector {
 
   Mesh mesh_;
   ComingNumbers vertices_, cells_;
-  std::optional<VertexPlaces> places_;  // if set, vertices_ is not used any more
-  bool may_have_places_ = true;  // false if a point array has steps: these are sorted at the end
+  std::optional<VertexPlaces> places_;  // if set, vertices_ is no longer used
+  bool may_have_places_ =
+      true;  // false if a point array has steps: point data is then sorted at the end
   std::vector<VertexColumn> vertex_columns_;
-  std::vector<std::uint64_t> begin_;  // corner_begin of the current block
+  std::vector<std::uint64_t> begin_;  // corner_begin of the current block's cells
   static constexpr std::uint64_t kMostTold = std::uint64_t{1}
                                              << 40;  // larger sizes would overflow in products
   std::uint64_t told_vertices_ = 0, told_cells_ = 0, told_corners_ = 0;
-  std::vector<std::uint64_t> told_array_bytes_;  // by array: bytes of all its elements
+  std::vector<std::uint64_t>
+      told_array_bytes_;  // by array: size in bytes of all its elements, according to the index
 };
 
 std::uint64_t MeshCollector::told_elements(std::size_t array, const ToldSizes& expected) const {
@@ -316,7 +322,7 @@ Result<void> MeshCollector::reorder_vertices() {
 void MeshCollector::reorder_corners(const CompactNumbers& from) {
   const std::size_t cells = from.size();
   const std::size_t nodes = cells == 0 ? 0 : mesh_.corners.size() / cells;
-  bool alike = true;  // all cells have the same number of corners
+  bool alike = true;  // true: all cells have the same number of corners
   for (std::size_t c = 0; c <= cells; ++c) alike = alike && mesh_.corner_begin[c] == c * nodes;
   if (alike) {
     move_elements(mesh_.corners.data(), from, nodes * sizeof(std::uint64_t));

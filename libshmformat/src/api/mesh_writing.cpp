@@ -22,7 +22,7 @@ std::vector<std::byte> gather(const std::vector<std::byte>& in,
   return out;
 }
 
-/// Records the coding order and passes it on to the caller's object, if there is one.
+/// Records the coding order, and passes it to the caller's object if there is one.
 class PassedOrder final : public CodingOrder {
  public:
   PassedOrder(RecordedOrder& record, CodingOrder* other) : record_(&record), other_(other) {}
@@ -40,7 +40,8 @@ class PassedOrder final : public CodingOrder {
   CodingOrder* other_;
 };
 
-/// Writes everything that follows the vertices and cells of a mesh: step values, times and extras.
+/// Writes the data that comes after the vertices and cells of a mesh: step values, times and
+/// extras.
 class MeshRemainder {
  public:
   MeshRemainder(Writer& writer, const Mesh& mesh, const RecordedOrder& order)
@@ -109,7 +110,8 @@ Result<SizeReport> write_mesh(ByteSink& sink, const Mesh& mesh, const WriteOptio
   RecordedOrder order;
   PassedOrder passed(order, options.coding_order);
   WriteOptions own = options;
-  // The coding order is needed to renumber references (not in order keep) and to sort step values.
+  // The coding order is needed to sort step values, and, in orders other than keep, to renumber
+  // references.
   const bool is_used = mesh.schema.order != Order::keep || has_steps(mesh.schema);
   if (is_used) own.coding_order = &passed;
   auto writer = Writer::create(sink, mesh.schema, own);

@@ -1,4 +1,5 @@
-// PartJoiner: a FileWriter whose groups and step values are in the file already.
+// PartJoiner: a FileWriter for a file whose groups and step values have been written by
+// PartWriters.
 #include <algorithm>
 #include <optional>
 #include <string>

@@ -1,4 +1,4 @@
-// PartWriter: a MeshEncoder and a StepEncoder that start in the middle of a mesh, and write their
+// PartWriter: a MeshEncoder and a StepEncoder that begin in the middle of a mesh and write their
 // chunks to memory.
 #include "shm/part_writer.h"
 
@@ -15,7 +15,7 @@
 namespace shm {
 namespace {
 
-/// Checks that the starts of segments depend only on cell numbers, and that segment `start.segment`
+/// Checks that only cell numbers determine where segments begin, and that segment `start.segment`
 /// begins at cell `start.first_cell`.
 Result<void> check_start(const WriteOptions& options, const PartStart& start) {
   const auto& starts = options.segment_starts;
@@ -78,7 +78,7 @@ class __attribute__((visibility("hidden"))) PartWriter::Impl {
     mesh_.begin_part({start.segment, start.first_cell, start.first_vertex});
   }
 
-  /// Runs `work` if no error has occurred and the writer is in phase `phase`.
+  /// Runs `work` if no error has occurred and the writer is in this phase.
   template <class Work>
   auto in_phase(int phase, Work&& work) {
     return calls_.run([&]() -> decltype(work()) {
@@ -126,11 +126,12 @@ class __attribute__((visibility("hidden"))) PartWriter::Impl {
                           std::optional<StepReference> basis) {
     if (auto status = file_.check_step_values(array, {}); !status) return status;
     if (basis.has_value() == chooses(array) && elements_of(array) > 0)
-      return misuse("the part with the first element, and no other, chooses the reference",
-                    "steps");
+      return misuse(
+          "the reference must be passed to every part except the part with the first element",
+          "steps");
     if (basis) steps_->choose(*basis);
-    // Other writers have the other elements of this array; waiting parts must be written before
-    // them.
+    // If other writers have elements of this array, waiting parts of other arrays must be written
+    // before the part of this array.
     if (elements_of(array) < all_elements_[array])
       if (auto status = file_.write_parts(); !status) return status;
     phase_ = kInStep;

@@ -1,5 +1,5 @@
-// Decoder: extracts chunks from the bytes that a caller feeds, and items from the chunks. Reader: a
-// Decoder that fetches its own bytes. The counterpart of writer.cpp.
+// Decoder: finds chunks in the bytes that a caller feeds, and decodes items from the chunks.
+// Reader: a Decoder that reads the bytes from a source itself. writer.cpp is the counterpart.
 #include "shm/reader.h"
 
 #include <algorithm>
@@ -23,7 +23,7 @@ using container::ChunkKind;
 
 namespace {
 
-constexpr std::size_t kReadBytes = std::size_t{1} << 16;  // per read
+constexpr std::size_t kReadBytes = std::size_t{1} << 16;  // number of bytes per read
 
 }  // namespace
 
@@ -33,7 +33,8 @@ class __attribute__((visibility("hidden"))) Decoder::Impl {
       : limits_(within_sizes(limits)), options_(options), file_(limits) {}
 
   void feed(std::span<const std::byte> bytes) {
-    if (file_.state() == State::behind_end) {  // bytes after the end are counted, not kept
+    if (file_.state() ==
+        State::behind_end) {  // bytes after the end of the file are counted, but not stored
       trailing_bytes_ += bytes.size();
       return;
     }
@@ -99,26 +100,28 @@ class __attribute__((visibility("hidden"))) Decoder::Impl {
   ReadOptions options_;
   container::ChunkReader file_;
   std::vector<std::byte> buffer_;
-  std::size_t at_ = 0;  // bytes of buffer_ that file_ has read
+  std::size_t at_ = 0;  // number of bytes of buffer_ that file_ has consumed
   bool ended_ = false;
   std::optional<Error> error_;
   std::optional<Item> item_;
-  std::vector<Extra> extras_;  // of the current chunk
+  std::vector<Extra> extras_;  // extras of the current chunk
   std::size_t next_extra_ = 0;
-  std::deque<container::StepPart> parts_;  // of the current chunk; their bytes are in part_bytes_
+  std::deque<container::StepPart>
+      parts_;  // step value parts of the current chunk; their bytes are in part_bytes_
   std::vector<std::byte> part_bytes_;
-  std::optional<Error> error_ahead_;  // reported after the blocks that have not been taken yet
+  std::optional<Error> error_ahead_;  // reported after all earlier blocks have been taken
 
   container::ChunkList chunks_;     // chunks read so far, to check the index
   std::unique_ptr<Schema> schema_;  // on the heap, since coders keep a pointer to it
   std::vector<std::byte> schema_bytes_;
   std::unique_ptr<MeshDecoder> mesh_;
-  std::optional<StepTopology> topology_;    // only if the schema has arrays with steps
-  std::optional<StepDecoder> step_values_;  // from the first step values on
+  std::optional<StepTopology> topology_;    // set only if the schema has arrays with steps
+  std::optional<StepDecoder> step_values_;  // created with the first step values
   std::uint64_t steps_ = 0, decoded_bytes_ = 0;
   bool step_times_read_ = false;
   std::map<std::string, std::uint64_t> stream_bytes_;
-  std::vector<std::string> array_names_;  // names of their streams, set with the first step values
+  std::vector<std::string>
+      array_names_;  // stream names of the arrays, set with the first step values
   bool totals_taken_ = false;
   std::uint64_t trailing_bytes_ = 0;
 };
@@ -142,7 +145,7 @@ Result<Decoder::Progress> Decoder::Impl::work() {
         item_ = std::move(**block);
         break;
       }
-      if (!may_read_ahead()) continue;  // all groups are decoded
+      if (!may_read_ahead()) continue;  // all groups read so far are decoded
     }
     if (error_ahead_) return *error_ahead_;
     if (file_.state() == State::behind_end) {
@@ -174,8 +177,8 @@ Result<Decoder::Progress> Decoder::Impl::work() {
   return Progress::item_ready;
 }
 
-/// Returns true if more of the file may be read before all blocks have been taken: with threads,
-/// further groups.
+/// Returns true if the decoder may read on before all blocks have been taken. With threads, it may
+/// read further groups.
 bool Decoder::Impl::may_read_ahead() const {
   if (error_ahead_ || (ended_ && !has_next())) return false;
   const bool group = file_.state() == State::payload &&
@@ -225,7 +228,7 @@ Result<Decoder::Progress> Decoder::Impl::missing() {
 
 Result<void> Decoder::Impl::read_payload(std::span<const std::byte> payload) {
   const container::ChunkHeader& header = file_.header();
-  if (!container::is_known(header)) {  // it is optional
+  if (!container::is_known(header)) {  // an unknown chunk that is optional
     chunks_.add(header);
     return {};
   }
@@ -240,13 +243,13 @@ Result<void> Decoder::Impl::read_payload(std::span<const std::byte> payload) {
     case ChunkKind::step_times: chunks_.add(header); return read_step_times(payload);
     case ChunkKind::extra: chunks_.add(header); return read_extra(payload);
     case ChunkKind::index: return read_index(payload);
-    case ChunkKind::members: break;  // of archives, refused above
+    case ChunkKind::members: break;  // occurs only in archives, which have been refused before
   }
   return {};
 }
 
 Result<void> Decoder::Impl::read_schema(std::span<const std::byte> payload) {
-  if (schema_) {  // a repetition, which helps repair; it must be the same
+  if (schema_) {  // a repetition of the schema, which helps to repair files, must equal the first
     if (payload.size() == schema_bytes_.size() &&
         std::equal(payload.begin(), payload.end(), schema_bytes_.begin()))
       return {};
@@ -271,7 +274,8 @@ std::uint64_t Decoder::Impl::elements_of(std::uint32_t array) const {
   return cells;
 }
 
-/// Records the group, to check the index and to decode its topology again for step values.
+/// Records the header of the group, to check the index and to decode the group's topology again for
+/// step values.
 void Decoder::Impl::look_at_group(std::span<const std::byte> payload) {
   ByteReader in(payload);
   container::GroupHeader header;
@@ -421,7 +425,7 @@ class __attribute__((visibility("hidden"))) Reader::Impl {
   Impl(ByteSource& source, const ReadLimits& limits, const ReadOptions& options)
       : source_(&source), decoder_(limits, options) {}
 
-  /// Feeds the decoder until it knows the schema.
+  /// Passes bytes to the decoder until the schema has been decoded.
   Result<void> open() {
     while (decoder_.schema() == nullptr) {
       auto progress = decoder_.advance();

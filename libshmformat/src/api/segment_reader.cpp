@@ -1,4 +1,4 @@
-// SegmentReader: finds the groups of a segment in the index, and decodes only these.
+// SegmentReader: finds the groups of one segment in the index, and decodes only these.
 #include "shm/segment_reader.h"
 
 #include <string>

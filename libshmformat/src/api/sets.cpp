@@ -18,8 +18,8 @@ namespace {
 
 using Kind = MeshSet::Kind;
 
-// The values of an extra are packed together and held in memory at once, so that long lists are cut
-// into parts of this size.
+// Long lists are cut into parts of this size in bytes, since the values of an extra are packed
+// together and must be in memory at the same time.
 constexpr std::size_t kPartBytes = std::size_t{16} << 20;
 
 constexpr std::array<std::string_view, 3> kFolders{"mesh/node_set/", "mesh/side_set/",
@@ -68,7 +68,8 @@ std::optional<Key> parse(std::string_view key) {
   return parsed;
 }
 
-// The extras of one set by field. A list in several parts ends before the first missing part.
+// The extras of one set by field. If a list is stored in several parts, it ends before the first
+// missing part.
 class Folder {
  public:
   Folder(std::span<const Extra> extras, const SetPlace& place) : place_(place) {
@@ -90,7 +91,7 @@ class Folder {
     return list;
   }
   bool has(std::string_view field) const { return !parts(field).empty(); }
-  // Returns false if parts are missing.
+  // Returns true if no part of the field is missing.
   bool whole(std::string_view field) const {
     const auto found = by_field_.find(field);
     return found == by_field_.end() || parts(field).size() == found->second.size();
@@ -112,8 +113,9 @@ T value_at(const Extra& extra, std::size_t index) {
   return value;
 }
 
-// Returns the integers of a field. They must have 32 or 64 bits, refer to `refers`, be at least
-// `least` and, unless negative, less than `end`. Errors name the field.
+// Returns the integers of a field. They must have 32 or 64 bits and be at least `least`. Unless
+// they are negative, they must be less than `end`. Their references must be of the kind `refers`.
+// Errors state the field.
 template <class T>
 Result<std::vector<T>> integers(const Folder& folder, std::string_view field, Reference refers,
                                 std::int64_t least, std::uint64_t end) {
@@ -141,7 +143,7 @@ Result<std::vector<T>> integers(const Folder& folder, std::string_view field, Re
 Result<std::vector<double>> factors(const Folder& folder) {
   if (!folder.whole(kFactors)) return folder.error(kFactors, "a part of the list is missing");
   std::vector<double> values;
-  bool any_other = false;  // true if a factor is not 1
+  bool any_other = false;  // true: at least one factor is not 1
   for (const Extra* part : folder.parts(kFactors)) {
     const bool narrow = part->type == ScalarType::float32;
     const std::size_t width = narrow ? 4 : 8;
@@ -156,7 +158,8 @@ Result<std::vector<double>> factors(const Folder& folder) {
   return values;
 }
 
-// Returns why the lists of a set contradict each other; an empty string if they do not.
+// Returns a description of the contradiction between the lists of a set, or an empty string if
+// there is none.
 std::string contradiction(const MeshSet& set) {
   const std::size_t members = set.members.size();
   if (set.kind == Kind::sides ? set.sides.size() != members : !set.sides.empty())
@@ -200,8 +203,8 @@ void put_integers(std::vector<Extra>& out, const std::string& key, Reference ref
     put_parts<std::int64_t>(out, key, ScalarType::int64, refers, std::span(values));
 }
 
-// Returns true if the value is unchanged after conversion to float. False for NaN, so that its bits
-// are kept.
+// Returns true if conversion to float does not change the value. Returns false for NaN, so that its
+// bits are preserved.
 bool is_float_value(double value) {
   if (!(value >= -double{std::numeric_limits<float>::max()} &&
         value <= double{std::numeric_limits<float>::max()}))
@@ -244,10 +247,10 @@ Result<MeshSet> read_set(std::span<const Extra> extras, const SetPlace& place,
   if (!ids) return ids.error();
   if (ids->size() > 1 || (ids->empty() && folder.has(kId)) ||
       (ids->empty() && !std::in_range<std::int64_t>(place.number)))
-    return folder.error(kId, "is not one number");
+    return folder.error(kId, "does not contain exactly one number");
   set.id = ids->empty() ? static_cast<std::int64_t>(place.number) + 1 : ids->front();
   if (const auto name = folder.parts(kName); !name.empty()) {
-    if (name[0]->type != ScalarType::uint8) return folder.error(kName, "is not a text");
+    if (name[0]->type != ScalarType::uint8) return folder.error(kName, "is not text");
     for (const std::byte byte : name[0]->data) set.name += static_cast<char>(byte);
   }
   auto members =
@@ -299,7 +302,7 @@ Result<std::vector<MeshSet>> sets_of(const Mesh& mesh) {
     std::string wrong = contradiction(set);
     if (std::any_of(set.members.begin(), set.members.end(),
                     [](std::uint64_t member) { return !std::in_range<std::int64_t>(member); }))
-      wrong = "has a member beyond 63 bits";
+      wrong = "has a member number of more than 63 bits";
     if (std::any_of(set.sides.begin(), set.sides.end(), [](std::int32_t side) { return side < 1; }))
       wrong = "has a side below 1";
     if (!wrong.empty()) return misuse(std::move(wrong), folder);

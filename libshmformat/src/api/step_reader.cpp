@@ -1,4 +1,4 @@
-// StepReader: finds in the index the chunks that a step needs, and reads only these.
+// StepReader: finds the chunks of a step through the index, and reads only these.
 #include "shm/step_reader.h"
 
 #include <algorithm>
@@ -30,7 +30,7 @@ struct SegmentMesh {
   }
 
   StepTopology topology;
-  std::optional<StepElements> elements;  // set when the topology has all groups
+  std::optional<StepElements> elements;  // created when the topology has all groups
 };
 
 }  // namespace
@@ -39,7 +39,7 @@ class __attribute__((visibility("hidden"))) StepReader::Impl {
  public:
   explicit Impl(std::shared_ptr<IndexedFile> file) : file_(std::move(file)) {}
 
-  /// Must hold: the file is open.
+  /// Opens the index of steps. Must hold: the file is open.
   Result<void> open();
   const IndexedFile& file() const { return *file_; }
   const StepIndex& index() const { return index_; }
@@ -69,19 +69,20 @@ class __attribute__((visibility("hidden"))) StepReader::Impl {
   StepIndex index_;
   std::vector<double> times_;
   StepReference most_ = StepReference::nothing;
-  CellBytes cell_bytes_;  // shared by all topologies
+  CellBytes cell_bytes_;  // shared by the topologies of all segments
   CoverNumbers covers_;
-  std::map<std::size_t, SegmentMesh> meshes_;                        // by segment
-  std::size_t kept_bytes_ = 0;                                       // of all meshes except mesh_
-  std::map<std::pair<std::uint32_t, std::size_t>, HeldSteps> held_;  // by array and segment
+  std::map<std::size_t, SegmentMesh> meshes_;  // meshes by segment
+  std::size_t kept_bytes_ = 0;                 // memory of all meshes except mesh_
+  std::map<std::pair<std::uint32_t, std::size_t>, HeldSteps>
+      held_;  // held values by array and segment
 
   // The current request.
   StepRequest request_;
-  std::size_t wanted_ = 0;  // index among the steps of the array
+  std::size_t wanted_ = 0;  // index of the requested step among the steps of the array
   std::size_t segment_ = 0,
-              end_segment_ = 0;        // the current segment, and the end of the segments to read
-  std::optional<SegmentSteps> steps_;  // of the current segment
-  SegmentMesh* mesh_ = nullptr;        // of the current segment; null if it is not needed
+              end_segment_ = 0;        // current segment, and end of the segments to read
+  std::optional<SegmentSteps> steps_;  // set for the current segment
+  SegmentMesh* mesh_ = nullptr;        // mesh of the current segment; null if it is not needed
   std::optional<Error> error_;
   StepValues values_;
 };
@@ -99,7 +100,7 @@ Result<void> StepReader::Impl::open() {
   return {};
 }
 
-/// Returns the index of `step` among the array's steps; nullopt if the array has no elements.
+/// Returns the index of `step` among the array's steps, or nullopt if the array has no elements.
 Result<std::optional<std::size_t>> StepReader::Impl::find(std::uint32_t array,
                                                           std::uint64_t step) const {
   if (!is_stepped(array))
@@ -169,8 +170,8 @@ Result<StepValues*> StepReader::Impl::next() {
   return nullptr;
 }
 
-/// Moves to the first segment, from the current segment on, that has elements of the array. Returns
-/// false if there is none.
+/// Moves to the next segment that has elements of the array, beginning with the current segment.
+/// Returns false if there is no such segment.
 bool StepReader::Impl::find_segment() {
   const auto parts = index_.parts(index_.steps(request_.array)[wanted_],
                                   file_->first_group(segment_), file_->first_group(end_segment_));
@@ -237,7 +238,7 @@ Result<void> StepReader::Impl::number(const StepIndex::Part& part) {
 
 // --- topology
 
-/// Returns the mesh of one segment. Reads only the streams of its groups that are needed.
+/// Returns the mesh of one segment. Reads only those streams of its groups that are needed.
 Result<SegmentMesh*> StepReader::Impl::mesh_of(std::size_t segment, const ElementNeeds& needs) {
   const auto found = meshes_.find(segment);
   ElementNeeds all = needs;

@@ -1,4 +1,4 @@
-// Summary: the same totals that a Reader counts, but computed from the heads of chunks.
+// Summary: computes the totals that a Reader counts from the headers of chunks, without decoding.
 #include "shm/summary.h"
 
 #include <algorithm>
@@ -21,7 +21,7 @@ using container::IndexEntry;
 using container::StreamEntry;
 using container::StreamKind;
 
-/// Returns true if the entry of the index agrees with the part of step values.
+/// Returns true if the index entry agrees with the header of the part of step values.
 bool is_told_by(const container::StepEntry& entry, const container::StepPart& part) {
   const container::StepHeader& header = part.header;
   return header.array == entry.array && header.step == entry.step && header.group == entry.group &&
@@ -52,8 +52,8 @@ class Summarizer {
 
   RandomSource* source_;
   IndexedFile file_;
-  std::vector<std::string> array_names_;  // names of the streams of arrays
-  std::size_t groups_ = 0;                // groups added so far
+  std::vector<std::string> array_names_;  // stream names of the arrays
+  std::size_t groups_ = 0;                // number of groups added so far
   bool has_step_values_ = false;
   Summary summary_;
   Totals& totals_ = summary_.totals;
@@ -104,7 +104,7 @@ Result<void> Summarizer::add_chunk(const ChunkHeader& header, const IndexEntry& 
                ErrorCode::unsupported);
 }
 
-/// Adds the next group.
+/// Adds the next group to the totals.
 Result<void> Summarizer::add_group() {
   const std::size_t group = groups_++;
   const auto head = file_.read_group_head(group);
@@ -221,7 +221,7 @@ Result<Summary> read_summary(RandomSource& source, const ReadLimits& limits) {
   const auto bytes = container::bytes_of_file(source);
   if (!bytes) return bytes.error();
   SectionSource file(source, 0, *bytes);
-  ReadLimits of_heads = limits;  // for reading only heads: nothing is decoded
+  ReadLimits of_heads = limits;  // limits for reading only headers, since nothing is decoded
   of_heads.max_vertices = of_heads.max_cells = ReadLimits().max_cells;
   auto summary = Summarizer(file, of_heads).run();
   if (summary) summary->totals.trailing_bytes = source.size() - *bytes;

@@ -1,4 +1,5 @@
-// Writer: connects the mesh encoder, step values and extras with the FileWriter.
+// Writer: passes the mesh to the mesh encoder, and its groups, the step values and the extras to
+// the FileWriter.
 #include "shm/writer.h"
 
 #include <algorithm>
@@ -106,7 +107,8 @@ class __attribute__((visibility("hidden"))) Writer::Impl {
   Result<void> set_step_times(std::span<const double> times) { return file_.set_step_times(times); }
   Result<void> add_extra(const Extra& extra) {
     if (auto status = FileWriter::check(extra); !status) return status;
-    if (!mesh_ended_)  // the extra's position among the groups must depend only on earlier calls
+    if (!mesh_ended_)  // only earlier calls may determine the position of the extra among the
+                       // groups
       if (auto status = mesh_.catch_up(); !status) return status;
     return file_.add_extra(extra);
   }
@@ -135,7 +137,7 @@ class __attribute__((visibility("hidden"))) Writer::Impl {
 
   std::uint32_t key_steps_;
   Level level_;
-  std::optional<StepTopology> topology_;  // only if the schema has arrays with steps
+  std::optional<StepTopology> topology_;  // set only if the schema has arrays with steps
 };
 
 Writer::Writer(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}

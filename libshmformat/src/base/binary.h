@@ -1,7 +1,6 @@
-// The byte level of the format. All numbers of more than one byte are little-endian and pass
-// through here. ByteWriter appends to a vector. ByteReader reads from borrowed bytes; past the end
-// it returns zeros and remembers the failure: check ok() once per structure, before using the
-// values.
+// Reading and writing of bytes in the format. All numbers of more than one byte are little-endian.
+// ByteWriter appends to a vector. ByteReader reads from borrowed bytes. Past their end, it returns
+// zeros and records the failure: check ok() once per structure, before using the values.
 // spec: "Conventions", "Checksums"
 #pragma once
 
@@ -21,28 +20,29 @@ namespace shm {
 struct ReadLimits;
 
 // Counts in the format have 64 bits, but sizes in memory have only 32 bits on some machines. Every
-// number read from a file is checked against the reader's limits before it becomes a size, and
-// within_sizes() keeps these limits within the range of std::size_t.
+// number read from a file is checked against the reader's limits before it is converted to a size,
+// and within_sizes() restricts these limits to the range of std::size_t.
 
 /// Returns the number as a size, or the largest possible size if the number is larger.
 inline std::size_t to_size(std::uint64_t number) {
   return static_cast<std::size_t>(
       std::min<std::uint64_t>(number, std::numeric_limits<std::size_t>::max()));
 }
-/// Returns a limit that grows with the number of bytes: `limit` plus `each` per byte, without
-/// overflow.
+/// Returns `limit` + `each` * `bytes`, or the largest 64-bit number if that overflows.
 constexpr std::uint64_t limit_with(std::uint64_t limit, std::uint64_t each, std::uint64_t bytes) {
   constexpr std::uint64_t kAll = ~std::uint64_t{0};
   return bytes > (kAll - limit) / each ? kAll : limit + each * bytes;
 }
-/// Returns the limits unchanged if sizes have 64 bits. If they have 32 bits, no limit on bytes
-/// exceeds 1 GiB: data that needs more is over_limit, however much the caller allows.
+/// Returns the limits unchanged if sizes have 64 bits. If sizes have 32 bits, reduces each limit on
+/// bytes to at most 1 GiB: data that needs more memory fails with over_limit, even if the caller
+/// allows more.
 ReadLimits within_sizes(ReadLimits limits);
 
 static_assert(std::endian::native == std::endian::little ||
               std::endian::native == std::endian::big);
 
-/// Copies `count` scalars of `width` bytes between host and little-endian order.
+/// Copies `count` scalars of `width` bytes each, and converts them between the byte order of the
+/// host and little-endian order.
 inline void copy_little_endian(std::byte* to, const std::byte* from, std::size_t count,
                                std::size_t width) {
   if (count == 0) return;
@@ -67,7 +67,7 @@ class ByteWriter {
   void put_u32(std::uint32_t v) { put_fixed(v, 4); }
   void put_u64(std::uint64_t v) { put_fixed(v, 8); }
   void put_f64(double v) { put_u64(std::bit_cast<std::uint64_t>(v)); }
-  /// LEB128: seven bits per byte, low bits first, at most ten bytes.
+  /// Writes `v` as LEB128: seven bits per byte, low bits first, at most ten bytes.
   void put_varint(std::uint64_t v) {
     for (; v >= 0x80; v >>= 7) put_u8(static_cast<std::uint8_t>(v | 0x80));
     put_u8(static_cast<std::uint8_t>(v));
@@ -96,8 +96,8 @@ class ByteReader {
   std::uint32_t get_u32() { return static_cast<std::uint32_t>(get_fixed(4)); }
   std::uint64_t get_u64() { return get_fixed(8); }
   double get_f64() { return std::bit_cast<double>(get_u64()); }
-  /// Copies the bits into `value`. Returning a double may change them: on 32-bit x86 the bits of a
-  /// NaN.
+  /// Copies the bits of a double into `value`. Returning a double by value could change the bits of
+  /// a NaN on 32-bit x86.
   void get_f64(double& value) {
     const std::uint64_t bits = get_u64();
     std::memcpy(&value, &bits, sizeof value);
@@ -106,20 +106,20 @@ class ByteReader {
     std::uint64_t v = 0;
     for (int shift = 0; shift < 64; shift += 7) {
       const std::uint8_t byte = get_u8();
-      if (shift == 63 && byte > 1) ok_ = false;  // more than 64 bits
+      if (shift == 63 && byte > 1) ok_ = false;  // the number would have more than 64 bits
       v |= static_cast<std::uint64_t>(byte & 0x7f) << shift;
       if (byte < 0x80) return v;
     }
     ok_ = false;
     return 0;
   }
-  /// A varint that must stay below 2^32.
+  /// Reads a varint. Fails if the number is not below 2^32.
   std::uint32_t get_varint32() {
     const std::uint64_t v = get_varint();
     if (v > 0xffffffffu) ok_ = false;
     return static_cast<std::uint32_t>(v);
   }
-  /// A byte that must be 0 or 1.
+  /// Reads a byte. Fails unless it is 0 or 1.
   bool get_flag() {
     const std::uint8_t v = get_u8();
     if (v > 1) ok_ = false;
@@ -145,15 +145,15 @@ class ByteReader {
     at_ += view.size();
     return view;
   }
-  /// Returns the bytes read since position() was `begin`.
+  /// Returns a view of the bytes from position `begin` to the current position.
   std::span<const std::byte> since(std::size_t begin) const {
     return bytes_.subspan(begin, at_ - begin);
   }
   std::size_t left() const { return bytes_.size() - at_; }
   std::size_t position() const { return at_; }
   bool ok() const { return ok_; }
-  /// Reads the number of items that follow. Fails if the remaining bytes are too few for that many
-  /// items of at least `bytes_each` bytes.
+  /// Reads a number of items. Fails if the remaining bytes are too few for that many items of at
+  /// least `bytes_each` bytes.
   std::uint64_t get_count(std::size_t bytes_each) {
     const std::uint64_t count = get_varint();
     if (count > left() / bytes_each) {

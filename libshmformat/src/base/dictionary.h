@@ -1,6 +1,7 @@
-// The dictionary of small packed blobs: entropy tables, then words that are frequent in the files
-// that meshes come from. It is part of the format and must not change by a single byte. CMake makes
-// the source from spec/dictionary_tables.bin and spec/dictionary.txt (dictionary.cpp.in).
+// The dictionary for small packed blobs: entropy tables, then words that are frequent in mesh files
+// of other formats. The dictionary is part of the format and must not change by a single byte.
+// CMake generates the source from spec/dictionary_tables.bin and spec/dictionary.txt
+// (dictionary.cpp.in).
 // spec: "Packed blobs"
 #pragma once
 
@@ -9,7 +10,7 @@
 
 namespace shm {
 
-/// Returns the bytes of both files.
+/// Returns the contents of both files, the tables first.
 std::span<const std::byte> dictionary();
 
 }  // namespace shm

@@ -1,7 +1,8 @@
-// Vectors that grow in small steps. A list that is indexed by slot (data of the vertices and cells
-// of the active surface, or of the elements of a group) doubles while it is small, but by at most
-// 128 KiB; a large list grows by an eighth. Memory thus follows the size of the surface and the
-// group closely. Both stop growing early in a file.
+// Functions for vectors that grow in small steps. Many lists are indexed by slot: data of the
+// vertices and cells of the active surface, or of the elements of a group. Such a list doubles
+// while it is small, but by at most 128 KiB at a time; a large list grows by an eighth. The memory
+// is thus only a little larger than the surface and the group need. Both stop growing early in a
+// file.
 #pragma once
 
 #include <algorithm>
@@ -13,16 +14,16 @@
 
 namespace shm {
 
-/// The value of a slot or an index that does not exist.
+/// Invalid slot or index, which means "none".
 inline constexpr std::uint32_t kNone = 0xffffffffu;
 
-/// Returns the new size of a list of `size` elements that needs an element at `slot`: `size` if it
-/// is there already, otherwise at least an eighth more than `size`.
+/// Returns the size to which a list of `size` elements must grow so that index `slot` is valid:
+/// `size` if `slot` is already valid, otherwise at least an eighth more than `size`.
 inline std::size_t size_with_room(std::size_t size, std::size_t slot) {
   return slot < size ? size : std::max(slot + 1, size + size / 8);
 }
 
-/// Grows the list until `slot` is a valid index, by at least an eighth.
+/// Grows the list until `slot` is a valid index. If the list grows, it grows by at least an eighth.
 template <class T>
 void make_room(std::vector<T>& list, std::size_t slot) {
   if (slot < list.size()) return;
@@ -47,14 +48,15 @@ void expect_more(std::vector<T>& list, std::size_t count) {
   const std::size_t step = std::max(list.size() / 8, std::min(list.size(), kStep));
   list.reserve(std::max(size, list.size() + step + 16));
 }
-/// Like expect_more(), for lists that are written often and kept briefly: grows by half.
+/// Like expect_more(), but the memory grows by half: for short-lived lists that are appended to
+/// often.
 template <class T>
 void expect_more_soon(std::vector<T>& list, std::size_t count) {
   const std::size_t size = list.size() + count;
   if (size > list.capacity()) list.reserve(std::max(size, list.size() + list.size() / 2 + 16));
 }
-/// Grows the list until `slot` is a valid index, by at least half. For lists whose slots are added
-/// one by one.
+/// Grows the list until `slot` is a valid index. If the list grows, it grows by at least half: for
+/// lists whose slots are added one by one.
 template <class T>
 void make_room_soon(std::vector<T>& list, std::size_t slot) {
   if (slot < list.size()) return;
@@ -66,15 +68,15 @@ void push_tightly(std::vector<T>& list, const T& element) {
   list.push_back(element);
 }
 
-/// Copies a few bytes of values, usually a multiple of eight. memcpy() with a variable size would
+/// Copies a small number of bytes, usually a multiple of eight. memcpy() with a variable size would
 /// be a function call each time.
 inline void copy_few(std::byte* to, const std::byte* from, std::size_t count) {
   for (; count >= 8; count -= 8, to += 8, from += 8) std::memcpy(to, from, 8);
   for (; count > 0; --count) *to++ = *from++;
 }
 
-/// A list of numbers or bytes that grows very often by a few elements. Unlike with std::vector, an
-/// append is usually inlined.
+/// A list of numbers or bytes to which short runs are appended very often. Unlike
+/// std::vector::insert(), append() is usually inlined.
 template <class T>
 class ShortRuns {
  public:
@@ -82,7 +84,7 @@ class ShortRuns {
   std::size_t size() const { return size_; }
   const T* data() const { return room_.data(); }
   const T& operator[](std::size_t i) const { return room_[i]; }
-  /// Keeps the memory for reuse.
+  /// Removes all elements. Keeps the memory for reuse.
   void clear() { size_ = 0; }
   void append(const T* from, std::size_t count) {
     if (room_.size() - size_ < count) make_room_for(count);
@@ -103,7 +105,7 @@ class ShortRuns {
   std::size_t size_ = 0;
 };
 
-/// Frees the memory of the list, which `list = {}` does not.
+/// Empties the list and frees its memory, which `list = {}` does not.
 template <class T>
 void let_go(std::vector<T>& list) {
   std::vector<T>().swap(list);

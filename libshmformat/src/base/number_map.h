@@ -1,7 +1,7 @@
-// Number maps: from 64-bit numbers, which files choose, to 32-bit slots.
-//   Scatter     the place of a number in a table
-//   IdMap       for unrelated numbers
-//   NumberMap   for numbers that live for a while and come in runs
+// Maps from 64-bit numbers, which files choose, to 32-bit slots.
+//   Scatter     computes the position of a number in a hash table
+//   IdMap       map for unrelated numbers
+//   NumberMap   map for numbers that are removed after a while and are often consecutive
 #pragma once
 
 #include <array>
@@ -13,15 +13,17 @@
 
 namespace shm {
 
-/// Computes the place of a number in a table. Numbers come from files, and the author of a file
-/// could choose them so that all fall on one place. So places also depend on the address of the
-/// table in memory, which a file cannot know. Coded data never depends on places.
+/// Hash function: computes the position of a number in a table. Numbers come from files, and the
+/// author of a file could choose them so that all have the same position. The positions therefore
+/// also depend on the address of the table in memory, which the author cannot know. Coded data
+/// never depends on the positions.
 class Scatter {
  public:
   Scatter()
       : seed_(static_cast<std::uint64_t>(reinterpret_cast<std::uintptr_t>(this)) * kFirstFactor) {}
 
-  /// Returns 32 well mixed bits. A caller uses the lowest ones that it needs.
+  /// Returns a hash value of 32 well mixed bits. The caller uses only the lowest bits that it
+  /// needs.
   std::uint64_t operator()(std::uint64_t number) const {
     std::uint64_t x = (number ^ seed_) * kFirstFactor;
     x = (x ^ x >> 32) * kSecondFactor;
@@ -34,11 +36,11 @@ class Scatter {
   std::uint64_t seed_;
 };
 
-/// Hash map with open addressing and linear probing. Erasing shifts the rest of a run back, so
-/// there are no tombstones, and the table grows only with the number of entries.
+/// Hash map with open addressing and linear probing. erase() moves the entries after the hole back,
+/// so there are no tombstones, and the size of the table depends only on the number of entries.
 class IdMap {
  public:
-  /// Returns the slot of `id`, kNone if it is absent.
+  /// Returns the slot of `id`, or kNone if `id` is absent.
   std::uint32_t find(std::uint64_t id) const {
     if (entries_.empty()) return kNone;
     for (std::size_t i = home(id);; i = (i + 1) & mask()) {
@@ -46,13 +48,13 @@ class IdMap {
       if (entries_[i].id == id) return entries_[i].slot;
     }
   }
-  /// Must hold: `id` is absent, slot is not kNone.
+  /// Inserts `id`. Must hold: `id` is absent, `slot` is not kNone.
   void insert(std::uint64_t id, std::uint32_t slot) {
     if ((count_ + 1) * 2 > entries_.size()) grow();
     place({id, slot});
     ++count_;
   }
-  /// Must hold: `id` is present.
+  /// Removes `id`. Must hold: `id` is present.
   void erase(std::uint64_t id) {
     std::size_t hole = home(id);
     while (entries_[hole].id != id || entries_[hole].slot == kNone) hole = (hole + 1) & mask();
@@ -66,7 +68,7 @@ class IdMap {
     --count_;
   }
   std::size_t size() const { return count_; }
-  /// Bytes that the map uses.
+  /// Returns the number of bytes of memory that the map uses.
   std::uint64_t memory() const { return entries_.capacity() * sizeof(Entry); }
 
  private:
@@ -95,18 +97,18 @@ class IdMap {
   std::size_t count_ = 0;
 };
 
-/// Map that stores numbers in lines of sixteen, each on a cache line of its own. So consecutive
-/// numbers are found next to each other, and the table of the IdMap changes once for all of them.
-/// An isolated number needs about 90 bytes, a number in a run about 6.
+/// Map that stores numbers in lines of sixteen consecutive numbers. Each line is a separate cache
+/// line, so consecutive numbers are stored next to each other, and the IdMap has one entry per line
+/// instead of one per number. An isolated number needs about 90 bytes, a number in a run about 6.
 class NumberMap {
  public:
-  /// Returns the slot of `number`, kNone if it is absent.
+  /// Returns the slot of `number`, or kNone if `number` is absent.
   std::uint32_t find(std::uint64_t number) const {
     const std::uint32_t line = find_line(number);
     return line == kNone ? kNone : lines_[line].slot[number % kLine];
   }
-  /// Inserts `number`. Returns false and changes nothing if it is present. Must hold: slot is not
-  /// kNone.
+  /// Inserts `number`. If `number` is present, returns false and changes nothing. Must hold: `slot`
+  /// is not kNone.
   bool insert(std::uint64_t number, std::uint32_t slot) {
     std::uint32_t line = find_line(number);
     if (line == kNone) line = add_line(number);
@@ -116,7 +118,7 @@ class NumberMap {
     ++counts_[line];
     return true;
   }
-  /// Must hold: `number` is present.
+  /// Removes `number`. Must hold: `number` is present.
   void erase(std::uint64_t number) {
     const std::uint32_t line = find_line(number);
     lines_[line].slot[number % kLine] = kNone;
@@ -125,7 +127,7 @@ class NumberMap {
     free_.push_back(line);
     found_at(number / kLine).line = kNone;
   }
-  /// Bytes that the map uses.
+  /// Returns the number of bytes of memory that the map uses.
   std::uint64_t memory() const {
     return table_.memory() + lines_.capacity() * sizeof(Line) + counts_.capacity() +
            free_.capacity() * sizeof(std::uint32_t);
@@ -137,7 +139,7 @@ class NumberMap {
     std::array<std::uint32_t, kLine> slot{};
   };
 
-  /// A line that was found before.
+  /// The result of an earlier search for a line.
   struct Found {
     std::uint64_t number = 0;
     std::uint32_t line = kNone;
@@ -166,12 +168,13 @@ class NumberMap {
     return line;
   }
 
-  IdMap table_;  // by number / kLine
+  IdMap table_;  // line indices, by number / kLine
   std::vector<Line> lines_;
-  std::vector<std::uint8_t> counts_;  // of live numbers, by line
+  std::vector<std::uint8_t> counts_;  // count of live numbers, by line
   std::vector<std::uint32_t> free_;
   static constexpr std::size_t kFound = 64;
-  mutable std::array<Found, kFound> found_{};  // the cells of a row need the same few lines
+  mutable std::array<Found, kFound>
+      found_{};  // recent search results: the cells of a row need the same few lines
 };
 
 }  // namespace shm

@@ -1,13 +1,13 @@
 // OrderedTasks: runs several tasks at once and returns their outputs as if each task had begun
 // after the end of the task before it.
-// in:    inputs for the newest task
-// out:   outputs, task after task
-// keeps: inputs that wait for their task and outputs that wait for their turn, both within limits
+// - Input: inputs for the newest task.
+// - Output: the outputs of all tasks, task after task.
+// - Memory: inputs that wait for their task and outputs that wait to be taken, both within limits.
 //
-// A single thread, the caller's, begins tasks, passes inputs and takes outputs. The inputs of one
-// task are processed one at a time. As long as there is only one task with few inputs, or if the
-// system cannot start threads, next() does the work in the caller's thread: starting threads, with
-// memory for each, takes as long as a small mesh.
+// A single thread, the caller's thread, begins tasks, passes inputs and takes outputs. The inputs
+// of one task are processed one at a time. Starting threads takes as long as coding a small mesh.
+// next() therefore does the work in the caller's thread while there is only one task with few
+// inputs, and also if the system cannot start threads.
 //
 // Outputs depend only on the inputs, not on the number of threads. If a task throws (in this
 // library only std::bad_alloc), next() rethrows the exception in the caller's thread when the turn
@@ -48,8 +48,9 @@ class OrderedTasks {
     std::size_t
         in = 0,
         out = 0;  ///< limits in bytes on waiting inputs and outputs, not counting those in progress
-    /// Threads are started when a second task begins while an earlier one is unfinished, or after
-    /// this many bytes of inputs.
+
+    /// Number of bytes of inputs after which threads are started. A second task that begins while
+    /// an earlier one is unfinished also starts the threads.
     std::size_t alone = 0;
   };
   /// Uses at most `threads` threads.
@@ -163,7 +164,7 @@ class OrderedTasks {
   bool has_output() {
     while (!jobs_.empty() && jobs_.front().is_done()) {
       jobs_.pop_front();
-      wake_workers_.notify_all();  // the next task is the first now
+      wake_workers_.notify_all();  // another task is the first now, and may therefore continue
     }
     return !jobs_.empty() && (!jobs_.front().outputs.empty() || jobs_.front().failed());
   }
@@ -172,8 +173,8 @@ class OrderedTasks {
       if (job.running || job.has_work()) return true;
     return false;
   }
-  /// Returns the oldest task that can continue. The first task can always continue once its outputs
-  /// have been taken.
+  /// Returns the oldest task that can continue, or null. The first task can always continue once
+  /// its outputs have been taken.
   Job* next_job() {
     for (Job& job : jobs_) {
       const bool may = out_bytes_ < limits_.out || (&job == &jobs_.front() && job.outputs.empty());
@@ -196,8 +197,8 @@ class OrderedTasks {
         wake_workers_.wait(lock);
     }
   }
-  /// Processes the next input of a job, or its end. The caller holds `lock`; it is released
-  /// meanwhile.
+  /// Processes the next input of a job, or calls the task's end(). The caller holds `lock`, which
+  /// is released during this work.
   void work_on(Job& job, Lock& lock) {
     job.running = true;
     std::optional<In> in;
@@ -238,7 +239,7 @@ class OrderedTasks {
 
   unsigned wanted_;
   Limits limits_;
-  std::size_t pushed_ = 0;  // bytes of inputs so far, at most limits_.alone
+  std::size_t pushed_ = 0;  // bytes of all inputs so far, at most limits_.alone
   mutable Mutex mutex_;
   Condition wake_workers_, wake_caller_;
   std::list<Job> jobs_;  // oldest first; a list, since their addresses must not change

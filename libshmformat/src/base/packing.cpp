@@ -1,6 +1,6 @@
 #include "base/packing.h"
 
-#define ZSTD_STATIC_LINKING_ONLY  // for custom allocators
+#define ZSTD_STATIC_LINKING_ONLY  // declares the functions with custom allocators
 #include <zstd.h>
 #include <zstd_errors.h>
 
@@ -15,7 +15,7 @@
 namespace shm {
 namespace {
 
-/// Methods of packed blobs.
+/// Methods of packed blobs, as stored in the file.
 constexpr std::uint8_t kRaw = 0, kFrame = 1, kPlanes = 2, kWithDictionary = 3;
 /// Largest unpacked size of a blob that is packed with the dictionary. Larger blobs would hardly
 /// profit from it.
@@ -25,14 +25,15 @@ constexpr std::uint64_t kMostWithDictionary = std::uint64_t{1} << 20;
 constexpr std::array<std::byte, 4> kMagic = {std::byte{0x28}, std::byte{0xb5}, std::byte{0x2f},
                                              std::byte{0xfd}};
 
-/// If memory runs out, zstd returns null or an error code of its own. Both become std::bad_alloc,
-/// like any other failed allocation (shm/result.h).
+/// If memory runs out, zstd returns null or a zstd error code. These functions turn both into
+/// std::bad_alloc, like any other failed allocation (shm/result.h).
 template <class Context>
 Context* made_by_zstd(Context* context) {
   if (context == nullptr) throw std::bad_alloc();
   return context;
 }
-/// Returns true if zstd failed for a reason other than memory.
+/// Returns true if zstd failed for a reason other than lack of memory. Throws std::bad_alloc if
+/// memory ran out.
 bool zstd_failed(std::size_t result) {
   if (ZSTD_isError(result) == 0) return false;
   if (ZSTD_getErrorCode(result) == ZSTD_error_memory_allocation) throw std::bad_alloc();
@@ -75,12 +76,13 @@ std::vector<std::byte> zstd_compress(std::span<const std::byte> bytes, int level
 
 namespace {
 
-/// Blobs of at least kPlanesFrom bytes mostly consist of numbers, so they are tried as rows of
-/// equal width. Blobs above kQuickFrom bytes are packed at a lower level, which is several times
-/// faster.
+/// Blobs of at least kPlanesFrom bytes mostly consist of numbers, so they are also tried as byte
+/// planes. Blobs above kQuickFrom bytes are packed at a lower compression level, which is several
+/// times faster.
 constexpr std::size_t kPlanesFrom = std::size_t{1} << 16, kQuickFrom = std::size_t{1} << 20;
 
-/// Returns bytes 0, width, 2 width, ... of the blob, then bytes 1, width + 1, and so on.
+/// Returns the byte planes of the blob: bytes 0, width, 2 width, ..., then bytes 1, width + 1, and
+/// so on.
 std::vector<std::byte> in_planes(std::span<const std::byte> blob, std::size_t width) {
   std::vector<std::byte> planes;
   planes.reserve(blob.size());
@@ -90,7 +92,8 @@ std::vector<std::byte> in_planes(std::span<const std::byte> blob, std::size_t wi
   return planes;
 }
 
-/// Returns the number of planes with which a sample of the blob packs best; 1 means no planes.
+/// Returns the number of byte planes with which a sample of the blob becomes smallest; 1 means no
+/// planes.
 std::size_t best_width(std::span<const std::byte> blob) {
   constexpr std::size_t kSample = std::size_t{1} << 18;
   constexpr int kLevel = 3;
@@ -98,7 +101,7 @@ std::size_t best_width(std::span<const std::byte> blob) {
   const auto sample = blob.subspan((blob.size() - size) / 2, size);
   std::size_t best = 1, least = zstd_compress(sample, kLevel).size();
   for (const std::size_t width :
-       {4, 8, 12, 16, 24, 32}) {  // for example, records of one to four numbers
+       {4, 8, 12, 16, 24, 32}) {  // widths in bytes, for example of records of one to four numbers
     const std::size_t bytes = zstd_compress(in_planes(sample, width), kLevel).size();
     if (bytes >= least) continue;
     least = bytes;
@@ -191,8 +194,8 @@ Packed packed(std::span<const std::byte> blob, Packing packing) {
   return best;
 }
 
-/// Packs with a window of 1 KiB. A block of such a frame contains at most 1 KiB and takes at least
-/// four bytes, so that the blob unpacks to at most 256 times its packed bytes.
+/// Packs with a window of 1 KiB. A block of such a frame contains at most 1 KiB and needs at least
+/// four bytes, so that the unpacked size is at most 256 times the packed size.
 Packed packed_within_bound(std::span<const std::byte> blob, std::size_t width) {
   constexpr int kLevel = 12, kWindowLog = 10;
   static_assert((1 << kWindowLog) / 4 == kMostUnpackedEach);
@@ -228,12 +231,12 @@ void put_packed(ByteWriter& out, std::span<const std::byte> blob, Packing packin
 
 namespace {
 
-// Memory for the stated size is allocated at once only if it is at most kTrustedBytes +
-// kTrustedFactor times the input. Otherwise the output grows step by step.
+// If the stated size is at most kTrustedBytes + kTrustedFactor times the input, all memory is
+// allocated in advance. Otherwise the output grows piece by piece.
 constexpr std::uint64_t kTrustedFactor = 32, kTrustedBytes = std::uint64_t{1} << 17;
 
-/// Returns true if decoding the frame needs a window of at most kMostWindow bytes. Bytes that are
-/// not a frame pass; zstd rejects them later. RFC 8878, 3.1.1.1
+/// Returns true if decoding the frame needs a window of at most kMostWindow bytes. Also returns
+/// true for bytes that are not a frame; zstd rejects them later. See RFC 8878, 3.1.1.1.
 constexpr std::uint64_t kMostWindow = std::uint64_t{1} << 27;
 bool has_small_window(std::span<const std::byte> frame) {
   ByteReader in(frame);

@@ -1,6 +1,6 @@
-// Packed blobs: stored raw or compressed with zstd, whichever is smaller. Large blobs are also
-// tried as byte planes, small blobs with a dictionary. Unpacking uses no code of packing, so that a
-// program that only reads links no compressor.
+// Packed blobs: blobs stored raw or compressed with zstd, whichever is smaller. Large blobs are
+// also tried as byte planes, small blobs with a dictionary. The unpacking functions do not call
+// packing functions, so that a program that only reads does not link a compressor.
 // spec: "Packed blobs"
 #pragma once
 
@@ -17,25 +17,26 @@ namespace shm {
 
 /// Methods that put_packed() may use.
 enum class Packing {
-  none,             ///< stored raw
-  plain,            ///< the methods that readers of 0.9 know
-  with_dictionary,  ///< all methods
-  bounded,          ///< as plain, but the blob unpacks to at most 256 times its packed bytes
+  none,             ///< blobs are stored raw
+  plain,            ///< the methods that readers of format version 0.9 can unpack
+  with_dictionary,  ///< all methods, including the dictionary
+  bounded,  ///< the methods of `plain`, but the unpacked size is at most 256 times the packed size
 };
 /// Writes the method (one byte: 0 raw, 1 zstd, 2 zstd of planes, 3 zstd with the dictionary), the
 /// unpacked length (not for method 3), the number of planes (only for method 2) and the bytes. The
 /// packed blob never unpacks to more than most_unpacked() of its size.
 void put_packed(ByteWriter& out, std::span<const std::byte> blob, Packing packing = Packing::plain);
 
-/// Largest unpacked size of a blob with this number of packed bytes, in files of 0.10. Frozen: part
-/// of the format.
+/// Largest ratio of unpacked to packed size of a blob, in files of version 0.10. Frozen: part of
+/// the format.
 inline constexpr std::uint64_t kMostUnpackedEach = 256;
 inline constexpr std::uint64_t most_unpacked(std::uint64_t packed) {
   constexpr std::uint64_t kAnyway = std::uint64_t{1} << 24;
   return kAnyway + kMostUnpackedEach * packed;
 }
 
-/// Limits the memory for everything that a file contains besides its mesh and its values.
+/// The memory that a reader may still use for the unpacked blobs of a file, which contain
+/// everything except the mesh and its values.
 class UnpackBudget {
  public:
   /// `most`: ReadLimits::max_unpacked_bytes.
@@ -97,7 +98,7 @@ class ZstdDecompressor {
   std::unique_ptr<Context> context_;  // created by the first call
 };
 
-/// Returns exactly `size` bytes, or nullopt.
+/// Decompresses one frame. Returns exactly `size` bytes, or nullopt.
 std::optional<std::vector<std::byte>> zstd_decompress(std::span<const std::byte> bytes,
                                                       std::uint64_t size);
 

@@ -1,6 +1,6 @@
 // Threads, the synchronization that they need, and exceptions passed between them. Only this file
-// differs between builds with and without threads. Without threads (SHM_THREADS=OFF) none can be
-// started, callers do all work themselves, and nothing ever waits.
+// differs between builds with and without threads. In a build without threads (SHM_THREADS=OFF), no
+// thread can be started, callers do all work themselves, and no function waits.
 #pragma once
 
 #include <mutex>

@@ -15,7 +15,7 @@ Workers::Workers(unsigned count, const std::function<void()>& work) {
   threads_.reserve(count);
   try {
     while (threads_.size() < count) threads_.emplace_back(work);
-  } catch (const std::system_error&) {  // the system allows no more threads
+  } catch (const std::system_error&) {  // the system refuses to start more threads
   }
 }
 

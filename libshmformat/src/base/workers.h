@@ -1,4 +1,4 @@
-// Workers: a few threads. The library starts threads only here.
+// Workers: a group of threads. The library starts threads only here.
 #pragma once
 
 #include <functional>
@@ -8,16 +8,17 @@
 
 namespace shm {
 
-/// Returns `wanted`, or the number of hardware threads if `wanted` is 0. In a build without
-/// threads: 1.
+/// Returns `wanted`, or the number of hardware threads if `wanted` is 0. Returns 1 in a build
+/// without threads.
 unsigned thread_count(unsigned wanted);
 
 class Workers {
  public:
-  /// Starts up to `count` threads, each of which calls `work`. Starts fewer if the system allows no
-  /// more, and none in a build without threads.
+  /// Starts up to `count` threads, each of which calls `work` once. Starts fewer if the system
+  /// refuses to start more, and none in a build without threads.
   Workers(unsigned count, const std::function<void()>& work);
-  /// Waits for the threads. Must hold: `work` returns soon without further action.
+  /// Waits until all threads have ended. Must hold: each call of `work` returns soon without
+  /// further action by the caller.
   ~Workers();
   Workers(const Workers&) = delete;
   Workers& operator=(const Workers&) = delete;

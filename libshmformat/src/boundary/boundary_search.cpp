@@ -12,7 +12,7 @@
 namespace shm {
 namespace {
 
-// Keeps every list within the largest size that a list can have.
+// Bound that keeps the size of each list representable.
 constexpr std::uint64_t kMostBytes = std::numeric_limits<std::size_t>::max() / 4;
 
 Error needs_more_than(std::uint64_t limit) {
@@ -39,7 +39,7 @@ BoundarySearch::BoundarySearch(const Schema& schema, const BoundaryOptions& opti
 
 // --- blocks
 
-/// Checks the sizes of the lists, since a block need not come from a Reader.
+/// Checks the sizes of the lists, since the caller may have made the block without a Reader.
 Result<void> BoundarySearch::check(const MeshBlock& block) const {
   const std::size_t vertices = block.vertex_count(), cells = block.cell_count();
   bool ok = block.first_vertex == next_vertex_ && block.first_cell == next_cell_ &&
@@ -76,7 +76,7 @@ Result<void> BoundarySearch::check_memory() {
       (free_vertices_.capacity() + free_cells_.capacity()) * sizeof(std::uint32_t);
   if (bytes + found_.memory() > max_bytes_ || found_.memory_of_sort() > max_bytes_)
     return needs_more_than(max_bytes_);
-  // Their indices have 32 bits.
+  // The indices of these lists have 32 bits.
   if (vertices_.size() > kMost || sides_.size() > kMost || found_.vertices() > kMost ||
       found_.faces() > kMost)
     return needs_more_than(max_bytes_);
@@ -86,7 +86,8 @@ Result<void> BoundarySearch::check_memory() {
 Result<void> BoundarySearch::add(const MeshBlock& block) {
   if (auto status = check(block); !status) return status;
   for (CellColumn& column : cell_columns_) column.taken = 0;
-  // Vertices after those of the last cell are used by no cell, neither in this block nor later.
+  // Vertices after the last cell of the block are not used by any cell, neither in this block nor
+  // later.
   std::size_t vertex = 0;
   for (std::size_t c = 0; c < block.cell_count(); ++c) {
     const auto end = static_cast<std::size_t>(block.vertices_before_cell[c]);
@@ -162,7 +163,8 @@ Result<void> BoundarySearch::find_slots(std::span<const std::uint64_t> corners,
   return {};
 }
 
-/// Fills the record of the cell: values, or the element of a stepped array that it is.
+/// Fills the record of the current cell. It contains a value of each static array, and for each
+/// stepped array the index of the element that belongs to the cell.
 void BoundarySearch::read_cell_record(const MeshBlock& block, std::size_t c) {
   const auto& columns = found_.cell_layout().columns;
   for (std::size_t i = 0; i < columns.size(); ++i) {
@@ -219,7 +221,8 @@ void BoundarySearch::add_solid(const CellForm& form) {
       add_triangle(k + 1, form.sides[k].at);
 }
 
-/// Returns true if the first three corners of a wedge go counter-clockwise seen from outside.
+/// Returns true if the first three corners of a wedge are in counter-clockwise order, seen from
+/// outside.
 bool BoundarySearch::is_mirrored_wedge() const {
   std::array<std::array<double, 3>, 6> points{};
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -290,7 +293,7 @@ void BoundarySearch::hang(SideTable::Side& side, std::uint32_t number, bool is_r
   for (const std::uint32_t slot : cycle) ++vertices_[slot].holds;
 }
 
-/// Returns the record of the current cell, which is kept from now on.
+/// Returns the record of the current cell. The first call for a cell stores the record.
 std::uint32_t BoundarySearch::cell_record() {
   if (kept_as_ != kNone) return kept_as_;
   kept_as_ = static_cast<std::uint32_t>(cells_.size());
@@ -318,7 +321,7 @@ void BoundarySearch::add_odd_solid(const CellForm& form) {
   add_collected();
 }
 
-/// Returns false if the nodes of the cell do not list faces.
+/// Adds the sides of a polyhedron. Returns false if the nodes of the cell do not list faces.
 bool BoundarySearch::add_polyhedron() {
   is_mirrored_ = false;
   collected_ = 0;
@@ -330,8 +333,8 @@ bool BoundarySearch::add_polyhedron() {
   return ok;
 }
 
-/// Consecutive corners that are the same vertex count once. With fewer than three corners there is
-/// no side.
+/// Collects one side of the current cell. Consecutive corners at the same vertex count once. A side
+/// with fewer than three remaining corners is ignored.
 template <class SlotAt>
 void BoundarySearch::collect_side(std::uint32_t number, std::size_t size, SlotAt&& slot_at) {
   if (collected_ == cycles_.size()) cycles_.emplace_back();
@@ -389,9 +392,10 @@ void BoundarySearch::add_collected(const Cycle& cycle) {
 
 // --- sides and vertices that are complete
 
-/// Called when no later cell uses the vertex: the sides that hang there are complete.
+/// Called when no later cell uses the vertex. The sides that are stored at the vertex are then
+/// complete.
 void BoundarySearch::finalize(std::uint32_t slot) {
-  if (vertices_[slot].is_finalized) return;  // the cell has the vertex twice
+  if (vertices_[slot].is_finalized) return;  // the vertex occurs twice in the cell
   vertices_[slot].is_finalized = true;
   slots_.erase(vertices_[slot].number);
   take_sides(slot);

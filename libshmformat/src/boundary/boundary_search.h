@@ -1,7 +1,7 @@
-// BoundarySearch: takes blocks of vertices and cells, and finds the sides that only one cell has.
-// It keeps each vertex until it is finalized and no kept side uses it. It keeps each side until its
-// oldest vertex, at which the side hangs (SideTable), is finalized. Memory therefore follows the
-// active surface and the boundary.
+// BoundarySearch: receives blocks of vertices and cells, and finds the sides that belong to only
+// one cell. It stores each vertex until it is finalized and no stored side uses it. It stores each
+// side until the oldest vertex of the side, under which SideTable stores it, is finalized. The
+// memory is therefore proportional to the size of the active surface and of the boundary.
 #pragma once
 
 #include <array>
@@ -25,28 +25,30 @@ class BoundarySearch {
   /// `schema` is borrowed. Must hold: it has all requested arrays.
   BoundarySearch(const Schema& schema, const BoundaryOptions& options);
 
-  /// Adds the next block. After an error no other call is allowed.
+  /// Adds the next block. After an error, do not call any other function.
   Result<void> add(const MeshBlock& block);
-  /// Call it after the last block. Sides that are still open are boundary; then the surface is
-  /// sorted.
+  /// Call it after the last block. Adds the sides that are still open to the boundary, then sorts
+  /// the surface.
   Result<void> end_mesh();
-  /// Number of sides that are kept for comparison with later cells, and of vertices that are kept.
+  /// Return the number of sides that are stored for comparison with later cells, and of stored
+  /// vertices.
   std::size_t open_sides() const { return sides_.size(); }
   std::size_t kept_vertices() const { return vertices_.size() - free_vertices_.size(); }
-  /// Number of cells whose sides are unknown.
+  /// Returns the number of cells whose sides are unknown.
   std::uint64_t left_out() const { return left_out_; }
-  /// The surface, complete after end_mesh().
+  /// Returns the surface, which is complete after end_mesh().
   SurfaceBuilder& found() { return found_; }
 
  private:
   struct Vertex {
     std::uint64_t number = 0;
-    std::uint64_t ordinal = 0;  // number of vertices that came before it
-    std::uint64_t holds = 1;    // occurrences in cycles of kept sides, plus 1 until it is finalized
-    std::uint32_t place = kNone;  // index in found_, once it is there
+    std::uint64_t ordinal = 0;  // number of vertices introduced before it
+    std::uint64_t holds =
+        1;  // occurrences in cycles of stored sides, plus 1 until the vertex is finalized
+    std::uint32_t place = kNone;  // index of the vertex in found_; kNone if it is not there yet
     bool is_finalized = false;
   };
-  /// A cell with kept sides.
+  /// A cell with stored sides.
   struct Cell {
     std::uint64_t position = 0, number = 0;
     std::uint32_t block = 0;
@@ -54,9 +56,9 @@ class BoundarySearch {
   };
   /// State of a requested cell array.
   struct CellColumn {
-    std::vector<bool> covers;   // by block
-    std::size_t taken = 0;      // elements of the current block of the mesh that have been passed
-    std::uint64_t element = 0;  // index in the whole mesh of the next element
+    std::vector<bool> covers;   // by block: true if the array covers the block
+    std::size_t taken = 0;      // number of elements of the current block that have been read
+    std::uint64_t element = 0;  // index, in the whole mesh, of the next element
     std::vector<std::byte> nothing;
   };
   /// A side of the current cell.
@@ -98,14 +100,15 @@ class BoundarySearch {
   const Schema* schema_;
   std::uint64_t max_bytes_;
   SurfaceBuilder found_;
-  std::vector<CellForm> forms_;           // by block, for cells with a fixed number of nodes
-  std::vector<CellColumn> cell_columns_;  // by column of the cell layout
+  std::vector<CellForm>
+      forms_;  // form of the cells of each block, if they have a fixed number of nodes
+  std::vector<CellColumn> cell_columns_;  // state of each column of the cell layout
   std::uint64_t next_vertex_ = 0, next_cell_ = 0, left_out_ = 0;
-  std::size_t unchecked_ = 0;  // nodes since the last check of memory
+  std::size_t unchecked_ = 0;  // number of nodes since the last check of the memory
 
-  NumberMap slots_;  // live vertices, by number
+  NumberMap slots_;  // slots of live vertices, by vertex number
   std::vector<Vertex> vertices_;
-  std::vector<std::byte> records_;  // one for each vertex
+  std::vector<std::byte> records_;  // one record for each vertex
   std::vector<std::uint32_t> free_vertices_;
   SideTable sides_;
   std::vector<Cell> cells_;
@@ -115,10 +118,11 @@ class BoundarySearch {
   // The current cell.
   Cell cell_;
   std::vector<std::byte> record_;
-  std::uint32_t kept_as_ = kNone;            // index in cells_, once one of its sides hangs
-  std::vector<std::uint32_t> nodes_;         // slots
-  std::array<std::uint64_t, 8> ordinals_{};  // of the corners of a solid
-  bool is_mirrored_ = false;                 // its sides are seen from inside
+  std::uint32_t kept_as_ =
+      kNone;  // index of the cell in cells_; kNone until one of its sides is stored
+  std::vector<std::uint32_t> nodes_;         // vertex slots of its nodes
+  std::array<std::uint64_t, 8> ordinals_{};  // ordinals of the corners of a solid
+  bool is_mirrored_ = false;                 // true: its sides are ordered as seen from inside
   std::vector<Cycle> cycles_;                // its sides; only the first collected_ are valid
   std::size_t collected_ = 0;
 };

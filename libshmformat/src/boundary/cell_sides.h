@@ -1,4 +1,4 @@
-// The role of cells in a boundary: they are faces themselves, or solids with sides, which are
+// The role of cells in a boundary. A cell is either itself a face, or a solid with sides. Sides are
 // numbered as in side sets.
 #pragma once
 
@@ -13,24 +13,28 @@ namespace shm {
 
 struct CellForm {
   enum Kind : std::uint8_t {
-    unknown,     ///< its sides are not known
-    itself,      ///< its first nodes are a face, an edge or a point
-    solid,       ///< its first nodes are corners, which form its sides
-    polyhedron,  ///< its nodes list faces, and the first vertex of each is repeated after its last
+    unknown,     ///< the sides of the cell are not known
+    itself,      ///< the cell is a face, an edge or a point, which consists of its first nodes
+    solid,       ///< the first nodes of the cell are corners, which form its sides
+    polyhedron,  ///< the nodes of the cell list its faces; each face repeats its first vertex at
+                 ///< its end
   };
   Kind kind = unknown;
-  std::uint32_t corners = 0;         ///< itself, solid: number of nodes that are corners
-  std::span<const ShapeFace> sides;  ///< solid: corners counter-clockwise, seen from outside
-  /// Wedges: in some files the corners of the first triangle go counter-clockwise seen from inside,
-  /// as here, and in others seen from outside, as VTK's manual says. The coordinates show which.
+  std::uint32_t corners =
+      0;  ///< number of nodes that are corners; set for the kinds `itself` and `solid`
+  std::span<const ShapeFace> sides;  ///< corners of each side, counter-clockwise seen from outside;
+                                     ///< set for the kind `solid`
+  /// True for wedges. In some files, the corners of their first triangle are in counter-clockwise
+  /// order seen from inside, as in `sides`. In others they are in counter-clockwise order seen from
+  /// outside, as VTK's manual states. The coordinates show which order a cell has.
   bool has_two_orders = false;
 };
 
 /// Returns the form of a cell with `nodes` nodes.
 CellForm form_of(CellShape shape, std::uint64_t nodes);
 
-/// Calls visit(first, size) for each face of a polyhedron, whose nodes are nodes[first], ...,
-/// nodes[first + size - 1]; nodes[first + size] repeats the first of them. Returns false if the
+/// Calls visit(first, size) for each face of a polyhedron. The nodes of the face are nodes[first],
+/// ..., nodes[first + size - 1]; nodes[first + size] repeats nodes[first]. Returns false if the
 /// nodes do not have this form.
 template <class Visit>
 bool for_each_face(std::span<const std::uint32_t> nodes, Visit&& visit) {

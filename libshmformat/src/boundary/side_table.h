@@ -1,8 +1,9 @@
-// SideTable: sides of volume cells for which it is not known yet whether another cell has them. A
-// side is a cycle of vertex slots, in either direction. It "hangs" at the first vertex of the
-// cycle, which must be the same for every cell that has the side (see least_cycle()). It stays in
-// the table until take() is called for that vertex, so that a third cell finds it, too. If many
-// sides hang at one vertex, they are found by a hash, so that no file can make searches long.
+// SideTable: stores sides of volume cells that another cell may share. A side is a cycle of vertex
+// slots, in either direction. The table stores it under the first vertex of the cycle, where it
+// "hangs". least_cycle() chooses the same first vertex for every cell that has the side. The side
+// stays in the table until take() is called for that vertex, so that a third cell with the side
+// finds it, too. If many sides hang at one vertex, a hash table finds them, so that no file can
+// make searches long.
 #pragma once
 
 #include <array>
@@ -22,27 +23,29 @@ class SideTable {
   struct Side {
     std::uint32_t next = kNone;  ///< the next side at the same vertex
     std::uint32_t cell = kNone;  ///< record of the first cell that has the side
-    /// The vertices after the first one: two for a triangle, three for a quad. For a longer cycle,
-    /// or a cycle that repeats a vertex: kNone and the index in long_.
+
+    /// The vertices after the first vertex: two for a triangle, three for a quadrilateral. If the
+    /// cycle is longer or repeats a vertex: kNone and the index in long_.
     std::array<std::uint32_t, 3> rest{kNone, kNone, kNone};
-    std::uint16_t number = 0;  ///< of the side within its cell
-    bool is_reversed = false;  ///< the cycle goes clockwise, seen from outside
-    bool is_shared = false;    ///< a second cell has the side
+    std::uint16_t number = 0;  ///< number of the side within its cell
+    bool is_reversed = false;  ///< true: the cycle goes clockwise, seen from outside
+    bool is_shared = false;    ///< true: a second cell has the side
   };
   using Rest = std::array<std::uint32_t, 3>;
 
   /// Returns the side whose cycle is `first` and then `rest` (with kNone at the end for a
-  /// triangle), or null. The pointer is valid until the next call of add().
+  /// triangle), or null if there is no such side. The pointer is valid until the next call of
+  /// add().
   Side* find(std::uint32_t first, const Rest& rest) {
     if (first >= hung_.size()) return nullptr;
     for (std::uint32_t i = hung_[first].first; i != kNone; i = sides_[i].next)
       if (are_same(sides_[i].rest, rest)) return &sides_[i];
     return hung_[first].more == kNone ? nullptr : find_hashed(first, rest, {});
   }
-  /// Finds a side with any cycle.
+  /// Returns the side with a cycle of any length, or null.
   Side* find_long(std::span<const std::uint32_t> cycle);
 
-  /// Adds a side. Must hold: find() returned null.
+  /// Adds a side. Must hold: find() returned null for it.
   Side& add(std::uint32_t first, const Rest& rest) {
     const std::uint32_t side = new_side();
     sides_[side].rest = rest;
@@ -51,7 +54,7 @@ class SideTable {
   Side& add_long(std::span<const std::uint32_t> cycle);
 
   /// Calls visit(side, cycle) for all sides that hang at a vertex, and removes them. The cycle is
-  /// valid during the call, which must not use the table.
+  /// valid during the call. The call must not use the table.
   template <class Visit>
   void take(std::uint32_t first, Visit&& visit) {
     if (first >= hung_.size()) return;
@@ -71,23 +74,24 @@ class SideTable {
   std::size_t size() const { return sides_.size() - free_.size(); }
   /// One more than the largest slot at which a side may hang.
   std::uint32_t slots() const { return static_cast<std::uint32_t>(hung_.size()); }
-  /// Memory in bytes.
+  /// Returns the memory of the table in bytes.
   std::uint64_t memory() const;
 
  private:
-  /// Number of sides at a vertex that are searched one by one. Further sides are hashed.
+  /// Largest number of sides at a vertex that are in a list and are searched one by one. Further
+  /// sides are hashed.
   static constexpr std::uint32_t kMostListed = 32;
   struct Hung {
     std::uint32_t first = kNone, more = kNone;
     std::uint32_t listed = 0;  // length of the list that begins with `first`
   };
-  /// List entry of a hashed side.
+  /// List links of a hashed side.
   struct Link {
-    std::uint32_t next = kNone;  // next side in the same chain of heads_
+    std::uint32_t next = kNone;  // index of the next side in the same chain of heads_
     std::uint32_t first = kNone;
   };
 
-  /// Faster than ==, which calls memcmp().
+  /// Compares two cycles. Faster than ==, which calls memcmp().
   static bool are_same(const Rest& a, const Rest& b) {
     return a[1] == b[1] && a[0] == b[0] && a[2] == b[2];
   }
@@ -105,7 +109,7 @@ class SideTable {
   void add_hash(std::uint32_t side);
   void forget_hash(std::uint32_t first, std::uint32_t side);
 
-  std::vector<Hung> hung_;  // by slot
+  std::vector<Hung> hung_;  // the sides at each vertex slot
   std::vector<Side> sides_;
   std::vector<std::uint32_t> free_;
   std::vector<std::vector<std::uint32_t>> long_;
@@ -113,16 +117,16 @@ class SideTable {
   std::uint64_t long_bytes_ = 0;
   std::vector<std::uint32_t>
       heads_;  // first sides of the chains of hashed sides; the size is a power of two
-  std::vector<Link> links_;  // by side
+  std::vector<Link> links_;  // links of each hashed side, by index of the side
   std::size_t hashed_ = 0;
   Scatter scatter_;
   std::array<std::uint32_t, 4> short_{};  // the cycle that take() passes to visit()
 };
 
-/// Brings a cycle into a form that does not depend on its start and its direction: of its rotations
-/// and those of its reverse, the one with the lexicographically least keys. Returns true if it was
-/// reversed. `keys[i]` belongs to `cycle[i]`; keys are equal if and only if the vertices are. Both
-/// lists are reordered.
+/// Brings a cycle into a form that does not depend on its start and direction. Among the rotations
+/// of the cycle and of its reverse, chooses the one with the lexicographically least keys. Returns
+/// true if the cycle was reversed. `keys[i]` belongs to `cycle[i]`; two keys are equal if and only
+/// if the vertices are equal. Both lists are reordered.
 bool least_cycle(std::vector<std::uint32_t>& cycle, std::vector<std::uint64_t>& keys);
 
 }  // namespace shm

@@ -1,5 +1,5 @@
-// SurfaceBuilder: collects the boundary surface: vertices and faces in any order, with their
-// values. At the end it sorts them in coding order.
+// SurfaceBuilder: collects the boundary surface. Vertices and faces are added in any order, with
+// their values. At the end, they are sorted into coding order.
 #pragma once
 
 #include <cstddef>
@@ -13,27 +13,29 @@
 
 namespace shm {
 
-/// Layout of the record with the values that are carried along for each vertex or each cell.
+/// Layout of a record, which contains the values of one vertex or one cell.
 struct RecordLayout {
   struct Column {
     std::size_t request = 0;  ///< index among the requested arrays
     std::uint32_t array = 0;
-    std::size_t offset = 0, bytes = 0;  ///< within the record
+    std::size_t offset = 0, bytes = 0;  ///< position and size of the column within the record
+
     /// True for a stepped cell array: the record contains mark_of() the cell (64 bits) instead of a
-    /// value.
+    /// value, because values are read later.
     bool is_mark = false;
   };
   std::vector<Column> columns;
   std::size_t bytes = 0;
 };
 
-/// Returns an element without a value: NaN, or 0 for integers.
+/// Returns the bytes of an element that has no value: NaN for floating-point types, 0 for integers.
 std::vector<std::byte> no_value(const ArrayInfo& info);
 
 class SurfaceBuilder {
  public:
-  /// Returns a 64-bit mark with the element of a stepped array that a cell is, or, if the array
-  /// does not cover the cell, the next element after it. Marks of cells ascend in coding order.
+  /// Returns a 64-bit mark of a cell for a stepped array. It contains the index of the cell's
+  /// element, or, if the array does not cover the cell, the index of the next element. Marks of
+  /// cells ascend in coding order.
   static constexpr std::uint64_t mark_of(std::uint64_t element, bool is_covered) {
     return element * 2 + (is_covered ? 1 : 0);
   }
@@ -50,37 +52,39 @@ class SurfaceBuilder {
   /// are fewer than 2^32 - 1 vertices.
   std::uint32_t add_vertex(std::uint64_t number, std::uint64_t ordinal, const std::byte* record);
   struct Cell {
-    std::uint64_t position = 0;  ///< in coding order
+    std::uint64_t position = 0;  ///< position of the cell in coding order
     std::uint64_t number = 0;
     std::uint32_t block = 0;
-    const std::byte* record = nullptr;  ///< with the layout cell_layout()
+    const std::byte* record = nullptr;  ///< its layout is cell_layout()
   };
-  /// Adds a corner of the next face. `place`: index of the vertex.
+  /// Adds a corner of the next face. `place` is the index of the vertex.
   void add_corner(std::uint32_t place) { push_tightly(surface_.corners, place); }
-  /// Adds a face whose corners have been added. `side`: 0 if the cell itself is the face.
+  /// Adds a face whose corners have been added before. `side` is the number of the side, or 0 if
+  /// the cell itself is the face.
   void add_face(const Cell& cell, std::uint32_t side);
 
   std::size_t vertices() const { return surface_.vertex_numbers.size(); }
   std::size_t faces() const { return surface_.cell_numbers.size(); }
-  /// Memory in bytes.
+  /// Returns the memory in bytes.
   std::uint64_t memory() const;
-  /// The largest memory in bytes during sort() and later.
+  /// Returns the largest memory in bytes that sort() and later calls need.
   std::uint64_t memory_of_sort() const;
 
-  /// Sorts vertices in coding order, and faces by cell and side. Then adds an element without a
-  /// value to the stepped arrays for each vertex or face.
+  /// Sorts vertices into coding order, and faces by cell and side. Then adds, to each stepped
+  /// array, an element without a value for each vertex or face.
   void sort();
 
   // The functions below must be called after sort().
-  /// Stores values of a stepped array at a step: those of its elements from `first` on, in coding
-  /// order.
+
+  /// Stores values of a stepped array at a step, for consecutive elements from `first` on, in
+  /// coding order.
   void fill(std::uint32_t array, std::uint64_t step, std::uint64_t first,
             std::span<const std::byte> values);
-  /// The same for the vertices or cells with these numbers.
+  /// Like the function above, for the vertices or cells with these numbers.
   void fill(std::uint32_t array, std::uint64_t step, std::span<const std::uint64_t> numbers,
             std::span<const std::byte> values);
-  /// Returns the index in arrays() of a stepped array that has elements but has got no values;
-  /// arrays().size() if there is none.
+  /// Returns the index in arrays() of a stepped array that has elements but no values yet, or
+  /// arrays().size() if there is no such array.
   std::size_t unfilled() const;
   const std::vector<BoundaryArray>& arrays() const { return arrays_; }
   BoundarySurface& surface() { return surface_; }
@@ -108,11 +112,11 @@ class SurfaceBuilder {
   std::size_t xyz_bytes_;
 
   BoundarySurface surface_;               // until sort(), face_begin lacks its first element, 0
-  std::vector<std::uint64_t> ordinals_;   // by vertex
-  std::vector<std::uint64_t> positions_;  // by face: the position of its cell
+  std::vector<std::uint64_t> ordinals_;   // ordinal of each vertex
+  std::vector<std::uint64_t> positions_;  // position in coding order of the cell of each face
   std::vector<std::vector<std::uint64_t>>
       marks_;                 // by request: marks of the faces' cells, for stepped cell arrays
-  std::vector<bool> filled_;  // by request
+  std::vector<bool> filled_;  // by request: true if values have been stored
   std::vector<std::uint32_t> vertices_by_number_, faces_by_number_;
 };
 

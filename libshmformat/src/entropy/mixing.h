@@ -1,15 +1,15 @@
-// Mixing: computes the odds of a decision from several predictions, each of which is good in
+// Mixing: computes the probability of a decision from several predictions, each of which is good in
 // different situations.
 //
-//   MixedBit     a decision in its own context: an AdaptiveBit, and the last values of the decision
+//   MixedBit     a decision in one context: an AdaptiveBit, and the last values of the decision
 //   about()      describes the next decisions: a question, and clues, for which the contexts of the
 //                question are too coarse. The coder also keeps the path of the decisions since the
 //                call, so that each bit of a number or a tree has its own predictions.
 //   predictions  the AdaptiveBit; one by question and history; one by each clue and the path,
 //                looked up by hash
 //   mix          stretch(p) = ln(p / (1 - p)) of each prediction; their weighted sum is converted
-//                back to a probability. Each question has its own weights, which every decision
-//                moves towards those that would have predicted it better.
+//                back to a probability. Each question has separate weights. Every decision changes
+//                them so that better predictions get larger weights.
 //
 // Uses only integers, and nothing depends on addresses or layout: the results are the same on all
 // machines.
@@ -26,7 +26,7 @@
 
 namespace shm {
 
-/// A decision in its context, for a MixingCoder.
+/// A decision in one context, as coded by a MixingCoder.
 struct MixedBit {
   AdaptiveBit adaptive;
   std::uint8_t history = 1;  // a leading 1 bit, then the last decisions, the newest lowest
@@ -36,11 +36,14 @@ namespace mixing {
 
 inline constexpr std::uint32_t kHistoryBits = 6;
 inline constexpr std::uint32_t kMaxClues = 5;
-inline constexpr std::uint32_t kDepths = 4;          // depths of a path with their own weights
-inline constexpr std::uint32_t kTableBits = 16;      // log2 of the number of predictions by clue
-inline constexpr std::uint32_t kClueLimit = 30;      // limit of their counts: they forget fast
+inline constexpr std::uint32_t kDepths =
+    4;  // number of depths of a path that have separate weights
+inline constexpr std::uint32_t kTableBits =
+    16;  // log2 of the number of predictions that are looked up by clue
+inline constexpr std::uint32_t kClueLimit =
+    30;  // limit of the counts of predictions by clue; the low limit makes them forget fast
 inline constexpr std::int32_t kStretchLimit = 2839;  // 256 ln 65535
-inline constexpr std::int32_t kBias = 256;           // the constant input
+inline constexpr std::int32_t kBias = 256;           // constant input of the weighted sum
 inline constexpr std::int32_t kOne = 1 << 16;        // a weight of 1
 inline constexpr std::int32_t kMaxWeight = 16 * kOne;
 
@@ -62,7 +65,8 @@ constexpr std::uint32_t squash(std::int32_t x) {
                 : 65536u - kSquash[static_cast<std::size_t>(-x)];
 }
 
-/// The largest x with squash(x) <= 65536 - q: for each q below kNear, and for every 16th q above.
+/// Table for stretch(): the largest x with squash(x) <= 65536 - q, for each q below kNear, and for
+/// every 16th q above.
 struct StretchTable {
   static constexpr std::uint32_t kNear = 2048;
   std::array<std::int16_t, kNear> near{};
@@ -87,7 +91,7 @@ constexpr std::int32_t stretch(std::uint32_t p) {
   return p < 32768 ? -x : x;
 }
 
-/// Learning rate of the weights by number of decisions so far: fast at first.
+/// Learning rate of the weights, by number of decisions so far. It is high at first.
 inline constexpr auto kRate = [] {
   std::array<std::uint8_t, 160> rate{};
   for (std::uint32_t n = 0; n < rate.size(); ++n)
@@ -110,8 +114,8 @@ constexpr std::uint32_t clue(Numbers... numbers) {
   return h;
 }
 
-/// A coder of MixedBits. It writes to or reads from an Engine, a RangeEncoder or RangeDecoder,
-/// which use() may replace at any time.
+/// Codes MixedBits. It writes to or reads from an Engine, which is a RangeEncoder or a
+/// RangeDecoder. use() may replace the engine at any time.
 template <class Engine>
 class MixingCoder {
  public:
@@ -127,10 +131,11 @@ class MixingCoder {
 
   /// Sets the engine. Call it before coding. `engine` is borrowed.
   void use(Engine& engine) { engine_ = &engine; }
-  /// Returns the engine, for decisions that are not mixed. Must hold: use() has been called.
+  /// Returns the engine, for decisions that are coded without mixing. Must hold: use() has been
+  /// called.
   Engine& engine() { return *engine_; }
 
-  /// Describes the decisions that follow. At most kMaxClues clues.
+  /// Describes the decisions that follow by a question and at most kMaxClues clues.
   template <class... Clues>
   void about(std::uint32_t question, Clues... clues) {
     static_assert(sizeof...(Clues) <= mixing::kMaxClues);
@@ -159,8 +164,8 @@ class MixingCoder {
     std::uint32_t count = 0;
   };
 
-  /// Returns the prediction with this hash from one of two slots. If neither has it, replaces the
-  /// less used of the two by a new prediction.
+  /// Returns the prediction with this hash from one of two slots. If neither slot contains it,
+  /// replaces the less used of the two by a new prediction.
   AdaptiveBit& find(std::uint32_t hash) {
     std::uint32_t slot = hash >> (32 - mixing::kTableBits);
     const auto check = static_cast<std::uint8_t>(hash);
@@ -174,10 +179,10 @@ class MixingCoder {
   Engine* engine_ = nullptr;
   std::uint32_t question_ = 0, path_ = 1, depth_ = 0, clue_count_ = 0;
   std::array<std::uint32_t, mixing::kMaxClues> clues_{};
-  std::vector<Weights> weights_;         // by question and depth
-  std::vector<AdaptiveBit> by_history_;  // by question and history
+  std::vector<Weights> weights_;         // weights, by question and depth
+  std::vector<AdaptiveBit> by_history_;  // predictions by question and history
   std::vector<AdaptiveBit> by_clue_;
-  std::vector<std::uint8_t> checks_;  // of by_clue_: low bits of the hash
+  std::vector<std::uint8_t> checks_;  // low bits of the hash of each entry of by_clue_
 };
 
 template <class Engine>

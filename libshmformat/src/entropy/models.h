@@ -1,5 +1,5 @@
-// Models: numbers and choices of small alphabets, composed of adaptive bits. Every call has the
-// form `code_x(coder, model, value)`. With a RangeEncoder it encodes `value`; with a RangeDecoder
+// Models of numbers and of choices among few symbols, composed of adaptive bits. Every call has the
+// form `code_x(coder, model, value)`. With a RangeEncoder, it encodes `value`; with a RangeDecoder,
 // it ignores `value`. It returns the coded value in both cases.
 // spec: "Models"
 #pragma once
@@ -14,7 +14,7 @@
 
 namespace shm {
 
-/// A symbol of kBits bits, as a path through a binary tree, high bit first.
+/// Model of a symbol of kBits bits, coded as a path through a binary tree, high bit first.
 template <int kBits, class Bit = AdaptiveBit>
 struct TreeModel {
   std::array<Bit, std::size_t{1} << kBits> nodes;  // node 0 is unused
@@ -27,24 +27,26 @@ std::uint32_t code_tree(Coder& coder, TreeModel<kBits, Bit>& model, std::uint32_
   return node - (1u << kBits);
 }
 
-/// A non-negative integer: its bit length K (0..64), then the bits below the leading one. Each bit
-/// is modelled by its position, which suits numbers that repeat exactly.
+/// Model of a non-negative integer: its bit length K (0..64), then the bits below the leading 1
+/// bit. Each of these bits is modelled by its position, which suits numbers that repeat exactly.
 ///   value   0   1   2..3   4..7   8..15  ...
 ///   K       0   1     2      3      4
 template <class Bit>
 struct NumberModelOf {
   Bit zero;
-  TreeModel<6, Bit> length;                  // K - 1
-  std::array<std::array<Bit, 4>, 64> first;  // two bits after the leading one, by K
-  std::array<Bit, 64 * 63 / 2> rest;         // further bits by K and position
-  /// The model of the bit with `left` bits below it, left < k - 1.
+  TreeModel<6, Bit> length;                  // model of K - 1
+  std::array<std::array<Bit, 4>, 64> first;  // the two bits after the leading 1 bit, by K
+  std::array<Bit, 64 * 63 / 2> rest;         // models of the further bits, by K and position
+
+  /// Returns the model of the bit that has `left` bits below it, in a number of length k. Must
+  /// hold: left < k - 1.
   Bit& rest_bit(int k, int left) {
     return rest[static_cast<std::size_t>((k - 1) * (k - 2) / 2 + left)];
   }
 };
 using NumberModel = NumberModelOf<AdaptiveBit>;
-/// The same, except that all bits after the first two are raw: for measured values. The model is
-/// small, so that many contexts are affordable.
+/// Like NumberModelOf, except that all bits after the first two are coded raw, which suits measured
+/// values. The model is small, so that many contexts are affordable.
 template <class Bit>
 struct ResidualModelOf {
   Bit zero;
@@ -52,13 +54,13 @@ struct ResidualModelOf {
   std::array<std::array<Bit, 4>, 64> first;
 };
 using ResidualModel = ResidualModelOf<AdaptiveBit>;
-/// A number model for contexts that see few numbers. It needs a sixth of the memory of NumberModel,
-/// since the low bits are modelled only by their position.
+/// A number model for contexts that code few numbers. It needs a sixth of the memory of
+/// NumberModel, since the low bits are modelled only by their position.
 struct CompactNumberModel {
   AdaptiveBit zero;
-  TreeModel<6> length;                               // as in NumberModel
-  std::array<std::array<AdaptiveBit, 4>, 64> first;  // as in NumberModel
-  std::array<AdaptiveBit, 64> rest;                  // further bits, by the number of bits below
+  TreeModel<6> length;                               // model of K - 1, as in NumberModel
+  std::array<std::array<AdaptiveBit, 4>, 64> first;  // models of two bits, as in NumberModel
+  std::array<AdaptiveBit, 64> rest;  // models of the further bits, by the number of bits below each
   AdaptiveBit& rest_bit(int, int left) { return rest[static_cast<std::size_t>(left)]; }
 };
 
@@ -92,11 +94,12 @@ std::uint64_t code_number(Coder& coder, Model& model, std::uint64_t value) {
   return result;
 }
 
-/// A number of bits, 0..64, that is likely to be near a guess. Codes whether it equals the guess,
-/// then on which side it is and how far away. A good guess needs few decisions.
+/// Model of a bit count, 0..64, that is likely to be near a guess. Codes whether the count equals
+/// the guess, then whether it is above or below, and how far away. A good guess needs few
+/// decisions.
 struct NearModel {
   AdaptiveBit same, above;
-  std::array<AdaptiveBit, 16> higher, lower;  // true if it is further away
+  std::array<AdaptiveBit, 16> higher, lower;  // true if the count is still further from the guess
 };
 template <class Coder>
 std::uint32_t code_near(Coder& coder, NearModel& model, std::uint32_t guess, std::uint32_t value) {
@@ -110,7 +113,7 @@ std::uint32_t code_near(Coder& coder, NearModel& model, std::uint32_t guess, std
   return above ? guess + by : guess - by;
 }
 
-/// A signed integer: magnitude, then the sign by the magnitude's bit length.
+/// Model of a signed integer: the magnitude, then the sign, modelled by the magnitude's bit length.
 template <class Magnitude>
 struct SignedModel {
   Magnitude magnitude;
@@ -126,8 +129,8 @@ std::int64_t code_signed(Coder& coder, SignedModel<Magnitude>& model, std::int64
   return static_cast<std::int64_t>(negative ? 0 - size : size);
 }
 
-/// An index among `count` candidates: one decision per candidate; the last candidate is implied.
-/// Candidates beyond the end of the model share its last bit. Must hold: index < count.
+/// Model of an index among `count` candidates: one decision per candidate, where the last candidate
+/// is implied. Candidates beyond the end of the model share its last bit. Must hold: index < count.
 template <std::size_t kSize, class Bit = AdaptiveBit>
 struct ChoiceModel {
   std::array<Bit, kSize> yes;
@@ -152,10 +155,10 @@ class LazyModel {
   }
 
  private:
-  std::vector<Model> held_;  // one model, or none yet
+  std::vector<Model> held_;  // the model if it has been created, otherwise empty
 };
 
-/// One model for each context, at most 65535 models.
+/// Models for up to 65535 contexts, one model per context.
 template <class Model>
 class LazyModels {
  public:

@@ -1,8 +1,8 @@
-// The range coder: turns yes/no decisions into bytes and back.
+// Range coder: converts yes/no decisions to bytes, and bytes back to decisions.
 //   AdaptiveBit                   the probability of a decision, learnt from its past values
-//   RangeEncoder, RangeDecoder    decisions with known odds
+//   RangeEncoder, RangeDecoder    code decisions with known probabilities
 //   SplitEncoder, SplitDecoder    the same, plus separate plain bits for unpredictable data, which
-//                                 take almost no time to read
+//                                 are read very quickly
 //
 // Encoders and decoders have the same calls, `bit(model, value)` and `raw(value, count)`; a decoder
 // ignores the value passed in. A coder that is written once as a template therefore works in both
@@ -22,22 +22,23 @@
 
 namespace shm {
 
-/// A probability of 22 bits and a count of 10 bits in one word. The first decisions move the
-/// probability far (by 2/3, 2/5, ... of the difference), later decisions by about 1/kLimit, so that
-/// small meshes learn quickly and large meshes forget slowly. Uses only integers: the results are
-/// the same on all machines.
+/// A probability of 22 bits and a count of 10 bits in one 32-bit word. The first decisions change
+/// the probability by 2/3, 2/5, ... of the difference, later decisions by about 1/kLimit of it, so
+/// that small meshes learn quickly and large meshes forget slowly. Only integers are used, so that
+/// the results are the same on all machines.
 class AdaptiveBit {
  public:
-  static constexpr std::uint32_t kLimit = 160;  // Frozen: part of the format
+  static constexpr std::uint32_t kLimit = 160;  // largest count. Frozen: part of the format
 
-  /// In units of 1/65536, from 1 to 65535.
+  /// Returns the probability of a 1 in units of 1/65536, from 1 to 65535.
   std::uint32_t probability_of_one() const {
     const std::uint32_t p = state_ >> 16;
-    return p == 0 ? 1 : p;  // at most 65535 by construction
+    return p == 0 ? 1 : p;  // at most 65535, since state_ has 32 bits
   }
-  /// Number of decisions seen, up to the limit.
+  /// Returns the number of decisions seen, at most the limit.
   std::uint32_t count() const { return state_ & 0x3ff; }
-  /// `limit`: at most kLimit; a smaller limit makes the model forget faster.
+  /// Moves the probability towards the decision `one`. `limit` is at most kLimit; a smaller limit
+  /// makes the model forget faster.
   void update(bool one, std::uint32_t limit = kLimit) {
     const std::uint32_t seen = count();
     const auto p = static_cast<std::int32_t>(state_ >> 10);
@@ -82,7 +83,8 @@ class RangeEncoder {
     return value;
   }
 
-  /// Codes a decision with a known probability of `true`, 1 to 65535 in units of 1/65536.
+  /// Codes a decision. `probability` is the probability of `true` in units of 1/65536, from 1 to
+  /// 65535.
   bool decide(std::uint32_t probability, bool value) {
     const std::uint32_t bound = (range_ >> 16) * probability;
     if (value) {
@@ -108,7 +110,7 @@ class RangeEncoder {
     return value;
   }
 
-  /// Bytes so far, except for a few that are not final yet.
+  /// Returns the number of bytes so far, except for a few that are not final yet.
   std::uint64_t size() const { return bytes_.size() + pending_; }
 
   /// Ends the stream and returns it. The encoder is then ready for the next stream.
@@ -160,7 +162,7 @@ class RangeDecoder {
   using Bit = AdaptiveBit;
 
   RangeDecoder() = default;
-  /// `bytes` are borrowed.
+  /// Decodes `bytes`, which are borrowed.
   explicit RangeDecoder(std::span<const std::byte> bytes) : bytes_(bytes) {
     for (int i = 0; i < 4; ++i) code_ = code_ << 8 | next_byte();
   }
@@ -218,8 +220,9 @@ class RangeDecoder {
   std::uint32_t code_ = 0;
 };
 
-// A split stream: a varint with the length of the range coder's bytes, these bytes, then the plain
-// bits, low bits of each byte first. Both parts continue with zeros past their end.
+// Format of a split stream: a varint with the length of the range coder's bytes, these bytes, then
+// the plain bits, low bits of each byte first. A reader continues both parts with zeros past their
+// end.
 
 class SplitEncoder {
  public:
@@ -261,7 +264,7 @@ class SplitEncoder {
     filled_ += count;
     flush(0);
   }
-  /// Writes all whole bytes, and if `rest` > 0 also the remaining bits as one more byte.
+  /// Writes all whole bytes. If `rest` > 0, also writes the remaining bits as one more byte.
   void flush(int rest) {
     while (filled_ >= 8 || (rest > 0 && filled_ > 0)) {
       plain_.push_back(static_cast<std::byte>(held_));
@@ -284,7 +287,8 @@ class SplitDecoder {
   using Bit = AdaptiveBit;
 
   SplitDecoder() = default;
-  /// `bytes` are borrowed. A stated length beyond their end is cut to the bytes available.
+  /// Decodes `bytes`, which are borrowed. If the stated length of the first part extends beyond the
+  /// end of `bytes`, the part ends there.
   explicit SplitDecoder(std::span<const std::byte> bytes) {
     ByteReader in(bytes);
     const std::uint64_t decisions = bytes.empty() ? 0 : in.get_varint();
@@ -302,7 +306,7 @@ class SplitDecoder {
   }
 
  private:
-  /// Must hold: count <= 32.
+  /// Returns the next `count` plain bits. Must hold: count <= 32.
   std::uint64_t take(int count) {
     if (filled_ < count) fill();
     const std::uint64_t value = held_ & ((std::uint64_t{1} << count) - 1);

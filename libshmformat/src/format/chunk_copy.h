@@ -1,5 +1,5 @@
-// ChunkCopy: some chunks of a file as the beginning of another file. They are copied byte for byte,
-// except for their sequence numbers; their offsets change.
+// ChunkCopy: copies selected chunks of one file to the beginning of another file. They are copied
+// byte for byte, except for their sequence numbers; their offsets in the file change.
 // spec: "Container", "Index and trailer"
 #pragma once
 
@@ -17,9 +17,9 @@ namespace shm::container {
 
 class ChunkCopy {
  public:
-  /// `entries`: all chunks of `source`, as listed by its index at `index_offset`. `keep` selects
-  /// the chunks to copy. Reads only the headers of the chunks, not the payloads. Fails with
-  /// ErrorCode::corrupt if the index does not match the chunks.
+  /// Prepares a copy of the chunks for which `keep` returns true. `entries`: all chunks of
+  /// `source`, as listed by its index at `index_offset`. Reads only the headers of the chunks, not
+  /// the payloads. Fails with ErrorCode::corrupt if the index does not match the chunks.
   static Result<ChunkCopy> of(RandomSource& source, std::span<const IndexEntry> entries,
                               std::uint64_t index_offset,
                               const std::function<bool(const IndexEntry&)>& keep);
@@ -33,7 +33,7 @@ class ChunkCopy {
   std::unique_ptr<ByteSource> read(RandomSource& source, std::vector<std::byte> tail) const;
 
  private:
-  /// Some bytes of its own (a new header or nothing), then a range of the source.
+  /// A part of the new file: bytes in memory (a new header or nothing), then a range of the source.
   struct Piece {
     std::vector<std::byte> head;
     std::uint64_t offset = 0, bytes = 0;

@@ -84,7 +84,7 @@ std::string_view difference_of(const IndexEntry& listed, const EntryReader::Line
   if (listed.first_vertex != there.first_vertex) return "first vertex";
   if (listed.vertices != there.vertices) return "count of vertices";
   if (listed.box != there.box) return "box";
-  if (listed.header_bytes != there.header_bytes) return "length of its header";
+  if (listed.header_bytes != there.header_bytes) return "header length";
   if (listed.parts.size() != there.parts.size()) return "count of parts";
   for (std::size_t p = 0; p < there.parts.size(); ++p)
     if (const auto field = difference_of(listed.parts[p], there.parts[p]); !field.empty())

@@ -122,7 +122,7 @@ Result<Schema> ChunkReader::read_schema(std::span<const std::byte> payload) {
 Result<std::vector<std::byte>> ChunkReader::unpack(ByteReader& in, std::uint64_t limit) const {
   const std::uint64_t size = stated_packed_size(in);
   if (has_bounded_blobs(start_) && size > most_unpacked(in.left()))
-    return wrong("unpacks to more than its bytes may");
+    return wrong("unpacks to more bytes than its packed size permits");
   limit = std::min(limit, budget());
   if (size > limit)
     return wrong(

@@ -1,6 +1,6 @@
 // ChunkReader: checks a file from front to back: the file start, then header and payload of each
-// chunk, and the trailer. Decodes the schema, which is the first chunk. The counterpart of
-// chunk_writer.h.
+// chunk, and the trailer. It also decodes the schema, which is the first chunk. chunk_writer.h is
+// the counterpart.
 // spec: "Container", "Schema"
 #pragma once
 
@@ -25,35 +25,39 @@ class ChunkReader {
       : limits_(within_sizes(limits)), budget_(limits_.max_unpacked_bytes) {}
 
   enum class State : std::uint8_t { start, header, payload, trailer, behind_end };
-  /// The part of the file that is next.
+  /// Returns which part of the file is read next.
   State state() const { return state_; }
-  /// Returns the length of that part. `beginning`: its first bytes, as far as they are known.
+  /// Returns the length in bytes of the next part. `beginning`: the first bytes of that part that
+  /// are available.
   std::size_t wanted(std::span<const std::byte> beginning) const;
-  /// Checks that part. Must hold: `bytes` are wanted(bytes) bytes.
+  /// Checks the next part and advances to the part after it. Must hold: `bytes` are exactly
+  /// wanted(bytes) bytes.
   Result<void> read(std::span<const std::byte> bytes);
-  /// Declares that the last payload was the index: the trailer is next.
+  /// Call it after the payload of the index: the next part is then the trailer.
   void expect_trailer();
   /// Decodes the payload of a schema chunk.
   Result<Schema> read_schema(std::span<const std::byte> payload);
-  /// Reads `bytes` as far as the schema, and removes the bytes that it has read. Returns nullopt if
-  /// more bytes are needed: the next call continues with the remaining bytes and these.
+  /// Reads `bytes` up to the end of the schema, and removes the bytes that it has read. Returns
+  /// nullopt if more bytes are needed. Pass the remaining bytes again in the next call, followed by
+  /// more.
   Result<std::optional<Schema>> find_schema(std::span<const std::byte>& bytes);
-  /// Unpacks a blob that is not kept. Fails if it is larger than `limit` or the remaining budget.
+  /// Unpacks a blob that the caller frees soon, so that it is not counted against the budget. Fails
+  /// if the blob is larger than `limit` or than the remaining budget.
   Result<std::vector<std::byte>> unpack(ByteReader& in, std::uint64_t limit) const;
 
   /// Header of the last chunk, and its offset in the file.
   const ChunkHeader& header() const { return header_; }
   std::uint64_t chunk_offset() const { return chunk_offset_; }
-  /// Bytes read so far.
+  /// Number of bytes read so far.
   std::uint64_t offset() const { return offset_; }
-  /// Number of chunks so far.
+  /// Number of chunk headers read so far.
   std::uint32_t count() const { return next_sequence_; }
-  /// The part of the file that errors name.
+  /// Name of the current part of the file, for errors.
   const std::string& section() const { return section_; }
-  /// The rest of ReadLimits::max_unpacked_bytes.
+  /// Remaining bytes of ReadLimits::max_unpacked_bytes.
   std::uint64_t budget() const { return budget_.left(offset_); }
   void take_from_budget(std::uint64_t bytes) { budget_.take(bytes); }
-  /// Returns an error about the last chunk.
+  /// Returns an error at the position of the last chunk.
   Error wrong(std::string detail, ErrorCode code = ErrorCode::corrupt) const;
 
  private:

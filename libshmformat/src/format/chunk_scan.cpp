@@ -11,8 +11,8 @@ namespace {
 
 constexpr std::string_view kMarks = "SHM";  // the first bytes of both sync marks
 constexpr std::uint64_t kWindowBytes = std::uint64_t{1} << 20;
-/// Chunks that are not followed by another chunk may be accidental matches. Checking them may read
-/// at most this many times the size of the file.
+/// Limit for checks of chunks that are not followed by another chunk, and may therefore be
+/// accidental matches: they may read at most this many times the size of the file.
 constexpr std::uint64_t kMostLooks = 4;
 
 class Scanner {
@@ -38,8 +38,7 @@ class Scanner {
   Result<bool> is_whole(const FoundChunk& chunk);
   /// Adds the chunk at `position`. Returns the position at which to continue.
   Result<std::uint64_t> take(std::uint64_t position, const ChunkHeader& header);
-  /// Returns the first position from `position` on where a valid header begins, or the end of the
-  /// file.
+  /// Returns the first position, from `position` on, of a valid header, or the end of the file.
   Result<std::uint64_t> next_mark(std::uint64_t position);
   Result<std::span<const std::byte>> window_at(std::uint64_t position);
 
@@ -140,7 +139,7 @@ Result<std::uint64_t> Scanner::take(std::uint64_t position, const ChunkHeader& h
     const auto trailer = is_trailer(end, position);
     if (!trailer) return trailer.error();
     // An index without a trailer is a copy in the middle of the file if the trailer at the end of
-    // the source points to a later one.
+    // the source points to a later index.
     if (!*trailer && scan_.index_offset.value_or(0) > position) return end;
     scan_.trailer = *trailer;
     scan_.end = std::min(size_, end + kTrailerBytes);
@@ -149,8 +148,8 @@ Result<std::uint64_t> Scanner::take(std::uint64_t position, const ChunkHeader& h
   return end;
 }
 
-/// Returns the bytes from `position` on: at least as many as a long header has, or all up to the
-/// end of the file. Uses the bytes of the last read if it covers them.
+/// Returns the bytes from `position` on: at least the length of a long header, or all bytes up to
+/// the end of the file. Uses the bytes of the last read if they suffice.
 Result<std::span<const std::byte>> Scanner::window_at(std::uint64_t position) {
   const std::uint64_t least = std::min<std::uint64_t>(kLongHeaderBytes, size_ - position);
   const bool there = position >= window_begin_ && position - window_begin_ < window_.size() &&
@@ -175,7 +174,7 @@ Result<std::uint64_t> Scanner::next_mark(std::uint64_t position) {
       ChunkHeader header;
       if (get(in, header) == HeaderState::good) return position + found;
     }
-    // A header may extend past the end of the window.
+    // The next window overlaps this one, since a header may extend past the end of the window.
     const bool to_the_end = position + window->size() == size_;
     position += to_the_end ? window->size() : window->size() - (kLongHeaderBytes - 1);
   }

@@ -19,22 +19,21 @@ class ChunkWriter {
   explicit ChunkWriter(ByteSink& sink) : sink_(&sink) {}
 
   Result<void> start(const FileStart& start);
-  /// Writes one chunk. `entry` is its entry in the index; kind, offset and bytes are filled in
-  /// here.
+  /// Writes one chunk. `entry` is the entry for the index; write() sets its kind, offset and bytes.
   Result<void> write(ChunkKind kind, std::span<const std::byte> payload, IndexEntry entry = {},
                      std::uint8_t version = 0);
-  /// Writes `index`, whose entries are filled in here, and the trailer; then commits the sink.
+  /// Sets the entries of `index`, writes the index and the trailer, then commits the sink.
   Result<void> finish(Index index);
 
   std::uint64_t offset() const { return offset_; }
-  /// Number of chunks so far.
+  /// Number of chunks written so far.
   std::uint32_t count() const { return sequence_; }
-  /// Adds the entries of chunks that another writer has put into the sink, right after those
-  /// written here: `bytes` bytes in all, with offsets relative to the first of them. Fails with
-  /// ErrorCode::corrupt if the chunks are not contiguous.
+  /// Adds the entries of chunks that another writer has appended to the sink, directly after the
+  /// chunks written here. `bytes` is their total size; the offsets in `entries` are relative to the
+  /// first of them. Fails with ErrorCode::corrupt if the chunks are not contiguous.
   Result<void> adopt(std::span<const IndexEntry> entries, std::uint64_t bytes);
-  /// Returns the index entries of all chunks since the start or the last call, and starts again
-  /// with offset 0 and sequence number 0.
+  /// Returns the index entries of all chunks since the start or the last call. Then resets the
+  /// offset and the sequence number to 0.
   std::vector<IndexEntry> take_entries();
 
   /// The state of a file that is partly written.
@@ -43,7 +42,7 @@ class ChunkWriter {
     std::uint32_t sequence = 0;
     std::vector<IndexEntry> entries;
   };
-  /// Continues after chunks that are in the sink already. `start` gives the version of the file.
+  /// Continues after chunks that the sink already contains. `start` states the version of the file.
   void go_on(State state, const FileStart& start) {
     start_ = start;
     offset_ = state.offset;

@@ -101,7 +101,7 @@ HeaderState get(ByteReader& in, ChunkHeader& header) {
     header.kind = head.get_u8();
     header.version = head.get_u8();
     header.flags = head.get_u8();
-    head.get_u8();  // zero; the checksum covers it
+    head.get_u8();  // reserved byte, always zero; the checksum covers it
     header.sequence = head.get_u32();
     header.segment = head.get_u32();
     header.payload_bytes = head.get_u64();
@@ -130,8 +130,8 @@ bool is_known(const ChunkHeader& header) {
 
 namespace {
 
-/// Writes the number of bytes that follow, and then the bytes of the number from the one with the
-/// sign on. Trailing zero bytes are left out.
+/// Writes a double in short form: the number of bytes, then the bytes, beginning with the byte that
+/// contains the sign. Trailing zero bytes are left out.
 void put_short(ByteWriter& out, double number) {
   auto bits = std::bit_cast<std::uint64_t>(number);
   const int bytes = 8 - (bits == 0 ? 8 : std::countr_zero(bits) / 8);
@@ -140,8 +140,8 @@ void put_short(ByteWriter& out, double number) {
 }
 double get_short(ByteReader& in) {
   const std::uint8_t count = in.get_u8();
-  const auto bytes =
-      in.get_bytes(count <= 8 ? count : ~std::uint64_t{0});  // a count above 8 makes it fail
+  const auto bytes = in.get_bytes(
+      count <= 8 ? count : ~std::uint64_t{0});  // if `count` is above 8, this call fails
   std::uint64_t bits = 0;
   for (std::size_t i = 0; i < bytes.size(); ++i)
     bits |= std::to_integer<std::uint64_t>(bytes[i]) << (56 - 8 * i);
@@ -240,8 +240,8 @@ bool get_only(ByteReader& in, StepHeader& header) {
   return in.ok() && trend <= 1;
 }
 
-/// Returns 0 if the values refer to no other step; otherwise twice the distance to the reference
-/// step, minus 1 unless the reference is the trend.
+/// Returns the reference of the values as stored: 0 if there is no reference step; otherwise twice
+/// the distance to the reference step, minus 1 unless the reference is the trend.
 std::uint64_t reference_number(const StepHeader& header) {
   const std::uint64_t back = header.step - header.reference_step;
   return 2 * back - (back > 0 && !header.trend ? 1 : 0);
@@ -462,8 +462,8 @@ void for_each_part(Entries& entries, Visit&& visit) {
     }
 }
 
-/// Fields that form a column of their own. kCounts are stored as they are; kNumbers mostly differ
-/// little from the previous entry and are stored as differences.
+/// Fields of index entries, each of which forms a column. kCounts are stored as they are; kNumbers
+/// mostly differ little from the previous entry and are stored as differences.
 constexpr std::uint64_t IndexEntry::*kCounts[] = {&IndexEntry::cells, &IndexEntry::vertices,
                                                   &IndexEntry::header_bytes};
 constexpr std::uint32_t StepEntry::*kNumbers[] = {&StepEntry::array, &StepEntry::group};

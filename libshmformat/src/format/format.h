@@ -1,7 +1,7 @@
-// Format: signature, chunk header, group header, step values, index, trailer. Each is a plain
-// struct with a function put() and a function get(), whose bodies match line by line. The fields
-// are in the order of the bytes. The container knows chunks and bitstreams; it does not know what a
-// hexahedron is.
+// The byte layout of a file: signature, chunk header, group header, step values, index, trailer.
+// Each is a plain struct with a function put() and a function get(), whose bodies match line by
+// line. The fields are in the order of the bytes. The container describes chunks and bitstreams,
+// and is independent of cell shapes.
 // spec: "Container"
 #pragma once
 
@@ -25,14 +25,14 @@ enum class Codec : std::uint8_t;  // the ids are in codecs/shared/codec_id.h
 
 namespace shm::container {
 
-/// As in PNG: a byte with the high bit set, the name, CR LF, the end-of-file character of old
-/// systems, LF.
+/// Signature of a file, like that of PNG: a byte with the high bit set, the name, CR LF, the
+/// end-of-file character of DOS, LF.
 inline constexpr std::array<std::uint8_t, 8> kSignature = {0x89, 'S',  'H',  'M',
                                                            '\r', '\n', 0x1a, '\n'};
 inline constexpr std::uint16_t kMajor = 0, kMinor = 10;
-/// Features that a reader of a single mesh must know. None so far.
+/// Feature bits that a reader of a single mesh knows. None are defined so far.
 inline constexpr std::uint32_t kKnownFeatures = 0;
-/// The file is not a mesh but an archive: complete files one after the other, and a list of them.
+/// Feature bit of an archive: a sequence of complete files and a list of them, instead of a mesh.
 inline constexpr std::uint32_t kArchiveFeature = 1u << 2;
 
 /// The first 16 bytes of a file. The 8 bytes after the signature are repeated in the schema chunk,
@@ -49,7 +49,7 @@ inline bool is_known_version(const FileStart& start) {
 }
 /// Returns true if values in a file of this version may be coded by the rank of earlier values.
 inline bool has_earlier_values(const FileStart& start) { return start.minor >= 10; }
-/// Returns true if blobs in a file of this version unpack to at most most_unpacked() bytes
+/// Returns true if each blob in a file of this version unpacks to at most most_unpacked() bytes
 /// (base/packing.h).
 inline bool has_bounded_blobs(const FileStart& start) { return start.minor >= 10; }
 inline constexpr std::size_t kFileStartBytes = 16;
@@ -57,7 +57,7 @@ void put(ByteWriter& out, const FileStart& start);
 /// Writes or reads the 8 bytes after the signature.
 void put_version(ByteWriter& out, const FileStart& start);
 void get_version(ByteReader& in, FileStart& start);
-/// Returns false if the signature is wrong.
+/// Reads the file start. Returns false if the signature is wrong.
 bool get(ByteReader& in, FileStart& start);
 
 enum class ChunkKind : std::uint8_t {
@@ -67,11 +67,11 @@ enum class ChunkKind : std::uint8_t {
   step_times = 4,
   extra = 5,
   index = 6,
-  members = 9,  ///< only in archives, which have no other chunks
+  members = 9,  ///< occurs only in archives, which have no other chunks
 };
 std::string chunk_name(std::uint8_t kind);
 
-// A chunk header is short or long; its sync mark says which.
+// Sync marks, which begin a chunk header and state whether the header is short or long.
 inline constexpr std::uint32_t kShortMark = 0x634d4853;  // "SHMc"
 inline constexpr std::uint32_t kLongMark = 0x434d4853;   // "SHMC"
 inline constexpr std::size_t kShortHeaderBytes = 22, kLongHeaderBytes = 32;
@@ -82,26 +82,27 @@ struct ChunkHeader {
   std::uint8_t kind = 0;
   std::uint8_t version = 0;
   std::uint8_t flags = 0;
-  bool is_long = false;        ///< as stored in the file, or to be stored
-  std::uint32_t sequence = 0;  ///< 0, 1, 2, ... over the whole file
-  std::uint32_t segment = 0;   ///< groups: segments count from 0; all other kinds: 0
+  bool is_long = false;        ///< true: the file stores the long form of the header
+  std::uint32_t sequence = 0;  ///< number of the chunk in the file, from 0
+  std::uint32_t segment = 0;   ///< number of the segment of a group, from 0; 0 for all other kinds
   std::uint64_t payload_bytes = 0;
   std::uint32_t payload_checksum = 0;
 
   std::size_t bytes() const { return is_long ? kLongHeaderBytes : kShortHeaderBytes; }
-  /// Length of header and payload.
+  /// Returns the length of header and payload together.
   std::uint64_t chunk_bytes() const { return bytes() + payload_bytes; }
 };
-/// Returns true if a file of this version stores the header in its long form: always before version
-/// 0.10, otherwise if a field other than the sequence number does not fit into the short form.
+/// Returns true if a file of this version stores the header in its long form. Files before version
+/// 0.10 always do; later files only if a field other than the sequence number does not fit into the
+/// short form.
 bool has_long_header(const ChunkHeader& header, const FileStart& start);
 void put(ByteWriter& out, const ChunkHeader& header);
 enum class HeaderState { good, bad_mark, bad_checksum };
 /// Reads a header from `in`. If the header is bad, `in` advances by an unspecified number of bytes.
 /// Must hold: kShortHeaderBytes are left. A long header that is cut off counts as bad_checksum.
 HeaderState get(ByteReader& in, ChunkHeader& header);
-/// Returns the length of a header that begins with these bytes; kShortHeaderBytes if they begin no
-/// header.
+/// Returns the length of a header that begins with these bytes, or kShortHeaderBytes if no header
+/// begins with them.
 std::size_t header_bytes(std::span<const std::byte> beginning);
 /// Returns the version of chunks of this kind in a file with this start.
 inline std::uint8_t version_of_chunk(ChunkKind kind, const FileStart& start) {
@@ -109,7 +110,7 @@ inline std::uint8_t version_of_chunk(ChunkKind kind, const FileStart& start) {
                              kind == ChunkKind::extra || kind == ChunkKind::index;
   return start.minor >= 10 && has_version_1 ? 1 : 0;
 }
-/// Returns true if this reader can read such a chunk of a mesh.
+/// Returns true if this reader can read such a chunk in a file that contains a mesh.
 bool is_known(const ChunkHeader& header);
 
 /// The contents of a bitstream of a group.
@@ -120,7 +121,7 @@ enum class StreamKind : std::uint8_t {
   vertex_numbers = 4,
   geometry = 5,
   array = 6,    ///< values of the array with number StreamEntry::array
-  imports = 7,  ///< which of the vertices are owned by an earlier segment
+  imports = 7,  ///< which vertices of the group are owned by an earlier segment
 };
 std::string stream_name(StreamKind kind);
 
@@ -128,32 +129,33 @@ using shm::Codec;
 
 struct StreamEntry {
   StreamKind kind = StreamKind::connectivity;
-  std::uint32_t array = 0;  ///< only for StreamKind::array
+  std::uint32_t array = 0;  ///< number of the array; only for StreamKind::array
   Codec codec{};
   std::uint32_t needs = 0;  ///< version 0: bit k is set if decoding needs the stream of kind k
   std::uint64_t bytes = 0;
   std::uint32_t checksum = 0;
 };
 
-/// The first part of the payload of a group chunk; the bitstreams follow in order. It has its own
-/// checksum, so that a reader can read a single stream.
+/// The first part of the payload of a group chunk. The bitstreams come after it, in order. The
+/// group header has a separate checksum, so that a reader can read a single stream.
 struct GroupHeader {
   std::uint8_t version = version_of_chunk(ChunkKind::group, {});
   std::uint64_t first_cell = 0, first_vertex = 0;
-  std::uint32_t cells = 0;     ///< 0..2^20
+  std::uint32_t cells = 0;     ///< number of cells, 0..2^20
   std::uint64_t vertices = 0;  ///< vertices introduced in this group and owned by its segment
   std::uint64_t imported_vertices =
       0;  ///< vertices introduced in this group but owned by an earlier segment
-  std::uint64_t unused_vertices = 0;  ///< how many of `vertices` no cell uses; they are the last
+  std::uint64_t unused_vertices =
+      0;  ///< how many of `vertices` are not used by any cell; these vertices are the last
   std::uint64_t max_active_vertices = 0;
-  std::uint64_t decoded_bytes = 0;  ///< size of the decoded values and corners
+  std::uint64_t decoded_bytes = 0;  ///< decoded size in bytes of values and corners
   std::array<double, 6>
       box{};  ///< min x y z, max x y z of the finite coordinates; +inf -inf if there are none
   std::vector<StreamEntry> streams;
 };
 inline constexpr std::uint32_t kMaxGroupCells = 1u << 20;
-/// Returns the codec of the connectivity stream, which is the first stream; nullopt if the group
-/// has no cells.
+/// Returns the codec of the connectivity stream, which is always the first stream. Returns nullopt
+/// if the group has no cells.
 inline std::optional<Codec> connectivity_of(const GroupHeader& header) {
   if (header.streams.empty() || header.streams[0].kind != StreamKind::connectivity)
     return std::nullopt;
@@ -173,34 +175,36 @@ struct GroupChunk {
 struct StepHeader {
   std::uint32_t array = 0;
   std::uint64_t step = 0;
-  std::uint64_t reference_step = 0;  ///< == step: refers to no other step
+  std::uint64_t reference_step =
+      0;  ///< step that the values refer to; equal to `step` if they refer to no other step
   bool trend = false;  ///< the reference is the trend of reference_step and the step before it
   std::uint32_t group =
       0;  ///< number of the group whose elements these are, counted over the file from 0
-  std::uint64_t count = 0;  ///< elements, at least 1
+  std::uint64_t count = 0;  ///< number of elements, at least 1
   Codec codec{};
 };
-/// Returns what the values refer to.
+/// Returns the kind of reference of the values: nothing, an earlier step or a trend.
 inline StepReference refers_to(const StepHeader& header) {
   return header.reference_step == header.step ? StepReference::nothing
          : header.trend                       ? StepReference::trend
                                               : StepReference::before;
 }
-/// One part of a step_values payload: its header and the number of its coded bytes.
+/// One part of a step_values payload: its header and the size in bytes of its coded values.
 struct StepPart {
   StepHeader header;
   std::uint64_t bytes = 0;
 };
-/// Limits for parts that share a chunk: at most kMostStepParts parts. Writers also keep to
-/// kPartBytesTogether coded bytes.
+/// Limits for parts that share a chunk. A chunk has at most kMostStepParts parts. Writers also
+/// limit the coded values of parts that share a chunk to kPartBytesTogether bytes.
 inline constexpr std::size_t kMostStepParts = 64, kPartBytesTogether = 4096;
-/// Writes the heads of all parts; their coded bytes follow. Version 0 has one part, which extends
-/// to the end of the payload.
+/// Writes the headers of all parts; their coded values follow in the same payload. Version 0 has
+/// one part, which extends to the end of the payload.
 void put(ByteWriter& out, std::span<const StepPart> parts, std::uint8_t version);
-/// `payload_bytes`: size of the whole payload. `in` must contain at least the heads.
+/// Reads the headers of all parts. `payload_bytes`: size of the whole payload. `in` must contain at
+/// least the headers.
 bool get(ByteReader& in, std::vector<StepPart>& parts, std::uint8_t version,
          std::uint64_t payload_bytes);
-/// Returns an upper bound for the bytes of the heads of `parts` parts.
+/// Returns an upper bound for the total size in bytes of the headers of `parts` parts.
 constexpr std::uint64_t most_step_head_bytes(std::uint64_t parts) { return 16 + 64 * parts; }
 inline constexpr std::uint64_t kMostStepHeadBytes = most_step_head_bytes(kMostStepParts);
 
@@ -212,7 +216,7 @@ struct StepEntry {
   StepReference reference = StepReference::nothing;
   Codec codec{};
 };
-/// Fills in all fields except `first`.
+/// Returns the entry of a part, with all fields except `first`.
 StepEntry entry_of(const StepHeader& header);
 
 /// One entry of the index.
@@ -220,13 +224,13 @@ struct IndexEntry {
   bool is(ChunkKind of) const { return kind == static_cast<std::uint8_t>(of); }
 
   std::uint8_t kind = 0;
-  std::uint64_t offset = 0, bytes = 0;  ///< of the whole chunk, header included
-  std::uint32_t segment = 0;            ///< groups only
-  std::uint64_t first_cell = 0, cells = 0, first_vertex = 0, vertices = 0;  ///< groups only
-  std::array<double, 6> box{};                                              ///< groups only
+  std::uint64_t offset = 0, bytes = 0;  ///< position and size of the whole chunk, header included
+  std::uint32_t segment = 0;            ///< segment of a group; 0 for other chunks
+  std::uint64_t first_cell = 0, cells = 0, first_vertex = 0, vertices = 0;  ///< set only for groups
+  std::array<double, 6> box{};  ///< bounding box of a group; set only for groups
   std::uint64_t header_bytes =
       0;  ///< groups only: length of the group header, after which the streams begin
-  std::vector<StepEntry> parts;  ///< step values only
+  std::vector<StepEntry> parts;  ///< parts of step values; set only for step_values chunks
 };
 struct NamedBytes {
   std::string name;
@@ -240,19 +244,19 @@ struct ArrayRange {
 };
 struct Index {
   std::uint8_t version = version_of_chunk(ChunkKind::index, {});
-  std::uint64_t previous_index = 0;  ///< offset of the previous index chunk, 0 = none
+  std::uint64_t previous_index = 0;  ///< offset of the previous index chunk; 0 if there is none
   std::uint64_t vertices = 0, cells = 0, hexahedra = 0, max_active_vertices = 0, steps = 0;
   std::uint64_t segments = 0, imported_vertices = 0;
   std::vector<std::uint64_t> block_cells;
-  std::vector<NamedBytes> streams;  ///< version 0: coded bytes of all streams
-  std::vector<ArrayRange> ranges;   ///< version 0: ranges of the static arrays
+  std::vector<NamedBytes> streams;  ///< in version 0: total coded bytes of each kind of stream
+  std::vector<ArrayRange> ranges;   ///< in version 0: ranges of the static arrays
   std::vector<IndexEntry> entries;
 };
 void put(ByteWriter& out, std::span<const NamedBytes> streams);
 bool get(ByteReader& in, std::vector<NamedBytes>& streams);
 void put(ByteWriter& out, const Index& index);
-/// Reads all remaining bytes of `in`. `max_entries`: the largest possible number of chunks; an
-/// index with more entries is damaged.
+/// Reads an index from all remaining bytes of `in`. `max_entries` is the largest possible number of
+/// chunks; an index with more entries is damaged.
 bool get(ByteReader& in, Index& index, std::uint8_t version, std::uint64_t max_entries);
 
 /// One entry of the member list of an archive.
@@ -267,8 +271,8 @@ struct MemberList {
 void put(ByteWriter& out, const MemberList& list);
 bool get(ByteReader& in, MemberList& list);
 
-/// The last 16 bytes, after an index or members chunk: the offset of that chunk, a checksum,
-/// "SHME".
+/// Length of the trailer, the last 16 bytes of a file. It comes after an index or members chunk,
+/// and contains the offset of that chunk, a checksum, and "SHME".
 inline constexpr std::size_t kTrailerBytes = 16;
 inline constexpr std::uint32_t kTrailerMark = 0x454d4853;  // "SHME"
 void put_trailer(ByteWriter& out, std::uint64_t index_offset);

@@ -1,5 +1,5 @@
-// Reading chunks at any position of a file: they are found by offset and checked by their
-// checksums.
+// Reading chunks at any position of a file: an offset from the index or the trailer locates a
+// chunk, and its checksums verify it.
 // spec: "Container", "Index and trailer"
 #pragma once
 
@@ -16,18 +16,19 @@
 
 namespace shm::container {
 
-/// Reads `bytes` bytes at `offset`, as given by an index or another list. `section` is for error
-/// messages.
+/// Reads `bytes` bytes at `offset`, as listed in an index or another list. `section` is used in
+/// error messages.
 Result<std::vector<std::byte>> read_bytes(RandomSource& source, std::uint64_t offset,
                                           std::uint64_t bytes, const std::string& section);
 
-/// Returns the header of the chunk at `offset`, or nullopt if no valid header is there or it does
-/// not fit before `end`.
+/// Returns the header of the chunk at `offset`. Returns nullopt if there is no valid header, or if
+/// the chunk extends beyond `end`.
 Result<std::optional<ChunkHeader>> header_at(RandomSource& source, std::uint64_t offset,
                                              std::uint64_t end, const std::string& section);
 
-/// Returns the position of the last chunk, of kind `kind`, according to the trailer. The chunk
-/// itself is not checked. Fails with ErrorCode::truncated if the file does not end with a trailer.
+/// Returns the position of the last chunk, which is of kind `kind`, according to the trailer. The
+/// chunk itself is not checked. Fails with ErrorCode::truncated if the file does not end with a
+/// trailer.
 Result<IndexEntry> last_chunk(RandomSource& source, ChunkKind kind);
 
 /// Checks the header at the beginning of `chunk` against `entry` and returns it. Must hold:
@@ -39,15 +40,17 @@ Result<ChunkHeader> checked_header(std::span<const std::byte> chunk, const Index
 Result<std::vector<std::byte>> read_chunk(RandomSource& source, const IndexEntry& entry,
                                           std::uint64_t max_bytes, std::uint8_t* version = nullptr);
 
-/// Calls visit(header, entry) for each chunk of `entries`. Fails with an error that names the index
-/// at `index_offset` unless `entries` are all chunks between file start and index, in file order.
+/// Calls visit(header, entry) for each chunk of `entries`. Fails with an error at `index_offset`,
+/// the position of the index, unless `entries` list all chunks between file start and index, in
+/// file order.
 using ChunkVisitor = std::function<Result<void>(const ChunkHeader&, const IndexEntry&)>;
 Result<void> for_each_chunk(RandomSource& source, std::span<const IndexEntry> entries,
                             std::uint64_t index_offset, const ChunkVisitor& visit);
 
-/// Returns how many bytes of `source` belong to the .shm file. If `source` ends with a trailer,
-/// these are all bytes. Otherwise the file ends with the trailer after the first index, which is
-/// found by following the chunk headers. Fails with ErrorCode::truncated if there is none.
+/// Returns how many bytes of `source` belong to the .shm file. If `source` ends with a trailer, all
+/// bytes belong to the file. Otherwise the file ends with the trailer after the first index, which
+/// is found by reading the chunk headers one after the other. Fails with ErrorCode::truncated if
+/// there is no such trailer.
 Result<std::uint64_t> bytes_of_file(RandomSource& source);
 
 }  // namespace shm::container

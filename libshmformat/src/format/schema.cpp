@@ -60,8 +60,8 @@ std::string_view order_name(Order order) {
 
 namespace {
 
-/// Returns the name of the stream of an array. `same`: 1 for the first array with this name and
-/// location, 2 for the second, ...
+/// Returns the name of the stream of an array. `same` counts the arrays with the same name and
+/// location: 1 for the first, 2 for the second, ...
 std::string stream_name(const ArrayInfo& info, std::size_t same) {
   std::string name = info.location == Location::point ? "array:point/" : "array:cell/";
   name += info.name;
@@ -88,7 +88,8 @@ std::vector<std::string> array_stream_names(const Schema& schema) {
 }
 
 Quantization Quantization::absolute(double max_abs, std::uint32_t components) {
-  constexpr double kShade = 0x1p-6;  // costs 0.02 bits per value
+  constexpr double kShade =
+      0x1p-6;  // relative safety margin of the step; costs 0.02 bits per value
   Quantization quantization;
   quantization.bits = kAbsolute;
   quantization.minimum.assign(components, 0.0);
@@ -111,7 +112,8 @@ double Quantization::max_error(ScalarType type) const {
   double magnitude = 0;
   for (double v : minimum) magnitude = std::max(magnitude, std::fabs(v));
   for (double v : maximum) magnitude = std::max(magnitude, std::fabs(v));
-  // Twice the half-ulp of the stored type: once for the restored value, once for the arithmetic.
+  // Adds the half-ulp of the stored type twice: once for the restored value, once for the
+  // arithmetic.
   const double ulp = type == ScalarType::float32 ? 0x1p-23 : 0x1p-51;
   return step() / 2 + magnitude * ulp;
 }
@@ -173,7 +175,7 @@ Error wrong(std::string detail, ErrorCode code = ErrorCode::misuse) {
   return Error{code, std::move(detail), "schema"};
 }
 
-constexpr double kTooLarge = 1e300;  // limit for the numbers that quantization computes with
+constexpr double kTooLarge = 1e300;  // largest number that quantization may compute with
 
 Result<void> check_bound(const Quantization& q, std::size_t components, const std::string& what) {
   if (!(q.max_abs > 0 && q.max_abs < kTooLarge))
@@ -259,8 +261,8 @@ std::uint32_t checksum_of(const Schema& schema) {
 
 namespace {
 
-// Memory of each element without its lists and texts, rounded up. The numbers are the same on all
-// machines, so that all machines refuse the same files.
+// Memory in bytes of each object without its lists and texts, rounded up. The numbers are the same
+// on all machines, so that all machines refuse the same files.
 constexpr std::uint64_t kSchemaBytes = 256, kBlockBytes = 64, kArrayBytes = 256, kExtraBytes = 128;
 static_assert(sizeof(Schema) <= kSchemaBytes && sizeof(BlockInfo) <= kBlockBytes &&
               sizeof(ArrayInfo) <= kArrayBytes && sizeof(Extra) <= kExtraBytes);
@@ -355,7 +357,7 @@ Result<void> check_schema(const Schema& schema, const ReadLimits& limits) {
   if (schema.arrays.size() > limits.max_arrays) return too_many_arrays(limits);
   if (schema.order > Order::free) return wrong("unknown order");
   if (schema.order == Order::keep && !schema.corner_order)
-    return wrong("order keep includes the order of corners");
+    return wrong("order keep requires corner_order");
   if (schema.step_references > StepReference::trend) return wrong("unknown step references");
   if (!is_float(schema.coordinate_type)) return wrong("coordinates are float32 or float64");
   if (auto status = check_quantization(schema.coordinate_quantization, schema.coordinate_type, 3,
@@ -418,8 +420,8 @@ ValueRange range_of(ScalarType type, const std::byte* values, std::size_t count,
 // --- extras
 namespace {
 
-// Largest distance of a difference: an integer may be stored as the difference from the value that
-// many places before it. Distance 0: the values are stored as they are.
+// Largest distance of a difference. Distance d means: an integer is stored as the difference from
+// the value d places before it. Distance 0 means: the values are stored as they are.
 constexpr std::uint64_t kMostDistance = 65535;
 constexpr std::size_t kMostSides = 255;
 
@@ -446,7 +448,8 @@ void put_shape(ByteWriter& out, const Extra& extra) {
   out.put_varint(extra.shape.size());
   for (std::uint64_t side : extra.shape) out.put_varint(side);
 }
-/// Returns false if the number of values is too large for any file.
+/// Reads the dimensions of an extra, and sets `values` to the number of its values. Returns false
+/// if that number is too large for any file.
 bool get_shape(ByteReader& in, Extra& extra, std::uint64_t& values) {
   values = 1;
   for (std::uint64_t n = in.get_count(1); n > 0 && in.ok(); --n) {
@@ -458,7 +461,7 @@ bool get_shape(ByteReader& in, Extra& extra, std::uint64_t& values) {
   return in.ok();
 }
 
-/// Returns value `i`, sign-extended from its width.
+/// Returns integer `i` of `data`, sign-extended from `width` bytes.
 std::int64_t integer_at(const std::vector<std::byte>& data, std::size_t i, std::size_t width) {
   const auto as = [&]<class T>(T value) {
     std::memcpy(&value, data.data() + i * sizeof value, sizeof value);
@@ -507,8 +510,8 @@ struct WrittenValues {
   std::vector<std::byte> bytes;
 };
 
-/// Encodes the values. Integers are stored as differences over the distance 0, 1 or the row length,
-/// whichever zstd compresses best.
+/// Encodes the values of an extra. Integers are stored as differences with the distance 0, 1 or the
+/// row length, whichever zstd compresses best.
 WrittenValues written(const Extra& extra) {
   constexpr int kLevel = 3;
   constexpr std::uint64_t kMostColumns = 64;
@@ -528,7 +531,7 @@ WrittenValues written(const Extra& extra) {
   return best;
 }
 
-/// Must hold: `extra.data` has its final size.
+/// Reads the values of an extra into `extra.data`. Must hold: `extra.data` has its final size.
 bool read_values(ByteReader& in, Extra& extra, std::uint64_t distance) {
   const std::size_t width = scalar_bytes(extra.type), count = extra.data.size() / width;
   if (distance == 0) {
@@ -545,7 +548,7 @@ bool read_values(ByteReader& in, Extra& extra, std::uint64_t distance) {
   return in.ok();
 }
 
-/// Reads the extras of an unpacked chunk of version 1: first the heads of all extras, then the
+/// Reads the extras of an unpacked chunk of version 1: first the headers of all extras, then the
 /// values of each.
 Result<std::vector<Extra>> get_many(ByteReader& in, std::uint64_t limit) {
   const Error invalid = corrupt("is invalid");
@@ -628,7 +631,7 @@ Result<std::vector<Extra>> get_extras(std::span<const std::byte> payload, std::u
   ByteReader in(payload);
   const std::uint64_t size = stated_packed_size(in);
   if (version > 0 && size > most_unpacked(payload.size()))
-    return corrupt("unpacks to more than its bytes may");
+    return corrupt("unpacks to more bytes than its packed size permits");
   if (size > limit)
     return over_limit("unpacks to " + std::to_string(size) + " bytes, the limit is " +
                       std::to_string(limit));

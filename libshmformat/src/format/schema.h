@@ -1,5 +1,5 @@
-// Schema and extras as bytes, the checks of a schema, the names of its elements, and the totals of
-// a mesh with such a schema.
+// Encoding and decoding of schema and extras, the checks of a schema, the names of its elements,
+// and the totals of a mesh with such a schema.
 // spec: "Schema", "Extras"
 #pragma once
 
@@ -22,36 +22,39 @@ namespace shm {
 void put(ByteWriter& out, const Schema& schema);
 /// Returns the checksum of the bytes that put() writes.
 std::uint32_t checksum_of(const Schema& schema);
-/// Reads a schema. Fails with ErrorCode::corrupt if the bytes are not a schema; check_schema() then
-/// checks their meaning. Fails with ErrorCode::over_limit, before it allocates memory, if the
-/// schema has more blocks or arrays than the limits allow, or needs more than max_unpacked_bytes.
+/// Reads a schema. Fails with ErrorCode::corrupt if the bytes do not encode a schema;
+/// check_schema() then checks the values. Fails with ErrorCode::over_limit, before it allocates
+/// memory, if the schema has more blocks or arrays than the limits allow, or needs more than
+/// max_unpacked_bytes.
 Result<void> get(ByteReader& in, Schema& schema, const ReadLimits& limits);
-/// Returns the memory that the object needs, in bytes.
+/// Return the memory that the object needs, in bytes.
 std::uint64_t bytes_of(const Schema& schema);
 std::uint64_t bytes_of(const Extra& extra);
-/// Fails with ErrorCode::misuse or over_limit if the schema is invalid; the detail says why.
+/// Fails with ErrorCode::misuse or over_limit if the schema is invalid; the detail states the
+/// reason.
 Result<void> check_schema(const Schema& schema, const ReadLimits& limits = {});
 
 /// Returns true if the schema has arrays with time steps.
 bool has_steps(const Schema& schema);
 
-// Extras: a chunk of version 0 contains a single extra, a chunk of version 1 many extras packed
-// together.
+// Reading and writing of extras. A chunk of version 0 contains a single extra, a chunk of version 1
+// many extras packed together.
 // spec: "Extras"
 
 void put(ByteWriter& out, const Extra& extra);
 bool get(ByteReader& in, Extra& extra);
 
-/// Returns the payload of a chunk of version 1. Must hold: there are at most kMostExtras. With
-/// Packing::bounded no extra needs more memory than its bytes in the blob.
+/// Returns the payload of a chunk of version 1. Must hold: there are at most kMostExtras extras.
+/// With Packing::bounded, integers are not stored as differences, so that no extra needs more
+/// memory than its bytes in the blob.
 std::vector<std::byte> extras_payload(std::span<const Extra> extras,
                                       Packing packing = Packing::with_dictionary);
 /// Returns the payload of a chunk of version 0.
 std::vector<std::byte> extra_payload(const Extra& extra);
 inline constexpr std::size_t kMostExtras = 65536;
 
-/// Returns the extras of a chunk. Errors have no section and no offset. ErrorCode::over_limit: the
-/// extras would need more than `limit` bytes.
+/// Returns the extras of a chunk. Errors have no section and no offset. Fails with
+/// ErrorCode::over_limit if the extras need more than `limit` bytes of memory.
 Result<std::vector<Extra>> get_extras(std::span<const std::byte> payload, std::uint8_t version,
                                       std::uint64_t limit);
 
@@ -61,7 +64,7 @@ inline std::uint64_t most_bytes_of_times(const ReadLimits& limits) {
 }
 
 // Totals: the part of the index that describes the whole mesh (container::Index without the
-// entries), summed up group by group or part by part.
+// entries). They are summed up group by group or part by part.
 // spec: "Index and trailer"
 
 /// Returns the totals of a file without groups.

@@ -23,7 +23,8 @@ Error system_error(ErrorCode code, const std::string& what, const std::string& p
   return Error{.code = code, .detail = what + ": " + std::strerror(errno), .file = path};
 }
 
-/// Opens a file. Opening a named pipe waits for its other end, during which a signal may arrive.
+/// Opens a file, and retries if a signal interrupts the call: opening a named pipe waits for its
+/// other end.
 int open_patiently(const std::string& path, int flags) {
   while (true) {
     const int descriptor = ::open(path.c_str(), flags | O_CLOEXEC);
@@ -42,15 +43,14 @@ std::string folder_of(const std::string& path) {
   return name == 0 ? "." : path.substr(0, name);
 }
 
-/// Returns a name for the set of processes among which this process number is unique: those of a
-/// machine, or of a PID namespace.
+/// Returns a name for the machine or PID namespace in which the process numbers are unique.
 std::string name_of_machine() {
   struct utsname names {};
   (void)::uname(&names);
   std::string text = names.nodename;
   text.resize(text.size() + 64);
   (void)!::readlink("/proc/self/ns/pid", text.data() + text.size() - 64, 64);
-  // Several machines may have the same host name.
+  // The boot id distinguishes machines that have the same host name.
   if (const int boot = ::open("/proc/sys/kernel/random/boot_id", O_RDONLY | O_CLOEXEC); boot >= 0) {
     text.resize(text.size() + 36);
     (void)!::read(boot, text.data() + text.size() - 36, 36);
@@ -59,8 +59,8 @@ std::string name_of_machine() {
   return machine_name(text);
 }
 
-/// State of the process that left a temporary file. `name` is the part of the file name after the
-/// front. For a process of another machine the state is unknown: may_be_gone.
+/// State of the process that created a temporary file. `name` is the rest of the file name after
+/// temporary_front(). The state of a process on another machine is unknown: may_be_gone.
 enum class Process { lives, may_be_gone, gone };
 Process process_of(std::string_view name, std::string_view machine) {
   const auto maker = maker_of(name, machine);
@@ -69,10 +69,10 @@ Process process_of(std::string_view name, std::string_view machine) {
   return ::kill(maker->process, 0) != 0 && errno == ESRCH ? Process::gone : Process::lives;
 }
 
-/// Removes the files that killed processes left for the same path. Files left by processes of other
-/// machines are removed once they are old.
+/// Removes temporary files for the same path whose processes have been killed. Temporary files from
+/// other machines are removed once they are old.
 void remove_leftovers(const std::string& path, const std::string& machine, std::int64_t now) {
-  constexpr std::int64_t kOld = 3600;  // seconds
+  constexpr std::int64_t kOld = 3600;  // in seconds
   const std::string folder = folder_of(path), front = temporary_front(path, name_in(path));
   const std::string_view head = std::string_view(front).substr(name_in(front));
   DIR* directory = ::opendir(folder.c_str());
@@ -101,8 +101,8 @@ Error taken_error(const std::string& path) {
   return Error{.code = ErrorCode::output, .detail = "exists already", .file = path};
 }
 
-/// Flushes the folder, so that the name of `path` is on the disk, too. Some folders cannot be
-/// opened, and some cannot be flushed (EINVAL).
+/// Flushes the folder, so that the name of `path` is stored on the disk, too. A folder that cannot
+/// be opened or flushed (EINVAL) is not an error.
 Result<void> flush_folder(const std::string& path) {
   const int descriptor = ::open(folder_of(path).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (descriptor < 0) return {};
@@ -183,7 +183,8 @@ Result<void> FileSink::create_named() {
   }
   named_ = descriptor_ >= 0;
   if (!named_) return system_error(ErrorCode::output, "cannot be created", path_);
-  struct stat status {};  // for the current time by the file system's clock, as in other files
+  struct stat status {
+  };  // provides the current time by the file system's clock, which also dates other files
   if (::fstat(descriptor_, &status) == 0) remove_leftovers(path_, machine, status.st_mtime);
   return {};
 }
@@ -218,7 +219,7 @@ Result<void> FileSink::commit() {
   if (path_ == "-" || scratch_ || committed_) return {};
   if (auto result = flush(); !result) return result;
   pass_permissions_on();
-  // Some file systems report only on closing that not everything has been written.
+  // Some file systems report a failed write only when the file is closed.
   if (named_ || temporary_.empty()) {
     if (auto result = close(); !result) return result;
     if (named_)
@@ -228,7 +229,7 @@ Result<void> FileSink::commit() {
         again >= 0 && ::close(again) != 0)
       return system_error(ErrorCode::output, "cannot be closed", path_);
     if (auto result = link(); !result) return result;
-    (void)close();  // closing has already been tried with a duplicate
+    (void)close();  // a duplicate of the descriptor was closed before, which reported any error
   }
   named_ = false;
   committed_ = true;
@@ -240,7 +241,7 @@ Result<void> FileSink::close() {
   return system_error(ErrorCode::output, "cannot be closed", path_);
 }
 
-/// Gives the file the permissions of the file that it replaces. Done at the end, since a writer
+/// Gives the file the permissions of the file that it replaces. Called at the end, since a writer
 /// that uses the file's name opens it again. If the group cannot be set, the group's permission
 /// bits are dropped, as they would apply to a different group.
 void FileSink::pass_permissions_on() const {
@@ -254,9 +255,9 @@ void FileSink::pass_permissions_on() const {
   if (named_) ::close(file);
 }
 
-/// Flushing any descriptor of a file flushes all of its data. A named file is opened again, since a
-/// writer that uses the name may have replaced the file that we created. A file system that cannot
-/// flush (EINVAL) is not an error.
+/// Flushes all data of the file to the disk. A named file is opened again, since a writer that uses
+/// the name may have replaced the file that we created. A file system that cannot flush (EINVAL) is
+/// not an error.
 Result<void> FileSink::flush() const {
   const int file = named_ ? ::open(temporary_.c_str(), O_RDONLY | O_CLOEXEC) : descriptor_;
   const bool flushed = file >= 0 && (::fsync(file) == 0 || errno == EINVAL);
@@ -283,7 +284,7 @@ Result<void> FileSink::link() {
       taken = errno == EEXIST;
       continue;
     }
-    // Remove the files of processes that were killed between these two calls.
+    // Removes the files of processes that were killed between these two calls.
     struct stat status {};
     if (::fstat(descriptor_, &status) == 0) remove_leftovers(path_, machine, status.st_mtime);
     if (::rename(beside.c_str(), path_.c_str()) == 0) return {};
@@ -294,9 +295,9 @@ Result<void> FileSink::link() {
   return system_error(ErrorCode::output, "cannot be given its name", path_);
 }
 
-/// Renames the temporary file to its final name. If nothing may be replaced, the rename itself
-/// refuses an existing file, or a hard link is made, which fails if the name is taken. If the
-/// system supports neither, the name is checked before.
+/// Renames the temporary file to its final name. If an existing file must not be replaced, the call
+/// that renames refuses to do so, or a hard link is made instead, which fails if the name exists.
+/// If the system supports neither, the name is checked before the renaming.
 Result<void> FileSink::rename_temporary() const {
   if (!replaces_) {
 #ifdef RENAME_NOREPLACE
@@ -314,8 +315,9 @@ Result<void> FileSink::rename_temporary() const {
   return system_error(ErrorCode::output, "cannot be given its name", path_);
 }
 
-/// Used if a file without a name cannot be given a name, as in some containers and on some file
-/// systems: copies it to a named file. `why`: the error of the attempt to link the file itself.
+/// Copies a file without a name to a named file. Used if the system cannot give the file a name, as
+/// in some containers and on some file systems. `why` is the error of the attempt to link the file
+/// itself.
 Result<void> FileSink::rename_copy(const Error& why) {
   const auto whole = FileRandomSource::open(temporary_);
   if (!whole) return why;

@@ -1,6 +1,6 @@
-// Files on Windows. File names are UTF-8 outside this file and UTF-16 inside. FileSink and the
-// sources keep descriptors of the C library, each on top of a system handle. Bytes go through the
-// handle, which has no text mode.
+// Files on Windows. File names are UTF-8 outside this file and UTF-16 inside it. FileSink and the
+// sources store descriptors of the C library, each of which owns a system handle. Data is read and
+// written through the handle, which has no text mode.
 #ifndef NOMINMAX
 #define NOMINMAX
 #endif
@@ -23,9 +23,9 @@ namespace shm {
 namespace {
 
 constexpr int kInput = 0, kOutput = 1;
-/// As in POSIX, an open file may still be read, written, renamed or removed by other processes.
+/// Other processes may read, write, rename and remove an open file, as on POSIX systems.
 constexpr DWORD kShared = FILE_SHARE_READ | FILE_SHARE_WRITE | FILE_SHARE_DELETE;
-constexpr std::size_t kMostBytes = std::size_t{1} << 30;  // per call
+constexpr std::size_t kMostBytes = std::size_t{1} << 30;  // in one call of the system
 
 class Handle {
  public:
@@ -43,7 +43,7 @@ class Handle {
   HANDLE handle_;
 };
 
-/// Returns an empty string if `text` is not UTF-8.
+/// Converts UTF-8 to UTF-16. Returns an empty string if `text` is not UTF-8.
 std::wstring wide(std::string_view text) {
   const int bytes = static_cast<int>(text.size());
   std::wstring units(text.size(), L'\0');
@@ -62,10 +62,11 @@ std::string narrow(std::wstring_view units) {
   return text;
 }
 
-/// Returns `path` in the form that system calls take. Long paths must be absolute and have a
+/// Returns `path` in the form that system calls accept. Long paths must be absolute and have a
 /// prefix.
 std::wstring system_path(const std::string& path) {
-  constexpr std::size_t kLongest = 240;  // of 260; a folder needs space for a short name, too
+  constexpr std::size_t kLongest =
+      240;  // in characters; 260 are allowed, but a folder needs space for a short name, too
   const std::wstring name = wide(path);
   std::wstring whole(32768, L'\0');
   whole.resize(
@@ -88,7 +89,7 @@ Error system_error(ErrorCode code, const char* what, const std::string& path) {
 }
 
 HANDLE open_handle(const std::string& path, DWORD access, DWORD existing, DWORD flags = 0) {
-  // The name may belong to a pipe; its other end must not be allowed to impersonate this process.
+  // If the name belongs to a pipe, its other end must not be allowed to impersonate this process.
   flags |= SECURITY_SQOS_PRESENT | SECURITY_IDENTIFICATION;
   return ::CreateFileW(system_path(path).c_str(), access, kShared, nullptr, existing, flags,
                        nullptr);
@@ -125,12 +126,12 @@ bool is_device_path(const std::string& path) {
   return path.size() > 4 && slash(0) && slash(1) && path[2] == '.' && slash(3);
 }
 
-/// Returns a name for the machine, on which the process number is unique.
+/// Returns a name for the machine on which the process number is unique.
 std::string name_of_machine() {
   wchar_t name[256], id[64];
   DWORD units = static_cast<DWORD>(std::size(name)), bytes = sizeof id;
   if (::GetComputerNameExW(ComputerNameDnsFullyQualified, name, &units) == 0) units = 0;
-  // Several machines may have the same host name.
+  // The machine id distinguishes machines that have the same host name.
   if (::RegGetValueW(HKEY_LOCAL_MACHINE, L"SOFTWARE\\Microsoft\\Cryptography", L"MachineGuid",
                      RRF_RT_REG_SZ | RRF_SUBKEY_WOW6464KEY, nullptr, id, &bytes) != ERROR_SUCCESS)
     bytes = 0;
@@ -143,22 +144,23 @@ bool is_gone(int process) {
   return ::WaitForSingleObject(handle.get(), 0) == WAIT_OBJECT_0;
 }
 
-/// Returns the time in units of 100 ns.
+/// Returns the time of the last write in units of 100 ns.
 std::uint64_t last_write(HANDLE file) {
   FILETIME time{};
   ::GetFileTime(file, nullptr, nullptr, &time);
   return std::uint64_t{time.dwHighDateTime} << 32 | time.dwLowDateTime;
 }
 
-/// Asks the file itself: the folder lists the time of the last write only after the file is closed.
+/// Returns true if the last write to a file was more than an hour before `now`. Asks the file
+/// itself, since the folder lists the time of the last write only after the file is closed.
 bool is_old(const std::string& path, std::uint64_t now) {
   constexpr std::uint64_t kOld = 3600 * std::uint64_t{10'000'000};
   const Handle file(open_handle(path, FILE_READ_ATTRIBUTES, OPEN_EXISTING));
   return file && last_write(file.get()) + kOld < now;
 }
 
-/// Removes the files that killed processes left for the same path. Files left by processes of other
-/// machines are removed once they are old.
+/// Removes temporary files for the same path whose processes have been killed. Temporary files from
+/// other machines are removed once they are old.
 void remove_leftovers(const std::string& path, const std::string& machine, std::uint64_t now) {
   const std::string front = temporary_front(path, name_in(path));
   const std::string folder = front.substr(0, name_in(front)), head = front.substr(folder.size());
@@ -182,10 +184,11 @@ Error taken_error(const std::string& path) {
   return Error{.code = ErrorCode::output, .detail = "exists already", .file = path};
 }
 
-/// Renames as POSIX does: a process that has the old file open keeps it. Newer versions of Windows
-/// support this on some file systems, but MoveFileExW does not always request it.
+/// Renames as POSIX systems do: a process that has the old file open can still use it. Newer
+/// versions of Windows support this on some file systems, but MoveFileExW does not always request
+/// it.
 bool rename_over_open(const std::string& from, const std::wstring& to) {
-  // The constants of recent versions of winbase.h.
+  // These constants exist only in recent versions of winbase.h.
   constexpr auto kRenameInfoEx = static_cast<FILE_INFO_BY_HANDLE_CLASS>(22);
   constexpr DWORD kReplace = 1, kPosix = 2;
   struct Head {
@@ -270,7 +273,7 @@ Result<void> FileSink::create_named() {
   }
   named_ = descriptor_ >= 0;
   if (!named_) return system_error(ErrorCode::output, "cannot be created", path_);
-  // The current time by the file system's clock, which has dated the other files, too.
+  // Uses the current time by the file system's clock, which also dates other files.
   remove_leftovers(path_, machine, last_write(handle_of(descriptor_)));
   return {};
 }
@@ -327,7 +330,8 @@ Result<void> FileSink::flush() const {
   return system_error(ErrorCode::output, "cannot be flushed", path_);
 }
 
-/// If nothing may be replaced, the system checks in the same call whether the name is taken.
+/// If an existing file must not be replaced, the system checks in the same call whether the name
+/// exists.
 Result<void> FileSink::rename_temporary() const {
   const std::wstring from = system_path(temporary_), to = system_path(path_);
   const DWORD how = MOVEFILE_WRITE_THROUGH | (replaces_ ? DWORD{MOVEFILE_REPLACE_EXISTING} : 0);
@@ -356,7 +360,7 @@ FileSource::~FileSource() {
   if (descriptor_ >= 0 && path_ != "-") ::_close(descriptor_);
 }
 
-/// Reading 0 bytes from a pipe is not always its end: the other side may have written 0 bytes.
+/// A read of 0 bytes from a pipe does not always mean its end: the writer may have written 0 bytes.
 Result<std::size_t> FileSource::read(std::span<std::byte> into) {
   const HANDLE file = handle_of(descriptor_);
   const auto wanted = static_cast<DWORD>(std::min(into.size(), kMostBytes));

@@ -11,7 +11,8 @@
 namespace shm {
 
 std::string temporary_front(const std::string& path, std::size_t name) {
-  constexpr std::size_t kLongest = 200;  // bytes; the numbers follow
+  constexpr std::size_t kLongest =
+      200;  // in bytes, for the name without the process, machine and attempt
   std::size_t end = std::min(path.size(), name + kLongest);
   // Do not cut through a UTF-8 character: some systems reject such names.
   while (end < path.size() && end > name && (static_cast<unsigned char>(path[end]) & 0xC0) == 0x80)

@@ -1,4 +1,5 @@
-// Active surface: the part of the mesh that coding still needs, the same in encoder and decoder.
+// Active surface: the part of the mesh that later cells can still use. Encoder and decoder keep the
+// same active surface.
 //   vertices  introduced by their first use, removed when finalized
 //   faces     quadrilaterals that one hexahedron uses and no second one has been attached to;
 //             removed with their first finalized vertex. Across each of its four edges a face has
@@ -19,7 +20,7 @@
 namespace shm {
 
 /// Four vertex slots around a face. Their right-hand normal points away from the hexahedron that
-/// added the face: an attached neighbour has them as its corners 0 1 2 3.
+/// added the face. In a hexahedron that is attached to the face, they are the corners 0 1 2 3.
 using Quad = std::array<std::uint32_t, 4>;
 
 /// Face slot * 4 + position of the vertex in its quad; kNone ends a list.
@@ -27,8 +28,9 @@ using FaceCorner = std::uint32_t;
 /// Face slot * 4 + position of the edge's first vertex in its quad; kNone: no mate.
 using FaceEdge = std::uint32_t;
 
-/// Largest number of faces at a vertex. A face with a vertex that has this many does not join the
-/// surface, which keeps every search short, also in hostile files. Frozen: part of the format.
+/// Largest number of faces at a vertex. If a vertex of a new face already has this many faces, the
+/// face is not added to the surface. This keeps every search short, also in hostile files. Frozen:
+/// part of the format.
 inline constexpr std::uint32_t kMaxFacesAtVertex = 128;
 
 class ActiveSurface {
@@ -37,18 +39,20 @@ class ActiveSurface {
     std::uint64_t id = 0;  ///< stream number
     FaceCorner first_face = kNone;
     std::uint32_t face_count = 0;
-    std::uint32_t uses = 0;  ///< number of cells that have used it
+    std::uint32_t uses = 0;  ///< number of cells that have used the vertex
     bool alive = false;
   };
   struct Face {
     Quad quad{};
-    std::array<FaceCorner, 4> next{}, previous{};  ///< lists of faces around each vertex
+    std::array<FaceCorner, 4> next{},
+        previous{};                  ///< links of the lists of faces around each vertex
     std::array<FaceEdge, 4> mate{};  ///< mate across the edge from quad[i] to quad[i + 1]
     std::array<std::uint8_t, 4>
-        fan{};  ///< number of hexahedra between here and the mate, at most 255
-    std::array<std::uint8_t, 4> owner_corner{};  ///< corner of each vertex in its owner
-    std::uint32_t cell = kNone;                  ///< cell slot of its owner
-    std::uint8_t side = 0;                       ///< number of the face in its owner
+        fan{};  ///< number of hexahedra between this face and its mate, at most 255
+    std::array<std::uint8_t, 4> owner_corner{};  ///< owner's corner number of each vertex; the
+                                                 ///< owner is the hexahedron that added the face
+    std::uint32_t cell = kNone;                  ///< cell slot of the owner
+    std::uint8_t side = 0;                       ///< number of this face in the owner, 0 to 5
     bool alive = false;
   };
 
@@ -74,40 +78,41 @@ class ActiveSurface {
   }
   void count_use(std::uint32_t vertex) { ++vertices_[vertex].uses; }
 
-  /// Returns a slot for the current cell. It stays valid until end_cell(), and then as long as one
-  /// of the cell's faces is active. Slots of cells that lose their last face are not reused before
-  /// the next begin_cell().
+  /// Returns a slot for the current cell. The slot stays valid until end_cell(), and after that
+  /// while one of the cell's faces is active. Slots of cells that lose their last face are not
+  /// reused before the next begin_cell().
   std::uint32_t begin_cell();
   void end_cell();
-  /// Adds a face of the current cell, without mates. Returns its slot. Must hold: all vertices are
-  /// alive.
+  /// Adds a face of the current cell, without mates. Returns the slot of the face. Must hold: all
+  /// its vertices are alive.
   std::uint32_t add_face(const Quad& quad, const std::array<std::uint8_t, 4>& owner_corner,
                          std::uint8_t side);
   void remove_face(std::uint32_t face);
   /// Makes two faces mates across these edges, with `fan` hexahedra between them.
   void join(FaceEdge a, FaceEdge b, std::uint32_t fan);
 
-  /// Returns the newest active face with this cycle of vertices in either direction, kNone if there
-  /// is none.
+  /// Returns the newest active face with this cycle of vertices in either direction, or kNone if
+  /// there is no such face.
   std::uint32_t find_face(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) const;
-  /// Returns the corner at `b` of the newest active face in which `a` and `c` are next to `b`,
-  /// kNone if there is none.
+  /// Returns the corner at `b` of the newest active face in which `a` and `c` are next to `b`, or
+  /// kNone if there is no such face.
   FaceCorner find_path(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
 
   const Vertex& vertex(std::uint32_t slot) const { return vertices_[slot]; }
   const Face& face(std::uint32_t slot) const { return faces_[slot]; }
   FaceCorner next_around(FaceCorner corner) const { return faces_[corner / 4].next[corner % 4]; }
-  /// Returns the vertex `steps` further around the face than `corner`.
+  /// Returns the vertex that is `steps` positions after `corner` around its face.
   std::uint32_t around(FaceCorner corner, std::uint32_t steps) const {
     return faces_[corner / 4].quad[(corner + steps) % 4];
   }
   FaceEdge mate(FaceEdge edge) const { return faces_[edge / 4].mate[edge % 4]; }
   std::uint32_t fan(FaceEdge edge) const { return faces_[edge / 4].fan[edge % 4]; }
-  /// Returns the slot of the live vertex with stream number `id`, kNone if there is none.
+  /// Returns the slot of the live vertex with stream number `id`, or kNone if there is no such
+  /// vertex.
   std::uint32_t slot_of(std::uint64_t id) const;
 
   std::uint64_t next_id() const { return next_id_; }
-  /// Returns the stream number of the oldest live vertex; next_id() if none is alive.
+  /// Returns the stream number of the oldest live vertex, or next_id() if no vertex is alive.
   std::uint64_t oldest_id() {
     while (oldest_ < introduced_.size() && !alive(introduced_[oldest_])) ++oldest_;
     return oldest_ == introduced_.size() ? next_id_ : introduced_[oldest_].id;
@@ -117,7 +122,8 @@ class ActiveSurface {
   std::uint32_t cell_slots() const { return static_cast<std::uint32_t>(cell_faces_.size()); }
 
  private:
-  /// A vertex, in order of introduction. Finalized vertices are removed now and then.
+  /// A vertex in the list of introduced vertices. Finalized vertices are removed from the list now
+  /// and then.
   struct Introduced {
     std::uint64_t id = 0;
     std::uint32_t slot = 0;
@@ -135,9 +141,9 @@ class ActiveSurface {
     free.pop_back();
     return slot;
   }
-  /// Returns the slot that has been free for longest, if more slots are free than vertices are
-  /// alive, so that data kept by slot outlasts its vertex for a while. Otherwise returns a new
-  /// slot. Frozen: part of the format.
+  /// Returns a slot for a new vertex. If more slots are free than vertices are alive, returns the
+  /// slot that has been free for longest, so that data stored by slot outlasts its vertex for a
+  /// while. Otherwise returns a new slot. Frozen: part of the format.
   std::uint32_t vertex_slot() {
     if (free_vertices_.size() <= active_vertices_ + kRestingSlots) {
       push_tightly(vertices_, Vertex());
@@ -152,9 +158,10 @@ class ActiveSurface {
 
   std::vector<Vertex> vertices_;
   std::vector<Face> faces_;
-  std::vector<std::uint8_t> cell_faces_;  // active faces of each cell slot
+  std::vector<std::uint8_t> cell_faces_;  // number of active faces, by cell slot
   static constexpr std::size_t kRestingSlots = 256;
-  std::deque<std::uint32_t> free_vertices_;  // the slot that was freed first is in front
+  std::deque<std::uint32_t>
+      free_vertices_;  // free slots; the slot that was freed first is in front
   std::vector<std::uint32_t> free_faces_, free_cells_;
   std::vector<Introduced> introduced_;
   std::size_t oldest_ = 0;  // index in introduced_: no vertex before it is alive

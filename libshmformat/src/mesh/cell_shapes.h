@@ -1,4 +1,5 @@
-// Cell shapes: the corners, faces and edges of cells other than hexahedra, as stored.
+// Cell shapes: the corners, faces and edges of cells other than hexahedra, in the order in which
+// the file stores the corners.
 // spec: "Corners of other cells"
 #pragma once
 
@@ -13,7 +14,8 @@
 
 namespace shm {
 
-/// Corners of a polygon whose places are predicted. Further corners are coded like any other nodes.
+/// Largest number of corners of a polygon that are coded as corners. Further corners are coded like
+/// nodes that are not corners.
 inline constexpr std::uint32_t kMaxPolygonCorners = 32;
 
 namespace shapes {
@@ -34,7 +36,7 @@ inline constexpr auto kHexahedron = [] {
   for (std::size_t k = 0; k < 6; ++k) table[k] = {4, kFaceCorners[k]};
   return table;
 }();
-/// By number of corners of a polygon: its edges.
+/// The edges of a polygon, by number of its corners.
 inline constexpr auto kPolygon = [] {
   std::array<std::array<ShapeFace, kMaxPolygonCorners>, kMaxPolygonCorners + 1> table{};
   for (std::size_t n = 2; n <= kMaxPolygonCorners; ++n)
@@ -45,7 +47,8 @@ inline constexpr auto kPolygon = [] {
 
 }  // namespace shapes
 
-/// Returns how many nodes of a cell are corners with known neighbours; 0 if none are.
+/// Returns the number of corners of a cell with known neighbours, or 0 if there are none. The
+/// corners are the first nodes of the cell.
 constexpr std::uint32_t corner_count(CellShape shape, std::uint64_t nodes) {
   std::uint64_t corners = 0;
   switch (shape) {
@@ -73,8 +76,8 @@ constexpr CellShape flat_shape(CellShape shape, std::uint32_t corners) {
   return corners == 3 ? CellShape::triangle : CellShape::quad;
 }
 
-/// Returns the faces of a cell, then, if the cell is itself a face, its edges. Must hold: `corners`
-/// is the result of corner_count().
+/// Returns the faces of a cell. For a flat cell, returns the cell itself as a face, then its edges.
+/// Must hold: `corners` is the result of corner_count().
 constexpr std::span<const ShapeFace> faces_of(CellShape shape, std::uint32_t corners) {
   switch (shape) {
     case CellShape::line: return shapes::kLine;

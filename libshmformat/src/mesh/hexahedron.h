@@ -17,7 +17,7 @@
 
 namespace shm {
 
-/// Corners of each face; the right-hand normal points out of the hexahedron.
+/// Corners of each face, ordered so that the right-hand normal points out of the hexahedron.
 inline constexpr std::array<std::array<std::uint8_t, 4>, 6> kFaceCorners = {
     {{0, 3, 2, 1}, {0, 4, 7, 3}, {0, 1, 5, 4}, {1, 2, 6, 5}, {3, 7, 6, 2}, {4, 5, 6, 7}}};
 
@@ -34,13 +34,15 @@ inline constexpr std::array<std::array<std::uint8_t, 2>, 12> kEdgeCorners = {{{0
                                                                               {2, 6},
                                                                               {3, 7}}};
 
-/// Corner to bits x + 2y + 4z and back (the same table both ways).
+/// Converts a corner number to the bits x + 2y + 4z, and these bits to the corner number: the table
+/// is its own inverse.
 inline constexpr std::array<std::uint8_t, 8> kCornerBits = {0, 1, 3, 2, 4, 5, 7, 6};
 
 /// The order in which unknown corners are coded and predicted (paper, Table 1).
 inline constexpr std::array<std::uint8_t, 8> kCornerOrder = {0, 1, 2, 3, 4, 7, 5, 6};
 
-/// By face: the bit of the axis across it, the opposite face, the bits of its corners.
+/// Three tables by face: the bit of the axis that is normal to it, the opposite face, and the bits
+/// of its corners.
 inline constexpr std::array<std::uint8_t, 6> kFaceAxis = {4, 1, 2, 1, 2, 4};
 inline constexpr std::array<std::uint8_t, 6> kOppositeFace = {5, 3, 4, 1, 2, 0};
 inline constexpr auto kFaceBits = [] {
@@ -50,7 +52,7 @@ inline constexpr auto kFaceBits = [] {
   return table;
 }();
 
-/// The faces at the low and the high end of an axis, by its bit.
+/// The two faces at the low and the high end of an axis, by the bit of the axis.
 inline constexpr std::array<std::array<std::uint8_t, 2>, 5> kFaceAt = {
     {{}, {1, 3}, {2, 4}, {}, {0, 5}}};
 
@@ -97,8 +99,9 @@ inline constexpr auto kEdgeFaces = [] {
   return table;
 }();
 
-/// Orientations: all 48 symmetries of the cube, from bits in one frame to bits in another. to =
-/// base ^ (a if x is set) ^ (b if y is) ^ (c if z is); number = base * 6 + axes (a b c).
+/// Orientations: all 48 symmetries of the cube. An orientation converts the bits x, y, z of a
+/// corner in one frame to its bits in another frame: to = base ^ (a if x is set) ^ (b if y is set)
+/// ^ (c if z is set). Its number is base * 6 + axes (a b c).
 inline constexpr std::array<std::array<std::uint8_t, 3>, 6> kOrientationAxes = {
     {{1, 2, 4}, {2, 4, 1}, {4, 1, 2}, {2, 1, 4}, {1, 4, 2}, {4, 2, 1}}};
 inline constexpr std::uint8_t kOrientationCount = 48;
@@ -119,7 +122,7 @@ inline constexpr auto kIsMirrored = [] {
     table[o] = ((std::popcount(o / 6) & 1) != 0) != (o % 6 >= 3);
   return table;
 }();
-inline constexpr std::uint8_t kMirrorX = 1 * 6 + 0;  // x is reversed
+inline constexpr std::uint8_t kMirrorX = 1 * 6 + 0;  // orientation in which x is reversed
 
 /// kOrientationOf[base][x][y]: the orientation with this base in which x and y become these bits.
 inline constexpr auto kOrientationOf = [] {
@@ -168,8 +171,8 @@ inline constexpr auto kRotatedFace = [] {
   return table;
 }();
 
-/// Returns the rotation that puts these corners at positions 0, 1 and 3; kRotationCount if there is
-/// none.
+/// Returns the rotation that moves these corners to positions 0, 1 and 3, or kRotationCount if
+/// there is none.
 constexpr std::uint32_t rotation_of(std::uint32_t at0, std::uint32_t at1, std::uint32_t at3) {
   for (std::uint32_t r = 0; r < kRotationCount; ++r)
     if (kRotations[r][0] == at0 && kRotations[r][1] == at1 && kRotations[r][3] == at3) return r;

@@ -11,13 +11,14 @@ namespace {
 using Edge = std::array<std::uint8_t, 2>;
 using Face = std::array<std::uint8_t, 4>;
 
-/// Corners, edges and faces of a shape. A face of three corners ends with its first corner.
+/// Corners, edges and faces of a cell shape. A face with three corners repeats its first corner at
+/// the end.
 struct Solid {
   std::uint8_t corners;
   std::span<const Edge> edges;
   std::span<const Face> faces;  ///< faces in the order of their nodes, quadrilaterals first
   std::uint8_t quads;           ///< number of quadrilaterals
-  bool is_flat = false;         ///< true: a cell of a surface, which is its own face
+  bool is_flat = false;         ///< true: a cell of a surface, whose only face is the cell itself
 };
 
 constexpr std::array<Face, 6> kHexahedronFaces = {kFaceCorners[1], kFaceCorners[3],
@@ -85,7 +86,7 @@ MidNode edge_node(const Solid& solid, std::size_t e) {
   return node;
 }
 
-/// Adds, to each edge of a hexahedron, the edge that is opposite across two of its faces.
+/// Adds to each edge of a hexahedron the edge that is diagonally opposite to it, across the cell.
 void add_opposite_edges(NodeLayout& layout) {
   for (std::uint8_t p = 8; p < 20; ++p) {
     MidNode& node = layout.mid[p];
@@ -110,8 +111,8 @@ MidNode face_node(const Solid& solid, std::size_t f) {
   return node;
 }
 
-/// Returns the node in the middle of a hexahedron. With face nodes it lies in a plane between
-/// bottom and top.
+/// Returns the node in the middle of a hexahedron. If the faces have nodes, the body node refers to
+/// four edge nodes and four face nodes, which lie in the plane halfway between bottom and top.
 MidNode body_node(bool has_faces) {
   MidNode node;
   node.kind = MidNode::body;

@@ -1,9 +1,9 @@
-// OpenFaces: the faces and edges that cells of all shapes have left open, in meshes with cells
-// other than hexahedra.
-//   faces  triangles and quadrilaterals of cells, flat cells among them, that no second cell has
-//          closed; also edges of flat cells. Removed with their first finalized vertex.
-//   cells  by number; remembered while they have an open face, and for a while longer, so that the
-//          neighbour of a cell's neighbour is found
+// OpenFaces: the faces and edges of cells to which no second cell has been attached yet, in meshes
+// that also have cells other than hexahedra.
+//   faces  open triangles and quadrilaterals of cells, including flat cells, and open edges of flat
+//          cells. A face is removed when its first vertex is finalized.
+//   cells  stored by number while they have an open face, and for a while longer, so that the
+//          neighbour of a cell's neighbour can be found
 // spec: "Corners of other cells"
 #pragma once
 
@@ -25,51 +25,57 @@ struct ShapeFace {
   std::array<std::uint8_t, 4> at{};
 };
 
-/// Sides of a cell of some shape. A flat cell is itself a face: its first side.
+/// The sides of a cell. The first side of a flat cell is the cell itself, as a face.
 struct CellSides {
   std::span<const ShapeFace> sides;
-  bool flat = false;  ///< true: the cell covers the face that it lies on
-  bool opens = true;  ///< true: its sides stay open after it
+  bool flat = false;  ///< true: a flat cell, which covers the face of a solid that it lies on
+  bool opens = true;  ///< true: the sides of the cell stay open after it, so that later cells can
+                      ///< be attached
 };
 
 class OpenFaces {
  public:
   static constexpr std::uint64_t kNever = ~std::uint64_t{0};
-  /// Largest number of nodes, and of sides, that are remembered of a cell.
+  /// Largest number of nodes, and of sides, that are stored per cell.
   static constexpr std::uint32_t kMost = 8;
 
   struct Face {
-    std::array<std::uint32_t, 4> node{};              ///< vertex slots around the face
-    std::array<std::uint32_t, 4> next{}, previous{};  ///< list links by place: face * 4 + place
-    std::uint32_t cell = kNone;                       ///< index of its owner
-    std::uint8_t size = 0;                            ///< 2: an edge
-    bool flat = false;                                ///< true: it is a cell itself
-    bool covered = false;                             ///< true: a flat cell lies on it
+    std::array<std::uint32_t, 4> node{};  ///< vertex slots around the face
+    std::array<std::uint32_t, 4> next{},
+        previous{};  ///< links of the lists of faces at a vertex: face slot * 4 + position of the
+                     ///< vertex in the face
+    std::uint32_t cell = kNone;  ///< index of the owner, the cell that added the face
+    std::uint8_t size = 0;       ///< number of corners; 2 for an edge
+    bool flat = false;           ///< true: the face is itself a flat cell
+    bool covered = false;        ///< true: a flat cell lies on the face
   };
   struct Cell {
-    std::uint64_t number = kNever;  ///< its number among cells of all shapes, from 0
-    std::uint32_t open = 0;         ///< number of its faces that are open
+    std::uint64_t number = kNever;  ///< number of the cell among cells of all shapes, from 0
+    std::uint32_t open = 0;         ///< number of open faces of the cell
     std::uint32_t size = 0;
-    std::array<std::uint32_t, kMost> node{};  ///< vertex slots, as stored
+    std::array<std::uint32_t, kMost> node{};  ///< vertex slots of the nodes, in stored order
   };
   struct Vertex {
     std::uint32_t first = kNone;
-    std::uint8_t faces = 0, edges = 0, bare = 0;  ///< bare: faces that are not covered
+    std::uint8_t faces = 0, edges = 0,
+                 bare =
+                     0;  ///< counts at the vertex; bare: number of faces that no flat cell covers
   };
 
-  /// Adds the next cell by its corners. behind() then returns the cells across its sides.
+  /// Adds the next cell. `corners` are its vertex slots. behind() then returns the cells across its
+  /// sides.
   void add_cell(const CellSides& sides, std::span<const std::uint32_t> corners);
-  /// Counts a cell without sides.
+  /// Counts a cell without adding any sides.
   void skip_cell() { ++next_number_; }
   std::uint64_t next_number() const { return next_number_; }
-  /// By side of the last cell added, below kMost: number of the cell that had the same face; kNever
-  /// if there is none.
+  /// Returns, for each side of the last cell added, the number of the cell that had the same face,
+  /// or kNever if there is none. Only the first kMost sides are listed.
   const std::array<std::uint64_t, kMost>& behind() const { return behind_; }
   /// Removes all faces of a vertex that is finalized.
   void forget(std::uint32_t vertex);
 
-  /// Returns the newest open face with this cycle of vertices in either direction, kNone if there
-  /// is none.
+  /// Returns the newest open face with this cycle of vertices in either direction, or kNone if
+  /// there is no such face.
   std::uint32_t find(std::span<const std::uint32_t> cycle) const;
   const Face& face(std::uint32_t i) const { return faces_[i]; }
   /// Calls visit(face, place) for the faces at a vertex, the newest first.
@@ -83,7 +89,7 @@ class OpenFaces {
   Vertex vertex(std::uint32_t slot) const {
     return slot < vertices_.size() ? vertices_[slot] : Vertex();
   }
-  /// Returns the remembered cell with this number, null if there is none.
+  /// Returns the stored cell with this number, or null if there is no such cell.
   const Cell* cell(std::uint64_t number) const {
     const std::uint32_t place = by_number_.find(number);
     return place == kNone ? nullptr : &cells_[place];
@@ -92,9 +98,10 @@ class OpenFaces {
   const Cell& owner(const Face& face) const { return cells_[face.cell]; }
 
  private:
-  /// The limit of the active surface: keeps every search short. Frozen: part of the format.
+  /// Largest number of faces at a vertex, the same as in the active surface. It keeps every search
+  /// short. Frozen: part of the format.
   static constexpr std::uint32_t kMostAtVertex = 128;
-  /// Number of cells without open faces that are still remembered.
+  /// Number of cells without open faces that are still stored.
   static constexpr std::size_t kResting = 256;
 
   void add_side(std::uint32_t side, std::span<const std::uint32_t> cycle, const CellSides& sides);
@@ -104,11 +111,12 @@ class OpenFaces {
   std::uint32_t new_cell();
   Vertex& vertex_at(std::uint32_t slot);
 
-  std::vector<Vertex> vertices_;  // by slot
+  std::vector<Vertex> vertices_;  // faces at each vertex, by vertex slot
   std::vector<Face> faces_;
   std::vector<std::uint32_t> free_faces_;
   std::vector<Cell> cells_;
-  std::deque<std::uint32_t> resting_;  // indices of cells, the one that has rested longest in front
+  std::deque<std::uint32_t> resting_;  // indices of stored cells without open faces; the cell that
+                                       // has been there longest is in front
   IdMap by_number_;
   std::array<std::uint64_t, kMost> behind_{};
   std::uint64_t next_number_ = 0;

@@ -1,7 +1,8 @@
-// PolyhedronSurface: the faces and edges that polyhedra of any number of faces have left open.
-//   faces  cycles of vertices of one polyhedron that no second one has closed. Removed with their
-//          first finalized vertex.
-//   edges  between live vertices, with the number of polyhedra that had each
+// PolyhedronSurface: the faces and edges of polyhedra to which no second polyhedron has been
+// attached yet. The polyhedra have any number of faces.
+//   faces  cycles of vertices that only one polyhedron has used. A face is removed when its first
+//          vertex is finalized.
+//   edges  edges between live vertices, with the number of polyhedra that have used each
 // spec: "Polyhedra"
 #pragma once
 
@@ -25,30 +26,31 @@ class PolyhedronSurface {
     std::uint32_t face = kNone, at = 0;
   };
   struct Edge {
-    std::uint32_t to = kNone;  ///< slot of the other end
-    std::uint32_t cells = 0;   ///< number of polyhedra that had it, at most kMostCells
+    std::uint32_t to = kNone;  ///< slot of the vertex at the other end
+    std::uint32_t cells = 0;   ///< number of polyhedra that have used the edge, at most kMostCells
   };
 
-  /// Adds a face of polyhedron `cell`, unless one of its vertices has too many faces. Must hold:
-  /// its vertices are all different.
+  /// Adds a face of polyhedron `cell`, unless one of its vertices has kMostFaces faces already.
+  /// Must hold: the vertices of the face are all different.
   void add_face(std::span<const std::uint32_t> cycle, std::uint64_t cell);
   void remove_face(std::uint32_t face);
-  /// Returns the newest open face with this cycle of vertices in either direction, kNone if there
-  /// is none.
+  /// Returns the newest open face with this cycle of vertices in either direction, or kNone if
+  /// there is no such face.
   std::uint32_t find(std::span<const std::uint32_t> cycle) const;
   std::span<const std::uint32_t> cycle(std::uint32_t face) const { return faces_[face].cycle; }
   std::uint64_t cell_of(std::uint32_t face) const { return faces_[face].cell; }
-  /// Counts an edge of a polyhedron, unless one of its vertices has too many other edges.
+  /// Counts a use of an edge by a polyhedron. Ignores the edge if it is new and one of its vertices
+  /// has kMostEdges edges already.
   void add_edge(std::uint32_t a, std::uint32_t b);
-  /// Returns how many polyhedra had the edge.
+  /// Returns the number of polyhedra that have used the edge.
   std::uint32_t cells_at(std::uint32_t a, std::uint32_t b) const;
 
-  /// Faces at a vertex, the newest last.
+  /// Returns the faces at a vertex, the newest last.
   std::span<const Place> faces_at(std::uint32_t slot) const {
     return slot < vertices_.size() ? std::span<const Place>(vertices_[slot].faces)
                                    : std::span<const Place>();
   }
-  /// Edges at a vertex, the oldest first.
+  /// Returns the edges at a vertex, the oldest first.
   std::span<const Edge> edges_at(std::uint32_t slot) const {
     return slot < vertices_.size() ? std::span<const Edge>(vertices_[slot].edges)
                                    : std::span<const Edge>();
@@ -63,11 +65,11 @@ class PolyhedronSurface {
   };
 
   struct Face {
-    std::vector<std::uint32_t> cycle;  // of slots
-    std::uint64_t cell = 0;            // the polyhedron that has it
+    std::vector<std::uint32_t> cycle;  // vertex slots
+    std::uint64_t cell = 0;            // number of the polyhedron that has added the face
   };
 
-  std::vector<Vertex> vertices_;  // by slot
+  std::vector<Vertex> vertices_;  // faces and edges at each vertex, by vertex slot
   std::vector<Face> faces_;
   std::vector<std::uint32_t> free_faces_;
 };

@@ -12,36 +12,42 @@
 namespace shm {
 namespace {
 
-/// Shifts qualify if a cell needs at most kShiftBits bits; if size matters, 1 / kShiftPart of that.
-/// So few bits mean that numbers continue from cell to cell with few exceptions.
+/// Bounds for the codec shifts. Shifts qualify if a cell needs at most kShiftBits bits on average,
+/// or at most kShiftBits / kShiftPart bits if size matters. So few bits mean that most vertex
+/// numbers continue regularly from cell to cell.
 constexpr std::uint64_t kShiftBits = 1, kShiftPart = 2;
 constexpr std::size_t kFirstPieces = 3;
-/// If size matters, a segment in shifts may be larger than in another codec by one part in
-/// kShiftShare. If the sample lies within a first layer of cells, it may be larger by one part in
-/// kShiftShareOfLayer: cells of that layer have no neighbours in an earlier layer. Shifts predict
-/// from earlier rows and layers only, so they look worse than they will be.
+/// If size matters, a segment coded with shifts may be larger than with another codec by one part
+/// in kShiftShare. If the sample lies within a first layer of cells, it may be larger by one part
+/// in kShiftShareOfLayer: cells of that layer have no neighbours in an earlier layer. Shifts
+/// predict only from earlier rows and layers, so the sample overestimates the size of the segment.
 constexpr std::uint64_t kShiftShare = 25, kShiftShareOfLayer = 12;
-/// Mixing saves at most this many tenths of connectivity and numbers.
+/// Largest saving of mixing, in tenths of the size of connectivity and vertex numbers.
 constexpr std::uint64_t kMixedSavesTenths = 4;
-/// A round of the race before the last one, which covers the whole sample.
+/// A round of the race. The last round, which covers the whole sample, is not in the table.
 struct Round {
-  std::size_t pieces;   ///< pieces of the sample coded in it; a piece usually has 1024 cells
-  std::uint64_t share;  ///< a codec that exceeds the smallest by 1 / share and
-  std::uint64_t bytes;  ///< by this many bytes drops out: the cost of first learning is constant
+  std::size_t pieces;   ///< number of pieces of the sample coded in the round; a piece usually has
+                        ///< 1024 cells
+  std::uint64_t share;  ///< a codec drops out if it is larger than the smallest codec by more than
+                        ///< 1 / share of its size
+  std::uint64_t bytes;  ///< excess in bytes that is allowed in addition, since the cost of the
+                        ///< first learning is constant
   bool values;          ///< true: the values of each codec are estimated
-  bool mixes;           ///< true: codec mixed takes part; on few cells it has not learnt enough
+  bool mixes;  ///< true: the codec mixed is coded in the round; on few cells it has not learnt
+               ///< enough
 };
 constexpr std::array<Round, 3> kRounds = {
     {{1, 10, 256, false, false}, {3, 20, 256, true, true}, {10, 50, 128, true, true}}};
-/// Shifts stay in the race with this many times the excess of other codecs: they save in later
-/// rows.
+/// Shifts stay in the race up to this many times the excess allowed to other codecs, because they
+/// need fewer bytes in later rows.
 constexpr std::uint64_t kShiftPatience = 2;
-/// Mixing is decided early if it saves more than kClearly times the required share, or less than 1
-/// / kClearly of it.
+/// The race between rows and mixed rows ends early if mixing saves more than kClearly times the
+/// required share, or less than 1 / kClearly of that share.
 constexpr std::uint64_t kClearly = 2;
 
-/// Largest number of components of static arrays with which codecs race. Each codec in the race
-/// keeps its own copy of all values. With more components, the cells are a small part of the file.
+/// Largest number of components of static arrays with which several codecs are tried. Each codec in
+/// the race stores a separate copy of all values. With more components, the cells are a small part
+/// of the file.
 constexpr std::uint64_t kMostRacing = 512;
 
 bool takes(ConnectivityCodec codec, const Schema& schema) {
@@ -121,7 +127,7 @@ Result<void> ChoosingEncoder::choose(bool is_over, std::vector<EncodedGroup>& do
   return go_on_with(*best, done);
 }
 
-/// Codes the pieces of the sample up to `pieces` that `runner` has not coded yet.
+/// Codes the pieces of the sample with an index below `pieces` that `runner` has not coded yet.
 Result<void> ChoosingEncoder::advance(Runner& runner, std::size_t pieces) const {
   if (!runner.encoder) runner.encoder = encoder_with(runner.codec);
   for (; runner.taken < pieces; ++runner.taken)
@@ -139,14 +145,14 @@ Result<void> ChoosingEncoder::go_on_with(Runner& runner, std::vector<EncodedGrou
   return {};
 }
 
-/// Returns true if shifts qualify: their cells need almost no bytes, and the segment is at least as
-/// long as the sample, so that speed matters.
+/// Returns true if the codec shifts qualifies: its cells need almost no bytes, and the segment is
+/// at least as long as the sample, so that speed matters.
 Result<bool> ChoosingEncoder::shifts_do(Runner& shifts) const {
   if (trial_.shifts == CodecTrial::Shifts::no || sample_cells_ < trial_.sample_cells ||
       !takes(ConnectivityCodec::shifts, *schema_))
     return false;
   const std::uint64_t parts = trial_.shifts == CodecTrial::Shifts::for_size ? kShiftPart : 1;
-  // If the first cells already need more bytes than the whole sample may, the rest is not coded.
+  // If the first pieces already exceed the bound for the whole sample, the rest is not coded.
   for (const std::size_t pieces : {std::min(kFirstPieces, sample_.size()), sample_.size()}) {
     if (auto status = advance(shifts, pieces); !status) return status.error();
     const SegmentSize size = shifts.encoder->size();
@@ -155,7 +161,8 @@ Result<bool> ChoosingEncoder::shifts_do(Runner& shifts) const {
   return true;
 }
 
-/// Returns the codecs that race, the fastest first. If size matters, shifts race like the others.
+/// Returns the codecs to try in the race, the fastest first. If size matters, the codec shifts is
+/// one of them.
 std::vector<ConnectivityCodec> ChoosingEncoder::candidates() const {
   std::vector<ConnectivityCodec> codecs = trial_.codecs;
   std::uint64_t components = 0;
@@ -188,7 +195,7 @@ auto ChoosingEncoder::smallest(bool is_over) -> Result<Runner> {
       if (runner && runner->size.all() > least + least * times / round.share + round.bytes)
         drop(runners, codec);
     }
-    // Savings of mixing on many cells are representative of the remaining cells.
+    // The saving of mixing on many cells is representative of the remaining cells.
     if (round.mixes) settle_mixing(runners, r + 1 == kRounds.size() && trial_.level != Level::best);
   }
   if (runners.size() == 1) return std::move(runners[0]);
@@ -211,7 +218,8 @@ auto ChoosingEncoder::finish_race(std::vector<Runner>& runners, bool is_over) ->
     return std::move(best_of(runners));
   }
   if (lies_in_a_layer()) {
-    // More cells of the first layer say nothing about later layers, and need most of the memory.
+    // Further cells of the first layer do not show how the codecs code later layers, and coding
+    // them needs much memory.
     const std::uint64_t bytes = value_bytes(sample_.size());
     for (Runner& runner : runners)
       for (std::uint64_t* part : {&runner.size.topology, &runner.size.besides, &runner.size.values})
@@ -221,7 +229,8 @@ auto ChoosingEncoder::finish_race(std::vector<Runner>& runners, bool is_over) ->
       shifts_ = std::move(*shifts);
     return best;
   }
-  // Two at a time: the output of all codecs together would need too much memory.
+  // Only two codecs run at a time, since the output of all codecs together would need too much
+  // memory.
   while (runners.size() > 1) {
     std::vector<Runner> two;
     for (Runner& runner : std::span(runners).first(2)) two.push_back(std::move(runner));
@@ -234,14 +243,15 @@ auto ChoosingEncoder::finish_race(std::vector<Runner>& runners, bool is_over) ->
   return std::move(runners[0]);
 }
 
-/// Returns the number of runners with values of their own: mixed rows code the same values as rows.
+/// Returns the number of runners that code values separately. Mixed rows code the same values as
+/// rows.
 std::size_t ChoosingEncoder::have_values_of_their_own(std::span<const Runner> runners) {
   return static_cast<std::size_t>(std::count_if(runners.begin(), runners.end(), [](auto& runner) {
     return runner.codec != ConnectivityCodec::mixed;
   }));
 }
 
-/// Returns null if the codec has left the race.
+/// Returns the runner of `codec`, or null if the codec has left the race.
 auto ChoosingEncoder::find(std::span<Runner> runners, ConnectivityCodec codec) -> Runner* {
   const auto found = std::find_if(runners.begin(), runners.end(),
                                   [&](const Runner& runner) { return runner.codec == codec; });
@@ -254,19 +264,20 @@ void ChoosingEncoder::drop(std::vector<Runner>& runners, ConnectivityCodec codec
   runners.erase(runners.begin() + (runner - runners.data()));
 }
 
-/// Returns the size of the values so far, which it codes to measure it.
+/// Returns the size of the values so far, including pending values, which are coded to measure it.
 std::uint64_t ChoosingEncoder::coded_values(Runner& runner) {
   return runner.encoder->size().values + runner.encoder->values_if_coded();
 }
 
-/// Advances each runner to `pieces` pieces, and determines the size of its values as `values` says.
-/// Mixed rows advance only if `mixes` is set and mixing can pay. Values that are not estimated grow
-/// in proportion to the raw bytes.
+/// Advances each runner to `pieces` pieces, and determines the size of its values in the way that
+/// `values` states. Mixed rows advance only if `mixes` is set and mixing can save enough. The size
+/// of values that are not estimated is assumed to grow in proportion to their uncompressed size.
 Result<void> ChoosingEncoder::run(std::vector<Runner>& runners, std::size_t pieces, Values values,
                                   bool mixes) const {
   using enum ConnectivityCodec;
   const std::uint64_t bytes = value_bytes(pieces);
-  Runner* first = find(runners, rows);  // the runner whose values are always sized; never shifts
+  Runner* first =
+      find(runners, rows);  // the runner whose value size is always determined; never shifts
   if (!first) first = &runners.back();
   ValueChoices choices;
   const auto size_of = [&](Runner& runner, bool estimates) -> Result<void> {
@@ -279,8 +290,8 @@ Result<void> ChoosingEncoder::run(std::vector<Runner>& runners, std::size_t piec
     runner.value_bytes = bytes;
     return {};
   };
-  // Estimates do not distinguish values predicted along numbers well enough from values predicted
-  // over a surface.
+  // Estimates are too inaccurate for shifts: they do not distinguish well between values predicted
+  // along vertex numbers and values predicted over a surface.
   const bool codes =
       find(runners, shifts) &&
       (trial_.level == Level::best ? values != Values::grown : values == Values::estimated_last);
@@ -297,14 +308,15 @@ Result<void> ChoosingEncoder::run(std::vector<Runner>& runners, std::size_t piec
     }
     if (auto status = size_of(runner, estimates && !is_mixed_rows); !status) return status;
     if (codes && !is_mixed_rows) runner.size.values = coded_values(runner);
-    // In the first round the neighbours of a vertex are about the same for all codecs.
+    // In the first round, the neighbours of a vertex are about the same for all codecs, and so is
+    // the size of the values.
     if (is_mixed_rows || runner.size.values == 0) runner.size.values = first->size.values;
   }
   return {};
 }
 
-/// Drops rows or mixed rows, which differ only by the savings of mixing, if the difference is clear
-/// or `finally` is set.
+/// Drops rows or mixed rows if the difference is clear or `finally` is set. The two differ only by
+/// the savings of mixing.
 void ChoosingEncoder::settle_mixing(std::vector<Runner>& runners, bool finally) {
   using enum ConnectivityCodec;
   Runner *with_rows = find(runners, rows), *with_mixed = find(runners, mixed);
@@ -318,13 +330,14 @@ void ChoosingEncoder::settle_mixing(std::vector<Runner>& runners, bool finally) 
     drop(runners, rows);
 }
 
-/// Returns true if mixing can save a noticeable part. Decoding with it takes several times as long.
+/// Returns true if mixing can save enough. Decoding mixed bits takes several times as long.
 bool ChoosingEncoder::mixing_can_pay(const SegmentSize& other) const {
   return trial_.level == Level::best ||
          other.topology * kMixedSavesTenths * trial_.spare_share >= other.all() * 10;
 }
 
-/// Must hold: `runners` is not empty, the fastest first.
+/// Returns the best runner. Must hold: `runners` is not empty, and ordered from the fastest to the
+/// slowest.
 auto ChoosingEncoder::best_of(std::span<Runner> runners) const -> Runner& {
   Runner* best = &runners[0];
   for (Runner& runner : runners.subspan(1))
@@ -332,17 +345,17 @@ auto ChoosingEncoder::best_of(std::span<Runner> runners) const -> Runner& {
   return *best;
 }
 
-/// `faster`: another runner, which is faster.
+/// Returns true if `smaller` saves enough compared with `faster`, a runner whose codec is faster.
 bool ChoosingEncoder::is_better(const Runner& smaller, const Runner& faster) const {
   if (!is_worth_it(smaller.size, faster.size)) return false;
-  // Decoding mixed bits takes several times as long, in small meshes too.
+  // Decoding mixed bits takes several times as long, also in small meshes.
   return smaller.codec != ConnectivityCodec::mixed || trial_.level == Level::best ||
          (faster.size.all() - smaller.size.all()) * trial_.spare_share > faster.size.all();
 }
 
 bool ChoosingEncoder::is_worth_it(const SegmentSize& smaller, const SegmentSize& faster) const {
   if (smaller.all() >= faster.all()) return false;
-  if (sample_cells_ < trial_.sample_cells) return true;  // time does not matter
+  if (sample_cells_ < trial_.sample_cells) return true;  // a short segment: time does not matter
   const auto is_felt = [&](std::uint64_t bytes) {
     return 8 * bytes * trial_.spare_bits > sample_cells_;
   };
@@ -359,7 +372,8 @@ Result<bool> ChoosingEncoder::shifts_are_as_small(Runner& shifts, Runner& other)
     runner->size = runner->encoder->size();
     runner->size.values += runner->encoder->about_values(choices);
   }
-  // Shifts need the bytes of their cells at the beginning of a segment, so these do not count.
+  // Shifts need the bytes of their cells only at the beginning of a segment, so these bytes are not
+  // counted.
   const std::uint64_t share = lies_in_a_layer() ? kShiftShareOfLayer : kShiftShare;
   const auto are_as_small = [&] {
     return shifts.size.all() - shifts.size.topology <= other.size.all() + other.size.all() / share;
@@ -372,7 +386,7 @@ Result<bool> ChoosingEncoder::shifts_are_as_small(Runner& shifts, Runner& other)
   return are_as_small();
 }
 
-/// Returns true if nearly every cell of the sample leaves a vertex for later cells to use.
+/// Returns true if nearly every cell of the sample introduces a vertex that later cells can use.
 bool ChoosingEncoder::lies_in_a_layer() const {
   std::int64_t alive = 0;
   for (const SegmentPiece& piece : sample_)
@@ -381,7 +395,7 @@ bool ChoosingEncoder::lies_in_a_layer() const {
   return alive * 8 >= static_cast<std::int64_t>(sample_cells_) * 7;
 }
 
-/// Returns the raw bytes of the values in the first `pieces` pieces.
+/// Returns the uncompressed size in bytes of the values in the first `pieces` pieces.
 std::uint64_t ChoosingEncoder::value_bytes(std::size_t pieces) const {
   std::uint64_t bytes = 0;
   for (const SegmentPiece& piece : std::span(sample_).first(pieces))

@@ -1,14 +1,16 @@
 // ChoosingEncoder: codes one segment. It tries several codecs of hexahedra on the first cells of
-// the segment and continues with the one that needs the fewest bytes. Coordinates and values count
-// too, because the codec determines the order in which they are coded. The choice depends on these
-// bytes only, so it is the same for any number of threads.
+// the segment and continues with the codec that needs the fewest bytes. The bytes of coordinates
+// and values count too, because the codec determines the order in which they are coded. The choice
+// depends only on these sizes, so it is the same for any number of threads.
 //
-// The codecs race. In the first round all of them code the connectivity of a few cells. Codecs that
-// are not clearly larger than the smallest code more cells in the next rounds, and those that are
-// still close go on to the end of the sample. The winner continues from there, so its cells are not
-// coded twice. The size of the values is estimated: for one codec in the first round, then for each
-// codec whose values differ. Later it is assumed to grow in proportion to the raw values. Values
-// are really coded, to measure their size, in two cases only: if shifts compete, which estimates do
+// The codecs compete in a race of several rounds. In the first round, all of them code the
+// connectivity of a few cells. After each round, a codec whose result is clearly larger than the
+// smallest result drops out. The other codecs code more cells in the next round, up to the end of
+// the sample. The winner continues after the sample, so its cells are not coded twice.
+//
+// The size of the values is estimated: for one codec in the first round, then for each codec whose
+// values differ. In later rounds it is assumed to grow in proportion to the uncompressed size.
+// Values are coded to measure their size only in two cases: if shifts compete, which estimates do
 // not distinguish well from other codecs, and at level best if the sample is the whole segment.
 #pragma once
 
@@ -25,33 +27,35 @@ namespace shm {
 /// Codecs to try, and the rules of choice.
 struct CodecTrial {
   Level level = Level::standard;          ///< level of the value coders
-  bool with_order = true;                 ///< the same as in SegmentOptions
+  bool with_order = true;                 ///< as in SegmentOptions
   std::vector<ConnectivityCodec> codecs;  ///< codecs to try, the fastest first; not empty
-  /// Whether the shifts codec is tried as well. It qualifies if its cells need almost no bytes.
+
+  /// How the shifts codec is tried. It qualifies if its cells need almost no bytes.
   enum class Shifts : std::uint8_t {
     no,
-    for_speed,  ///< taken if it qualifies
-    for_size,   ///< taken if it qualifies and its values are about as small, since it is faster
+    for_speed,  ///< chosen whenever it qualifies
+    for_size,   ///< chosen if it qualifies and its values are about as small as with other codecs,
+                ///< since it is faster
   };
   Shifts shifts = Shifts::no;
-  /// Number of cells of a segment on which codecs are tried. A shorter segment is the sample
-  /// itself.
+  /// Number of cells at the beginning of a segment on which codecs are tried. A segment with fewer
+  /// cells is the sample itself.
   std::size_t sample_cells = 16384;
-  // In a segment longer than the sample, a slower codec must save more than one bit in `spare_bits`
-  // cells. It must also save more than one part in `spare_share` of all bytes, or more than one bit
-  // of connectivity and numbers in `spare_bits` cells.
+  // In a segment longer than the sample, a slower codec must save more than one bit per
+  // `spare_bits` cells. It must also save more than one part in `spare_share` of all bytes, or more
+  // than one bit of connectivity and vertex numbers per `spare_bits` cells.
   std::uint64_t spare_share = 128;
   std::uint64_t spare_bits = 32;
 };
 
-/// Returns the codecs to try at `level`, the fastest first. If `codec` is not automatic, it is the
-/// only one.
+/// Returns the codecs to try at `level`, the fastest first. If `codec` is not automatic, `codec` is
+/// the only one to try.
 CodecTrial trial_for(const Schema& schema, ConnectivityCodec codec, Level level);
 
 class ChoosingEncoder {
  public:
-  /// `schema` has passed check_schema() and must outlive the encoder. A single codec is used at
-  /// once.
+  /// `schema` has passed check_schema() and must outlive the encoder. If `trial` has a single
+  /// codec, the encoder uses it from the first cell on.
   ChoosingEncoder(const Schema& schema, std::uint32_t group_cells, const CodecTrial& trial,
                   const SegmentStart& start);
 
@@ -61,24 +65,24 @@ class ChoosingEncoder {
   Result<void> end(std::vector<EncodedGroup>& done);
 
  private:
-  /// A codec in the race. Its groups are kept, since those of the winner are written.
+  /// A codec in the race. Its groups are stored here, since the groups of the winner are written.
   struct Runner {
     ConnectivityCodec codec = ConnectivityCodec::rows;
     std::unique_ptr<SegmentEncoder> encoder{};
-    std::size_t taken = 0;  ///< pieces of the sample coded so far
+    std::size_t taken = 0;  ///< number of pieces of the sample coded so far
     std::vector<EncodedGroup> done{};
     SegmentSize size{};             ///< approximate size after its last round
-    std::uint64_t value_bytes = 0;  ///< raw bytes of the values in these pieces
+    std::uint64_t value_bytes = 0;  ///< uncompressed size in bytes of the values in these pieces
   };
 
   /// How a round determines the size of the runners' values.
   enum class Values : std::uint8_t {
-    grown,  ///< grown in proportion to the raw bytes since the last round
+    grown,  ///< assumed to grow in proportion to the uncompressed size since the last round
     estimated,
-    estimated_last,  ///< estimated, and no later round estimates again
+    estimated_last,  ///< estimated for the last time: later rounds do not estimate
   };
 
-  /// `is_over`: the sample is the whole segment.
+  /// Runs the race and sets the encoder of the winner. `is_over`: the sample is the whole segment.
   Result<void> choose(bool is_over, std::vector<EncodedGroup>& done);
   std::unique_ptr<SegmentEncoder> encoder_with(ConnectivityCodec codec) const;
   Result<void> advance(Runner& runner, std::size_t pieces) const;

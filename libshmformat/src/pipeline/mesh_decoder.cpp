@@ -52,14 +52,15 @@ Result<std::optional<MeshBlock>> MeshDecoder::next_block(bool wait) {
   }
 }
 
-/// Notes the end of `segment`: later segments may import the vertices that it has left alive.
+/// Records the end of `segment`. Later segments may import the vertices in `alive`, which the
+/// segment has not finalized.
 void MeshDecoder::leave(const std::vector<std::uint64_t>& alive, std::uint32_t segment) {
   for (std::uint64_t number : alive) alive_.insert_or_assign(number, segment);
 }
 
-/// Checks that the block continues where the last one ended, and counts it. Readers of single
-/// parts, even of damaged files, do not check the box: a wrong box is no reason to withhold intact
-/// data.
+/// Checks that the block continues where the last block ended, and counts its vertices and cells.
+/// Readers of single parts, even of damaged files, do not check the box: a wrong box is no reason
+/// to withhold intact data.
 Result<void> MeshDecoder::join(const DecodedBlock& block) {
   if (block.segment.segment == segment_starts_.size()) {
     if (block.segment.first_cell != cells_ || block.segment.first_vertex != vertices_)
@@ -67,7 +68,8 @@ Result<void> MeshDecoder::join(const DecodedBlock& block) {
     segment_starts_.push_back(cells_);
     segment_connectivity_.push_back(block.connectivity);
   } else if (segment_connectivity_.back() == ConnectivityCodec::automatic) {
-    segment_connectivity_.back() = block.connectivity;  // unused vertices came first
+    segment_connectivity_.back() = block.connectivity;  // replaces the entry of unused vertices,
+                                                        // which came before the first cells
   }
   if (auto status = check_imports(block); !status) return status;
   if (block.group_end && !block.group_end->has_its_box)
@@ -76,7 +78,8 @@ Result<void> MeshDecoder::join(const DecodedBlock& block) {
   return {};
 }
 
-/// Checks that the segment imports only vertices that earlier segments have left alive, each once.
+/// Checks that the segment imports each vertex only once, and only vertices that earlier segments
+/// have left alive.
 Result<void> MeshDecoder::check_imports(const DecodedBlock& block) {
   for (std::uint64_t number : block.imported) {
     const auto found = alive_.find(number);

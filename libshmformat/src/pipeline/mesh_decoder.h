@@ -1,7 +1,7 @@
-// MeshDecoder: takes chunk groups, gives out blocks of vertices and cells in coding order. It joins
-// the segments: numbers continue from one to the next, and a vertex that a segment imports must be
-// left alive by an earlier one. Segments are decoded one after the other, or in advance by threads.
-// The mirror of mesh_encoder.h.
+// MeshDecoder: converts chunk groups to blocks of vertices and cells in coding order. It joins the
+// segments: numbers continue from segment to segment, and a vertex that a segment imports must be
+// left alive by an earlier segment. Segments are decoded one after the other, or in advance by
+// threads. mesh_encoder.h is the counterpart.
 // spec: "Segments", "Decoding a group"
 #pragma once
 
@@ -24,33 +24,33 @@ class MeshDecoder {
   /// `schema` has passed check_schema() and must outlive the decoder.
   MeshDecoder(const Schema& schema, const ReadLimits& limits, const ReadOptions& options);
 
-  /// Adds the next group, which belongs to `segment`. Its own number is ignored. Must hold:
-  /// wants_group().
+  /// Adds the next group, which belongs to `segment`. The group number in `chunk` is ignored. Must
+  /// hold: wants_group().
   Result<void> begin_group(container::GroupChunk chunk, std::uint32_t segment);
   /// Returns true if another group may begin before all blocks have been taken.
   bool wants_group() const { return queue_.wants_group(); }
-  /// Returns true if blocks are available or will be.
+  /// Returns true if blocks are available, or will be without further groups.
   bool is_busy() const { return queue_.is_busy(); }
-  /// Returns the next block, of some thousand cells at most. Returns null if `wait` is not set and
-  /// no block is available yet, or if no block will come.
+  /// Returns the next block, of some thousand cells at most. Returns nullopt if `wait` is not set
+  /// and no block is available yet, or if there are no more blocks.
   Result<std::optional<MeshBlock>> next_block(bool wait);
   /// Reuses the memory of a block that the caller has finished with.
   void reuse(MeshBlock&& block) { queue_.reuse(std::move(block)); }
 
-  // Counts of the blocks taken so far.
+  // Return the numbers of vertices and cells in the blocks returned so far.
   std::uint64_t vertices() const { return vertices_; }
   std::uint64_t cells() const { return cells_; }
   std::uint64_t hexahedra() const { return hexahedra_; }
   std::uint64_t max_active_vertices() const { return max_active_vertices_; }
   std::uint64_t imported_vertices() const { return imported_vertices_; }
-  /// The first cell of each segment.
+  /// Returns the number of the first cell of each segment.
   const std::vector<std::uint64_t>& segment_starts() const { return segment_starts_; }
-  /// The codec of the cells of each segment.
+  /// Returns the codec of the cells of each segment.
   const std::vector<ConnectivityCodec>& segment_connectivity() const {
     return segment_connectivity_;
   }
   const std::vector<std::uint64_t>& block_cells() const { return block_cells_; }
-  /// Bytes of each kind of stream, by the names of SizeReport.
+  /// Returns the coded bytes of each kind of stream, by the names that SizeReport uses.
   const std::map<std::string, std::uint64_t>& stream_bytes() const { return stream_bytes_; }
 
  private:
@@ -68,7 +68,8 @@ class MeshDecoder {
   std::uint32_t segments_begun_ = 0;
   DecodingQueue queue_;
 
-  /// Vertices that a later segment may import, with the last segment that owned or imported each.
+  /// Vertices that a later segment may import. The value is the last segment that owned or imported
+  /// the vertex.
   std::unordered_map<std::uint64_t, std::uint32_t> alive_;
   std::uint64_t groups_ = 0;
   std::uint64_t vertices_ = 0, cells_ = 0, hexahedra_ = 0, max_active_vertices_ = 0,

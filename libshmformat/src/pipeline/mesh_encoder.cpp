@@ -13,16 +13,17 @@
 namespace shm {
 namespace {
 
-// Cells and bytes of a piece: large enough that passing it on costs little, small compared with a
-// group.
+// Cells and bytes of a piece. A piece is large enough that passing it to another thread costs
+// little, and small compared with a group.
 constexpr std::size_t kPieceCells = 1024;
 constexpr std::size_t kPieceBytes = std::size_t{1} << 20;
 
-// Least number of cells of a segment that is cut because the restart budget allows it. At the
-// beginning of a block, which is a better place, half of it is enough.
+// Smallest number of cells in a segment that is cut because the restart budget allows it. A segment
+// that ends at the beginning of an element block, which is a better place for a cut, needs only
+// half of that number.
 constexpr std::uint64_t kLeastSegmentCells = 131072;
 
-// Limits of the waiting pieces and of the waiting groups, for each thread.
+// Limits on the bytes of the waiting pieces and of the waiting groups, per thread.
 constexpr std::size_t kWaitingBytes = std::size_t{64} << 20;
 
 // Bytes of pieces of the first segment that are coded before threads start: some hundred cells.
@@ -133,7 +134,7 @@ Result<void> MeshEncoder::add_imported_vertex(std::uint64_t number, std::span<co
   if (start_.segment == 0) return misuse("the first segment cannot import vertices", "mesh");
   if (auto status = add_vertex(number, xyz, data); !status) return status;
   const std::uint32_t e = by_number_.find(number);
-  in_segment_[e] = 0;  // any earlier segment will do
+  in_segment_[e] = 0;  // passed to an earlier segment; it does not matter to which
   entries_[e].used = true;
   ++live_;
   if (schema_->order != Order::keep) foreign_tickets_.push_back(entries_[e].ticket = new_ticket());
@@ -174,7 +175,7 @@ Result<void> MeshEncoder::add_cell(std::uint32_t block, std::span<const std::uin
 Result<void> MeshEncoder::enter_cell(std::uint32_t block, std::span<const std::uint32_t> entries,
                                      std::uint64_t last_use, std::span<const std::byte> data) {
   std::uint64_t introduced = 0;
-  bool gives = false;  // true: the cell passes vertices to the segment
+  bool gives = false;  // true: the cell is the first in the segment to use one of its vertices
   for (const std::uint32_t entry : entries) {
     if (in_segment_[entry] == start_.segment) continue;
     gives = true;
@@ -197,7 +198,8 @@ Result<void> MeshEncoder::enter_cell(std::uint32_t block, std::span<const std::u
     Entry& entry = entries_[entries[static_cast<std::size_t>(std::countr_zero(left))]];
     if (entry.ends) continue;
     entry.ends = true;
-    // Its number is free from here on, though the vertex may wait for its last cell.
+    // The caller may use the number again from here on, though the vertex may wait for its last
+    // cell.
     if (entry.named) by_number_.erase(entry.number);
     --live_;
   }
@@ -207,7 +209,8 @@ Result<void> MeshEncoder::enter_cell(std::uint32_t block, std::span<const std::u
   return delay(block, entries, number, data);
 }
 
-/// Puts the cell into the delay buffer. If that is full, codes the next waiting cell.
+/// Puts the cell into the delay buffer. If the buffer is full, codes the waiting cell that comes
+/// next.
 Result<void> MeshEncoder::delay(std::uint32_t block, std::span<const std::uint32_t> entries,
                                 std::uint64_t number, std::span<const std::byte> data) {
   std::uint32_t handle = static_cast<std::uint32_t>(cells_.size());
@@ -224,8 +227,8 @@ Result<void> MeshEncoder::delay(std::uint32_t block, std::span<const std::uint32
   cell.entries.assign(entries.begin(), entries.end());
   if (is_hexahedral(schema_->blocks[block])) {
     SpiralReorderer::Corners eight{};
-    // Numbers, not entries: an entry may soon be reused for another vertex, which would look like a
-    // neighbour.
+    // Passes vertex numbers instead of entries: an entry may soon be reused for another vertex,
+    // which would look like a neighbour.
     for (std::size_t i = 0; i < 8; ++i) eight[i] = entries_[cell.entries[i]].number;
     reorderer_->push_hexahedron(handle, eight);
   } else {
@@ -250,8 +253,8 @@ Result<void> MeshEncoder::code_all_waiting() {
 
 // --- segments
 
-/// Returns true if a segment begins before a cell of `block`. Only counts of added vertices and
-/// cells decide, so that the same calls give the same bytes.
+/// Returns true if a segment begins before a cell of `block`. The decision depends only on counts
+/// of added vertices and cells, so that the same calls produce the same bytes.
 bool MeshEncoder::cut_is_due(std::uint32_t block) const {
   if (run_.cells == 0) return false;
   if (!options_.segment_starts.empty())
@@ -289,7 +292,7 @@ Result<void> MeshEncoder::cut() {
 
 Result<void> MeshEncoder::end() {
   if (auto status = code_all_waiting(); !status) return status;
-  // No cell has used the remaining vertices: encode them in ascending order.
+  // The remaining vertices have not been used by any cell: encodes them in ascending order.
   std::vector<std::uint32_t> unused;
   for (std::uint32_t e = 0; e < entries_.size(); ++e)
     if (!entries_[e].used && by_number_.find(entries_[e].number) == e) unused.push_back(e);
@@ -304,7 +307,7 @@ Result<void> MeshEncoder::end() {
   return {};
 }
 
-/// Frees everything that only further cells would need. Steps follow, and need memory of their own.
+/// Frees all data that only further cells would need, because coding of steps needs memory, too.
 void MeshEncoder::let_go() {
   shm::let_go(entries_);
   shm::let_go(in_segment_);
@@ -342,8 +345,8 @@ Result<void> MeshEncoder::code(std::uint64_t number, std::uint32_t block,
   return piece_is_full() ? pass_piece_on() : Result<void>();
 }
 
-/// Releases those vertices at the nodes in `may_end` that no later cell uses. Returns the nodes at
-/// which they occur, as bits.
+/// Releases the vertices at the nodes in `may_end` that later cells do not use. Returns all nodes
+/// of the cell at which these vertices occur, as a bit mask.
 std::uint64_t MeshEncoder::end_vertices(std::span<const std::uint32_t> entries,
                                         std::uint64_t may_end) {
   const auto markable = entries.first(std::min<std::size_t>(entries.size(), kMaxLastUse));
@@ -362,7 +365,7 @@ std::uint64_t MeshEncoder::end_vertices(std::span<const std::uint32_t> entries,
   return last_use;
 }
 
-/// Passes a vertex that is new to the current segment on to it.
+/// Passes a vertex that is new to the current segment to the encoder of the segment.
 void MeshEncoder::give_vertex(std::uint32_t e) {
   Entry& entry = entries_[e];
   SegmentPiece::Vertex vertex;
@@ -448,8 +451,8 @@ Result<void> MeshEncoder::catch_up() {
   return tasks_ ? take_finished(Tasks::Wait::for_output) : Result<void>();
 }
 
-/// Gives out the groups that threads have finished; with for_output, all groups of the pieces
-/// passed on.
+/// Writes the groups that threads have finished. With for_output, waits for all groups of the
+/// pieces passed on so far.
 Result<void> MeshEncoder::take_finished(Tasks::Wait wait) {
   while (true) {
     auto group = tasks_->next(wait);
@@ -511,14 +514,14 @@ Result<void> MeshEncoder::finish_group(EncodedGroup& group) {
   return sink_(group.segment, header, group.streams);
 }
 
-/// Stores the stream numbers of the group's own vertices by ticket.
+/// Stores, by ticket, the stream numbers of the vertices that the group owns.
 void MeshEncoder::number_vertices(EncodedGroup& group) {
   for (std::size_t i = 0; i < group.own.size(); ++i)
     if (group.own[i].ticket != kNone) tickets_[group.own[i].ticket] = group.header.first_vertex + i;
 }
 
-/// Adds a stream with the stream numbers of the group's imported vertices, which earlier groups
-/// own.
+/// Adds a stream with the stream numbers of the vertices that the group imports; earlier groups own
+/// these vertices.
 void MeshEncoder::code_import_numbers(EncodedGroup& group) {
   using container::StreamKind;
   container::GroupHeader& header = group.header;
@@ -553,8 +556,8 @@ void MeshEncoder::report_order(const EncodedGroup& group) const {
 
 namespace {
 
-/// Returns the furthest reference that the options allow. A trend needs two steps since the last
-/// key step, which counts as one of them.
+/// Returns the furthest reference that the options allow. A trend needs two earlier steps since the
+/// last key step, including the key step.
 StepReference most_referred(const Schema& schema, const WriteOptions& options) {
   if (!has_steps(schema) || options.key_steps > 2) return StepReference::trend;
   return options.key_steps == 2 ? StepReference::before : StepReference::nothing;

@@ -1,6 +1,6 @@
-// MeshEncoder: takes vertices and cells, gives out chunk groups. It checks what the caller adds,
-// holds what the active surface and the delay buffer need, decides where segments begin, and gives
-// out the groups of the segment encoders in order. The mirror of mesh_decoder.h.
+// MeshEncoder: converts vertices and cells to chunk groups. It checks what the caller adds, stores
+// the data that the active surface and the delay buffer need, decides where segments begin, and
+// writes the groups of the segment encoders in order. mesh_decoder.h is the counterpart.
 // spec: "Segments", "Group"
 #pragma once
 
@@ -34,13 +34,13 @@ class MeshEncoder {
   MeshEncoder(const Schema& schema, const WriteOptions& options, GroupSink sink);
 
   /// Declares that the mesh consists of some segments of a larger mesh, from `start` on. Call it
-  /// before anything is added. Groups are then held until give_out_part(), except in Order::keep.
+  /// before adding anything. Groups are then held until give_out_part(), except in Order::keep.
   void begin_part(const SegmentStart& start);
 
   Result<void> add_vertex(std::uint64_t number, std::span<const std::byte> xyz,
                           std::span<const std::byte> data);
-  /// Adds a vertex that a segment before this part owns. Only for a part that does not begin with
-  /// segment 0.
+  /// Adds a vertex that is owned by a segment before this part. Allowed only if the part does not
+  /// begin with segment 0.
   Result<void> add_imported_vertex(std::uint64_t number, std::span<const std::byte> xyz,
                                    std::span<const std::byte> data);
   Result<void> add_unused_vertex(std::uint64_t number, std::span<const std::byte> xyz,
@@ -50,33 +50,35 @@ class MeshEncoder {
   /// Returns true if nothing has been added.
   bool is_new() const { return totals_.cells == 0 && entries_.empty(); }
 
-  // The same for callers that keep track of entries: numbers are neither looked up nor checked.
-  /// Returns the entry that cells use for the vertex until its last use. `xyz` and `data` have the
-  /// sizes of the schema.
+  /// Like add_vertex(), for callers that keep track of entries: the number is neither looked up nor
+  /// checked. Returns the entry that identifies the vertex in enter_cell() until its last use.
+  /// `xyz` and `data` have the sizes that the schema requires.
   std::uint32_t enter_vertex(std::uint64_t number, const std::byte* xyz, const std::byte* data);
-  /// add_cell() with entries that have not ended. The numbers of nodes and bytes fit the block.
+  /// Like add_cell(), with entries that have not ended. The counts of nodes and bytes must be those
+  /// of the block.
   Result<void> enter_cell(std::uint32_t block, std::span<const std::uint32_t> entries,
                           std::uint64_t last_use, std::span<const std::byte> data);
 
   Result<void> end();
-  /// Gives out all groups that are complete. Which groups these are depends on the calls alone.
+  /// Writes all groups that are complete. Only the calls so far determine which groups these are,
+  /// not the speed of threads.
   Result<void> catch_up();
-  /// Gives out all groups of a part after end(), except in Order::keep. `numbers` are the stream
-  /// numbers of its imported vertices, in the order of add_imported_vertex().
+  /// Writes all groups of a part after end(), except in Order::keep. `numbers` are the stream
+  /// numbers of the imported vertices of the part, in the order of add_imported_vertex().
   Result<void> give_out_part(std::span<const std::uint64_t> numbers);
   std::size_t imported() const { return foreign_tickets_.size(); }
 
   const container::Index& totals() const { return totals_; }
 
  private:
-  /// A vertex that the caller may still name.
+  /// A vertex that cells may still refer to.
   struct Entry {
     std::uint64_t number = 0;
     std::uint32_t ticket = kNone;
     std::uint32_t waiting : 30 = 0;  // number of uses by cells in the delay buffer
-    bool used : 1 = false;           // true: some cell has used it
-    bool ends : 1 = false;           // true: only waiting cells will still use it
-    bool named = false;              // true: by_number_ contains it
+    bool used : 1 = false;           // true: a cell has used the vertex
+    bool ends : 1 = false;           // true: only waiting cells will still use the vertex
+    bool named = false;              // true: by_number_ contains the vertex
   };
   struct WaitingCell {
     std::uint64_t number = 0;
@@ -84,10 +86,11 @@ class MeshEncoder {
     std::vector<std::uint32_t> entries;
     std::vector<std::byte> data;
   };
-  /// Counts of the current segment, for the cut rule.
+  /// Counts of the current segment, which determine the end of the segment.
   struct Run {
-    std::uint64_t cells = 0;       // cells added, whether coded or waiting
-    std::uint64_t introduced = 0;  // vertices that no cell had used before
+    std::uint64_t cells = 0;  // number of cells added, both coded and waiting
+    std::uint64_t introduced =
+        0;  // number of vertices that cells of the segment use and no earlier cell has used
   };
 
   std::uint32_t next_entry() const {
@@ -103,7 +106,7 @@ class MeshEncoder {
   Result<void> cut();
   void let_go();
   /// Codes a cell. `may_give`: the cell may be the first in the segment to use one of its vertices.
-  /// `may_end`: the nodes, as bits, whose last use it may be.
+  /// `may_end`: bit mask of the nodes at which the cell may use a vertex for the last time.
   Result<void> code(std::uint64_t number, std::uint32_t block,
                     std::span<const std::uint32_t> entries, std::span<const std::byte> data,
                     bool may_give, std::uint64_t may_end);
@@ -126,16 +129,16 @@ class MeshEncoder {
   WriteOptions options_;
   GroupSink sink_;
   std::size_t xyz_bytes_, values_bytes_;
-  std::vector<std::size_t> cell_data_bytes_;  // by block
+  std::vector<std::size_t> cell_data_bytes_;  // size of the data of a cell in bytes, by block
 
   // Everything added so far
   std::vector<Entry> entries_;
-  /// The last segment that each entry was given to. It is kept apart because each cell reads it.
+  /// The last segment to which each entry was passed. A separate list, because each cell reads it.
   std::vector<std::uint32_t> in_segment_;
   std::vector<std::byte> values_;  // coordinates and point data of each entry
   std::vector<std::uint32_t> free_entries_;
   NumberMap by_number_;
-  std::uint64_t live_ = 0;  // vertices used by a cell and not finalized
+  std::uint64_t live_ = 0;  // number of vertices that a cell has used and that are not finalized
   std::vector<std::uint32_t> cell_entries_;
   std::optional<SpiralReorderer> reorderer_;  // set if cells may be delayed
   std::vector<WaitingCell> cells_;
@@ -145,25 +148,26 @@ class MeshEncoder {
   SegmentStart start_;
   Run run_;
   std::uint32_t last_block_ = 0;
-  std::uint64_t given_vertices_ = 0;  // own vertices passed to encoders
+  std::uint64_t given_vertices_ = 0;  // number of own vertices passed to encoders
   std::uint64_t given_cells_ = 0;
   SegmentPiece piece_;
   bool segment_begun_ = false;
-  std::unique_ptr<ChoosingEncoder> encoder_;  // without threads
+  std::unique_ptr<ChoosingEncoder> encoder_;  // used without threads
   std::vector<EncodedGroup> done_;
-  std::unique_ptr<OrderedTasks<SegmentPiece, EncodedGroup>> tasks_;  // with threads
+  std::unique_ptr<OrderedTasks<SegmentPiece, EncodedGroup>> tasks_;  // used with threads
 
-  // Stream numbers, by ticket, of vertices that a segment may import; unused in Order::keep. A
-  // ticket is free again when the group with the vertex's last use has been given out.
+  // Stream numbers, by ticket, of vertices that a segment may import; not used in Order::keep. A
+  // ticket becomes free when the group with the last use of its vertex has been written.
   std::vector<std::uint64_t> tickets_;
   std::vector<std::uint32_t> free_tickets_;
   std::deque<std::pair<std::uint64_t, std::uint32_t>>
-      ending_tickets_;  // the cell of its last use, and the ticket
+      ending_tickets_;  // for each ticket that ends: number of the cell with the last use, and the
+                        // ticket
   std::uint32_t segment_given_out_ = 0;
   NumberColumn<RangeEncoder> import_numbers_;
   RangeEncoder import_coder_;
 
-  // For a part
+  // Used only for a part
   bool holds_groups_ = false;
   std::vector<EncodedGroup> held_;
   std::vector<std::uint32_t> foreign_tickets_;
@@ -171,8 +175,8 @@ class MeshEncoder {
   container::Index totals_;
 };
 
-/// Returns the schema to store in a file written with these options, or misuse if either is
-/// invalid.
+/// Returns the schema to store in a file written with these options. Fails with ErrorCode::misuse
+/// if the schema or the options are invalid.
 Result<Schema> schema_of_file(Schema schema, const WriteOptions& options);
 
 }  // namespace shm

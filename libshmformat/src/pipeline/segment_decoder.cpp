@@ -9,7 +9,8 @@
 namespace shm {
 namespace {
 
-// Bytes of groups of the first segment that are decoded before threads start: about a millisecond.
+// Bytes of groups of the first segment that are decoded before threads start. Decoding them takes
+// about a millisecond.
 constexpr std::size_t kAloneBytes = std::size_t{4} << 10;
 
 }  // namespace
@@ -73,7 +74,7 @@ Result<void> SegmentDecoder::begin_streams() {
   stream_bytes_.clear();
   ByteReader in(std::span<const std::byte>(payload_).subspan(header_bytes_));
   for (const container::StreamEntry& entry : group_.streams) {
-    // Streams of parts that are not wanted may be missing.
+    // The caller may leave out the streams of parts that are not decoded.
     const bool is_included = parts_.includes(entry);
     const auto bytes =
         in.get_bytes(is_included ? entry.bytes : std::min<std::uint64_t>(entry.bytes, in.left()));
@@ -92,7 +93,7 @@ Result<void> SegmentDecoder::begin_streams() {
 
 namespace {
 
-/// Removes vertices and values but keeps their memory. Cells are overwritten later.
+/// Removes vertices and values but keeps their memory. The cells stay, and are overwritten later.
 void clear(MeshBlock& block) {
   block.vertex_numbers.clear();
   block.xyz.clear();

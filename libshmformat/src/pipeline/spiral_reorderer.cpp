@@ -77,7 +77,7 @@ std::uint32_t SpiralReorderer::pop() {
 void SpiralReorderer::start_at(const Corners& corners) {
   has_previous_ = true;
   previous_ = corners;
-  face_at_ = {5, 1, 3, 4, 2, 0};  // front left right top bottom back
+  face_at_ = {5, 1, 3, 4, 2, 0};  // faces in the order front, left, right, top, bottom, back
 }
 
 void SpiralReorderer::walk_through(Label label, std::uint32_t entered, const Corners& next) {
@@ -88,17 +88,18 @@ void SpiralReorderer::walk_through(Label label, std::uint32_t entered, const Cor
     vertical_ = label;
     last_was_horizontal_ = false;
   }
-  // For each face through which the walk leaves: the old faces that become left, right, top and
-  // bottom of the next cell. After a turn to the right the old front is on the left, and so on.
+  // Orientation of the next cell. For each face of the old cell through which the walk leaves: the
+  // old faces that become left, right, top and bottom of the next cell. For example, after a turn
+  // to the right, the old front is on the left.
   constexpr std::array<std::array<std::uint8_t, 4>, kLabels> kBecomes = {{
-      {kLeft, kRight, kTop, kBottom},  // front
-      {kBack, kFront, kTop, kBottom},  // left
-      {kFront, kBack, kTop, kBottom},  // right
-      {kLeft, kRight, kBack, kFront},  // top
-      {kLeft, kRight, kFront, kBack},  // bottom
-      {kRight, kLeft, kTop, kBottom},  // back
+      {kLeft, kRight, kTop, kBottom},  // leaving through the front
+      {kBack, kFront, kTop, kBottom},  // leaving through the left face
+      {kFront, kBack, kTop, kBottom},  // leaving through the right face
+      {kLeft, kRight, kBack, kFront},  // leaving through the top
+      {kLeft, kRight, kFront, kBack},  // leaving through the bottom
+      {kRight, kLeft, kTop, kBottom},  // leaving through the back
   }};
-  // Returns the next cell's face at the edge between the passed face and `old_face`.
+  // Returns the next cell's face that meets the passed face at the edge of `old_face`.
   const auto carried = [&](std::uint32_t old_face) -> std::uint8_t {
     const Face passed = face_of(previous_, face_at_[label]), side = face_of(previous_, old_face);
     for (std::uint8_t f = 0; f < 6; ++f) {

@@ -92,7 +92,7 @@ auto IndexedFile::read_chunk_of_parts(const IndexEntry& entry) -> Result<Payload
   return Payload{kept_, kept_version_};
 }
 
-/// Unpacks the blob of step times.
+/// Reads and unpacks the blob of step times.
 Result<std::vector<std::byte>> IndexedFile::read_packed(const IndexEntry& entry) {
   const auto payload = read_chunk(entry);
   if (!payload) return payload.error();
@@ -100,7 +100,7 @@ Result<std::vector<std::byte>> IndexedFile::read_packed(const IndexEntry& entry)
   const std::string section = container::chunk_name(entry.kind);
   const std::uint64_t size = stated_packed_size(in);
   if (has_bounded_blobs() && size > most_unpacked(in.left()))
-    return corrupt("unpacks to more than its bytes may", section, entry.offset);
+    return corrupt("unpacks to more bytes than its packed size permits", section, entry.offset);
   const std::uint64_t limit =
       std::min(most_bytes_of_times(limits_), budget().left(source_->size()));
   if (size > limit) return over_limit("unpacks to more than the limit", section, entry.offset);
@@ -157,8 +157,8 @@ void IndexedFile::prefetch_groups(std::span<const std::size_t> groups) {
   source_->prefetch(ranges);
 }
 
-/// Returns the length of the chunk header and the group header, assuming the form of the chunk
-/// header that writers choose.
+/// Returns the length of the chunk header and the group header together, if the chunk header has
+/// the form that writers choose.
 std::uint64_t IndexedFile::head_bytes(const IndexEntry& group) const {
   container::ChunkHeader header;
   header.segment = group.segment;
@@ -196,19 +196,19 @@ Result<IndexedFile::GroupHead> IndexedFile::read_group_head(std::size_t group) {
   const std::string section = "group " + std::to_string(group);
   if (entry.bytes < kShortHeaderBytes || entry.header_bytes > entry.bytes - kShortHeaderBytes ||
       entry.header_bytes > limits_.max_chunk_bytes)
-    return corrupt("the index has a wrong length of its header", section, entry.offset);
+    return corrupt("the index states a wrong header length", section, entry.offset);
   auto bytes = container::read_bytes(*source_, entry.offset, head_bytes(entry), section);
   if (!bytes) return bytes.error();
   const std::uint64_t all = container::header_bytes(*bytes) + entry.header_bytes;
   if (bytes->size() < all &&
-      all <= entry.bytes) {  // the header is long, though a short one would do
+      all <= entry.bytes) {  // the chunk header is long although a short header would suffice
     bytes = container::read_bytes(*source_, entry.offset, all, section);
     if (!bytes) return bytes.error();
   }
   const auto chunk = container::checked_header(*bytes, entry);
   if (!chunk) return chunk.error();
   if (entry.header_bytes > chunk->payload_bytes || bytes->size() < all)
-    return corrupt("the index has a wrong length of its header", section, entry.offset);
+    return corrupt("the index states a wrong header length", section, entry.offset);
   GroupHead head;
   head.payload_offset = entry.offset + chunk->bytes();
   const auto begin = bytes->begin() + static_cast<std::ptrdiff_t>(chunk->bytes());
@@ -267,7 +267,8 @@ Result<container::GroupChunk> IndexedFile::read_group(std::size_t group,
   std::vector<std::byte>& payload = out.payload;
   const auto& streams = head->header.streams;
   const std::uint64_t begin = head->payload_offset;
-  // Read up to the last wanted stream: if the chunk is cut off after it, the rest is not needed.
+  // Reads up to the end of the last wanted stream. If the file is cut off after it, the group can
+  // still be read.
   std::uint64_t needed = payload.size();
   for (std::size_t s = 0; s < streams.size(); ++s)
     if (parts.includes(streams[s]))
@@ -348,7 +349,7 @@ Result<void> IndexedFile::expect_group(std::size_t group,
 }
 
 Result<void> IndexedFile::expect_totals() const {
-  if (decodable_) return {};  // some groups are lost
+  if (decodable_) return {};  // if some groups are lost, totals cannot be checked
   std::uint64_t vertices = 0, cells = 0;
   bool ok = index_.block_cells.size() == schema().blocks.size();
   for (const IndexEntry& group : groups_) {
@@ -366,7 +367,8 @@ Result<void> IndexedFile::expect_totals() const {
   return ok && cells == 0 ? Result<void>() : wrong_index("its groups do not add up to its totals");
 }
 
-/// Determines from the first chunk whether chunk headers are long. `bytes` begin at the file start.
+/// Determines from the first chunk whether chunk headers are always long. `bytes` begin at the file
+/// start.
 void IndexedFile::look_at_beginning(std::span<const std::byte> bytes) {
   const auto first = bytes.subspan(std::min(bytes.size(), container::kFileStartBytes));
   has_long_headers_ = container::header_bytes(first) == kLongHeaderBytes;
@@ -383,7 +385,7 @@ Result<void> IndexedFile::read_schema() {
   constexpr std::uint64_t kPiece = std::uint64_t{1} << 16;
   const std::uint64_t end = container::kFileStartBytes + index_.entries[0].bytes;
   container::ChunkReader file(limits_);
-  std::vector<std::byte> bytes;  // bytes that `file` has not read yet
+  std::vector<std::byte> bytes;  // bytes that `file` has not consumed yet
   for (std::uint64_t position = 0; position < end;) {
     const std::size_t kept = bytes.size();
     bytes.resize(kept + static_cast<std::size_t>(std::min(kPiece, end - position)));

@@ -1,5 +1,6 @@
-// IndexedFile: a .shm file that is read through its index: finds chunks and the bitstreams of
-// groups, and reads only these. The index is trusted for where data is, but never for its contents.
+// IndexedFile: reads a .shm file through its index. It finds chunks and the bitstreams of groups,
+// and reads only the requested data. It uses the offsets in the index, and checks all other
+// contents of the index against the file.
 // spec: "Index and trailer", "Group"
 #pragma once
 
@@ -32,26 +33,26 @@ class IndexedFile {
         limit_with(limits_.max_active_bytes, ReadLimits::kActiveBytesEach, source.size());
   }
 
-  /// Reads only trailer, index and schema.
+  /// Opens an undamaged file. Reads only trailer, index and schema.
   Result<void> open();
-  /// Opens a damaged file: scans all of it and keeps the decodable parts. Segments and groups are
-  /// numbered among those that are left.
+  /// Opens a damaged file: scans all of it and keeps the list of decodable parts. Segments and
+  /// groups are numbered among the decodable segments and groups.
   Result<void> open_damaged();
-  /// Null unless the file is damaged.
+  /// Returns the decodable parts, or null unless the file was opened as damaged.
   const DecodableParts* decodable() const { return decodable_.get(); }
   const Schema& schema() const { return *schema_; }
   const ReadLimits& limits() const { return limits_; }
-  /// Totals of the whole file and all entries.
+  /// Returns the totals of the whole file and all entries.
   const container::Index& index() const { return index_; }
   std::uint64_t index_offset() const { return index_offset_; }
-  /// Removes the entries of step values, after a caller has stored them elsewhere.
+  /// Removes the entries of step values. A caller uses it after it has stored them elsewhere.
   void drop_step_entries();
   RandomSource& source() { return *source_; }
 
   const std::vector<SegmentInfo>& segments() const { return segments_; }
   const std::vector<container::IndexEntry>& groups() const { return groups_; }
-  /// Returns the number of the first group of `segment`. For segments().size(): the number of
-  /// groups.
+  /// Returns the index in groups() of the first group of `segment`, or the number of groups if
+  /// `segment` is segments().size().
   std::size_t first_group(std::size_t segment) const { return first_group_[segment]; }
   /// Returns the index in segments() of the segment that contains the group. In a damaged file this
   /// is not the segment number in the header of the group.
@@ -61,14 +62,14 @@ class IndexedFile {
                first_group_.begin()) -
            1;
   }
-  /// Returns the number that the file gives to segments()[segment] or groups()[group].
+  /// Return the number of segments()[segment] or groups()[group] in the file.
   std::uint32_t segment_number(std::size_t segment) const {
     return groups_[first_group_[segment]].segment;
   }
   std::uint64_t group_number(std::size_t group) const {
     return decodable_ ? decodable_->group_numbers[group] : group;
   }
-  /// Returns the static arrays that are lost in a segment, ascending.
+  /// Returns the static arrays that are lost in a segment, in ascending order.
   std::span<const std::uint32_t> lost_arrays(std::size_t segment) const {
     return decodable_ ? std::span<const std::uint32_t>(decodable_->lost_arrays[segment])
                       : std::span<const std::uint32_t>();
@@ -78,8 +79,8 @@ class IndexedFile {
   /// is null.
   Result<std::vector<std::byte>> read_chunk(const container::IndexEntry& entry,
                                             std::uint8_t* version = nullptr);
-  /// The same for a chunk with several parts, which is read once per part: a small payload is kept
-  /// for the next call. The returned payload is valid until then.
+  /// Like read_chunk(), for a chunk with several parts, which is read once per part. A small
+  /// payload is stored for the next call. The returned payload is valid until the next call.
   struct Payload {
     std::span<const std::byte> bytes;
     std::uint8_t version = 0;
@@ -87,32 +88,33 @@ class IndexedFile {
   Result<Payload> read_chunk_of_parts(const container::IndexEntry& entry);
   /// Returns all extras in file order.
   Result<std::vector<Extra>> read_extras();
-  /// Returns an empty list if the file has no step times.
+  /// Returns the step times, or an empty list if the file has no step times.
   Result<std::vector<double>> read_step_times();
   /// Fails unless the groups are contiguous and add up to the totals of the index.
   Result<void> expect_totals() const;
   /// Fails unless the header of a group agrees with its entry in the index, including the box.
   Result<void> expect_group(std::size_t group, const container::GroupHeader& header) const;
-  /// A group without its bitstreams.
+  /// The header of a group, without the bitstreams.
   struct GroupHead {
-    std::vector<std::byte> bytes;  ///< as in the payload
+    std::vector<std::byte> bytes;  ///< group header as stored in the payload
     container::GroupHeader header;
-    std::uint64_t payload_offset = 0;          ///< in the file
-    std::vector<std::uint64_t> stream_offset;  ///< in the file, of each stream of the header
+    std::uint64_t payload_offset = 0;  ///< offset of the payload in the file
+    std::vector<std::uint64_t>
+        stream_offset;  ///< offset in the file of each stream that the header lists
   };
   Result<GroupHead> read_group_head(std::size_t group);
   /// Announces to the source that these groups will be read as a whole.
   void prefetch_groups(std::span<const std::size_t> groups);
-  /// Announces which bitstreams of these groups will be read. To know them, it reads the heads of
-  /// the groups and keeps them for read_group_head(), which also reports their errors. Does nothing
-  /// for very many groups.
+  /// Announces which bitstreams of these groups will be read. To determine them, it reads the
+  /// headers of the groups and stores them for read_group_head(), which also reports their errors.
+  /// Does nothing if there are too many groups.
   using WantsStream =
       std::function<bool(const container::GroupHeader&, const container::StreamEntry&)>;
   void prefetch_streams(std::span<const std::size_t> groups, const WantsStream& wants);
   /// Returns the bytes of one bitstream of a group.
   Result<std::vector<std::byte>> read_stream(std::size_t group, const GroupHead& head,
                                              std::size_t stream);
-  /// Returns a group whose payload has zeros in place of the streams that are not wanted.
+  /// Reads a group. In its payload, streams that are not wanted are replaced by zeros.
   Result<container::GroupChunk> read_group(std::size_t group, const DecodedParts& parts);
 
   Error wrong_index(std::string detail) const {
@@ -128,27 +130,31 @@ class IndexedFile {
   Result<void> list_groups();
   void add_to_segment(const container::IndexEntry& entry);
   Result<std::vector<std::byte>> read_packed(const container::IndexEntry& entry);
-  /// The budget after the schema. Every call starts with it, so that reading the same parts again
-  /// does not fail.
+  /// Returns the budget that is left after the schema. Every call returns the same budget, so that
+  /// reading the same parts again does not fail.
   UnpackBudget budget() const;
-  /// Returns true if blobs are bounded, as container::has_bounded_blobs() does. The same files have
-  /// earlier values.
+  /// Returns true if blobs are bounded, like container::has_bounded_blobs(). Blobs are bounded in
+  /// the files that may use earlier values.
   bool has_bounded_blobs() const { return schema().earlier_values; }
 
   RandomSource* source_;
   ReadLimits limits_;
-  std::unique_ptr<const Schema> schema_;  // on the heap, since others keep a pointer to it
+  std::unique_ptr<const Schema> schema_;  // on the heap, since other objects keep a pointer to it
   std::uint64_t index_offset_ = 0;
   container::Index index_;
-  bool has_long_headers_ = false;  // chunk headers are long even if short ones would do
+  bool has_long_headers_ =
+      false;  // true: chunk headers are long even if short headers would suffice
   std::vector<SegmentInfo> segments_;
   std::vector<container::IndexEntry> groups_;
-  std::vector<std::size_t> first_group_;  // of each segment, and the end of the last one
+  std::vector<std::size_t> first_group_;  // index in groups_ of the first group of each segment;
+                                          // then the number of groups
   std::unique_ptr<const DecodableParts> decodable_;
-  std::unordered_map<std::size_t, GroupHead> heads_;  // heads read ahead, by group
-  std::vector<std::byte> kept_;                       // payload kept by read_chunk_of_parts()
-  std::uint64_t kept_offset_ = kNoOffset;             // offset of its chunk; kNoOffset: not valid
-  std::uint64_t kept_bytes_ = 0;                      // length of its chunk
+  std::unordered_map<std::size_t, GroupHead>
+      heads_;                    // group headers that prefetch_streams() has read, by group
+  std::vector<std::byte> kept_;  // payload kept by read_chunk_of_parts()
+  std::uint64_t kept_offset_ =
+      kNoOffset;                  // offset of that payload's chunk; kNoOffset: kept_ is not valid
+  std::uint64_t kept_bytes_ = 0;  // length of that chunk
   std::uint8_t kept_version_ = 0;
 };
 

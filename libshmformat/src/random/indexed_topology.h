@@ -1,4 +1,4 @@
-// Topology of groups that are found through the index.
+// Reads the topology of groups that are found through the index.
 #pragma once
 
 #include <cstddef>
@@ -8,8 +8,8 @@
 
 namespace shm {
 
-/// Reads the streams that hold the topology of a group and adds the group to `topology`. Must hold:
-/// it is the next group of `topology`.
+/// Reads the streams that contain the topology of a group, and adds the group to `topology`. Must
+/// hold: `group` is the next group that `topology` needs.
 Result<void> add_group(IndexedFile& file, std::size_t group, StepTopology& topology);
 
 }  // namespace shm

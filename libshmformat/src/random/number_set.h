@@ -1,4 +1,4 @@
-// NumberSet: a set of numbers. Dense numbers, such as those of a whole mesh, take one bit each. The
+// NumberSet: a set of numbers. Dense numbers, such as those of a whole mesh, need one bit each. The
 // memory never exceeds 32 bytes per number plus 256 KiB.
 #pragma once
 
@@ -28,7 +28,7 @@ class NumberSet {
   }
   /// Returns how many numbers were added.
   std::uint64_t size() const { return size_; }
-  /// Returns a number that was added twice, if there is one.
+  /// Returns a number that was added twice, or nullopt if there is no such number.
   std::optional<std::uint64_t> twice() {
     std::sort(far_.begin(), far_.end());
     const auto again = std::adjacent_find(far_.begin(), far_.end());
@@ -41,7 +41,7 @@ class NumberSet {
     }
     return twice_;
   }
-  /// Returns all numbers, ascending. Must hold: twice() was called and returned nullopt.
+  /// Returns all numbers in ascending order. Must hold: twice() was called and returned nullopt.
   std::vector<std::uint64_t> numbers() const {
     std::vector<std::uint64_t> numbers;
     numbers.reserve(static_cast<std::size_t>(size_));
@@ -59,7 +59,7 @@ class NumberSet {
   static constexpr std::uint64_t kWords = std::uint64_t{1} << 14;
 
   std::vector<std::uint64_t> bits_;
-  std::vector<std::uint64_t> far_;  // numbers too large for bits_
+  std::vector<std::uint64_t> far_;  // numbers that are too large for bits_
   std::uint64_t size_ = 0;
   std::optional<std::uint64_t> twice_;
 };

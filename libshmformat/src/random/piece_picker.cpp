@@ -62,13 +62,13 @@ Result<void> PiecePicker::pick(MeshBlock& block, std::size_t group) {
       return status;
     if (auto status = pick_cell(block, cell); !status) return status;
   }
-  // No cell uses the remaining vertices.
+  // The remaining vertices of the block are not used by any cell.
   if (request_->of_vertices()) return take_vertices(block, vertex, block.vertex_count());
   return request_->wants_unused() ? take_unused(block, vertex) : Result<void>();
 }
 
-/// Takes the vertices of a block from `next` to `end`: they wait for cells, or are requested
-/// themselves.
+/// Adds the vertices of a block from `next` to `end` to the buffer, where they wait for cells. If
+/// vertices are requested, adds the requested vertices to the piece.
 Result<void> PiecePicker::take_vertices(const MeshBlock& block, std::size_t& next,
                                         std::size_t end) {
   const std::size_t xyz_bytes = 3 * scalar_bytes(file_->schema().coordinate_type);
@@ -100,7 +100,7 @@ Result<void> PiecePicker::take_vertices(const MeshBlock& block, std::size_t& nex
   return {};
 }
 
-/// Takes the vertices of a block from `next` on, which no cell uses, as part of the piece.
+/// Adds the vertices of a block from `next` on, which no cell uses, to the piece.
 Result<void> PiecePicker::take_unused(const MeshBlock& block, std::size_t next) {
   const std::size_t first = next;
   if (auto status = take_vertices(block, next, block.vertex_count()); !status) return status;

@@ -1,5 +1,5 @@
-// PiecePicker: picks the requested cells and vertices from the blocks of segments, and records
-// which segments have their values.
+// PiecePicker: copies the requested cells and vertices from the blocks of segments to the piece,
+// and records which segments contain values of them.
 #pragma once
 
 #include <array>
@@ -25,34 +25,35 @@ class PiecePicker {
     std::size_t segment = 0;  // the segment that imports it
     std::array<double, 3> point{};
   };
-  using Imports = std::map<std::uint64_t, Import>;  // by number
+  using Imports = std::map<std::uint64_t, Import>;  // by vertex number
 
   /// Everything except `parts` is borrowed.
   PiecePicker(const IndexedFile& file, const PieceRequest& request, const DecodedParts& parts);
 
   void begin_segment(std::size_t segment) { segment_ = segment; }
-  /// Takes the next block of the segment, which belongs to `group`. The block may be moved from.
+  /// Copies the requested part of the next block of the segment to piece(). The block belongs to
+  /// `group`. The call may move its contents away.
   Result<void> pick(MeshBlock& block, std::size_t group);
   void end_segment();
-  /// Call it after all segments. Checks that every requested element has come exactly once.
+  /// Call it after all segments. Checks that every requested element has been found exactly once.
   Result<void> end_mesh();
 
-  /// The picked part of the last block.
+  /// Returns the requested part of the last block.
   MeshBlock& piece() { return piece_; }
-  /// Number of elements so far that meet all conditions except the box.
+  /// Returns the number of elements found so far that meet all conditions except the box.
   std::uint64_t found() const { return found_; }
-  /// Number of vertices in the box that later cells may use.
+  /// Returns the number of vertices in the box that later cells may use.
   std::size_t waiting_in_box() const { return buffer_.in_box(); }
 
-  // Totals of all that has been picked.
+  // Return totals of all that has been picked.
   std::uint64_t vertex_count() const { return vertices_.set.size(); }
-  /// Ascending. Must hold: end_mesh() was called.
+  /// Return the numbers in ascending order. Must hold: end_mesh() was called.
   const std::vector<std::uint64_t>& vertex_numbers() { return vertices_.all(); }
   const std::vector<std::uint64_t>& cell_numbers() { return cells_.all(); }
   const std::vector<std::uint64_t>& block_cells() const { return block_cells_; }
-  /// Imported vertices whose owning segment has not been read.
+  /// Returns the imported vertices whose owning segment has not been read.
   const Imports& imports() const { return imports_; }
-  /// Segments that own picked vertices.
+  /// Return the segments that own picked vertices, and the segments with picked cells.
   const std::set<std::size_t>& point_segments() const { return point_segments_; }
   const std::set<std::size_t>& cell_segments() const { return cell_segments_; }
 
@@ -62,7 +63,7 @@ class PiecePicker {
   Result<void> pick_cell(const MeshBlock& block, std::size_t cell);
   void pick_cell_values(const MeshBlock& block, std::size_t cell, bool wanted);
   void give(VertexBuffer::Vertex& vertex);
-  /// A set of numbers; the list is created on the first request.
+  /// A set of numbers. Its sorted list is created when it is first requested.
   struct Numbers {
     const std::vector<std::uint64_t>& all() {
       if (list.size() != set.size()) list = set.numbers();
@@ -75,9 +76,9 @@ class PiecePicker {
   const IndexedFile* file_;
   const PieceRequest* request_;
   VertexBuffer buffer_;
-  std::vector<std::uint32_t> cell_arrays_;  // requested cell arrays
-  std::vector<std::size_t>
-      taken_;  // by requested cell array: elements of the current block that have been passed
+  std::vector<std::uint32_t> cell_arrays_;  // requested cell arrays without steps
+  std::vector<std::size_t> taken_;  // for each requested cell array: number of elements of the
+                                    // current block that have been read
   std::size_t segment_ = 0, group_ = 0;
   std::uint64_t found_ = 0;
   MeshBlock piece_;

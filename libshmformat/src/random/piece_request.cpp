@@ -21,7 +21,8 @@ bool has(const std::vector<Number>& numbers, Number number) {
   return std::binary_search(numbers.begin(), numbers.end(), number);
 }
 
-/// Returns true if any of the ascending numbers is in first, ..., first + count - 1.
+/// Returns true if `numbers`, which are in ascending order, contain any of first, ..., first +
+/// count - 1.
 bool has_any(const std::vector<std::uint64_t>& numbers, std::uint64_t first, std::uint64_t count) {
   const auto found = std::lower_bound(numbers.begin(), numbers.end(), first);
   return found != numbers.end() && *found - first < count;
@@ -72,12 +73,13 @@ Result<void> PieceRequest::check() const {
   return {};
 }
 
-/// Returns true if cell numbers are positions in coding order. Otherwise the file stores them.
+/// Returns true if cell numbers are positions in coding order. Otherwise the file stores cell
+/// numbers.
 bool PieceRequest::numbers_are_positions() const {
   return file_->schema().order != Order::keep || file_->schema().delay == 0;
 }
 
-/// Returns true if any of these positions in coding order is a requested number.
+/// Returns true if any of these positions in coding order is the number of a requested cell.
 bool PieceRequest::may_number(std::uint64_t first, std::uint64_t count) const {
   const CellSelection& cells = request_.cells;
   if (cells.range && !overlap(first, count, cells.range->first, cells.range->end)) return false;
@@ -97,8 +99,8 @@ bool PieceRequest::may_be_in_box(const std::array<double, 6>& of_index) const {
   return true;
 }
 
-/// Returns true if the segment has cells of requested blocks, provided that blocks follow each
-/// other.
+/// Returns true if the segment contains cells of the requested blocks, if the cells of each block
+/// are consecutive.
 bool PieceRequest::blocks_likely(const SegmentInfo& segment) const {
   if (file_->decodable()) return false;
   std::uint64_t first = 0;
@@ -132,8 +134,8 @@ auto PieceRequest::visits() const -> std::vector<Visit> {
   }
   std::stable_partition(visits.begin(), visits.end(),
                         [](const Visit& visit) { return !visit.probe; });
-  // First the segments without lost values: a vertex in several segments gets its values from the
-  // first of them.
+  // Segments without lost values come first: a vertex that is in several segments gets its values
+  // from the first of them.
   std::stable_partition(visits.begin(), visits.end(), [&](const Visit& visit) {
     return file_->lost_arrays(visit.segment).empty();
   });

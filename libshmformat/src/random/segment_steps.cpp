@@ -10,8 +10,8 @@
 namespace shm {
 namespace {
 
-// Limits on the steps that are read together, and on their components in all: each column needs
-// memory.
+// Largest number of steps that are read together, and of their components in total. The numbers are
+// limited because each column needs memory.
 constexpr std::size_t kMostSteps = 8, kMostComponents = 32;
 
 Error at_chunk(Error error, std::uint64_t offset) {
@@ -38,7 +38,7 @@ SegmentSteps::SegmentSteps(IndexedFile& file, const StepIndex& index, StepRefere
 }
 
 /// Returns true if decoding the step needs the mesh. A column continues from part to part, so if
-/// one part needs the mesh, all do.
+/// one part needs the mesh, all parts need it.
 bool SegmentSteps::told_by_mesh(std::size_t step) const {
   const auto parts = parts_of(step);
   return StepParts::may_need_elements(info()) &&
@@ -62,7 +62,7 @@ Result<std::vector<std::byte>> SegmentSteps::read_next(StepElements* mesh) {
   if (!std::exchange(begun_, true))
     if (auto status = read_earlier_passes(mesh); !status) return status.error();
   const std::size_t nth = next_++;
-  if (pass_.from == pass_.end) {  // the values are held
+  if (pass_.from == pass_.end) {  // held_ already contains the values of the wanted step
     const StepIndex::Part& part = parts_of(wanted_)[nth];
     const std::size_t stride = scalar_bytes(info().type) * info().components;
     const auto values =
@@ -76,8 +76,8 @@ Result<std::vector<std::byte>> SegmentSteps::read_next(StepElements* mesh) {
   return std::move(values_);
 }
 
-/// Returns true if the step has the same groups as the wanted step. Only then can held values serve
-/// as reference.
+/// Returns true if the step has the same groups as the wanted step. Only then can its values, which
+/// are held, serve as reference.
 bool SegmentSteps::has_same_groups(std::size_t step) const {
   const auto of_held = parts_of(step), wanted = parts_of(wanted_);
   return std::equal(of_held.begin(), of_held.end(), wanted.begin(), wanted.end(),
@@ -90,8 +90,8 @@ bool SegmentSteps::has_same_groups(std::size_t step) const {
 Result<void> SegmentSteps::read_earlier_passes(StepElements* mesh) {
   if (from_ > key_ && !has_same_groups(from_ - 1))
     return file_->wrong_index("steps of an array have different groups");
-  // The number of steps per pass is limited by memory, estimated from the bytes kept per vertex or
-  // cell.
+  // Memory limits the number of steps per pass. The need is estimated as kKeptOfEach bytes per
+  // component and per active vertex or cell.
   constexpr std::uint64_t kKeptOfEach = 40;
   const std::uint64_t active = mesh == nullptr ? 0 : mesh->most_active();
   const std::uint64_t room = most_kept() / (kKeptOfEach * info().components * (active + 1));
@@ -107,7 +107,7 @@ Result<void> SegmentSteps::read_earlier_passes(StepElements* mesh) {
   }
 }
 
-/// Memory limit for the columns of a pass together.
+/// Returns the memory limit for all columns of a pass together.
 std::uint64_t SegmentSteps::most_kept() const {
   return most_kept_of_steps(file_->limits().max_column_bytes, file_->source().size());
 }
@@ -120,11 +120,11 @@ void SegmentSteps::begin_pass() {
                                     most_kept() / (pass_.end - pass_.from));
     by_mesh_.push_back(told_by_mesh(step));
   }
-  // Until all groups are read, the held values belong to several steps.
+  // Until all groups are read, the held values belong to different steps.
   if (pass_.from < pass_.end) held_->at.reset();
 }
 
-/// Returns the elements of the group of a part.
+/// Returns the elements in the group of a part.
 Result<ColumnElements> SegmentSteps::elements_of(StepElements& mesh,
                                                  const StepIndex::Part& part) const {
   const std::size_t group = part.group - file_->first_group(segment_);
@@ -138,7 +138,7 @@ Result<ColumnElements> SegmentSteps::elements_of(StepElements& mesh,
   return elements;
 }
 
-/// Reads the nth group at all steps of the pass.
+/// Decodes the nth group at all steps of the pass.
 Result<void> SegmentSteps::read_group(std::size_t nth, StepElements* mesh) {
   const StepIndex::Part& part = parts_of(wanted_)[nth];
   ColumnElements elements;
@@ -231,11 +231,11 @@ Result<void> SegmentSteps::check_reference(std::size_t step,
   const std::size_t needed = kind == StepReference::trend ? 2 : 1;
   if (step < key_ + needed || header.reference_step != index_->steps(array_)[step - 1].step)
     return wrong("refers to a step that is not the one before it");
-  if (kind > most_) return wrong("refers to steps, which the file does not allow");
+  if (kind > most_) return wrong("refers to earlier steps, which the file does not allow");
   return {};
 }
 
-/// Keeps the last values of a group for later steps.
+/// Stores the values of a group at the last steps, to which later steps may refer.
 void SegmentSteps::hold(std::size_t offset) {
   if (most_ == StepReference::nothing) return;
   const auto put = [&](std::vector<std::byte>& to, const std::vector<std::byte>& from) {

@@ -1,9 +1,9 @@
-// SegmentSteps: reads one stepped array in one segment, from a key step up to the wanted step. It
-// reads group by group, and all these steps of a group together, so that the topology is decoded
-// only once.
-// in:    an IndexedFile and its StepIndex
-// out:   values of the wanted step, group by group
-// keeps: the values of the last step, and of the step before it if trends are allowed
+// SegmentSteps: reads one stepped array in one segment, from a key step to the wanted step. It
+// reads group by group. Of each group it reads all these steps together, so that the topology is
+// decoded only once.
+// - Input: an IndexedFile and its StepIndex.
+// - Output: values of the wanted step, group by group.
+// - Memory: the values of the last step, and of the step before it if trends are allowed.
 // spec: "Step values"
 #pragma once
 
@@ -18,9 +18,9 @@
 
 namespace shm {
 
-/// Values of an array in a segment that are kept between reads.
+/// Values of an array in a segment that are stored between reads.
 struct HeldSteps {
-  std::optional<std::size_t> at;          ///< index into StepIndex::steps()
+  std::optional<std::size_t> at;          ///< index in StepIndex::steps() of the step of `last`
   std::vector<std::byte> last, one_back;  ///< values of that step and of the step before it
 };
 
@@ -31,7 +31,7 @@ class SegmentSteps {
   SegmentSteps(IndexedFile& file, const StepIndex& index, StepReference most, std::uint32_t array,
                std::size_t segment, std::size_t wanted, HeldSteps& held);
 
-  /// Returns true if decoding needs the mesh, since values are predicted over it.
+  /// Returns true if any values are predicted over the mesh, so that decoding needs it.
   bool needs_mesh() const;
   /// Returns true if all groups have been read.
   bool at_end() const { return next_ == parts_of(wanted_).size(); }
@@ -41,17 +41,17 @@ class SegmentSteps {
   /// Returns the number of elements of the array in the segment, according to the index.
   std::uint64_t elements() const;
 
-  /// Returns the elements of the group of a part. Fails if their number differs from that of the
-  /// part.
+  /// Returns the elements in the group of a part. Fails if their number differs from the number in
+  /// the part.
   Result<ColumnElements> elements_of(StepElements& mesh, const StepIndex::Part& part) const;
-  /// Returns the values of next_part() at the wanted step. `mesh` belongs to the segment; it may be
+  /// Returns the values of next_part() at the wanted step. `mesh` describes the segment; it may be
   /// null if needs_mesh() is false.
   Result<std::vector<std::byte>> read_next(StepElements* mesh);
 
  private:
   /// A range of steps that are read together.
   struct Pass {
-    std::size_t from, end;  // indices into StepIndex::steps()
+    std::size_t from, end;  // indices in StepIndex::steps(); `end` is excluded
   };
 
   std::span<const StepIndex::Part> parts_of(std::size_t step) const {
@@ -81,9 +81,10 @@ class SegmentSteps {
   bool begun_ = false;
 
   Pass pass_{};
-  std::vector<std::optional<StepParts>> columns_;  // by step of the pass
-  std::vector<bool> by_mesh_;                      // by step of the pass: told_by_mesh()
-  // Values of the current group.
+  std::vector<std::optional<StepParts>> columns_;  // one for each step of the pass
+  std::vector<bool> by_mesh_;  // result of told_by_mesh() for each step of the pass
+
+  // Values of the current group at the step that is being decoded, and at earlier steps
   std::vector<std::byte> values_, one_back_, two_back_, trend_;
 };
 

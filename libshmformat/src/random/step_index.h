@@ -1,6 +1,6 @@
-// StepIndex: the entries of the index for stepped arrays: which parts of which chunks contain an
-// array at a step, and from which step on it must be read. It is checked for consistency; the
-// contents of the chunks are checked when they are read.
+// StepIndex: the entries of the index for stepped arrays. It lists which parts of which chunks
+// contain an array at a step, and at which earlier step reading must begin. It checks that the
+// entries are consistent. The contents of the chunks are checked when they are read.
 // spec: "Index and trailer"
 #pragma once
 
@@ -18,8 +18,8 @@ class StepIndex {
  public:
   /// A part, and the chunk that contains it (possibly with other parts).
   struct Part {
-    std::uint64_t offset = 0, bytes = 0;  // of the chunk
-    std::uint64_t first = 0, count = 0;   // elements
+    std::uint64_t offset = 0, bytes = 0;  // position and size of the chunk
+    std::uint64_t first = 0, count = 0;   // index of the first element, and number of elements
     std::uint32_t group = 0;
     StepReference reference = StepReference::nothing;
     container::Codec codec = container::Codec::columns;
@@ -27,19 +27,19 @@ class StepIndex {
   struct Step {
     std::uint64_t step = 0;
     bool refers = false;  // true if any of its parts refers to another step
-    std::size_t key = 0;  // index of the last step up to here that refers to no other
+    std::size_t key = 0;  // index of the last step, up to this step, that refers to no other step
     std::size_t begin = 0, end = 0;
   };
 
-  /// Must hold: `file` is open. On success, removes the entries of step values from its index. For
-  /// a damaged file, takes the step values that are left.
+  /// Creates the lists. Must hold: `file` is open. On success, removes the entries of step values
+  /// from its index. For a damaged file, uses the decodable step values.
   static Result<StepIndex> of(IndexedFile& file);
 
   const std::vector<Step>& steps(std::uint32_t array) const { return steps_[array]; }
   std::uint64_t elements(std::uint32_t array) const { return elements_[array]; }
-  /// By array; 0 for static arrays.
+  /// Returns the number of elements of each array; 0 for static arrays.
   const std::vector<std::uint64_t>& elements() const { return elements_; }
-  /// Returns the parts of the step that belong to these groups, in order.
+  /// Returns those parts of the step that belong to these groups, in order.
   std::span<const Part> parts(const Step& step, std::size_t first_group,
                               std::size_t end_group) const;
   /// Returns the index of the last step, up to index `nth`, that refers to no other step.
@@ -53,8 +53,8 @@ class StepIndex {
   Result<void> expect_complete(const IndexedFile& file) const;
   void find_keys();
 
-  std::vector<std::uint64_t> elements_;   // by array
-  std::vector<std::vector<Step>> steps_;  // by array
+  std::vector<std::uint64_t> elements_;   // number of elements of each array
+  std::vector<std::vector<Step>> steps_;  // steps of each array
   std::vector<Part> parts_;
   std::uint32_t last_array_ = 0;  // array of the previous part, if there is one
 };

@@ -1,5 +1,6 @@
-// VertexBuffer: the vertices of a segment with their values, from the cell that introduces a vertex
-// to the cell that uses it last. Requested cells in between take their vertices from here.
+// VertexBuffer: stores vertices of a segment with their values, from the cell that introduces a
+// vertex to the cell that uses it last. Requested cells in between copy their vertices from the
+// buffer.
 #pragma once
 
 #include <array>
@@ -27,23 +28,23 @@ class VertexBuffer {
     bool imported = false, in_box = false, given = false;
   };
 
-  /// `schema` is borrowed. `arrays`: the static point arrays whose values are kept. `coordinates`:
-  /// whether coordinates are kept, too.
+  /// `schema` is borrowed. `arrays` lists the static point arrays whose values are stored.
+  /// `coordinates`: true if coordinates are stored, too.
   VertexBuffer(const Schema& schema, std::vector<std::uint32_t> arrays, bool coordinates);
 
   /// Adds vertex `v` of a block. Returns false if there is already a vertex with its number.
   bool add(const MeshBlock& block, std::size_t v, bool in_box);
-  /// Returns null if there is no vertex with this number. The pointer is valid until the next call
-  /// of add().
+  /// Returns the vertex with this number, or null if there is no such vertex. The pointer is valid
+  /// until the next call of add().
   Vertex* find(std::uint64_t number);
   void remove(std::uint64_t number);
   void clear();
 
-  /// NaN if coordinates are not kept.
+  /// Returns the coordinates of a vertex; NaN if coordinates are not stored.
   std::array<double, 3> point(const Vertex& vertex) const;
-  /// Appends the number, and the coordinates and values if they are kept.
+  /// Appends the vertex to `out`: its number, and its coordinates and values if they are stored.
   void give(const Vertex& vertex, MeshBlock& out) const;
-  /// Number of vertices in the box.
+  /// Returns the number of vertices in the box.
   std::size_t in_box() const { return in_box_; }
   /// Calls visit(vertex) for all vertices in no particular order.
   template <class Visit>
@@ -54,7 +55,7 @@ class VertexBuffer {
  private:
   const Schema* schema_;
   std::vector<std::uint32_t> arrays_;
-  std::vector<std::size_t> strides_;  // by entry of arrays_
+  std::vector<std::size_t> strides_;  // bytes per vertex of each entry of arrays_
   std::size_t xyz_bytes_, record_bytes_;
   std::unordered_map<std::uint64_t, Vertex> vertices_;
   std::vector<std::byte> records_;

@@ -36,23 +36,27 @@ class Gatherer {
   bool touches_gap(std::span<const FoundPart* const> run) const;
   void gather_step(std::span<const FoundPart* const> of_step);
   std::size_t segment_of(std::size_t group) const;
-  /// Returns the index of a group in out_.groups; the number of groups if it cannot be decoded.
+  /// Returns the index of a group in out_.groups, or the number of groups if the group cannot be
+  /// decoded.
   std::size_t place_of(std::uint64_t number) const;
 
   const FoundChunks* found_;
   DecodableParts out_;
-  std::optional<std::uint32_t> segment_;  // of the previous group
+  std::optional<std::uint32_t> segment_;  // segment of the previous group
   bool broken_ = false;                   // the rest of the current segment cannot be decoded
-  // Without an index: first group whose number in the file is not certain.
+
+  // Number in the file of the first group whose number is uncertain. Used only without an index.
   std::optional<std::uint64_t> first_unsure_;
-  // Array, and index of a group that is known to have elements of it, for arrays that do not cover
-  // all blocks.
+  // Pairs of an array that does not cover all blocks, and the index of a group that is known to
+  // have elements of the array.
   std::set<std::pair<std::uint32_t, std::size_t>> partial_;
-  std::map<std::pair<std::uint32_t, std::size_t>, std::uint64_t> expected_;  // by array and segment
-  // By segment: the last step of the current array that can be read.
+  std::map<std::pair<std::uint32_t, std::size_t>, std::uint64_t>
+      expected_;  // number of parts by array and segment
+
+  // The last step of the current array that can be read, by segment.
   std::unordered_map<std::size_t, std::uint64_t> last_step_;
   std::vector<std::uint64_t> groups_with_vertices_,
-      groups_with_cells_;  // in the groups before each group
+      groups_with_cells_;  // number of such groups before each group
 };
 
 DecodableParts Gatherer::run() {
@@ -127,7 +131,7 @@ void Gatherer::gather_by_index() {
                        groups[next].entry.cells == listed.cells &&
                        groups[next].entry.first_vertex == listed.first_vertex &&
                        groups[next].entry.vertices == listed.vertices;
-    // The groups of a segment after a lost group cannot be decoded.
+    // The groups of a segment that come after a lost group cannot be decoded.
     if (!there) broken_ = true;
     if (!broken_) add_group(groups[next], number);
     if (broken_ && !out_.groups.empty() && out_.groups.back().segment == listed.segment)
@@ -136,11 +140,12 @@ void Gatherer::gather_by_index() {
   }
 }
 
-/// Returns how many chunks between a group and the previous group are lost. `next_chunk`: index,
-/// among the found chunks, of the chunk after the previous group; moved past this group.
+/// Returns how many chunks between the previous group and `group` are lost. `next_chunk` is the
+/// index, among the found chunks, of the chunk after the previous group; the call sets it to the
+/// chunk after `group`.
 std::uint64_t Gatherer::lost_before(const FoundGroup& group, std::size_t& next_chunk) const {
   const auto& chunks = found_->chunks();
-  // The first chunk of a file is the schema, lost or not.
+  // The first chunk of a file is the schema, even if it is lost.
   std::uint64_t next =
                     next_chunk == 0 ? 1 : std::uint64_t{chunks[next_chunk - 1].header.sequence} + 1,
                 lost = 0;
@@ -154,18 +159,19 @@ std::uint64_t Gatherer::lost_before(const FoundGroup& group, std::size_t& next_c
   return lost;
 }
 
-/// Without an index, a group certainly begins its segment if no chunk is lost before it, or if the
-/// number of lost chunks equals the number of lost segments, each of which then has one group. The
-/// number of the group in the file is certain only in these cases, or if a single chunk is lost and
-/// cells or vertices are lost with it: extras may occur between groups.
+/// Collects the groups without an index. A group certainly begins its segment in two cases: if no
+/// chunk is lost before it, or if the number of lost chunks equals the number of lost segments,
+/// each of which then has one group. The number of the group in the file is certain in the same
+/// cases, and also if a single chunk is lost together with cells or vertices. Otherwise it is
+/// uncertain, since lost chunks between groups may be extras.
 void Gatherer::gather_by_numbers() {
   std::size_t next_chunk = 0;
   std::uint64_t number = 0, end_cell = 0, end_vertex = 0;
-  bool readable = true;  // whether the previous group is readable
+  bool readable = true;  // true: the previous group is readable
   for (const FoundGroup& group : found_->groups()) {
     const IndexEntry& entry = group.entry;
     std::uint64_t lost = lost_before(group, next_chunk);
-    // Nothing of the mesh is lost, so the lost chunks are of other kinds.
+    // If no cells or vertices are lost, the lost chunks are of other kinds.
     if (readable && group.readable && entry.first_cell == end_cell &&
         entry.first_vertex == end_vertex)
       lost = 0;
@@ -241,8 +247,8 @@ std::uint64_t Gatherer::expected_parts(std::uint32_t array, std::size_t segment)
   return counts[out_.first_group[segment + 1]] - counts[out_.first_group[segment]];
 }
 
-/// Returns true if a chunk next to or between these parts is lost that may belong to the same
-/// array, step and segment.
+/// Returns true if a chunk is lost between or next to these parts, because it may belong to the
+/// same array, step and segment.
 bool Gatherer::touches_gap(std::span<const FoundPart* const> run) const {
   const auto& chunks = found_->chunks();
   const auto there = [&](std::uint32_t sequence) {
@@ -259,7 +265,7 @@ bool Gatherer::touches_gap(std::span<const FoundPart* const> run) const {
            run.back()->sequence == chunks.back().header.sequence);
 }
 
-/// Returns true if these are all parts of an array at a step in the segment.
+/// Returns true if `run` contains all parts of an array at a step in the segment.
 bool Gatherer::is_complete(std::span<const FoundPart* const> run, std::size_t segment) {
   const std::uint32_t array = run[0]->values.array;
   if (run.size() != expected_parts(array, segment)) return false;
@@ -304,8 +310,8 @@ void Gatherer::gather_values() {
   }
 }
 
-/// Adds the decodable parts of an array at a step. `of_step`: all parts that are left, in the order
-/// of their groups.
+/// Adds the decodable parts of an array at a step. `of_step` contains all undamaged parts, in the
+/// order of their groups.
 void Gatherer::gather_step(std::span<const FoundPart* const> of_step) {
   DecodableParts::Step step;
   step.array = of_step[0]->values.array;
@@ -335,7 +341,7 @@ void Gatherer::gather_step(std::span<const FoundPart* const> of_step) {
     const auto run = of_step.subspan(i, end - i);
     i = end;
     // If any chunk of the step refers to another step, reading starts at the same step in all
-    // segments.
+    // segments, so the segment needs the step before.
     const auto last = last_step_.find(segment);
     if (step.refers)
       follows =

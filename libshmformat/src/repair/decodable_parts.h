@@ -1,8 +1,10 @@
-// DecodableParts: the parts of a damaged file that can be decoded: of each segment the groups
-// before the first damaged group; of these groups the arrays whose bitstreams are undamaged; and
-// the step values that cover all these groups of a segment and refer to no lost values.
-// in:  FoundChunks
-// out: the entries that an index of these parts would have
+// DecodableParts: the parts of a damaged file that can be decoded:
+// - in each segment, the groups before the first damaged group;
+// - in these groups, the arrays whose bitstreams are undamaged;
+// - the step values that cover all these groups of a segment and refer to no lost values.
+//
+// It is computed from FoundChunks, and contains the entries that an index of these parts would
+// have.
 // spec: "Recovery"
 #pragma once
 
@@ -19,18 +21,20 @@ namespace shm {
 
 struct DecodableParts {
   std::vector<std::byte> beginning;  ///< file start and schema chunk
-  container::Index totals;           ///< of the whole file, as far as known; without entries
+  container::Index totals;  ///< totals of the whole file if they are known; without entries
   std::uint64_t index_offset = 0;
   bool has_index = false;
 
-  /// Groups in file order. Each segment keeps its groups up to the first that is lost.
+  /// Decodable groups in file order: in each segment, the groups before the first lost group.
   std::vector<container::IndexEntry> groups;
-  std::vector<std::uint64_t> group_numbers;  ///< by group: its number in the file
-  /// First group of each segment that has any group left, and the end of the last one.
+  std::vector<std::uint64_t> group_numbers;  ///< number of each group in the file
+
+  /// Index in `groups` of the first group of each segment that has decodable groups; then the
+  /// number of groups.
   std::vector<std::size_t> first_group;
-  /// By segment: lost static arrays, ascending.
+  /// Lost static arrays of each segment, in ascending order.
   std::vector<std::vector<std::uint32_t>> lost_arrays;
-  /// By segment: true if nothing of it is known to be lost.
+  /// For each segment: true if no part of it is known to be lost.
   std::vector<bool> whole;
 
   /// A part of step values, with offset and length of the chunk that contains it.
@@ -43,14 +47,15 @@ struct DecodableParts {
     std::uint64_t step = 0;
     bool refers = false;  ///< true if any of its parts, including lost ones, refers to another step
     std::vector<Part>
-        parts;  ///< values.group: index into `groups`; values.first: element index within this list
+        parts;  ///< values.group: index in `groups`; values.first: element index within these parts
   };
-  std::vector<Step> steps;  ///< by array, then by step
-  /// Array and step of all step values in the index.
+  std::vector<Step> steps;  ///< sorted by array, then by step
+
+  /// Array and step number of all step values that the index lists.
   std::set<std::pair<std::uint32_t, std::uint64_t>> listed_steps;
   std::vector<container::IndexEntry> extras, step_times;
 
-  /// Must hold: `known` has a schema.
+  /// Collects the parts that can be decoded. Must hold: `known` has a schema.
   static DecodableParts of(const FoundChunks& known);
 };
 

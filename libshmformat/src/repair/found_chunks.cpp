@@ -71,7 +71,7 @@ Result<void> FoundChunks::read() {
 Result<std::vector<std::byte>> FoundChunks::payload_of(const FoundChunk& chunk,
                                                        std::uint64_t most) {
   const std::uint64_t begin = chunk.offset + chunk.header.bytes();
-  // All payloads together are no larger than the file.
+  // Limits the size so that all payloads together are not larger than the file.
   std::vector<std::byte> payload(static_cast<std::size_t>(
       std::min({most, chunk.header.payload_bytes, chunk.room - chunk.header.bytes()})));
   if (auto status = source_->read_at(begin, payload); !status) return status.error();
@@ -79,7 +79,7 @@ Result<std::vector<std::byte>> FoundChunks::payload_of(const FoundChunk& chunk,
 }
 
 /// Finds the first undamaged copy of the schema. If another copy differs, the file consists of
-/// parts of two files, and the schema of one would misinterpret the values of the other.
+/// parts of two files, and a schema of one file would misinterpret the values of the other.
 Result<void> FoundChunks::find_schema() {
   const FoundChunk* first = nullptr;
   for (const FoundChunk& chunk : scan_.chunks) {
@@ -141,7 +141,7 @@ Result<void> FoundChunks::find_index() {
   return {};
 }
 
-/// Returns true if all chunks are undamaged and the index lists something else: then the index is
+/// Returns true if all chunks are undamaged but the index does not match them. The index is then
 /// wrong.
 Result<bool> FoundChunks::is_contradicted(const container::Index& index) {
   container::ChunkList list;
@@ -180,7 +180,8 @@ Result<bool> FoundChunks::is_contradicted(const container::Index& index) {
 
 Result<void> FoundChunks::judge_by_index() {
   const std::vector<FoundChunk>& found = scan_.chunks;
-  std::vector<std::size_t> by_number(found.size() - 1);  // undamaged chunks, without the index
+  std::vector<std::size_t> by_number(found.size() -
+                                     1);  // undamaged chunks by their number, except the index
   for (std::size_t i = 0; i < by_number.size(); ++i) by_number[i] = i;
   std::erase_if(by_number, [&](std::size_t i) { return !found[i].whole; });
   std::stable_sort(by_number.begin(), by_number.end(), [&](std::size_t a, std::size_t b) {
@@ -226,7 +227,7 @@ void FoundChunks::add_lost(const IndexEntry& listed) {
   const std::uint64_t size = source_->size();
   Damage damage{DamageKind::damaged, container::chunk_name(listed.kind), listed.offset, 0};
   damage.bytes = listed.offset < size ? std::min(listed.bytes, size - listed.offset) : 0;
-  // If another chunk overlaps its place, nothing of it is left.
+  // If another chunk overlaps the position of the lost chunk, none of its bytes are left.
   const auto& found = scan_.chunks;
   const auto next = std::lower_bound(
       found.begin(), found.end(), listed.offset,
@@ -247,7 +248,7 @@ void FoundChunks::add_lost(const IndexEntry& listed) {
   add_damage(std::move(damage), listed.parts);
 }
 
-/// Reports a damage. For step values, reports one per array and step.
+/// Reports a damage. Damage to step values is reported once per array and step.
 void FoundChunks::add_damage(Damage damage, const std::vector<container::StepEntry>& parts) {
   if (parts.empty()) {
     damages_.push_back(std::move(damage));
@@ -284,7 +285,8 @@ Result<void> FoundChunks::judge_by_numbers() {
       if (chunk.whole) damages_.push_back(damage_of(DamageKind::repeated, chunk, source_->size()));
       continue;
     }
-    if (chunk.is(ChunkKind::index) && &chunk != &found.back()) continue;  // left to judge_end()
+    if (chunk.is(ChunkKind::index) && &chunk != &found.back())
+      continue;  // judge_end() handles the last index
     if (chunk.offset < farthest)
       damages_.push_back(damage_of(DamageKind::out_of_order, chunk, source_->size()));
     add_gap(before, chunk);
@@ -296,14 +298,15 @@ Result<void> FoundChunks::judge_by_numbers() {
   return {};
 }
 
-/// Reports the gap between two chunks whose numbers are not consecutive, or that are not adjacent.
+/// Reports a gap between two chunks whose numbers are not consecutive, or which are not adjacent in
+/// the file.
 void FoundChunks::add_gap(const FoundChunk* before, const FoundChunk& after) {
   const std::uint64_t end =
       before == nullptr ? container::kFileStartBytes : before->offset + before->bytes();
   const std::uint64_t chunks =
       after.header.sequence - (before == nullptr ? 0 : std::uint64_t{before->header.sequence} + 1);
   const std::uint64_t bytes = end < after.offset ? after.offset - end : 0;
-  // A damaged chunk that seems too long has been reported already.
+  // If the chunk before is damaged and seems too long, it has been reported already.
   if (chunks == 0 && (bytes == 0 || (before != nullptr && !before->whole))) return;
   Damage damage{DamageKind::damaged, "chunk", std::min(end, source_->size()), bytes};
   damage.chunks = chunks;
@@ -314,7 +317,8 @@ void FoundChunks::add_gap(const FoundChunk* before, const FoundChunk& after) {
   damages_.push_back(std::move(damage));
 }
 
-/// Assigns the cells between the last readable group and this one to the damages in between.
+/// Assigns the cells between the last readable group and `after` to the damages between these
+/// groups.
 void FoundChunks::guess_cells(const FoundGroup& after) {
   const std::uint64_t end = group_before_ ? group_before_->end_cell() : 0;
   for (const std::size_t i : unplaced_) {
@@ -389,7 +393,7 @@ Result<FoundGroup> FoundChunks::look_at_group(const FoundChunk& chunk) {
   for (const container::StreamEntry& stream : header.streams) {
     const auto bytes = in.get_bytes(stream.bytes);
     if (in.ok() && (chunk.whole || checksum(bytes) == stream.checksum)) continue;
-    // A group with an array that does not exist was never a group of this file.
+    // A group that refers to an array that does not exist was never a group of this file.
     if (stream.kind == container::StreamKind::array && schema_ &&
         stream.array < schema_->arrays.size())
       group.lost_arrays.push_back(stream.array);

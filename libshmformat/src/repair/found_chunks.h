@@ -1,8 +1,8 @@
-// FoundChunks: the contents of a damaged file: each chunk that is left, once, by its number, and
-// all damages. If the index is undamaged, it lists the original chunks; otherwise they follow from
-// the sequence numbers of chunks and the headers of groups.
-// in:  a RandomSource, any part of which may be damaged
-// out: chunks, groups, step values; damages
+// FoundChunks: the contents of a damaged file. Each undamaged or damaged chunk that is found occurs
+// once, by its number. An undamaged index lists the original chunks. Otherwise they are derived
+// from the sequence numbers of chunks and the headers of groups.
+// - Input: a RandomSource, any part of which may be damaged.
+// - Output: chunks, groups, step values, and a list of all damages.
 // spec: "Container", "Index and trailer", "Recovery"
 #pragma once
 
@@ -21,10 +21,10 @@ namespace shm {
 /// A group whose chunk header is undamaged.
 struct FoundGroup {
   std::uint32_t sequence = 0;
-  container::IndexEntry
-      entry;  ///< from its group header if that is readable; otherwise only location and segment
+  container::IndexEntry entry;  ///< copied from the group header if that is readable; otherwise
+                                ///< only position and segment are set
   bool readable = false;
-  bool has_mesh = false;  ///< everything except arrays is undamaged
+  bool has_mesh = false;  ///< true: all bitstreams except arrays are undamaged
   std::vector<std::uint32_t> lost_arrays;
 
   std::uint64_t end_cell() const { return entry.first_cell + entry.cells; }
@@ -33,33 +33,33 @@ struct FoundGroup {
 /// A part of an undamaged chunk of step values.
 struct FoundPart {
   std::uint32_t sequence = 0;
-  std::uint64_t offset = 0, bytes = 0;  ///< of the chunk
+  std::uint64_t offset = 0, bytes = 0;  ///< position and size of the chunk
   container::StepEntry values;
   std::uint64_t reference_step = 0;
 };
 
 class FoundChunks {
  public:
-  /// `source` is borrowed during the call.
+  /// Finds the chunks of `source`, which is borrowed during the call.
   static Result<FoundChunks> of(RandomSource& source, const ReadLimits& limits);
 
   const std::vector<Damage>& damages() const { return damages_; }
-  /// Each chunk once, by ascending number, including damaged chunks. If there is an index, only the
-  /// chunks that it lists.
+  /// All chunks found, in ascending order of their numbers, including damaged chunks. Each number
+  /// occurs once. If there is an index, only the chunks that it lists.
   const std::vector<container::FoundChunk>& chunks() const { return chunks_; }
   const std::vector<FoundGroup>& groups() const { return groups_; }
   const std::vector<FoundPart>& parts() const { return parts_; }
   const std::optional<container::Index>& index() const { return index_; }
-  /// Real offset and length of the index. Must hold: there is one.
+  /// Actual offset and length of the index. Must hold: an index was found.
   std::uint64_t index_offset() const { return index_offset_; }
   std::uint64_t index_bytes() const { return scan_.chunks.back().bytes(); }
-  /// Returns true if the last of chunks() is known to be the last chunk before the index.
+  /// Returns true if no chunk is lost between the last of chunks() and the index.
   bool ends_at_index() const;
   /// Returns the end of the last chunk that is not an index.
   std::uint64_t end_of_chunks() const;
-  /// Payload of the first undamaged schema chunk; empty if there is none.
+  /// Payload of the first undamaged schema chunk, or empty if no schema is undamaged.
   const std::vector<std::byte>& schema_payload() const { return schema_payload_; }
-  /// Returns file start and schema chunk as in an undamaged file. Must hold: there is a schema.
+  /// Returns file start and schema chunk as in an undamaged file. Must hold: a schema was found.
   std::vector<std::byte> beginning() const;
   const std::optional<Schema>& schema() const { return schema_; }
 
@@ -93,11 +93,11 @@ class FoundChunks {
   std::uint64_t index_offset_ = 0;
   std::vector<std::byte> schema_payload_;
   bool has_long_headers_ =
-      false;  // the schema chunk has a long header even if a short one would do
+      false;  // true: the schema chunk has a long header although a short header would suffice
   std::optional<Schema> schema_;
   std::vector<Damage> damages_;
   // Used only without an index.
-  std::vector<std::size_t> unplaced_;       // damages whose cells are not known yet
+  std::vector<std::size_t> unplaced_;       // indices of damages whose cells are not known yet
   std::optional<FoundGroup> group_before_;  // the last readable group
 };
 

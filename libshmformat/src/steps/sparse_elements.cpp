@@ -27,7 +27,8 @@ void SparseGroup::unfold(std::uint32_t covered, TiledItems& out) const {
   out.left_out.push_back(uncovered_behind);
 }
 
-/// Neighbours usually are of one block, so the last answer is kept.
+/// Returns true if the array covers `block`. Keeps the last result, since consecutive elements
+/// usually belong to the same block.
 bool Coverage::operator()(std::uint32_t block) {
   if (block != last_) {
     last_ = block;
@@ -36,10 +37,10 @@ bool Coverage::operator()(std::uint32_t block) {
   return covers_last_;
 }
 
-/// A column skips the uncovered elements of a tile before it codes the covered ones, and a skipped
-/// element takes the state coded last. So it may as well be skipped in the next tile that has
-/// covered elements, in whatever group. It need not be skipped at all if no covered element looks
-/// at its slot before the slot is reused.
+/// A column skips the uncovered elements of a tile before it codes the covered elements, and a
+/// skipped element stores the state that was coded last. It can therefore also be skipped in the
+/// next tile that has covered elements, even in a later group. It need not be skipped at all if no
+/// covered element refers to its slot before the slot is reused.
 void SparseGroupBuilder::add_group(const TiledItems& all, std::uint32_t slots,
                                    std::span<const std::uint64_t> numbers) {
   SparseGroup& to = out_->emplace_back();
@@ -119,7 +120,8 @@ void SparseGroupBuilder::put_skipped(std::span<SparseGroup> groups) {
   }
 }
 
-/// Renumbers slots by first use, so that a group names no more slots than all elements up to it do.
+/// Renumbers slots in the order of their first use. The upper bound SparseGroup::slots of a group
+/// is then the number of slots that are used up to that group.
 void SparseGroupBuilder::number_by_first_use(std::span<SparseGroup> groups) const {
   std::vector<std::uint32_t> new_slots(slots_, kNone);
   std::uint32_t slots = 0;

@@ -1,9 +1,9 @@
-// SparseElements: the elements that a column of an array on few elements needs: the covered
-// elements, and those other elements whose slots a covered element looks at. A column over these
-// gives the same values as a column over all elements.
-// in:    elements of the groups that have covered elements, in order       out: the same without
-// most
-// keeps: 60 bytes for each covered element, and at most 4 for each slot that it looks at
+// SparseElements: the elements that a column needs for an array on few elements. These are the
+// covered elements, and those other elements whose slots a covered element refers to. A column over
+// these elements produces the same values as a column over all elements.
+// - Input: the elements of the groups that have covered elements, in order.
+// - Output: the same groups without the elements that are not needed.
+// - Memory: 60 bytes for each covered element, and at most 4 for each slot that it refers to.
 // spec: "Step values"
 #pragma once
 
@@ -18,8 +18,8 @@ namespace shm {
 
 /// The elements of one group.
 struct SparseGroup {
-  /// Ends of the tile in `items` and in `skipped`. `uncovered`: number of uncovered elements in it
-  /// and in the tiles without covered elements before it.
+  /// End positions of the tile in `items` and in `skipped`. `uncovered` is the number of uncovered
+  /// elements in the tile and in the tiles without covered elements before it.
   struct Tile {
     std::uint32_t items_end = 0, skipped_end = 0, uncovered = 0;
   };
@@ -28,8 +28,9 @@ struct SparseGroup {
   std::vector<std::uint32_t> skipped;  ///< slots of uncovered elements
   std::vector<Tile> tiles;             ///< tiles with covered elements
   std::vector<std::uint64_t> numbers;  ///< numbers of the covered elements, if known
-  std::uint32_t slots = 0;             ///< upper bound of the slots named up to here
-  std::uint32_t all_slots = 0;         ///< upper bound of the slots of all elements up to here
+  std::uint32_t slots = 0;             ///< upper bound of the slots used in this and earlier groups
+  std::uint32_t all_slots =
+      0;  ///< upper bound of the slots of all elements of this and earlier groups
   std::uint32_t uncovered_behind = 0;  ///< number of uncovered elements after the last tile
 
   std::size_t bytes() const {
@@ -41,10 +42,10 @@ struct SparseGroup {
   void unfold(std::uint32_t covered, TiledItems& out) const;
 };
 
-/// The blocks that an array covers.
+/// Decides whether a block belongs to the blocks that an array covers.
 class Coverage {
  public:
-  /// `blocks` ascend and must outlive this object.
+  /// `blocks` are in ascending order and must outlive this object.
   explicit Coverage(std::span<const std::uint32_t> blocks) : blocks_(blocks) {}
   bool operator()(std::uint32_t block);
 
@@ -54,32 +55,32 @@ class Coverage {
   bool covers_last_ = false;
 };
 
-/// Builds the groups of one segment after the other. At the end of a segment its data by slot is
-/// dropped.
+/// Builds the groups, segment after segment. Frees its data by slot at the end of each segment.
 class SparseGroupBuilder {
  public:
   /// `out` and `blocks` must outlive this object.
   SparseGroupBuilder(std::span<const std::uint32_t> blocks, std::vector<SparseGroup>& out)
       : covers_(blocks), out_(&out) {}
 
-  /// Adds the next group that has covered elements. Either items or blocks of `all` may be missing.
-  /// `slots`: above every slot named by an item. `numbers`: of all elements, of the covered
-  /// elements, or none.
+  /// Adds the next group that has covered elements. Either the items or the blocks of `all` may be
+  /// missing. `slots` is larger than every slot in the items. `numbers` are the numbers of all
+  /// elements or of the covered elements, or empty.
   void add_group(const TiledItems& all, std::uint32_t slots,
                  std::span<const std::uint64_t> numbers);
   /// Call it after the groups of each segment.
   void end_segment();
-  /// Bytes of the groups built so far, and of data kept until the end of the segment.
+  /// Returns the size in bytes of the groups built so far, and of the data stored until the end of
+  /// the segment.
   std::size_t bytes() const { return bytes_ + looked_at_.size() * sizeof(LookedAt); }
 
  private:
-  /// Data of a slot, by its number in the mesh.
+  /// Data of a slot, by its original number in the mesh.
   struct Slot {
-    std::uint32_t number = kNone;  ///< the new number
-    std::uint32_t skipped =
-        kNone;  ///< the tile before which an uncovered element took the slot, if one did
+    std::uint32_t number = kNone;   ///< the slot after renumbering
+    std::uint32_t skipped = kNone;  ///< tile before which an uncovered element used the slot; kNone
+                                    ///< if no uncovered element uses it
   };
-  /// An uncovered element that a covered element looks at. It is skipped before the covered
+  /// An uncovered element to which a covered element refers. It is skipped before the covered
   /// elements of a tile.
   struct LookedAt {
     std::uint32_t tile, slot;

@@ -43,7 +43,7 @@ Result<StepPiece> StepDecoder::read(const container::StepHeader& header,
   return piece;
 }
 
-/// Begins a step. The step before, of whatever array, must be complete.
+/// Begins a step of one array. The step that began before it, of any array, must be complete.
 Result<void> StepDecoder::begin_step(const container::StepHeader& header, std::uint64_t file) {
   Last& last = last_[header.array];
   if (!is_complete() || (last.begun && header.step <= last.step))
@@ -64,8 +64,8 @@ Result<void> StepDecoder::begin_step(const container::StepHeader& header, std::u
   return {};
 }
 
-/// Checks that the group is the next one with elements of the array, and that the header has their
-/// number.
+/// Checks that the part belongs to the next group that has elements of the array, and that the
+/// header states their number.
 Result<void> StepDecoder::expect_group(const container::StepHeader& header) {
   const Last& last = last_[header.array];
   if (header.count > elements_[header.array] - last.first)
@@ -77,12 +77,14 @@ Result<void> StepDecoder::expect_group(const container::StepHeader& header) {
   if (*next == nullptr || (*next)->group < header.group)
     return wrong_step_values(*schema_, header, "a group is missing or out of order");
   if ((*next)->count != header.count)
-    return wrong_step_values(*schema_, header, "has another number of values than elements");
+    return wrong_step_values(*schema_, header,
+                             "the number of values differs from the number of elements");
   return {};
 }
 
-/// Returns what the part refers to. A trend needs two steps, the later of which refers to a step
-/// itself: a reader that begins between the two has neither.
+/// Returns what the part refers to. A trend needs the two previous steps, and the later of these
+/// must itself refer to a step. Otherwise the later step is a key step, and a reader that begins
+/// there does not have the earlier step.
 Result<StepReference> StepDecoder::reference_of(const container::StepHeader& header) const {
   const Last& last = last_[header.array];
   const StepReference kind = container::refers_to(header);
@@ -97,9 +99,11 @@ Result<StepReference> StepDecoder::reference_of(const container::StepHeader& hea
   if (schema_->arrays[header.array].quantization.lossy())
     return wrong_step_values(*schema_, header, "refers to a step, but the array is quantized");
   if (kind > schema_->step_references)
-    return wrong_step_values(*schema_, header, "refers to more steps than the schema allows");
+    return wrong_step_values(*schema_, header,
+                             "refers to more earlier steps than the schema allows");
   if (kind > most_)
-    return wrong_step_values(*schema_, header, "refers to steps that are too large to hold");
+    return wrong_step_values(*schema_, header,
+                             "refers to steps whose values are too large to be held in memory");
   return kind;
 }
 

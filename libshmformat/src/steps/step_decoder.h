@@ -1,5 +1,5 @@
-// StepDecoder: takes step_values chunks, gives out values of stepped arrays. The mirror of
-// step_encoder.h.
+// StepDecoder: decodes step_values chunks to values of stepped arrays. step_encoder.h is the
+// counterpart.
 // spec: "Step values"
 #pragma once
 
@@ -20,27 +20,27 @@ namespace shm {
 
 class StepDecoder {
  public:
-  /// `schema` has passed check_schema(). It and `topology`, which is of the whole mesh, must
-  /// outlive the decoder. `elements`: number of elements, by array.
+  /// `schema` has passed check_schema(). It must outlive the decoder, and so must `topology`, the
+  /// topology of the whole mesh. `elements` lists the number of elements of each array.
   StepDecoder(const Schema& schema, const ReadLimits& limits, StepTopology& topology,
               std::vector<std::uint64_t> elements);
 
-  /// Decodes the values of a part. `file`: bytes of the file up to the end of the part. Errors name
-  /// no place.
+  /// Decodes the values of a part. `file` is the number of bytes of the file up to the end of the
+  /// part. Errors contain no offset.
   Result<StepPiece> read(const container::StepHeader& header, std::span<const std::byte> bytes,
                          std::uint64_t file);
-  /// Returns true if the step that began last is complete.
+  /// Returns true if the last step that began is complete.
   bool is_complete() const { return array_ == kNone || last_[array_].first == elements_[array_]; }
 
  private:
-  /// The last step of an array.
+  /// State of an array at its last step.
   struct Last {
     bool begun = false;
-    std::uint64_t step = 0, first = 0;  // first: the next element to read
+    std::uint64_t step = 0, first = 0;  // first: index of the next element to read
     std::size_t groups = 0;             // number of groups read
     StepMemory values;
     std::uint64_t step_before = 0;
-    std::uint32_t run = 0;  // number of steps from the last key step up to step_before
+    std::uint32_t run = 0;  // number of steps from the last key step to step_before, both included
     bool has_referred = false;
   };
 
@@ -55,8 +55,9 @@ class StepDecoder {
   StepElements mesh_;
   std::vector<std::uint64_t> elements_;
   StepReference most_;
-  std::vector<Last> last_;  // by array
-  // The current step, of one array
+  std::vector<Last> last_;  // state of each array
+
+  // The current step and its array
   std::uint32_t array_ = kNone;
   std::optional<StepParts> parts_;
 };

@@ -9,16 +9,17 @@
 namespace shm {
 namespace {
 
-/// Elements are few if they are at most 1 / kFew of all elements.
+/// The elements of an array are few if they are at most 1 / kFew of all elements.
 constexpr std::uint64_t kFew = 4;
-/// Bytes that may be kept of them in any case.
+/// Number of bytes that may always be used to store such elements.
 constexpr std::size_t kLeastKept = std::size_t{1} << 20;
-/// Most covers that are built at once, since each needs memory by slot. The first time one is
-/// built, then twice as many each time: a caller that asks for many usually asks for all.
+/// Largest number of covers that are built in one pass, since each needs memory by slot. The first
+/// pass builds one cover, each later pass twice as many as the pass before: a caller that asks for
+/// many usually asks for all.
 constexpr std::size_t kMostCoversAtOnce = 16;
 
 constexpr std::uint32_t kOwn[] = {
-    0};  // in GroupElements: the block of vertices that are not imported
+    0};  // block number, in GroupElements, of the vertices that are not imported
 
 }  // namespace
 
@@ -67,7 +68,8 @@ void StepElements::expect(std::uint32_t array, std::uint64_t elements) {
   Cover& entry = cover(array);
   entry.array = array;
   const ArrayInfo& info = schema_->arrays[array];
-  // Groups counted before belong to a dense cover. It stays dense, whatever a later step expects.
+  // If groups were counted before, they belong to a cover that is not sparse. It does not become
+  // sparse, whatever number of elements a later step expects.
   if (entry.made || entry.counted > 0 || info.components > kMostStepComponents) return;
   const bool covers_all = !of_points(entry) && info.blocks.empty();
   const std::uint64_t all =
@@ -126,9 +128,9 @@ ColumnElements StepElements::dense(std::uint32_t array, const GroupElements& all
   return {&all.cells, all.slots, 0, numbers_};
 }
 
-/// Goes through all groups once, for this cover and for some covers that will probably be asked for
-/// next. A cover that would keep too much memory is decoded with the mesh, like covers of many
-/// elements.
+/// Reads all groups once, and builds this cover and some covers that will probably be needed next.
+/// A cover that needs too much memory is not stored: the mesh is decoded for it, as for covers of
+/// many elements.
 Result<void> StepElements::make_sparse(std::uint32_t wanted) {
   std::vector<Making> all;
   for (auto next = covers_.find(wanted); next != covers_.end() && all.size() < made_at_once_;

@@ -1,7 +1,7 @@
-// StepElements: the groups that have elements of a stepped array, and these elements, which a
-// column needs. Those of arrays on few elements are kept from step to step (sparse_elements.h), so
-// that the cost of a step depends on its own values and not on the mesh. For other arrays the mesh
-// is decoded again.
+// StepElements: finds the groups that have elements of a stepped array, and provides these elements
+// to a column. The elements of arrays on few elements are stored from step to step
+// (sparse_elements.h), so that the cost of a step depends on the number of its values and not on
+// the mesh. For other arrays, the mesh is decoded again.
 // spec: "Step values"
 #pragma once
 
@@ -17,21 +17,24 @@
 
 namespace shm {
 
-/// Most components of an array in columns, since each column needs memory. Wider arrays are left to
-/// zstd.
+/// Largest number of components of an array that is coded in columns, since each column needs
+/// memory. Arrays with more components are coded with zstd only.
 inline constexpr std::uint32_t kMostStepComponents = 256;
 
-/// Elements of a group, as a column needs them.
+/// The elements of a group, in the form that a column needs.
 struct ColumnElements {
   const TiledItems* items = nullptr;
-  std::uint32_t slots = 0;  ///< upper bound of the slots named by items
-  /// The same for all elements of the mesh, if some are left out.
+  std::uint32_t slots = 0;  ///< upper bound of the slots in `items`
+
+  /// Upper bound of the slots of all elements of the mesh, if `items` has only some of them;
+  /// otherwise 0.
   std::uint32_t all_slots = 0;
-  /// Numbers of the covered elements in a Reader, if the StepTopology was asked for them.
+  /// Numbers of the covered elements in a Reader. Empty unless the StepTopology was asked for
+  /// numbers.
   std::span<const std::uint64_t> numbers;
 };
 
-/// By array: the number of its cover. Stepped arrays that cover the same elements have the same
+/// Number of the cover of each array. Stepped arrays that cover the same elements have the same
 /// number.
 using CoverNumbers = std::shared_ptr<const std::vector<std::uint32_t>>;
 CoverNumbers cover_numbers(const Schema& schema);
@@ -43,38 +46,39 @@ class StepElements {
     std::uint64_t count = 0;  ///< number of elements, never 0
   };
 
-  /// `schema` has passed check_schema(). It and `topology`, which has all its groups, must outlive
-  /// this object. `covers`: cover_numbers(schema).
+  /// `schema` has passed check_schema(). It must outlive this object, and so must `topology`, to
+  /// which all groups have been added. `covers` is the result of cover_numbers(schema).
   StepElements(const Schema& schema, StepTopology& topology, CoverNumbers covers);
 
-  /// Sets the number of elements that an array has in all groups, which decides whether they are
-  /// kept. Call it before anything else about the array.
+  /// Sets the number of elements that an array has in all groups. This number decides whether the
+  /// elements are stored. Call it before any other function for the array.
   void expect(std::uint32_t array, std::uint64_t elements);
-  /// Returns the nth group that has elements of the array; null if there is none up to group
-  /// `last`. Valid until the next call.
+  /// Returns the nth group that has elements of the array, or null if there is no such group up to
+  /// group `last`. The result is valid until the next call.
   Result<const OfGroup*> nth_group(std::uint32_t array, std::size_t nth, std::size_t last);
   /// Returns the number of elements of the array in the group.
   Result<std::uint64_t> count(std::uint32_t array, std::size_t group);
-  /// Returns the elements of the array in a group that has some. Valid until the next call. Reading
-  /// groups in order is fastest.
+  /// Returns the elements of the array in a group, which must have some. The result is valid until
+  /// the next call. Reading groups in order is fastest.
   Result<ColumnElements> elements(std::uint32_t array, std::size_t group);
 
   std::uint32_t segment_of(std::size_t group) const { return topology_->segment_of(group); }
   bool has_neighbourhoods(std::size_t group) const { return topology_->has_neighbourhoods(group); }
   std::size_t groups() const { return topology_->groups(); }
   std::uint64_t most_active() const { return topology_->most_active(); }
-  /// Bytes kept for arrays on few elements.
+  /// Returns the number of bytes used to store arrays on few elements.
   std::size_t kept_bytes() const { return kept_bytes_; }
 
  private:
-  /// Arrays that cover the same elements.
+  /// Data shared by arrays that cover the same elements.
   struct Cover {
-    std::uint32_t array = 0;          // one of these arrays
-    bool is_sparse = false;           // true: they cover few elements
-    bool made = false;                // true: `sparse` has been built
-    std::vector<OfGroup> groups;      // groups that have elements
-    std::size_t counted = 0;          // number of groups counted
-    std::vector<SparseGroup> sparse;  // sparse elements of `groups`, once made
+    std::uint32_t array = 0;      // one of the arrays that have this cover
+    bool is_sparse = false;       // true: the arrays cover few elements
+    bool made = false;            // true: `sparse` has been built
+    std::vector<OfGroup> groups;  // groups that have elements of the arrays
+    std::size_t counted = 0;      // number of groups whose elements have been counted
+    std::vector<SparseGroup>
+        sparse;  // elements of `groups`, without those not needed; set if `made`
 
     /// Returns the index in `groups` of the first group that is not before `group`.
     std::size_t nth(std::size_t group) const;
@@ -95,7 +99,7 @@ class StepElements {
   const Schema* schema_;
   StepTopology* topology_;
   CoverNumbers numbers_of_covers_;
-  std::map<std::uint32_t, Cover> covers_;  // by number
+  std::map<std::uint32_t, Cover> covers_;  // covers by their number
   std::size_t kept_bytes_ = 0, made_at_once_ = 1;
   TiledItems unfolded_;
   std::vector<std::uint64_t> numbers_;

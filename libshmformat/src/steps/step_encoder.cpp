@@ -65,9 +65,10 @@ void StepEncoder::go_on(std::uint32_t array, std::uint64_t last_step, std::uint3
   steps_ = std::max(steps_, last_step + 1);
 }
 
-/// Returns the most that the next step of the array may refer to.
+/// Returns the furthest reference that the next step of the array may use.
 StepReference StepEncoder::most_next(std::uint32_t array) const {
-  // A reader of a quantized array restores other values than are given here.
+  // A reader of a quantized array restores values that differ from the values passed to the
+  // encoder.
   if (schema_->arrays[array].quantization.lossy()) return StepReference::nothing;
   const std::uint32_t run = before_[array].run;
   if (run == 0 || run >= key_steps_) return StepReference::nothing;
@@ -77,11 +78,11 @@ StepReference StepEncoder::most_next(std::uint32_t array) const {
 Result<void> StepEncoder::begin_step(std::uint32_t array, std::uint64_t step) {
   Before& before = before_[array];
   if (step < before.next_step) return misuse("steps of an array must ascend", "steps");
-  reference_step_ = before.next_step - 1;  // irrelevant if nothing may be referred to
+  reference_step_ = before.next_step - 1;  // not used if the step may not refer to other steps
   most_here_ = most_next(array);
   before.next_step = step + 1;
   if (elements_[array] > 0)
-    steps_ = std::max(steps_, step + 1);  // without elements the file has no trace of the step
+    steps_ = std::max(steps_, step + 1);  // a step without elements leaves no trace in the file
   array_ = array;
   step_ = step;
   first_ = 0;
@@ -134,7 +135,7 @@ Result<void> StepEncoder::end_group() {
   return {};
 }
 
-/// Encodes the pending values.
+/// Encodes the pending values of the current group.
 Result<EncodedColumn> StepEncoder::encode() {
   const ArrayInfo& info = schema_->arrays[*array_];
   if (info.components > kMostStepComponents) {
@@ -152,7 +153,7 @@ Result<EncodedColumn> StepEncoder::encode() {
   return column_->encode(*elements, pending_, level_, reference(*reference_));
 }
 
-/// Chooses, on the first group of a step, what all its groups refer to.
+/// Chooses, in the first group of a step, the reference for all groups of the step.
 EncodedColumn StepEncoder::choose_reference(const ColumnElements& elements) {
   EncodedColumn best;
   for (const StepReference kind :
@@ -175,8 +176,8 @@ EncodedColumn StepEncoder::encode_in_terms() {
   return encode_terms(schema_->arrays[*array_], pending_, reference(*reference_), scratch_).column;
 }
 
-/// Chooses, on the first group of a step, what all its groups refer to: the same as in the step
-/// before, unless that needs a quarter more bytes than when it was chosen.
+/// Chooses, in the first group of a step, the reference for all groups of the step. Keeps the
+/// reference of the step before, unless it now needs a quarter more bytes than when it was chosen.
 EncodedColumn StepEncoder::choose_terms() {
   Before& before = before_[*array_];
   const auto with = [&](StepReference kind) {
@@ -198,7 +199,7 @@ EncodedColumn StepEncoder::choose_terms() {
       before.liked = StepReference::trend;
     }
   }
-  // If this step could not refer to a trend yet, the next one chooses again.
+  // If this step could not refer to a trend yet, the next step chooses again.
   before.liked_bytes = most_here_ == most_ ? best.column.bytes.size() : 0;
   reference_ = best.refers ? before.liked : StepReference::nothing;
   return std::move(best.column);

@@ -1,5 +1,5 @@
-// StepEncoder: takes values of stepped arrays, gives out step_values, one part for each group that
-// has elements of the array. The mirror of step_decoder.h.
+// StepEncoder: encodes values of stepped arrays as step_values. Each group that has elements of the
+// array becomes one part. step_decoder.h is the counterpart.
 // spec: "Step values"
 #pragma once
 
@@ -17,43 +17,45 @@ namespace shm {
 
 class StepEncoder {
  public:
-  /// Receives a part: its header, the index of its first element in the array, its coded bytes.
+  /// Receives a part: its header, the index of its first element in the array, and its coded
+  /// values.
   using Sink = std::function<Result<void>(const container::StepHeader&, std::uint64_t,
                                           std::span<const std::byte>)>;
 
-  /// `schema` has passed check_schema(). It and `topology`, which is of the whole mesh, must
-  /// outlive the encoder. `elements`: number of elements, by array. At least one of `key_steps`
-  /// steps refers to no other step.
+  /// `schema` has passed check_schema(). It must outlive the encoder, and so must `topology`, the
+  /// topology of the whole mesh. `elements` lists the number of elements of each array. At least
+  /// one of every `key_steps` steps is a key step, which refers to no other step.
   StepEncoder(const Schema& schema, StepTopology& topology, std::vector<std::uint64_t> elements,
               std::uint32_t key_steps, Level level, Sink sink);
 
-  /// Continues an array that has steps in the file already: steps up to `last_step`, the last `run`
-  /// of them from the last key step on.
+  /// Continues an array that already has steps in the file, up to `last_step`. `run` is the number
+  /// of steps from the last key step to `last_step`, both included.
   void go_on(std::uint32_t array, std::uint64_t last_step, std::uint32_t run);
-  /// Returns true if the next step of the array may refer to earlier steps in this way.
+  /// Returns true if the next step of the array may use this kind of reference.
   bool refers_to(std::uint32_t array, StepReference kind) const { return most_next(array) >= kind; }
-  /// After go_on(): stores all values of the last step but one, then of the last step, as far as
-  /// the next step may refer to them.
+  /// Call it after go_on(). Stores all values of an earlier step, to which the next step may refer:
+  /// first of the last step but one, if it may refer to a trend, then of the last step.
   void remember(std::uint32_t array, std::span<const std::byte> values) {
     before_[array].values.take(0, values);
   }
 
-  /// The place of a part in the whole mesh. `first`: index of its first element, by array; `all`:
-  /// number of elements in the whole mesh, by array.
+  /// Position of a part in the whole mesh. `first`: index of the part's first element, by array.
+  /// `all`: number of elements in the whole mesh, by array.
   struct Part {
     std::uint32_t first_group = 0;
     std::vector<std::uint64_t> first, all;
   };
-  /// Declares that the topology and `elements` are those of a part. Call it before anything else.
+  /// Declares that the topology and `elements` are those of a part. Call it before any other
+  /// function.
   void begin_part(Part part);
-  /// For a part: sets the reference of the next step, which another part has chosen.
+  /// Sets the reference of the next step of a part, which another part has chosen.
   void choose(StepReference reference) { given_reference_ = reference; }
-  /// Returns the reference of the current step, once it is known.
+  /// Returns the reference of the current step, or nullopt if it has not been chosen yet.
   std::optional<StepReference> chosen() const { return array_ ? reference_ : std::nullopt; }
-  /// Begins a step, which may get no values.
+  /// Begins a step, which may remain without values.
   Result<void> begin(std::uint32_t array, std::uint64_t step);
 
-  /// Adds values of a step. Must hold: the array is stepped, `values` are whole elements.
+  /// Adds values of a step. Must hold: the array is stepped, and `values` contains whole elements.
   Result<void> add(std::uint32_t array, std::uint64_t step, std::span<const std::byte> values);
   /// Ends the current step, if there is one.
   Result<void> end_step();
@@ -61,17 +63,17 @@ class StepEncoder {
   std::uint64_t elements(std::uint32_t array) const {
     return part_ ? part_->all[array] : elements_[array];
   }
-  /// Highest step + 1.
+  /// Returns the highest step number plus 1.
   std::uint64_t steps() const { return steps_; }
 
  private:
   /// State of an array between its steps.
   struct Before {
-    std::uint64_t next_step = 0;  ///< lowest step that may come next
-    std::uint32_t run = 0;        ///< number of steps from the last key step on
+    std::uint64_t next_step = 0;  ///< lowest number that the next step may have
+    std::uint32_t run = 0;        ///< number of steps since the last key step, including it
     StepMemory values;
-    StepReference liked = StepReference::nothing;  ///< reference last chosen in codec terms
-    std::size_t liked_bytes = 0;                   ///< bytes of the first group when it was chosen
+    StepReference liked = StepReference::nothing;  ///< reference chosen last with the codec terms
+    std::size_t liked_bytes = 0;  ///< size in bytes of the first group when `liked` was chosen
   };
   using Column = StepColumn<SplitEncoder>;
 
@@ -100,16 +102,17 @@ class StepEncoder {
   StepReference most_;
   Sink sink_;
   std::optional<Part> part_;
-  std::optional<StepReference> given_reference_;  // for the next step
+  std::optional<StepReference> given_reference_;  // reference of the next step, set by choose()
   std::uint64_t steps_ = 0;
-  std::vector<Before> before_;  // by array
+  std::vector<Before> before_;  // state of each array
 
   // The current array and step
   std::optional<std::uint32_t> array_;
   std::uint64_t step_ = 0, first_ = 0;
   std::uint64_t reference_step_ = 0;
   StepReference most_here_ = StepReference::nothing;
-  std::optional<StepReference> reference_;  // once chosen
+  std::optional<StepReference>
+      reference_;  // reference of the current step, once it has been chosen
   bool has_referred_ = false;
   std::optional<Column> column_;
   std::size_t groups_ =

@@ -26,8 +26,8 @@ void go_on_of_integers(std::span<const std::byte> last, std::span<const std::byt
   }
 }
 
-/// Keeps the last value if the result is not finite. This works on bits, so that a NaN does not
-/// change and no branch is needed.
+/// Computes the trend of floating-point values. Uses the last value if the result is not finite.
+/// This works on bits, so that the bits of a NaN do not change and no branch is needed.
 template <class T, class Bits>
 void go_on_of_floats(std::span<const std::byte> last, std::span<const std::byte> before,
                      std::span<std::byte> out) {
@@ -49,7 +49,7 @@ StepReference most_reference(const Schema& schema, std::span<const std::uint64_t
     const ArrayInfo& info = schema.arrays[a];
     if (!info.per_step) continue;
     if (elements[a] > kMostReferenceBytes)
-      return StepReference::nothing;  // so that no product overflows
+      return StepReference::nothing;  // avoids an overflow of the product below
     bytes += elements[a] * scalar_bytes(info.type) * info.components;
     if (bytes > kMostReferenceBytes) return StepReference::nothing;
   }

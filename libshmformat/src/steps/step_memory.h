@@ -1,4 +1,4 @@
-// Values of earlier steps, which step values may refer to.
+// Values of earlier steps, to which step values may refer.
 // spec: "Step values"
 #pragma once
 
@@ -11,29 +11,32 @@
 
 namespace shm {
 
-/// Values may refer to earlier steps if these, of all stepped arrays together, take at most this
-/// many bytes, since both encoder and decoder hold them.
+/// Largest total size in bytes of the earlier values of all stepped arrays to which step values may
+/// refer. Both encoder and decoder hold these values in memory.
 inline constexpr std::uint64_t kMostReferenceBytes = std::uint64_t{1} << 27;
 
-/// Returns the most that values in a file may refer to. `elements`: number of elements, by array.
+/// Returns the furthest reference that values in a file may use. `elements` lists the number of
+/// elements of each array.
 StepReference most_reference(const Schema& schema, std::span<const std::uint64_t> elements);
 
-/// Computes the trend, last + (last - before) for each scalar. Integers wrap around. Floating-point
-/// operations are rounded, and `last` is taken if the result is not finite. Must hold: both have
-/// the same size.
+/// Computes the trend, last + (last - before), for each scalar. Integers wrap around.
+/// Floating-point operations are rounded. If the result is not finite, the trend is `last`. Must
+/// hold: `last` and `before` have the same size.
 void go_on(ScalarType type, std::span<const std::byte> last, std::span<const std::byte> before,
            std::vector<std::byte>& out);
 
-/// Values of the last steps of an array.
+/// Stores the values of the last steps of an array.
 class StepMemory {
  public:
-  /// `most`: the furthest reference that reference() will be asked for.
+  /// `most` is the furthest reference that will be passed to reference().
   explicit StepMemory(StepReference most = StepReference::nothing) : most_(most) {}
 
-  /// Stores values of a step from byte `offset` on. The values of a step come in order.
+  /// Stores the values of a step that begin at byte `offset`. The values of a step must be passed
+  /// in order.
   void take(std::size_t offset, std::span<const std::byte> values);
-  /// Returns the values that those from byte `offset` on refer to, valid until the next call.
-  /// `info`: of the array. Must hold: enough steps have been taken, and `kind` is at most `most`.
+  /// Returns the reference values for the `bytes` bytes of values that begin at byte `offset`. The
+  /// result is valid until the next call. `info` describes the array. Must hold: enough steps have
+  /// been stored, and `kind` is at most `most`. stored, and `kind` is at most `most`.
   std::span<const std::byte> reference(StepReference kind, const ArrayInfo& info,
                                        std::size_t offset, std::size_t bytes);
 
@@ -42,7 +45,7 @@ class StepMemory {
   std::vector<std::byte> last_, before_last_, trend_;
 };
 
-/// Returns the memory for an array of a file that allows `most`.
+/// Returns a StepMemory for an array of a file whose references go as far as `most`.
 StepMemory memory_of(const ArrayInfo& array, StepReference most);
 
 }  // namespace shm

@@ -1,5 +1,5 @@
-// StepParts: decodes the values of one stepped array at one step from its parts. The caller finds
-// the parts and the values that they refer to.
+// StepParts: decodes the parts of one stepped array at one step. The caller finds the parts and the
+// values to which they refer.
 // spec: "Step values"
 #pragma once
 
@@ -16,11 +16,11 @@
 namespace shm {
 
 /// Returns an error in the step values with this header. Must hold: the array exists. The error
-/// names no place.
+/// contains no offset.
 Error wrong_step_values(const Schema& schema, const container::StepHeader& header,
                         const std::string& detail, ErrorCode code = ErrorCode::corrupt);
 
-/// Returns the memory limit for columns of steps in a file of `file` bytes. `limit`:
+/// Returns the memory limit for columns of steps in a file of `file` bytes. `limit` is
 /// ReadLimits::max_column_bytes.
 inline std::uint64_t most_kept_of_steps(std::uint64_t limit, std::uint64_t file) {
   constexpr std::uint64_t kMoreForEachByte = 256;
@@ -29,23 +29,23 @@ inline std::uint64_t most_kept_of_steps(std::uint64_t limit, std::uint64_t file)
 
 class StepParts {
  public:
-  /// `schema` has passed check_schema() and must outlive this object. `most_bytes`: limit for the
-  /// values of a group. `most_kept`: limit for data of active vertices and cells.
+  /// `schema` has passed check_schema() and must outlive this object. `most_bytes` limits the
+  /// values of a group, `most_kept` the data of active vertices and cells, both in bytes.
   StepParts(const Schema& schema, std::uint64_t most_bytes, std::uint32_t array,
             std::uint64_t most_kept)
       : schema_(&schema), most_bytes_(most_bytes), column_(schema, array, most_kept) {}
 
-  /// Returns true if values of this array may be predicted over the mesh, unless their codec is
-  /// terms.
+  /// Returns true if values of this array may be predicted over the mesh, which is true for all
+  /// codecs except terms.
   static bool may_need_elements(const ArrayInfo& info) {
     return info.components <= kMostStepComponents;
   }
-  /// Checks that a group with this number of values is allowed. Call it before allocating memory
-  /// for them.
+  /// Checks that a group may have the number of values that the header states. Call it before
+  /// allocating memory for them.
   Result<void> check_size(const container::StepHeader& header) const;
-  /// Decodes the values of the next part, of a group in `segment`. `elements`: of the group; null
-  /// if no part of the segment at this step is predicted over the mesh. `reference`: the values
-  /// that it refers to.
+  /// Decodes the values of the next part, which is of a group in `segment`. `elements` are the
+  /// elements of the group. They may be null if no part of the segment at this step is predicted
+  /// over the mesh. `reference` contains the values to which the part refers.
   Result<std::vector<std::byte>> decode(const container::StepHeader& header,
                                         std::span<const std::byte> bytes, std::uint32_t segment,
                                         const ColumnElements* elements,

@@ -39,7 +39,8 @@ bool StepTopology::uses(const container::GroupHeader& header,
     case StreamKind::imports: return true;
     case StreamKind::cell_numbers: return needs_.cell_numbers && keep && schema_->delay > 0;
     case StreamKind::vertex_numbers:
-      // A group without cells does not show whether hexahedra of its segment are coded by numbers.
+      // The header of a group without cells does not show whether the hexahedra of its segment are
+      // coded by vertex numbers.
       return keep && (needs_.vertex_numbers || header.cells == 0 ||
                       (first->kind == StreamKind::connectivity &&
                        first->codec == container::Codec::replay));
@@ -88,7 +89,7 @@ Result<const GroupElements*> StepTopology::elements(std::size_t group) {
   if (has_elements_ && group + 1 == next_) return &elements_;
   if (!decoder_ || next_ > group || groups_[next_].segment != segment ||
       groups_[next_ - 1].segment != segment) {
-    next_ = group;  // go to the first group of this segment
+    next_ = group;  // continue with the first group of this segment
     while (next_ > 0 && groups_[next_ - 1].segment == segment) --next_;
   }
   while (next_ <= group)
@@ -120,8 +121,8 @@ Result<void> StepTopology::decode(const Group& group) {
   elements_.cell_numbers.clear();
   if (!decoder_) {
     DecodedParts parts = DecodedParts::without_values();
-    // In other orders own vertices are numbered by their order, and no caller needs imported
-    // numbers.
+    // In other orders, the numbers of own vertices are their positions, and callers do not need the
+    // numbers of imported vertices.
     parts.vertex_numbers = needs_.vertex_numbers && schema_->order == Order::keep;
     parts.imported_vertices = true;
     parts.vertex_neighbourhoods = needs_.vertices;
@@ -144,7 +145,7 @@ Result<void> StepTopology::decode(const Group& group) {
   for (bool first = true; first || !decoder_->is_complete(); first = false) {
     DecodedBlock block;
     if (auto status = decoder_->next_block(block); !status) return status;
-    if (!first) {  // a block is a tile
+    if (!first) {  // the first vertex or cell of a block begins a tile
       elements_.vertices.tile_begin.push_back(elements_.vertices.items.size());
       elements_.cells.tile_begin.push_back(elements_.cells.items.size());
     }
@@ -192,7 +193,7 @@ std::uint64_t StepTopology::expected_bytes() const {
   std::uint64_t bytes = 0;
   for (const Group& group : groups_) {
     bytes += group.header.cells * cell;
-    // A damaged group may state so large a number of vertices that the product would overflow.
+    // A damaged group may state such a large number of vertices that the product would overflow.
     if (vertex > 0 && group.header.vertices > most_kept_) return group.header.vertices;
     bytes += group.header.vertices * vertex;
     if (bytes > most_kept_) break;
@@ -200,8 +201,8 @@ std::uint64_t StepTopology::expected_bytes() const {
   return bytes;
 }
 
-/// Keeps the elements of the group. Keeps none at all if all together need, or will need, too much
-/// memory.
+/// Stores the elements of the group. Frees all stored elements if the elements of all groups need,
+/// or are expected to need, too much memory.
 void StepTopology::keep() {
   if (kept_.empty()) keeps_ = expected_bytes() <= most_kept_;
   kept_bytes_ += elements_.bytes();

@@ -1,7 +1,8 @@
 // StepTopology: the vertices and cells of each group of a mesh, with their neighbourhoods. They are
 // decoded again from the bitstreams of the group whenever step values need them.
-// in:    groups as stored in the file              out: neighbourhoods, tile by tile; numbers
-// keeps: the compressed topology of all groups; their elements while these need little memory
+// - Input: groups as stored in the file.
+// - Output: neighbourhoods, tile by tile; vertex and cell numbers.
+// - Memory: the compressed topology of all groups; their elements if these need little memory.
 // spec: "Step values"
 #pragma once
 
@@ -20,14 +21,15 @@
 
 namespace shm {
 
-/// Vertices and cells of a group, as the columns of its static arrays see them.
+/// Vertices and cells of a group, in the form that the columns of static arrays use.
 struct GroupElements {
-  /// Includes imported vertices. `blocks`, in all segments but the first: 1 if a vertex is
-  /// imported.
+  /// All vertices, including imported vertices. In all segments but the first, `blocks` is 1 for an
+  /// imported vertex and 0 for others.
   TiledItems vertices;
   TiledItems cells;
-  std::uint32_t slots = 0;  ///< upper bound of the slots named by items
-  /// Numbers in a Reader: of the vertices that are not imported, and of the cells.
+  std::uint32_t slots = 0;  ///< upper bound of the slots in the items
+
+  /// Numbers in a Reader of the vertices that are not imported, and of the cells.
   std::vector<std::uint64_t> vertex_numbers, cell_numbers;
 
   std::size_t bytes() const {
@@ -37,9 +39,10 @@ struct GroupElements {
   }
 };
 
-/// Data that is needed of the elements of groups. Blocks of cells come with any data of cells.
+/// States which data of the elements of groups is needed. If any data of cells is needed, their
+/// blocks are provided, too.
 struct ElementNeeds {
-  bool vertices = false, cells = false;  ///< their neighbourhoods
+  bool vertices = false, cells = false;  ///< true: their neighbourhoods are needed
   bool vertex_numbers = false, cell_numbers = false;
 
   bool any() const { return vertices || cells || vertex_numbers || cell_numbers; }
@@ -54,47 +57,48 @@ struct ElementNeeds {
            vertex_numbers >= other.vertex_numbers && cell_numbers >= other.cell_numbers;
   }
 };
-/// Returns the needs of the stepped arrays of the schema.
+/// Returns which data the stepped arrays of the schema need.
 ElementNeeds needs_of_steps(const Schema& schema);
 
 class StepTopology {
  public:
-  /// Elements are kept if those of all groups need less than this many bytes.
+  /// The elements of all groups are stored if they need less than this number of bytes.
   static constexpr std::size_t kMostKept = std::size_t{64} << 20;
 
-  /// `schema` has passed check_schema() and must outlive this object. If the elements of one group
-  /// need more than `most_bytes`, they are over the limit. `cell_bytes`: cell_data_bytes(schema),
-  /// if it is shared; null: computed here.
+  /// `schema` has passed check_schema() and must outlive this object. Fails with over_limit if the
+  /// elements of one group need more than `most_bytes`. `cell_bytes` is cell_data_bytes(schema) if
+  /// the caller shares it; if it is null, it is computed.
   StepTopology(const Schema& schema, std::uint64_t most_bytes, const ElementNeeds& needs,
                std::size_t most_kept = kMostKept, CellBytes cell_bytes = nullptr);
 
   /// Returns true if this stream of a group with this header is needed.
   bool uses(const container::GroupHeader& header, const container::StreamEntry& stream) const;
-  /// Adds the next group. `streams`: the bytes of the streams that the header lists, in order. The
-  /// bytes of streams that are not needed are ignored.
+  /// Adds the next group. `streams` contains the bytes of the streams that the header lists, in
+  /// order. Streams that are not needed are ignored and may be empty.
   void add_group(std::uint32_t segment, const container::GroupHeader& header,
                  std::span<const std::span<const std::byte>> streams);
   std::size_t groups() const { return groups_.size(); }
   std::uint32_t segment_of(std::size_t group) const { return groups_[group].segment; }
-  /// Returns true if the elements of the group have neighbourhoods: not if its cells are patterns.
+  /// Returns true if the elements of the group have neighbourhoods. They have none if the cells are
+  /// coded with the codec patterns.
   bool has_neighbourhoods(std::size_t group) const;
-  /// Totals of the headers of all groups. An imported vertex counts each time.
+  /// Return totals of the headers of all groups. An imported vertex counts once per import.
   std::uint64_t cells_in_all() const { return cells_in_all_; }
   std::uint64_t vertices_in_all() const { return vertices_in_all_; }
-  /// Largest number of vertices active at once.
+  /// Returns the largest number of vertices that are active at the same time.
   std::uint64_t most_active() const { return most_active_; }
 
   /// Returns the number of elements of a stepped array in the group.
   Result<std::uint64_t> count(std::uint32_t array, std::size_t group);
-  /// Returns the elements of the group, valid until the next call. Reading groups in order is
-  /// fastest.
+  /// Returns the elements of the group, which are valid until the next call. Reading groups in
+  /// order is fastest.
   Result<const GroupElements*> elements(std::size_t group);
 
   const ElementNeeds& needs() const { return needs_; }
   std::size_t most_kept() const { return most_kept_; }
-  /// Bytes of the elements that are kept.
+  /// Returns the number of bytes of the stored elements.
   std::size_t kept_bytes() const { return keeps_ ? kept_bytes_ : 0; }
-  /// Frees the state that passes from group to group. The next call rebuilds it.
+  /// Frees the decoder state that is used for the next group. The next call rebuilds it.
   void release();
 
  private:
@@ -103,7 +107,8 @@ class StepTopology {
     container::GroupHeader header;  // lists only the streams that are needed
     std::vector<std::byte> streams;
     bool counted = false;
-    std::map<std::uint32_t, std::uint32_t> block_cells;  // set once counted
+    std::map<std::uint32_t, std::uint32_t>
+        block_cells;  // number of cells of each block; empty until they are counted
   };
 
   Result<void> decode_next();
@@ -122,7 +127,7 @@ class StepTopology {
   std::unique_ptr<GroupDecoder>
       decoder_;  // decoder of the segment of group next_ - 1, positioned after that group
   std::size_t next_ = 0;
-  GroupElements elements_;  // of group next_ - 1
+  GroupElements elements_;  // elements of group next_ - 1
   bool has_elements_ = false;
 
   bool keeps_ = true;  // true: the elements of all groups so far are kept

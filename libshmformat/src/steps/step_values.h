@@ -1,7 +1,8 @@
-// Step values: one stepped array at one step, group by group. There are two codecs, of which the
-// smaller result is taken: `columns` predicts each value over the mesh, from its neighbours and
-// perhaps from the step before; `shuffled_zstd` sorts the bytes by significance and leaves them to
-// zstd. A third codec is for speed: `terms` predicts from the step before, without the mesh.
+// Codecs for the values of one stepped array at one step, group by group. `columns` predicts each
+// value over the mesh: from its neighbours, and perhaps also from the step before. `shuffled_zstd`
+// sorts the bytes by significance and compresses them with zstd. The encoder writes the smaller of
+// these two results. The third codec, `terms`, is for speed: it predicts from the step before,
+// without the mesh.
 // spec: "Step values"
 #pragma once
 
@@ -18,50 +19,52 @@
 
 namespace shm {
 
-/// The values of a group at one step in `terms`, and whether they refer to the reference. There may
-/// be no reference.
+/// The values of a group at one step, coded with `terms`. `refers` is true if they refer to the
+/// reference values. There may be no reference values.
 struct StepTerms {
   bool refers = false;
   EncodedColumn column;
 };
 StepTerms encode_terms(const ArrayInfo& info, std::span<const std::byte> values,
                        std::span<const std::byte> reference, TermScratch& scratch);
-/// Decodes `count` values. Returns nothing for damaged data.
+/// Decodes `count` values. Returns nullopt for damaged data.
 std::optional<std::vector<std::byte>> decode_terms(const ArrayInfo& info,
                                                    std::span<const std::byte> bytes,
                                                    std::uint64_t count,
                                                    std::span<const std::byte> reference,
                                                    TermScratch& scratch);
 
-/// Codes the values of one array at one step in `columns`.
+/// Codes the values of one array at one step with the codec `columns`.
 template <class Coder>
 class StepColumn {
  public:
-  /// `schema` must outlive this object. `most_kept`: limit in bytes for data kept by slot.
+  /// `schema` must outlive this object. `most_kept` is a limit in bytes for data stored by slot.
   StepColumn(const Schema& schema, std::uint32_t array, std::uint64_t most_kept = ~std::uint64_t{0})
       : schema_(&schema), array_(array), most_kept_(most_kept) {}
 
-  /// Call it before each group in columns. The column continues from the group before if that is of
-  /// the same segment. Returns false if it cannot, because that group refers to another step.
+  /// Call it before each group that is coded in columns. The column continues from the group before
+  /// if that group is in the same segment. Returns false if this is impossible because that group
+  /// has a different reference.
   bool begin(std::uint32_t segment, StepReference reference);
 
-  /// Encodes the values of the group's elements. `reference`: the values that they refer to, or
-  /// empty.
+  /// Encodes the values of the group's elements. `reference` contains the values to which they
+  /// refer, or is empty.
   EncodedColumn encode(const ColumnElements& elements, std::span<const std::byte> values,
                        Level level, std::span<const std::byte> reference);
-  /// Decodes the values of a group. `limit`: bytes of all values. Returns nothing for damaged data.
+  /// Decodes the values of a group. `limit` is the size of all values in bytes. Returns nullopt for
+  /// damaged data.
   std::optional<std::vector<std::byte>> decode(const ColumnElements& elements, Codec codec,
                                                std::span<const std::byte> bytes,
                                                std::uint64_t limit,
                                                std::span<const std::byte> reference);
-  /// Returns true if decode() failed because it would have kept more bytes than allowed.
+  /// Returns true if decode() failed because it needed more memory than allowed.
   bool is_out_of_memory() const { return kept_ && kept_->is_refused(); }
 
  private:
   const Schema* schema_;
   std::uint32_t array_;
   std::uint64_t most_kept_;
-  std::unique_ptr<ColumnMemory> kept_;  // decoding: of the column
+  std::unique_ptr<ColumnMemory> kept_;  // limits the memory of the column; used for decoding
   std::optional<ValueColumn<Coder>> column_;
   std::uint32_t segment_ = 0;
   StepReference reference_ = StepReference::nothing;
