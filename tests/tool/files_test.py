@@ -85,7 +85,7 @@ class FilesTest(FolderTest):
         _, text = self.shm("compress", "a.vtk", "b.vtk", "-o", "out.shm", code=2)
         self.assertIn("there is no folder out.shm", text)
         _, text = self.shm("compress", "a.vtk", "b.vtk", "-c", code=2)
-        self.assertIn("one file", text)
+        self.assertIn("only one output", text)
         self.assertEqual(self.names("**/*.shm"), [])
         (self.folder / "out").mkdir()
         self.shm("compress", "a.vtk", "-o", "out")
