@@ -9,7 +9,7 @@
 namespace shm {
 namespace {
 
-/// Removes the elements that are marked. Each has `stride` bytes.
+/// Removes the elements for which `marked` is not zero. Each element has `stride` bytes.
 void remove_marked(std::vector<std::byte>& values, std::span<const std::uint8_t> marked,
                    std::size_t stride) {
   std::size_t to = 0;
@@ -72,7 +72,7 @@ Result<void> GroupDecoder::next_block(DecodedBlock& decoded) {
   return decode_values(block);
 }
 
-/// Adds a vertex number and its import flag, as far as the parts to decode include them.
+/// Appends a vertex number and its import flag to the results, if the parts to decode include them.
 void GroupDecoder::note_import(std::uint64_t number, bool imported, DecodedBlock& decoded) {
   if (imported) decoded.imported.push_back(number);
   if (!imported || parts_.imported_vertices) decoded.mesh.vertex_numbers.push_back(number);
@@ -176,8 +176,8 @@ void GroupDecoder::widen_box(std::span<const std::byte> xyz) {
   }
 }
 
-/// Compares the stated box with the decoded coordinates. The header has the box of the original
-/// coordinates, so quantized ones may differ from it by their bound.
+/// Returns true if the box in the header matches the decoded coordinates. The header has the box of
+/// the original coordinates, so quantized coordinates may differ from it by their error bound.
 bool GroupDecoder::has_its_box() const {
   if (!parts_.geometry) return true;
   const Quantization& rounded = schema_->coordinate_quantization;
