@@ -19,7 +19,7 @@ SurfaceGroupDecoder::SurfaceGroupDecoder(const Schema& schema, const SegmentStar
 // --- streams
 
 Result<void> SurfaceGroupDecoder::begin_streams(std::optional<ConnectivityCodec> codec) {
-  // If groups of unused vertices came first, the codec is set with the first cells.
+  // If groups without cells came first, the codec is set at the first group with cells.
   if (codec && !codec_) {
     if (*codec == ConnectivityCodec::shifts)
       return corrupt("connectivity: shifts begin after the first group of their segment");
@@ -62,7 +62,8 @@ Result<void> SurfaceGroupDecoder::begin_column(const container::StreamEntry& ent
   return {};
 }
 
-/// Missing streams read as zeros, except connectivity: a group without it has no cells.
+/// Treats missing streams as streams of zeros, except connectivity: a group without connectivity
+/// has no cells.
 Result<void> SurfaceGroupDecoder::end_streams() {
   for (std::size_t c = 0; c < columns(); ++c)
     if (is_wanted(c) && !has_stream_[c] &&
@@ -110,7 +111,7 @@ Result<void> SurfaceGroupDecoder::decode_cell(DecodedBlock& decoded) {
   return {};
 }
 
-/// Adds the corners, block, number and last-use marks of the current cell to the block.
+/// Appends the corners, block, number and last-use marks of the current cell to the block.
 void SurfaceGroupDecoder::add_corners(DecodedBlock& decoded) {
   const CellTopology& cell = topology_;
   MeshBlock& block = decoded.mesh;
