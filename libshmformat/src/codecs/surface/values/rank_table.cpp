@@ -9,15 +9,16 @@
 namespace shm {
 namespace {
 
-constexpr std::uint64_t kMostSkipped = 63;  // encoder: entries farther ahead are coded by distance
+// encoder: entries of `known` that are more than this number ahead are coded by distance
+constexpr std::uint64_t kMostSkipped = 63;
 
 /// Returns the index of the negated value.
 std::int64_t opposite(std::int64_t index, DomainKind kind) {
   return kind == DomainKind::floats || kind == DomainKind::narrow ? ~index : minus(0, index);
 }
 
-/// The last few steps between entries, the most recently used first. Evenly spaced numbers need two
-/// or three alternating steps because of rounding.
+/// The last different distances between consecutive entries, the most recently used first. Evenly
+/// spaced values lead to two or three alternating distances because of rounding.
 class Steps {
  public:
   template <class Coder>
@@ -36,7 +37,7 @@ class Steps {
   }
 
  private:
-  std::array<std::uint64_t, 4> last_{};  // initially one step of 0: consecutive entries
+  std::array<std::uint64_t, 4> last_{};  // initially the single step 0: consecutive entries
   std::size_t count_ = 1;
 };
 
