@@ -1,6 +1,6 @@
 // PatternSegmentEncoder: encodes the cells of a segment as patterns, and values by the terms of
-// their vertices. It uses neither an active surface nor neighbourhoods: it is fast, on meshes of
-// any kind.
+// their vertices. It uses neither an active surface nor neighbourhoods, so it is fast. It suits
+// meshes of any kind.
 // spec: "Patterns", "Values by terms"
 #pragma once
 
