@@ -98,7 +98,8 @@ Result<void> PatternGroupDecoder::decode_elements(DecodedBlock& decoded) {
     add_vertex(*number, false, decoded);
     done_.active = std::max(done_.active, patterns_.live() + 1);
   }
-  return has_room_for_bytes(0) ? Result<void>() : corrupt("unpacks to more than stated");
+  return has_room_for_bytes(0) ? Result<void>()
+                               : corrupt("unpacks to more bytes than its header states");
 }
 
 Result<void> PatternGroupDecoder::decode_cells(DecodedBlock& decoded) {

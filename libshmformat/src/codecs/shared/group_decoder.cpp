@@ -41,7 +41,7 @@ Error GroupDecoder::wrong_stream(const container::StreamEntry& entry) {
 
 Error GroupDecoder::unknown_codec(const container::StreamEntry& entry) {
   return unsupported(container::stream_name(entry.kind) + ": codec " +
-                     std::to_string(static_cast<int>(entry.codec)) + " is unknown here");
+                     std::to_string(static_cast<int>(entry.codec)) + " is unknown for this stream");
 }
 
 Result<void> GroupDecoder::begin_group(const container::GroupHeader& header,
@@ -148,7 +148,7 @@ Result<void> GroupDecoder::decode_values(MeshBlock& block) {
       if (is_out_of_memory())
         return over_limit(
             "values of its active vertices and cells need more memory than the limit for "
-            "its size");
+            "a segment of its size");
       return corrupt((c == 0 ? "geometry" : array_stream_name(*schema_, array_of(c))) +
                      ": its values are invalid or too few");
     }
@@ -162,8 +162,8 @@ Result<void> GroupDecoder::decode_values(MeshBlock& block) {
 Result<DecodedBlock::GroupEnd> GroupDecoder::end_group() const {
   if (done_.bytes != header_->decoded_bytes || done_.active != header_->max_active_vertices ||
       done_.unused != header_->unused_vertices || done_.imported != header_->imported_vertices)
-    return corrupt("its contents differ from its header");
-  if (!is_used_up()) return corrupt("its streams hold more than the group");
+    return corrupt("its contents do not match its header");
+  if (!is_used_up()) return corrupt("its streams contain data after the end of the group");
   return DecodedBlock::GroupEnd{done_.imported, done_.active, has_its_box(), {}};
 }
 

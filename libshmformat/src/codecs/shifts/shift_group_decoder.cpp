@@ -149,7 +149,8 @@ Result<void> ShiftGroupDecoder::decode_cells(DecodedBlock& decoded) {
   }
   keep_cells(cells, block);
   if (!imports_.empty()) name_imports(block.corners);
-  return has_room_for_bytes(0) ? Result<void>() : corrupt("unpacks to more than stated");
+  return has_room_for_bytes(0) ? Result<void>()
+                               : corrupt("unpacks to more bytes than its header states");
 }
 
 /// Decodes up to `most` cells that have the same shift, and stores them as cells of the block from
