@@ -41,17 +41,18 @@ struct Capabilities {
   // set_arrays.h), or as separate cells (see set_cells.h).
   enum class Sets { sets, arrays, cells };
   Sets sets = Sets::arrays;
-  // true: a file may contain all time steps; false: one time step per file
+  // True: a file may contain all time steps; false: one time step per file
   bool every_step = false;
-  // true: arrays may have several components; false: one array per component, such as v_x, v_y, v_z
+  // True: arrays may have several components; false: one array per component, such as v_x, v_y, v_z
   bool vectors = true;
   bool padded_vectors = false;  // vectors are padded with zeros to an allowed number of components
   bool unique_names = false;    // array names are unique: the second "v" becomes "v (2)"
-  // true: arrays may have integer values; false: all values are floating-point
+
+  // True: arrays may have integer values; false: all values are floating-point
   bool integers = true;
-  // true: cell arrays may cover only some blocks; false: they are filled with NaN or 0
+  // True: cell arrays may cover only some blocks; false: they are filled with NaN or 0
   bool partial_arrays = false;
-  // true: cells are in blocks; false: block numbers are stored as an array
+  // True: cells are in blocks; false: block numbers are stored as an array
   bool block_numbers = false;
   bool blocks_by_type = false;  // true: the number of a block is the number of a cell type
   bool positive_numbers = false, unique_numbers = false;
@@ -63,6 +64,7 @@ struct Capabilities {
   bool times = true;  // true: step times are stored even if no array has steps
   std::size_t title_bytes = ~std::size_t{0};  // maximum length of the title in bytes
   const NumberMaps* maps = nullptr;           // arrays that are number maps in this format too
+
   // Returns true if the format can represent cells like those of the block; null: it can represent
   // all cells.
   bool (*block)(const BlockInfo& block) = nullptr;
@@ -76,12 +78,14 @@ struct Capabilities {
 
 // The meaning of arrays with a role that a format defines.
 struct Role {
-  std::string_view name;       // "format:..."
+  std::string_view name;       // role of the arrays: "format:..."
   bool is_numbered = false;    // a number follows the name: "format:name3"
   bool is_number_map = false;  // the values are numbers of vertices or cells
-  // true: one value for each corner, edge or face of a cell, in the cell's order
+
+  // True: one value for each corner, edge or face of a cell, in the cell's order
   bool is_by_place = false;
   bool is_private = false;  // the array has no meaning in other formats
+
   // Returns text that describes the loss of a private array with this name; null: nothing is lost.
   std::string (*loss)(const std::string& array) = nullptr;
 };
@@ -188,7 +192,8 @@ class SourceFormat {
 struct Format {
   std::string_view name;   // name in --format, and source_format of meshes
   std::string_view title;  // human-readable name in messages
-  // file name extensions with the dot; unused entries are empty
+
+  // File name extensions with the dot; unused entries are empty
   std::array<std::string_view, 6> extensions;
   // Returns true if a file that begins with `head` (at most 4096 bytes) has this format.
   bool (*looks_like)(std::span<const std::byte> head) = nullptr;
@@ -202,10 +207,12 @@ struct Format {
   Capabilities capabilities = {};
   std::span<const Role> roles = {};
   const SourceFormat* source = nullptr;  // null: same as a SourceFormat that overrides nothing
+
   // Converts extras written by older versions of shm to the extras that the format's reader creates
   // now. Null: the extras have not changed.
   void (*translate_old_extras)(MeshInfo& info) = nullptr;
   FileSink::Temporary temporary = FileSink::Temporary::unnamed;  // how temporary files are created
+
   // Loads the libraries that the format needs. open() and write() also load them; a program that
   // forks calls this function beforehand. Null: the format needs only libraries that the program is
   // linked to. Throws Failure.

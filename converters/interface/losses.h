@@ -42,6 +42,6 @@ LossList losses_by_key(const MeshInfo& info, const Keys& used,
 // contains only the step `kept`.
 std::string lost_steps(std::uint64_t steps, StepRange kept, const std::string& format);
 
-std::string quoted(std::string_view text);  // returns " 'T'"
+std::string quoted(std::string_view text);  // returns " 'T'" for the text T
 
 }  // namespace shm::converters

@@ -27,7 +27,7 @@ class JoinedArrays final : public ForwardingMesh {
   void make_block_numbers_unique();
 
   const NumberMaps* maps_;
-  // for each array of the result: indices of the source arrays
+  // For each array of the result: indices of the source arrays
   std::vector<std::vector<std::size_t>> parts_;
   std::vector<std::byte> column_;
 };

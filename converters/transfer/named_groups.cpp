@@ -46,7 +46,7 @@ NamedGroup named_group(const SetFolder& folder, const MeshInfo& info) {
 
 std::vector<NamedGroup> named_groups_of(const MeshInfo& info) {
   std::vector<NamedGroup> sets, others = source_format(info).named_groups(info);
-  // groups that the extras of the format describe in more detail
+  // Groups that the extras of the format describe in more detail
   std::set<std::pair<std::string, std::string>> known;
   for (const NamedGroup& group : others) known.emplace(group.id, group.name);
   for (const SetFolder& folder : set_folders(info)) {

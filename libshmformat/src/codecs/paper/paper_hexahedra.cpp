@@ -571,7 +571,7 @@ void PaperHexahedra<Coder>::attach(CellTopology& cell, bool order_matters) {
         distinct ? present[k] : surface_.find_face(quad[0], quad[1], quad[2], quad[3]);
     if (now != kNone) {
       for (std::uint32_t& face : previous_face_)
-        if (face == now) face = kNone;  // its slot may be reused
+        if (face == now) face = kNone;  // the slot of the removed face may be reused
       surface_.remove_face(now);
     } else if (std::all_of(quad.begin(), quad.end(), [&](std::uint32_t vertex) {
                  return surface_.vertex(vertex).face_count < kMaxFacesAtVertex;

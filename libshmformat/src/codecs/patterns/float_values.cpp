@@ -10,7 +10,7 @@
 namespace shm {
 namespace {
 
-// number of words in a block, which fits into the first-level cache
+// Number of words in a block, which fits into the first-level cache
 constexpr std::size_t kBlock = 512;
 template <class Bits>
 using Block = std::array<Bits, kBlock>;

@@ -12,7 +12,7 @@
 namespace shm {
 
 struct FloatResiduals {
-  /// byte 0 of all residuals; each further byte is `distance` after the previous one
+  /// Byte 0 of all residuals; each further byte is `distance` after the previous one
   const std::byte* planes = nullptr;
   std::size_t distance = 0;
   std::uint32_t width = 0;  ///< size of a residual in bytes
@@ -23,7 +23,7 @@ struct FloatPlaces {
   const std::byte* reference = nullptr;
   std::byte* values = nullptr;
   std::size_t stride = 0;
-  std::size_t count = 0;  ///< at least 1
+  std::size_t count = 0;  ///< number of values, at least 1
 };
 
 /// Decodes values of a floating-point type. `changes`: true if the value's difference from its

@@ -18,7 +18,7 @@ bool is_usual_binary(const ValueDomain& domain) {
 
 // 1.5 * 2^52: adding and subtracting it rounds a number to an integer
 constexpr double kRound = 6755399441055744.0;
-constexpr double kMost = 1125899906842624.0;  // 2^50
+constexpr double kMost = 1125899906842624.0;  // largest index: 2^50
 
 // Converts between integers and doubles up to kMost by their bits. Unlike the conversion
 // instructions of many processors, this code can be vectorized.

@@ -31,24 +31,26 @@ inline constexpr std::uint64_t kMostHistoryNodes = std::uint64_t{1} << 23;
 /// Sources of a node: ways to specify the earlier cell that has its vertex. Frozen: part of the
 /// format.
 namespace pattern_source {
-inline constexpr std::uint32_t kBefore = 0;  ///< the previous cell
+inline constexpr std::uint32_t kBefore = 0;  ///< source: the previous cell
+
 /// The cells that come just after the cells to which the previous cell referred: its references
 /// continue.
 inline constexpr std::uint32_t kOn = 1, kOnCount = 3;
 /// The last two cells that used the vertex of an earlier node of this cell. Only its first seven
 /// nodes count.
 inline constexpr std::uint32_t kUsers = kOn + kOnCount, kUsersOf = 7;
-inline constexpr std::uint32_t kFar = kUsers + 2 * kUsersOf;  ///< a cell whose distance is coded
-/// no earlier cell: the vertex is new, see new_vertex
+/// Source: an earlier cell whose distance is coded
+inline constexpr std::uint32_t kFar = kUsers + 2 * kUsersOf;
+/// No earlier cell: the vertex is new, see new_vertex
 inline constexpr std::uint32_t kNew = kFar + 1;
-/// no earlier cell: the slot of the vertex is coded
+/// No earlier cell: the slot of the vertex is coded
 inline constexpr std::uint32_t kSlot = kNew + 1;
-inline constexpr std::uint32_t kHere = kSlot + 1;  ///< an earlier node of this cell
+inline constexpr std::uint32_t kHere = kSlot + 1;  ///< source: an earlier node of this cell
 inline constexpr std::uint32_t kCount = kHere + 1;
 }  // namespace pattern_source
 /// Flags of a new vertex, stored instead of the node index in the other cell.
 namespace new_vertex {
-/// the vertex number is not the last number plus one
+/// The vertex number is not the last number plus one
 inline constexpr std::uint32_t kNumbered = 1;
 inline constexpr std::uint32_t kImported = 2;
 inline constexpr std::uint32_t kMost = 3;
@@ -67,7 +69,7 @@ struct PatternCell {
   std::uint64_t again = 0;       ///< nodes with the same vertex as an earlier node of the cell
   std::uint64_t imports = 0;     ///< subset of `introduced`: vertices that an earlier segment owns
   std::uint64_t last_use = 0;    ///< nodes whose vertices no later cell uses
-  std::span<const std::uint32_t> slots{};  ///< by node; valid until the next cell
+  std::span<const std::uint32_t> slots{};  ///< slots by node, valid until the next cell
 };
 
 class PatternHistory {
@@ -194,7 +196,7 @@ class PatternHistory {
 
   std::uint32_t stride_;
   std::uint32_t bits_ = 0;
-  // number of rows in the ring: for the remembered cells and the current cell
+  // Number of rows in the ring: for the remembered cells and the current cell
   std::uint32_t ring_ = 2;
   std::vector<std::uint32_t> rows_;  // rows up to the current cell; in order until the ring is full
   std::uint32_t at_ = 0;             // index of the current cell's row
@@ -202,7 +204,7 @@ class PatternHistory {
   std::vector<std::uint32_t> nobody_;
   References references_;
   std::vector<Vertex> vertices_;
-  // by slot; separate from vertices_ because states are read far more often than they change
+  // States by slot; separate from vertices_ because states are read far more often than they change
   std::vector<State> states_;
   std::vector<std::uint32_t> free_;
   std::uint64_t live_ = 0;

@@ -62,7 +62,7 @@ class PatternEncoder {
       nodes = {static_cast<std::uint8_t>(node), nodes[0], nodes[1], nodes[2]};
     }
   };
-  /// By source: the cell that the source means; the current cell if there is no such cell.
+  /// For each source: the cell that the source means; the current cell if there is no such cell.
   using Candidates = std::array<std::uint32_t, pattern_source::kFar>;
   void find_nodes(const PatternCell& cell, std::span<const std::uint64_t> numbers);
   Op find(const Candidates& cells, std::uint32_t node, const Uses& uses);
@@ -70,9 +70,9 @@ class PatternEncoder {
 
   bool numbered_;
   PatternHistory history_;
-  std::vector<std::uint32_t> nodes_;    // by block
-  std::vector<std::uint32_t> slot_of_;  // by handle
-  std::vector<Uses> uses_;              // by slot
+  std::vector<std::uint32_t> nodes_;    // number of nodes per cell, by block
+  std::vector<std::uint32_t> slot_of_;  // slots of vertices, by the caller's handle
+  std::vector<Uses> uses_;              // last uses of vertices, by slot
   std::vector<std::uint32_t> slots_;    // slots of the current cell
   std::uint64_t again_ = 0;             // PatternCell::again of the current cell
   PatternHistory::References references_;
@@ -80,10 +80,10 @@ class PatternEncoder {
 
   /// The patterns of a block in the current group.
   struct Patterns {
-    // hash table with open addressing: by key, pattern plus 1; 0: none
+    // Hash table with open addressing: by key, pattern plus 1; 0: none
     std::vector<std::uint32_t> table;
-    std::vector<std::uint64_t> keys;  // by pattern
-    std::vector<std::uint8_t> ops;    // source and node, by pattern and node
+    std::vector<std::uint64_t> keys;  // key of each pattern
+    std::vector<std::uint8_t> ops;    // source and node, by pattern and node of the pattern
     std::vector<std::uint32_t> uses;  // number of uses, by pattern
     std::uint32_t last = 0;
 
@@ -99,7 +99,7 @@ class PatternEncoder {
     /// Makes space in the table for one more pattern.
     void grow();
   };
-  std::vector<Patterns> patterns_;  // by block
+  std::vector<Patterns> patterns_;  // patterns of the current group, by block
   std::vector<std::uint8_t> ops_;   // source and node of each node of the current cell
   struct Run {
     std::uint32_t block = 0, cells = 0;
@@ -179,7 +179,7 @@ class PatternDecoder {
 
   bool numbered_, may_import_;
   PatternHistory history_;
-  std::vector<std::uint32_t> nodes_;  // by block
+  std::vector<std::uint32_t> nodes_;  // number of nodes per cell, by block
   PatternCell cell_;
   std::uint32_t* slots_ = nullptr;  // row of the current cell
   std::uint32_t words_of_uses_;
@@ -193,7 +193,7 @@ class PatternDecoder {
   std::vector<Run> runs_;
   std::size_t run_ = 0;
   std::uint32_t in_run_ = 0;
-  std::vector<std::vector<std::uint8_t>> patterns_;  // by block
+  std::vector<std::vector<std::uint8_t>> patterns_;  // patterns of the current group, by block
   std::vector<std::uint32_t> ids_, last_use_, distances_, slot_list_;
   std::size_t next_id_ = 0, next_use_ = 0, next_distance_ = 0, next_slot_ = 0;
   std::vector<std::byte> numbers_bytes_;
@@ -213,13 +213,14 @@ bool PatternDecoder::decode_nodes(std::uint32_t nodes, std::uint64_t* numbers, I
   std::uint32_t* const slots = slots_;
   const std::uint32_t cell = history_.next();
   std::uint64_t introduced = 0, again = 0;
-  // By source: the cell whose row is read. The current cell means "none", since it has no row yet.
+  // For each source: the cell whose row is read. The current cell means "none", since it has no row
+  // yet.
   std::array<std::uint32_t, kFar + 1> cells;
   const PatternHistory::References& on = history_.references();
   cells[kBefore] = cell - 1;
   for (std::uint32_t i = 0; i < kOnCount; ++i)
     cells[kOn + i] = i < on.count ? on.cells[i] + 1 : cell;
-  // cells to which the current cell refers, in order of nodes
+  // Cells to which the current cell refers, in order of nodes
   std::array<std::uint32_t, kMostPatternNodes> referred;
   std::uint32_t referred_count = 0;
   const auto decode_node = [&](std::uint32_t i) -> bool {

@@ -73,7 +73,7 @@ void get_words(const std::byte* planes, std::size_t distance, std::uint32_t widt
   std::uint64_t* const to = words.data();
   const std::size_t count = words.size();
   std::fill_n(to, count, 0);
-  // process two planes together, which halves the number of passes
+  // Process two planes together, which halves the number of passes
   for (std::uint32_t b = 0; b < width; b += 2) {
     const std::byte* const low = planes + b * distance;
     const std::byte* const high = b + 1 < width ? low + distance : nullptr;
@@ -340,8 +340,9 @@ void TermColumn::refer(std::size_t c, const Elements& elements,
       const bool narrow = info_->type == ScalarType::float32;
       const std::uint64_t infinity = narrow ? 0x7f800000 : 0x7ff0000000000000;
       const std::uint64_t sign = narrow ? 0x80000000 : 0x8000000000000000;
+      // The index of a NaN is 0
       for (std::size_t e = 0; e < words.size(); ++e)
-        references[e] = (words[e] & ~sign) > infinity ? 0 : index_of(words[e]);  // 0 for NaN
+        references[e] = (words[e] & ~sign) > infinity ? 0 : index_of(words[e]);
     });
   } else if (!linear_references(info_->type, words, component.domain, references)) {
     const ValueTranslator translator(*info_, c, component.domain);
@@ -565,7 +566,7 @@ bool TermColumn::read_terms(std::span<const std::byte> bytes, std::uint64_t most
   unpacked_.clear();
   std::uint64_t planes = 0;
   for (const Component& component : components_) planes += component.width * count_;
-  // without this call the vector would double its capacity
+  // Without this call the vector would double its capacity
   unpacked_.reserve(to_size(std::min(planes, kMostReserved)));
   for (Component& component : components_) {
     if (!component.table.empty() && !read_table(in, component.table, scratch)) return false;

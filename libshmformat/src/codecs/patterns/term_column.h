@@ -43,6 +43,7 @@ class TermColumn {
     std::span<const VertexTerms> vertices{};
     std::size_t count = 0;
     std::uint32_t slots = 0;  ///< a number above every vertex slot; 0 for other elements
+
     /// For other elements: reference values for the prediction, packed like the values; or empty.
     std::span<const std::byte> reference{};
   };
@@ -83,7 +84,7 @@ class TermColumn {
     nothing,
     last,
     terms,      ///< terms of the vertex; for vertices only
-    reference,  ///< the reference value; for elements with references
+    reference,  ///< the reference value; only for elements with references
     change,     ///< the reference value plus the previous element's difference from its reference
                 ///< value
   };
@@ -99,7 +100,8 @@ class TermColumn {
     std::vector<std::int64_t> table;  // indices that occur, ascending; empty: no table
     std::uint32_t width = 0;          // size of a residual in bytes
     std::size_t planes = 0;           // offset of the component's byte planes
-    // previous element minus its reference value, as a difference of indices
+
+    // Previous element minus its reference value, as a difference of indices
     std::uint64_t change = 0;
   };
   template <class Differences>

@@ -44,8 +44,9 @@ class TermFinder {
   struct Block {
     CellShape shape = CellShape::other;
     std::uint32_t nodes = 0, corners = 0;
-    std::unordered_map<std::uint64_t, std::vector<Recipe>> recipes;  // by PatternCell::introduced
-    // shortcut if no node after the first eight is introduced
+    // Recipes of the new nodes, by PatternCell::introduced
+    std::unordered_map<std::uint64_t, std::vector<Recipe>> recipes;
+    // Shortcut if no node after the first eight is introduced
     std::array<const std::vector<Recipe>*, 256> of_first_eight{};
   };
   static Recipe recipe_of(const Block& block, std::uint32_t node, std::uint64_t known);

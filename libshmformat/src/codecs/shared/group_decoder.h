@@ -40,7 +40,7 @@ struct DecodedBlock {
     /// True if the bounding box in the header matches the decoded coordinates, or if these were not
     /// decoded.
     bool has_its_box = true;
-    /// sizes in bytes of the streams, by their names in SizeReport
+    /// Sizes in bytes of the streams, by their names in SizeReport
     std::map<std::string, std::uint64_t> stream_bytes;
   };
   std::optional<GroupEnd> group_end;

@@ -18,16 +18,16 @@ namespace shm {
 /// Where a segment begins.
 struct SegmentStart {
   std::uint32_t segment = 0;
-  /// numbers of cells and vertices in all earlier segments
+  /// Numbers of cells and vertices in all earlier segments
   std::uint64_t first_cell = 0, first_vertex = 0;
 };
 
 /// The parts of a group to decode. Cells are always decoded.
 struct DecodedParts {
   bool geometry = true;
-  std::optional<std::vector<bool>>
-      arrays{};  ///< by array of the schema: true if included; no vector: all arrays
-  /// true: includes stored numbers that decoding the cells does not need
+  /// Whether each array of the schema is included; without a value, all arrays are included
+  std::optional<std::vector<bool>> arrays{};
+  /// True: includes stored numbers that decoding the cells does not need
   bool vertex_numbers = true;
   /// True if blocks include the imported vertices, which an earlier segment owns, with their
   /// values.

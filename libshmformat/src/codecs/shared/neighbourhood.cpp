@@ -287,7 +287,7 @@ void NeighbourFinder::look_beyond(Neighbourhood& item, Reach reach) const {
     const Cell& cell = ring_[found.place];
     const std::uint32_t corner = found.corner ^ 1u << found.axis;
     const std::uint32_t slot = cell.corner[corner];
-    // the slot belongs to another vertex now
+    // The slot belongs to another vertex now
     if (vertices_[slot].introduced > cell.sequence) continue;
     item.at[kAtBeyond + a] = slot;
     item.known |= static_cast<std::uint16_t>(Neighbourhood::kBeyond << a);

@@ -31,7 +31,7 @@ struct Neighbourhood {
   // was known.
   static constexpr std::uint32_t kNear = 1u, kDiagonal = 1u << 3, kOpposite = 1u << 6,
                                  kBeyond = 1u << 7, kFarther = 1u << 10, kThird = 1u << 13;
-  /// the near, diagonal and opposite elements are all known
+  /// The near, diagonal and opposite elements are all known
   static constexpr std::uint32_t kLattice = 127u;
 
   /// The kind of neighbourhood. It selects the prediction rule.
@@ -48,9 +48,11 @@ struct Neighbourhood {
   /// - beside: a cell that is not a hexahedron. near: the cells across its sides.
   /// - other: none of these.
   enum Kind : std::uint8_t { lattice, midpoint, other, centre, layered, flat, simplex, beside };
-  static constexpr std::uint32_t kKindShift = 16;  ///< in traits()
+  /// Position of the kind in the result of traits()
+  static constexpr std::uint32_t kKindShift = 16;
 
   std::uint32_t self = kNone;  ///< slot of the element
+
   /// Slots: near 0-2 (one step along axis 0, 1, 2), diagonal 3-5 (one step along axes 0 and 1, 0
   /// and 2, 1 and 2), opposite 6 (one step along all three), beyond 7-9 (two steps along one axis),
   /// farther 10-12 (three steps).
@@ -101,7 +103,7 @@ class NeighbourFinder {
   /// A use of a vertex by a remembered hexahedron.
   struct Use {
     std::uint64_t sequence = kNever;  ///< sequence number of the cell
-    std::uint32_t place = kNone;      ///< place of the cell
+    std::uint32_t place = kNone;      ///< index of the cell in the ring of remembered cells
     std::uint32_t corner = 0;         ///< the vertex's corner in the cell, as corner bits
   };
   struct Vertex {
@@ -109,19 +111,21 @@ class NeighbourFinder {
     std::array<Use, 2> uses;       // the first hexahedron that used it, and the last
     bool full = false;             // true: all neighbours in the vertex's own lattice were known
   };
-  /// A remembered cell, by place.
+  /// A remembered cell, stored at its place in the ring.
   struct Cell {
     std::uint64_t sequence = kNever;
-    std::array<std::uint32_t, 8> corner{};  // slots; for a hexahedron, by corner bits
+    // Vertex slots of the corners; for a hexahedron, by corner bits
+    std::array<std::uint32_t, 8> corner{};
     CellShape shape = CellShape::hexahedron;
     std::uint8_t corners = 8;
   };
   /// The cells across the sides of a cell, used in meshes with several cell shapes.
   struct Sides {
     static constexpr std::uint32_t kMost = 6;
-    std::array<std::uint32_t, kMost> behind{};  // places of these cells
+    std::array<std::uint32_t, kMost> behind{};  // places of these cells in the ring
   };
   using Cycle = std::span<const std::uint32_t>;  // slots of the vertices around a side
+
   /// Links between hexahedra, by place, which cell() uses.
   struct Links {
     // Places of the cells across the sides. Side 2 a is towards the lower end of axis a, side 2 a +
@@ -192,12 +196,13 @@ class NeighbourFinder {
 
   // The current cell
   bool as_stored_ = true;
-  std::array<std::uint32_t, 8> corner_{};  // slots, by corner bits
+  std::array<std::uint32_t, 8> corner_{};  // vertex slots of the corners, by corner bits
   std::uint64_t known_ = 0;                // bit i: the vertex at position i already has values
   std::uint32_t known_corners_ = 0;  // known corners of a hexahedron, as a bit set by corner bits
   std::array<Found, 6> found_{};     // hexahedra across the faces of the current cell, for cell()
   std::vector<FaceCorner> around_;   // corners of the faces of a polyhedron, by slot
-  // By slot: sequence number, plus 1, of the cell that is about to introduce the vertex.
+
+  // For each slot: sequence number, plus 1, of the cell that is about to introduce the vertex.
   std::vector<std::uint64_t> coming_;
   bool full_ = false;  // true: the lattice around the current cell is known completely
 };

@@ -35,14 +35,15 @@ struct SegmentPiece {
   struct Cell {
     std::uint64_t number = 0;
     std::uint64_t last_use = 0;
-    /// block of the cell; kUnused: this entry is not a cell but a vertex that no cell uses
+    /// Block of the cell; kUnused: this entry is not a cell but a vertex that no cell uses
     std::uint32_t block = 0;
     std::uint32_t nodes = 0;
     std::uint32_t new_vertices = 0;
   };
   struct Vertex {
     std::uint64_t number = 0;  ///< the caller's number of the vertex
-    /// number of the vertex in `nodes`; reused after the vertex is finalized
+
+    /// Number of the vertex in `nodes`; reused after the vertex is finalized
     std::uint32_t handle = 0;
     std::uint32_t ticket = kNone;
     bool imported = false;
@@ -121,13 +122,14 @@ struct SegmentSize {
 /// For each column, the domains in which its values may be coded.
 using ValueChoices = std::vector<std::vector<DomainChoice>>;
 
-/// How a segment is coded.
+/// Options for coding a segment.
 struct SegmentOptions {
   std::uint32_t group_cells = 65536;
   ConnectivityCodec codec = ConnectivityCodec::rows;
   Codec codec_id{};               ///< id of `codec`; set by make_segment_encoder()
   Level level = Level::standard;  ///< level of the value coders
-  /// false: coordinates and arrays are left out, to measure the size of the mesh
+
+  /// False: coordinates and arrays are left out, to measure the size of the mesh
   bool values = true;
   bool with_order = true;  ///< true: groups contain `own` and `cell_numbers`
 };

@@ -16,13 +16,13 @@ namespace shm {
 struct Stencil {
   enum Kind : std::uint8_t {
     last,           ///< the vertex coded last; 0 for the first vertex
-    copy,           ///< at[0]
-    midpoint,       ///< (at[0] + at[1]) / 2
-    parallelogram,  ///< at[0] + at[1] - at[2]
-    lorenzo,        ///< at[0] + at[1] + at[2] - at[3] - at[4] - at[5] + at[6]
+    copy,           ///< predicted number: at[0]
+    midpoint,       ///< predicted number: (at[0] + at[1]) / 2
+    parallelogram,  ///< predicted number: at[0] + at[1] - at[2]
+    lorenzo,        ///< predicted number: at[0] + at[1] + at[2] - at[3] - at[4] - at[5] + at[6]
   };
   Kind kind = last;
-  std::array<std::uint32_t, 7> at{};  ///< vertex slots
+  std::array<std::uint32_t, 7> at{};  ///< slots of the vertices in the formula
 
   /// Returns the number of entries of `at` that this kind uses.
   std::uint32_t size() const {

@@ -184,8 +184,9 @@ std::uint64_t at_part(std::span<const std::uint64_t> bits, std::size_t i, std::s
 
 /// The shortest decimal number that reads back as the same floating-point number.
 struct Decimal {
-  std::int32_t digits = 0;  ///< significant digits
-  /// digits after the decimal point; negative: number of zeros before the point
+  std::int32_t digits = 0;  ///< number of significant digits
+
+  /// Digits after the decimal point; negative: number of zeros before the point
   std::int32_t decimals = 0;
 };
 Decimal shortest(ScalarType type, std::uint64_t bits) {

@@ -127,7 +127,7 @@ struct FloatSpace {
 /// Numbers m * 10^k with `digits` significant digits: 10^(digits-1) <= m < 10^digits, |k| <= 22.
 struct DecimalSpace {
   static constexpr std::int32_t kMostPower = 22;
-  std::int32_t digits = 1;  ///< 1..15
+  std::int32_t digits = 1;  ///< number of significant digits, 1 to 15
 
   std::int64_t index(double prediction) const {
     if (!(prediction == prediction)) return 0;
@@ -205,9 +205,9 @@ struct RankSpace {
 enum class DomainKind : std::uint8_t {
   floats = 0,     ///< every bit pattern of the stored type
   narrow = 1,     ///< doubles that are exact as float32
-  binary = 2,     ///< d * 2^-exponent
-  decimal = 3,    ///< d / 10^exponent, or d * 10^-exponent
-  digits = 4,     ///< `exponent` significant decimal digits
+  binary = 2,     ///< the numbers index * 2^-exponent
+  decimal = 3,    ///< the numbers index / 10^exponent, or index * 10^-exponent
+  digits = 4,     ///< numbers with `exponent` significant decimal digits
   integers = 5,   ///< integers, for arrays of integer type
   quantized = 6,  ///< minimum + d * step, both from the schema
 };
@@ -217,7 +217,8 @@ struct ValueDomain {
   DomainKind kind = DomainKind::floats;
   std::int32_t exponent = 0;
   bool negative_zero = false;  ///< whether a zero may be -0.0 (binary, decimal, digits)
-  /// whether there are values outside of the domain; these are stored in full
+
+  /// Whether there are values outside of the domain; these are stored in full
   bool escapes = false;
   // Flags for the use of earlier values of the component
   bool recalls = false;   ///< whether some values are coded relative to earlier values
@@ -250,8 +251,8 @@ class ValueTranslator {
 
   /// Convert states between domains by way of the value. They accept any number and return the same
   /// result on all machines.
-  double as_value(double state) const;    ///< state of this domain -> value
-  double from_value(double value) const;  ///< value -> state of this domain
+  double as_value(double state) const;    ///< converts a state of this domain to a value
+  double from_value(double value) const;  ///< converts a value to a state of this domain
 
  private:
   double linear_value(std::int64_t index) const;
@@ -307,7 +308,7 @@ auto with_space(const ArrayInfo& info, const ValueDomain& domain,
 /// How the encoder will code a group's values of one component.
 struct DomainPlan {
   ValueDomain domain;
-  /// indices that occur, in ascending order; empty if indices are coded directly, without ranks
+  /// Indices that occur, in ascending order; empty if indices are coded directly, without ranks
   std::vector<std::int64_t> table;
 };
 
@@ -315,7 +316,8 @@ struct DomainPlan {
 struct DomainChoice {
   DomainPlan plan;
   double bits = 0;  ///< estimated size of the group's values in bits, with the table
-  /// estimated bits per element of the sample, without recalled values and partners
+
+  /// Estimated bits per element of the sample, without recalled values and partners
   double sampled_bits = 0;
 };
 

@@ -104,7 +104,7 @@ class Trial {
 
   GroupIndices group_;
   const KnownNumbers* known_;
-  // by place: index of the element in the group plus 1; 0: none
+  // For each place: index of the element in the group plus 1; 0: none
   std::vector<std::uint32_t> placed_;
   std::vector<Candidate> candidates_;
   std::vector<std::uint64_t> powers_;      // distances of all taps of all candidates

@@ -12,8 +12,10 @@ namespace shm {
 
 /// The values of a group, and the state before the group.
 struct GroupIndices {
-  std::span<const std::uint64_t> numbers;              ///< number of each element
-  std::span<const std::vector<std::uint64_t>> values;  ///< by component: indices, as unsigned words
+  std::span<const std::uint64_t> numbers;  ///< number of each element
+
+  /// Indices as unsigned words, by component and element
+  std::span<const std::vector<std::uint64_t>> values;
   std::span<const std::uint64_t> ring;  ///< states before the group, by number and component
   std::size_t ring_stride = 0;  ///< distance between the states of consecutive numbers, in words
 

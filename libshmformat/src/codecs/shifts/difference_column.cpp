@@ -32,7 +32,7 @@ void DifferenceColumn::begin(std::span<const Factor> factors, std::span<const Va
   }
   if (!goes_on) {
     known_.clear(places_for(count));
-    // for all value types, the word 0 represents the number 0
+    // For all value types, the word 0 represents the number 0
     ring_.assign(known_.places() * ring_stride(), 0);
     last_.assign(components_.size(), 0);
   }

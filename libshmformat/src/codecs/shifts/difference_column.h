@@ -22,7 +22,7 @@ namespace shm {
 
 /// Buffers that columns share, one column after another.
 struct DifferenceScratch {
-  std::vector<std::vector<std::uint64_t>> words;  // by component
+  std::vector<std::vector<std::uint64_t>> words;  // values, indices or residuals, by component
   std::vector<std::byte> planes;
 };
 
@@ -102,7 +102,7 @@ class DifferenceColumn {
   bool remembers_ = false;           // whether ring_ and last_ contain values of earlier groups
   std::vector<Tap> taps_;
 
-  // the group being decoded
+  // The group being decoded
   Codec codec_ = Codec::differences;
   std::vector<std::byte> unpacked_;
   std::uint64_t count_ = 0, next_ = 0;

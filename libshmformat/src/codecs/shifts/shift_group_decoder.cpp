@@ -208,10 +208,10 @@ bool ShiftGroupDecoder::count_run(const CellMarks& marks, std::span<const std::u
   for (std::size_t i = 0; i < nodes; ++i) {
     if (numbers[nodes + i] != first[i] + 1 || first[i] > ~std::uint64_t{0} - 64) return false;
     LiveNumbers::Run run = live_.run(first[i], length);
-    // true: an earlier node of the cell has the same vertex and is also marked as last use
+    // True: an earlier node of the cell has the same vertex and is also marked as last use
     bool again = false;
     for (std::size_t j = 0; j < nodes; ++j) {
-      // number of cells after which node i has the number that node j has in the first cell
+      // Number of cells after which node i has the number that node j has in the first cell
       const std::uint64_t ahead = first[j] - first[i];
       if (ahead >= count) continue;
       if (has_bit(marks.introduced, j)) {

@@ -59,7 +59,8 @@ class ShiftGroupDecoder final : public GroupDecoder {
   std::vector<DifferenceColumn> columns_;
   std::vector<std::unique_ptr<ValueColumn<SplitDecoder>>>
       predicted_;  // predicted columns; empty until a group has neighbourhoods
-  // by column: 1 if it is predicted over neighbourhoods in the current group
+
+  // For each column: 1 if it is predicted over neighbourhoods in the current group
   std::vector<std::uint8_t> is_predicted_;
   ShiftNeighbours neighbours_;
   bool has_neighbours_ = false;  // true: the current group has neighbourhoods

@@ -82,7 +82,7 @@ class ShiftNeighbours {
                 std::vector<Neighbourhood>& cells);
 
   bool of_vertices_, of_cells_;
-  std::vector<std::uint8_t> axes_;  // by block
+  std::vector<std::uint8_t> axes_;  // number of axes of the cells, by block
   std::uint32_t ring_bits_ = 0;
   bool finds_ = false;
   Ring vertices_, cells_;  // cells are stored by the number of their last corner

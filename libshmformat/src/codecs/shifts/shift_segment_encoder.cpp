@@ -107,7 +107,7 @@ bool ShiftSegmentEncoder::encode_cell(const SegmentPiece& piece, const SegmentPi
   note_active(active_);
   for (std::uint64_t left = cell.last_use; left != 0; left &= left - 1) {
     const auto i = static_cast<std::size_t>(std::countr_zero(left));
-    // true: an earlier corner has the same vertex and is also marked as last use
+    // True: an earlier corner has the same vertex and is also marked as last use
     bool again = false;
     for (std::size_t j = 0; j < i; ++j)
       again = again || (nodes[j] == nodes[i] && (cell.last_use >> j & 1) != 0);
@@ -148,7 +148,7 @@ void ShiftSegmentEncoder::note_lags() {
 /// Returns lags of cells in rows and layers: distances between consecutive cells that have the same
 /// rare shift.
 std::vector<std::uint32_t> ShiftSegmentEncoder::cell_lags() const {
-  std::array<std::size_t, 256> last{};  // by symbol: last position plus 1
+  std::array<std::size_t, 256> last{};  // by symbol: last position of the symbol, plus 1
   std::vector<Lag> lags;
   const auto symbols = shifts_.symbols();
   for (std::size_t i = 0; i < symbols.size(); ++i) {
@@ -191,7 +191,7 @@ void ShiftSegmentEncoder::find_neighbours(std::span<const std::byte> shifts) {
   for (std::size_t left = group.cells; left > 0;) {
     const auto [marks, count] =
         decoder_.next_cells(numbers.data(), std::min(left, kShiftedCellsAtOnce));
-    // happens only if memory ran out, which then also affects the bitstream
+    // Happens only if memory ran out, which then also affects the bitstream
     if (marks == nullptr) return;
     const std::size_t nodes = count * decoder_.nodes(marks->block);
     neighbours_.add_cells(*marks, std::span(numbers).first(nodes), count, vertices_.items,

@@ -49,16 +49,17 @@ class ShiftSegmentEncoder final : public SegmentEncoder {
   std::vector<DifferenceColumn> columns_;
   std::vector<std::unique_ptr<ValueColumn<SplitEncoder>>>
       predicted_;  // predicted columns; empty at level fast
+
   // Decodes cells from the new bitstream, which needs less memory and time than storing the cells.
   ShiftDecoder decoder_;
   ShiftNeighbours neighbours_;
-  // true: groups have neighbourhoods, either for their values or for step values
+  // True: groups have neighbourhoods, either for their values or for step values
   bool has_rings_ = false;
   DifferenceScratch scratch_;
   ZstdCompressor packing_;
   ZstdDecompressor unpacking_;
 
-  std::vector<std::uint64_t> number_of_;  // by handle
+  std::vector<std::uint64_t> number_of_;  // vertex numbers by handle
   std::vector<std::uint64_t> corners_;    // vertex numbers of the current cell, by corner
   std::uint64_t active_ = 0;
 

@@ -81,7 +81,7 @@ class ShiftTable {
   std::size_t blocks() const { return nodes_.size(); }
 
  private:
-  std::vector<std::uint32_t> nodes_;  // by block
+  std::vector<std::uint32_t> nodes_;  // number of nodes per cell, by block
   std::size_t most_nodes_ = 0;
   std::vector<std::vector<std::uint64_t>> last_;
   std::vector<Shift> shifts_;
@@ -108,7 +108,7 @@ class ShiftEncoder {
 
   ShiftTable table_;
   bool may_import_;
-  std::vector<std::uint64_t> keys_;     // by place: hash of the shift
+  std::vector<std::uint64_t> keys_;     // hash of each shift, by place in the table
   std::vector<std::uint8_t> followed_;  // by place: the shift that came after it last time
   std::size_t last_place_ = 0;
   Shift shift_;

@@ -103,9 +103,9 @@ class ValueStreams {
   Reach least_vertex_reach_ = Reach::lattice, least_cell_reach_ = Reach::lattice;
   Reach vertex_reach_ = Reach::farther, cell_reach_ = Reach::farther;
   TiledItems vertices_, cells_;
-  std::unique_ptr<ColumnMemory> memory_;  // null when encoding
+  std::unique_ptr<ColumnMemory> memory_;  // memory budget of the columns; null when encoding
   std::vector<std::optional<ValueColumn<Coder>>> columns_;
-  std::vector<bool> is_of_cells_;  // by column
+  std::vector<bool> is_of_cells_;  // whether each column has cell values
 };
 
 /// Order::keep: codes the numbers of the vertices that a cell introduces. If the coder of hexahedra

@@ -60,7 +60,8 @@ class CellCorners {
     std::uint32_t slot = kNone;
     std::uint8_t guesses = 0;  ///< number of guesses with this vertex at this position, at most 2
     bool shift = false;        ///< true: the vertex continues the numbers of the block's last cell
-    /// number of known nodes of the open faces that the vertex would close
+
+    /// Number of known nodes of the open faces that the vertex would close
     std::uint8_t shared = 0;
     /// 1 if such a face runs against the side of this cell, plus 2 if such a face runs along it
     std::uint8_t directions = 0;
@@ -75,30 +76,31 @@ class CellCorners {
   /// expected at each position of the next cell.
   struct Guess {
     std::uint64_t number = 0;
-    /// node index by position of the next cell; kMost: none
+    /// Node index by position of the next cell; kMost: none
     std::array<std::uint8_t, kMost> place{};
   };
   /// The last cell of a block.
   struct Past {
     std::vector<std::uint64_t> ids;
-    /// id of its first node minus the id of the first node of the block's previous cell
+    /// Id of its first node minus the id of the first node of the block's previous cell
     std::uint64_t step = 0;
     std::array<std::uint64_t, kMost> behind;
     std::vector<Guess> guesses;
     Past() { behind.fill(OpenFaces::kNever); }
   };
   struct ShapeModels {
-    /// By position, then by reasons: guesses (3 values), shift (2), shared (4), place (9), beside
-    /// (2).
+    /// Models by position, then by reasons: guesses (3 values), shift (2), shared (4), place (9),
+    /// beside (2).
     std::array<std::vector<MixedBit>, kPositions> which;
-    // by position and number of gates
+    // Models of these decisions, by position and number of gates
     std::array<std::array<MixedBit, 3>, kPositions> is_new, among;
-    std::array<std::array<MixedBit, 8>, kPositions> last;  // by position and number of bare faces
+    // Models of last uses, by position and number of bare faces
+    std::array<std::array<MixedBit, 8>, kPositions> last;
     std::array<std::array<AdaptiveBit, 6>, kPositions>
-        lead;  // by position and reasons (guesses, shift)
+        lead;  // models of the lead, by position and reasons (guesses, shift)
     AdaptiveBit repeated;
     NumberModel repeat;
-    // models of the first corner and of other corners
+    // Models of the first corner and of other corners
     std::array<SignedModel<NumberModel>, 2> step;
     std::array<std::uint32_t, 6> before{};  // outcomes of the last cells, newest first
     std::uint32_t finals = 0;               // last uses in the last cell, as a bit set
@@ -109,7 +111,7 @@ class CellCorners {
     std::uint64_t expected = 0;  ///< id of the vertex if numbers continue as in the last cell
     std::uint32_t lead = kNone;  ///< slot of the likely vertex before faces are examined
     AdaptiveBit* lead_model = nullptr;
-    /// encoding: an earlier position with the same vertex; kNone if there is none
+    /// Encoding: an earlier position with the same vertex; kNone if there is none
     std::uint32_t repeats = kNone;
   };
 
@@ -156,7 +158,7 @@ class CellCorners {
     std::uint64_t round = 0;
     std::uint32_t candidate = kNone;
   };
-  std::vector<Listed> listed_;  // by slot: the candidate for this vertex
+  std::vector<Listed> listed_;  // candidate of each vertex, by slot
   std::uint64_t round_ = 0;
 };
 

@@ -112,7 +112,8 @@ class Connectivity {
       hexahedra_;
   bool has_codec_ = false;
   bool finds_by_number_ = false;  // true: the coder in hexahedra_ finds vertices by number
-  // null unless there are blocks of cells that are not hexahedra
+
+  // Null unless there are blocks of cells that are not hexahedra
   std::unique_ptr<CellCorners<Coder>> others_;
   std::optional<MidNodes<Coder>> mid_nodes_;     // empty unless there are second-order cells
   std::unique_ptr<Polyhedra<Coder>> polyhedra_;  // null unless there are polyhedra stored by faces
@@ -124,15 +125,15 @@ class Connectivity {
   std::map<std::uint32_t, std::vector<std::uint64_t>> node_ids_;
   bool last_new_ = false;
 
-  // encoding: positions sorted by number
+  // Encoding: positions sorted by number
   std::vector<std::pair<std::uint64_t, std::uint32_t>> positions_;
 
   // Models
   AdaptiveBit same_block_;
   NumberModel block_number_, node_count_;
   std::vector<std::unique_ptr<NodeModel>> nodes_;
-  /// By: whether the vertex is a corner of a hexahedron, number of active faces, number of uses,
-  /// last answer at this position.
+  /// Models by: whether the vertex is a corner of a hexahedron, number of active faces, number of
+  /// uses, last answer at this position.
   std::array<std::array<std::array<std::array<AdaptiveBit, 2>, 9>, 6>, 2> last_use_;
 };
 

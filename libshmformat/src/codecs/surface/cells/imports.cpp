@@ -28,7 +28,7 @@ AdaptiveBit& ImportFlags<Coder>::model(const CellTopology& cell, std::uint32_t p
     return at_edge_[3u * state(cell, cell.framed_position(edge[0])) +
                     state(cell, cell.framed_position(edge[1]))];
   }
-  // bit 0: some nodes are own vertices; bit 1: some nodes are imported vertices
+  // Bit 0: some nodes are own vertices; bit 1: some nodes are imported vertices
   std::size_t context = 0;
   for (std::size_t i = 0; i < std::min<std::size_t>(cell.slots.size(), 64); ++i)
     if (const State other = state_[cell.slots[i]]; other != unknown) context |= other;

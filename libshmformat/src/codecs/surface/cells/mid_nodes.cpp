@@ -57,7 +57,7 @@ void MiddleTable::erase(std::uint32_t slot) {
 template <class Coder>
 void MidNodes<Coder>::begin_cell(const CellTopology& cell) {
   const NodeLayout& layout = *cell.layout;
-  std::array<std::uint64_t, 8> mixed{};  // by corner as stored
+  std::array<std::uint64_t, 8> mixed{};  // hashes of the corner ids, by corner as stored
   for (std::uint32_t c = 0; c < layout.corners; ++c) {
     const std::uint64_t x =
         (surface_->vertex(cell.slots[cell.framed[c]]).id + 1) * 0x9e3779b97f4a7c15u;

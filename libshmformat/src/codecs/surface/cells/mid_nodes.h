@@ -50,7 +50,7 @@ class MiddleTable {
 
  private:
   struct Entry {
-    // low, high: stream numbers of the two vertices of the place
+    // `low`, `high`: stream numbers of the two vertices of the place
     std::uint64_t key = 0, low = 0, high = 0;
     std::uint64_t open = 0;
     bool is_set = false, is_face = false;
@@ -62,7 +62,8 @@ class MiddleTable {
 
   const ActiveSurface* surface_;
   std::vector<Entry> entries_;  // entries by slot of the vertex in the middle
-  // maps for edges and for faces: from the slots of a place to the vertex at this place
+
+  // Maps for edges and for faces: from the slots of a place to the vertex at this place
   std::array<IdMap, 2> by_place_;
 };
 
@@ -105,7 +106,8 @@ class MidNodes {
       ended_{};  // by position: 1 if the last answer was that the cell is the last to use the node
 
   // Models
-  /// By: kind of node, whether a known vertex is expected, whether the last expectation was wrong.
+  /// Models by: kind of node, whether a known vertex is expected, whether the last expectation was
+  /// wrong.
   std::array<std::array<std::array<AdaptiveBit, 2>, 2>, MidNode::kKinds> as_expected_;
   AdaptiveBit body_ends_;
   std::array<AdaptiveBit, 2> ends_with_corner_;  // models for edges and for faces

@@ -48,7 +48,8 @@ class Polyhedra {
   static constexpr std::size_t kCandidates = 24;
   static constexpr std::size_t kLooked =
       64;  // largest number of vertices of a cell that are tried as first node of a face
-  // largest number of open faces, the newest first, that are tried for each of these vertices
+
+  // Largest number of open faces, the newest first, that are tried for each of these vertices
   static constexpr std::size_t kLookedFaces = 16;
   static constexpr std::size_t kMostEdges =
       32;  // largest number of edges of the cell that are stored at one vertex
@@ -66,7 +67,7 @@ class Polyhedra {
     /// cell has, at most 2. For the first node of the cell: 1 if this vertex is the first node of
     /// an open face.
     std::uint8_t inside = 0;
-    /// number of polyhedra with the edge to this vertex, or of open faces at this vertex
+    /// Number of polyhedra with the edge to this vertex, or of open faces at this vertex
     std::uint8_t edge = 0;
     bool shift = false;      ///< true: the vertex continues the numbers of the block's last cell
     bool ours = false;       ///< true: the cell already has this vertex
@@ -77,13 +78,13 @@ class Polyhedra {
   };
   /// An open face that contains all nodes of the current face so far, in this order.
   struct Match {
-    /// at: position of the current face's first node in the open face
+    /// `at`: position of the current face's first node in the open face
     std::uint32_t face = kNone, at = 0;
     bool along = false;
   };
   struct CellVertex {
     std::uint32_t slot = kNone;
-    /// other end of each edge, and how often the cell has the edge
+    /// Other end of each edge, and how often the cell has the edge
     std::vector<std::pair<std::uint32_t, std::uint32_t>> edges;
   };
   /// The last cell of a block.
@@ -137,17 +138,20 @@ class Polyhedra {
   ActiveSurface* surface_;
   PolyhedronSurface open_;
   MixingCoder<Coder> mixing_{kQuestions};
-  std::map<std::uint32_t, Past> past_;  // by block
+  std::map<std::uint32_t, Past> past_;  // last cell of each block
   AdaptiveBit by_faces_;
-  // by whether the cell is closed, and number of faces
+  // Models of the end of a cell, by whether the cell is closed, and number of faces
   std::array<std::array<MixedBit, 16>, 2> end_;
-  // by match, edge and number of nodes
+  // Models of the end of a face, by match, edge and number of nodes
   std::array<std::array<std::array<MixedBit, 16>, 3>, 3> close_;
   std::array<std::array<MixedBit, 4>, 3> is_new_,
-      among_;                                   // by number of nodes and kind of the best candidate
-  std::array<std::vector<MixedBit>, 3> which_;  // by number of nodes and reasons
-  std::array<std::array<MixedBit, 8>, 8> last_;  // by number of open faces and number of edges
-  // models of a cell's first node and of other nodes
+      among_;  // by number of nodes and kind of the best candidate
+
+  // Models of the candidates, by number of nodes and reasons
+  std::array<std::vector<MixedBit>, 3> which_;
+  // Models of last uses, by number of open faces and number of edges
+  std::array<std::array<MixedBit, 8>, 8> last_;
+  // Models of a cell's first node and of other nodes
   std::array<SignedModel<NumberModel>, 2> step_;
   std::uint32_t before_ = 0;                  // outcomes of the last cell
   std::uint32_t last_finals_ = 0;             // last uses in the last cell, as a bit set
@@ -167,7 +171,7 @@ class Polyhedra {
   std::uint64_t shift_ = 0;
   std::vector<std::uint32_t> cell_outcomes_;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> cell_edges_;
-  // faces of the cell that were not open before
+  // Faces of the cell that were not open before
   std::vector<std::uint32_t> new_cycles_, cycle_ends_;
   std::vector<std::pair<std::uint64_t, std::uint32_t>>
       positions_;  // encoding: positions sorted by number
@@ -179,7 +183,7 @@ class Polyhedra {
   // The current node
   std::vector<Candidate> candidates_;
   std::uint64_t expected_ = 0;
-  std::vector<Seen> seen_;  // by slot
+  std::vector<Seen> seen_;  // data of each vertex, by slot
   std::uint64_t cell_round_ = 0, face_round_ = 0, node_round_ = 0;
 };
 

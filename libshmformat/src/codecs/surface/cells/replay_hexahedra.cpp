@@ -8,7 +8,8 @@
 namespace shm {
 namespace {
 
-constexpr std::uint64_t kEarlierCells = 256;  // frozen: part of the format
+// Largest number of cells back at which earlier corners are coded; frozen: part of the format
+constexpr std::uint64_t kEarlierCells = 256;
 constexpr std::uint64_t kLeastSlots = 1024;
 constexpr std::uint32_t kRepeatedStrays =
     4;  // encoder: strays are followed after this number of cells with strays

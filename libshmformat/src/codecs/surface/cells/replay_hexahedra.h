@@ -107,7 +107,9 @@ class ReplayHexahedra {
   static constexpr std::uint32_t kDistances = 6;  // largest number for which 3-bit trees suffice
   static constexpr std::uint32_t kFollowStrays =
       7;  // coded once in the stream instead of a place; strays are followed after it
-  static constexpr int kFollowerBits = 12;  // frozen: part of the format
+
+  // Size of the table of followers, in bits; frozen: part of the format
+  static constexpr int kFollowerBits = 12;
   enum Kind : std::uint8_t { kExpected, kBeyond, kTop, kPrevious, kEarlier, kFromPrevious, kStep };
 
   using Halves = std::array<std::uint32_t, 8>;
@@ -115,7 +117,8 @@ class ReplayHexahedra {
     Halves number{};         // lower halves of the vertex numbers
     std::uint8_t next = 0;   // set of corners whose new number was above the largest number
     std::uint8_t marks = 0;  // set of corners marked as last use
-    // set of corners that were not as guessed; if there were none, the set of the model cell
+
+    // Set of corners that were not as guessed; if there were none, the set of the model cell
     std::uint8_t strays = 0;
     bool guessed = false;      // true: all corners and marks were as expected
     std::uint32_t beside = 1;  // distance of the cell whose shift this cell had
@@ -136,10 +139,11 @@ class ReplayHexahedra {
   };
   /// The guess that the encoder selects, or that the decoder has read.
   struct Choice {
-    std::uint32_t place = 0;     // index in distances_; kDistances: a new distance
-    std::uint64_t distance = 0;  // the new distance
+    std::uint32_t place = 0;     // index in distances_; kDistances means a new distance
+    std::uint64_t distance = 0;  // the new distance, if there is one
     bool old_shift = false;      // true: the shift is taken over the distance used last
-    // the cell whose shift is taken; 0: the same as for the model cell; 1: the last cell; from 2
+
+    // The cell whose shift is taken; 0: the same as for the model cell; 1: the last cell; from 2
     // on: the cell at distances_[beside - 2]
     std::uint32_t beside = 0;
   };
@@ -190,21 +194,22 @@ class ReplayHexahedra {
   bool keep_, may_follow_;
 
   LastRing<Past> pasts_;
-  // upper halves of the vertex numbers, since the first upper half that is not zero
+  // Upper halves of the vertex numbers, since the first upper half that is not zero
   LastRing<Halves> upper_;
   LastRing<Slots> slots_;  // decoder: slots of the last cells; contains fewer cells than pasts_
   std::uint64_t sequence_ = 0;  // sequence number of the current hexahedron
-  // distances used before, the most recently used first
+
+  // Distances used before, the most recently used first
   std::array<std::uint64_t, kDistances> distances_{1};
   bool marks_shift_ = false;
 
-  std::vector<Named> named_;  // by vertex slot
+  std::vector<Named> named_;  // numbers of vertices, by slot
   std::vector<std::uint64_t>
       introduced_;  // encoder: by vertex slot, the hexahedron that introduced the vertex
   std::vector<std::uint64_t>
       misses_;           // encoder: by step_key(), the last hexahedron that was not as expected
   bool clash_ = false;   // true: two live vertices had the same number
-  NumberMap by_number_;  // used in Order::keep only
+  NumberMap by_number_;  // vertices by number; used in Order::keep only
   std::uint64_t largest_ = ~std::uint64_t{0};
   Numbers top_{};  // largest number of each corner that was not as expected
   std::array<std::array<Source, 2>, 8>
@@ -215,6 +220,7 @@ class ReplayHexahedra {
   bool follows_strays_ = false;
   std::uint32_t repeated_strays_ =
       0;  // encoder: number of cells so far with strays at likely corners
+
   // Number of the last stray, and its step from the stray before it. followers_ contains, for each
   // step and corner, the step that followed.
   std::uint64_t last_stray_ = 0, stray_step_ = 0;
@@ -231,7 +237,7 @@ class ReplayHexahedra {
   AdaptiveBit old_shift_;
   std::array<TreeModel<3>, kDistances + 1> beside_;
   std::array<AdaptiveBit, kDistances + 1> as_guessed_;
-  // first index: whether the corner is in likely_strays()
+  // First index: whether the corner is in likely_strays()
   std::array<std::array<std::array<AdaptiveBit, 3>, 8>, 2> same_;
   std::array<std::array<TreeModel<3>, 8>, 8> kind_;
   std::array<TreeModel<3>, 8> previous_, earlier_;

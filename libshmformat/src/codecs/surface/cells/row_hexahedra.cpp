@@ -114,7 +114,7 @@ void RowHexahedra<Coder>::code_sides(Coder& symbols, std::uint32_t gate) {
     const FaceEdge mate = face.mate[i];
     const std::uint32_t side = kAdjacentFace[k][i];
     if (mate == kNone || is_shared(mate / 4)) continue;
-    // corners above the gate
+    // Corners above the gate
     const std::uint32_t a = kFaceBits[k][i], b = kFaceBits[k][(i + 1) % 4];
     Above& upper = sides[i];
     upper = above(*surface_, mate, face.quad[i]);
@@ -176,7 +176,7 @@ void RowHexahedra<Coder>::code_sides(Coder& symbols, std::uint32_t gate) {
 /// around the corner.
 template <class Coder>
 std::uint32_t RowHexahedra<Coder>::count_leads(std::uint32_t corner) const {
-  Corners known{};  // kNone if unknown
+  Corners known{};  // slots of the known corners; kNone if unknown
   for (std::uint32_t b = 0; b < 8; ++b)
     known[b] = (work_.known >> b & 1) != 0 ? work_.corner[b] : kNone;
   const auto inside = [&](std::uint32_t slot) {
@@ -234,7 +234,7 @@ void RowHexahedra<Coder>::list_joins(std::uint32_t corner) {
     for (FaceCorner face_corner = surface_->vertex(vertex).first_face; face_corner != kNone;
          face_corner = surface_->next_around(face_corner)) {
       const auto& face = surface_->face(face_corner / 4);
-      // all corners of this face belong to the current hexahedron
+      // All corners of this face belong to the current hexahedron
       if (is_shared(face_corner / 4)) continue;
       const std::uint32_t i = face_corner % 4;
       for (std::uint32_t step : {1u, 3u}) {
@@ -400,7 +400,7 @@ std::uint32_t RowHexahedra<Coder>::open_faces_of_others(std::uint32_t slot) cons
 template <class Coder>
 void RowHexahedra<Coder>::code_last_use(Coder& symbols, CellTopology& cell) {
   Record& record = records_[cell.cell_slot];
-  // list gates of the next hexahedron: the vertices that it probably uses stay alive
+  // List gates of the next hexahedron: the vertices that it probably uses stay alive
   list_candidates();
   const std::uint32_t owner_finals = work_.owner != nullptr ? owner_.finals : 0;
   for (std::uint32_t i = 0; i < 8; ++i) {

@@ -101,8 +101,8 @@ class RowHexahedra {
     std::array<std::uint32_t, 6> face{kNone, kNone, kNone, kNone, kNone, kNone};
     std::uint8_t orientation = 0;  // orientation of the stored corners in the frame
     std::uint8_t shared = 0;       // set of faces that were shared when it was coded
-    std::uint8_t introduced = 0;   // set of corners that it introduced
-    std::uint8_t finals = 0;       // set of corners that it finalized
+    std::uint8_t introduced = 0;   // set of corners that the hexahedron introduced
+    std::uint8_t finals = 0;       // set of corners that the hexahedron finalized
     std::uint8_t repeats = 0;      // set of corners with the vertex of an earlier corner
     bool guessed = false;          // true: its gate was one of the candidates
   };
@@ -143,7 +143,7 @@ class RowHexahedra {
   /// a hexahedron.
   struct ClosingVertex {
     std::uint32_t slot = kNone;
-    /// sum over the edges with such a quadrilateral: 2 each, or 3 if the other three corners are
+    /// Sum over the edges with such a quadrilateral: 2 each, or 3 if the other three corners are
     /// known
     std::uint32_t score = 0;
     std::uint32_t others = 0;  ///< number of other vertices that would close such a quadrilateral
@@ -180,7 +180,8 @@ class RowHexahedra {
   ClosingVertex find_closing_vertex(std::uint32_t corner);
   std::uint32_t open_faces_of_others(std::uint32_t slot) const;
 
-  // Contexts of the next decision, for a coder that mixes predictions (row_hexahedra_contexts.cpp)
+  // Set the contexts of the next decision, for a coder that mixes predictions
+  // (row_hexahedra_contexts.cpp)
   void about_candidates(Coder& symbols) const;
   void about_candidate(Coder& symbols, std::uint32_t index) const;
   void about_kind(Coder& symbols) const;
@@ -279,15 +280,15 @@ class RowHexahedra {
   std::array<std::array<Tree<2>, 6>, 6> stored_corner_;
   std::array<Bit, 2> turned_;
   std::array<Bit, 2> mirrored_;
-  /// By: number of open faces of other cells, number of faces, number of uses, whether the vertex
-  /// was a last use in the owner and in the hexahedron coded last, number of candidates that use
-  /// the vertex.
+  /// Models by: number of open faces of other cells, number of faces, number of uses, whether the
+  /// vertex was a last use in the owner and in the hexahedron coded last, number of candidates that
+  /// use the vertex.
   std::array<std::array<std::array<std::array<std::array<Bit, 3>, 4>, 9>, 8>, 4> final_;
 
   std::vector<std::uint32_t> faces_;
   std::vector<Fit> fits_;
   std::vector<Join> joins_;
-  // by vertex slot: the possible index of the vertex in joins_
+  // For each vertex slot: the possible index of the vertex in joins_
   std::vector<std::uint32_t> join_place_;
 };
 

@@ -339,7 +339,7 @@ std::uint8_t RowHexahedra<Coder>::orientation_across(std::uint32_t side) const {
   const auto& face = surface_->face(work_.shared[side]);
   const auto& stored = kOrientedBits[records_[face.cell].orientation];
   std::array<std::uint32_t, 4> here{},
-      // corner bits in the frame (here), and corner bits as stored in the neighbour (there)
+      // Corner bits in the frame (here), and corner bits as stored in the neighbour (there)
       there{};
   for (std::uint32_t i : {0u, 1u, 3u}) {
     here[i] = 8;
@@ -415,7 +415,7 @@ bool RowHexahedra<Coder>::code_orientation_at_gate(Coder& corner_order, std::uin
     const std::uint32_t axis = 7u & ~((s[q[0]] ^ s[q[1]]) | (s[q[0]] ^ s[q[3]]));
     return kFaceAt[axis][(s[q[0]] & axis) != 0];
   };
-  const std::uint32_t side = kOppositeFace[work_.gate_side];  // side of the owner
+  const std::uint32_t side = kOppositeFace[work_.gate_side];  // the side of the owner at the gate
   const std::uint32_t theirs = face_of(owner_.orientation, side);
   std::uint32_t lowest = 0;
   for (std::uint32_t i = 1; i < 4; ++i)

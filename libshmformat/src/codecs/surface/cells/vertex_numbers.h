@@ -37,7 +37,7 @@ class VertexNumbers {
     std::uint64_t near = 0, second = 0;  // second may equal near
     std::uint32_t kind = 0;
     std::uint32_t direction = kNone;
-    // slot of the vertex from which the number is copied along a direction; otherwise kNone
+    // Slot of the vertex from which the number is copied along a direction; otherwise kNone
     std::uint32_t from = kNone;
   };
 
@@ -50,13 +50,14 @@ class VertexNumbers {
 
   std::vector<std::uint64_t> numbers_;  // numbers by vertex slot
   std::uint64_t last_ = ~std::uint64_t{0},
-                largest_ = ~std::uint64_t{0};  // -1 before the first vertex
+                largest_ = ~std::uint64_t{0};  // largest number so far; -1 before the first vertex
   std::array<std::uint64_t, 6> stride_{1, 1, 1,
-                                       // last difference between the numbers of neighbours, by side
+                                       // Last difference between the numbers of neighbours, by side
                                        1, 1, 1};
   MidNodeNumbers mid_node_numbers_;
   std::array<std::uint64_t, kKinds> miss_{};  // last error of `near`, by kind
-  // history of vertices that are not mid nodes, and of mid nodes
+
+  // History of vertices that are not mid nodes, and of mid nodes
   std::array<std::uint32_t, 2> history_{};
   std::array<std::array<std::array<AdaptiveBit, 4>, 64>, kKinds> guess_;
   std::array<std::array<AdaptiveBit, 4>, kKinds> missed_as_before_;

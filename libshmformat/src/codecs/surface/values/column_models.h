@@ -110,14 +110,15 @@ class ColumnModels {
   /// Models of the codec mixed_columns.
   struct Mixed {
     MixingCoder<Coder> coder{1};
-    LazyModels<SignedModel<ResidualModelOf<MixedBit>>> residuals;  // by number_of()
+    // Models of residuals, by number_of()
+    LazyModels<SignedModel<ResidualModelOf<MixedBit>>> residuals;
   };
   /// Models of recalled values.
   struct RecallModels {
     /// There is one set of models for ranks that start from the prediction, and one for ranks that
     /// start from a source.
     struct From {
-      // by `last` and by number of near elements that were recalled
+      // Models by `last` and by number of near elements that were recalled
       std::array<std::array<AdaptiveBit, 4>, 2> is_recalled{};
       std::uint32_t length = 0;  // bit length of the last rank difference
       NearModel ranks;
@@ -131,7 +132,7 @@ class ColumnModels {
   struct Class {
     std::uint64_t tile = 0;  // number of the last tile with an element of the class, from 1
     ClassModes modes;
-    // by number of near elements that their second mode predicted
+    // Models by number of near elements that their second mode predicted
     std::array<AdaptiveBit, 4> takes_second;
   };
 
@@ -147,7 +148,7 @@ class ColumnModels {
   std::uint64_t tile_ = 0;  // number of the current tile, from 1
   TileClasses tile_classes_;
   std::vector<Class> classes_;
-  // by family: number of the class coded last, from 1; 0: no class yet
+  // For each family: number of the class coded last, from 1; 0: no class yet
   std::vector<std::uint16_t> last_coded_;
   AdaptiveBit same_mode_, same_second_, same_input_, same_weights_, family_weights_;
   TreeModel<5> mode_, second_;
@@ -156,7 +157,7 @@ class ColumnModels {
   bool last_escape_ = false, last_negative_ = false;
   std::array<AdaptiveBit, 2> escape_, negative_;  // by the last decision of the same kind
   AdaptiveBit same_escape_;
-  LazyModels<NearModel> residuals_;  // by number_of()
+  LazyModels<NearModel> residuals_;  // models of residuals, by number_of()
   LazyModel<Mixed> mixed_;
   LazyModel<RecallModels> recall_;
 };

@@ -40,15 +40,17 @@ struct CodedTile {
 
 /// One component of a tile, without its values.
 struct ColumnTile {
-  std::span<const Neighbourhood> items;      ///< shared by all components
-  TileClasses classes;                       ///< the same for all components
-  std::span<const CodedTile* const> before;  ///< the same tile of the previous components
-  /// reference values, as bits; empty unless use_reference() was called
+  /// Neighbourhoods of the elements, the same for all components
+  std::span<const Neighbourhood> items;
+  TileClasses classes;  ///< classes of the elements, the same for all components
+  std::span<const CodedTile* const> before;  ///< this tile of the components that are coded before
+
+  /// Reference values, as bits; empty unless use_reference() was called
   std::span<const std::uint64_t> reference;
-  /// by element: distance to the earlier element of which it is a copy; 0: not a copy; empty if the
-  /// tile has no copies
+  /// For each element: distance to the earlier element of which it is a copy; 0: not a copy; empty
+  /// if the tile has no copies
   std::span<const std::uint32_t> back;
-  /// decoding, if `back` is not empty: bits of the elements before the tile, the most recent
+  /// Decoding, if `back` is not empty: bits of the elements before the tile, the most recent
   /// element last
   std::span<const std::uint64_t> history;
 };
@@ -58,7 +60,8 @@ struct TileElement {
   const ColumnTile& tile;
   std::size_t i;
   const Neighbourhood& item = tile.items[i];
-  MatchTables::Places places{};  ///< from ColumnState::find_matches()
+  MatchTables::Places places{};  ///< result of ColumnState::find_matches()
+
   /// Result of ColumnState::find_partner(): data of this element's reference, if the element can
   /// have a partner.
   struct Key {
@@ -67,7 +70,7 @@ struct TileElement {
   } key{};
   struct Partner {
     bool is = false;
-    /// state of the partner's value, and state of the partner's reference
+    /// State of the partner's value, and state of the partner's reference
     double state = 0.0, then = 0.0;
   } partner{};
 
@@ -79,14 +82,16 @@ struct TileElement {
 /// of the current prediction.
 struct ResidualContext {
   std::uint32_t mean = 0;  ///< mean size of the residuals at the near elements
-  /// residual of the previous component: 0: none, 1: its size is 0, 2: its size is larger
+
+  /// Residual of the previous component: 0: none, 1: its size is 0, 2: its size is larger
   std::uint32_t before = 0;
 };
 /// The sizes of the earlier residuals, each plus one; 0 if there is no such residual.
 struct SizesAround {
   std::array<std::uint32_t, 3> near{};  ///< sizes at the near elements
-  std::uint32_t last = 0;               ///< size at the element coded last; without the plus one
-  /// sizes in the previous component, and in the component before that
+  std::uint32_t last = 0;               ///< size at the element coded last, without the plus one
+
+  /// Sizes in the previous component, and in the component before that
   std::uint32_t before = 0, two_before = 0;
 };
 
@@ -337,10 +342,10 @@ class ColumnState {
   CodedTile coded_;
   MatchTables matches_;
   RecalledValues so_far_;
-  // key: magnitude of a reference; value: value of its element, negated if the reference is
+  // Keys: magnitudes of references; values: the value of the element, negated if the reference is
   // negative
   SortedValues references_so_far_;
-  // states of the two elements coded last
+  // States of the two elements coded last
   double last_ = 0, before_last_ = 0;
   double last_reference_ = 0, before_last_reference_ = 0;
   ResidualSize last_size_ = 0;

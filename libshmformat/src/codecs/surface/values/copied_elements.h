@@ -80,7 +80,7 @@ class CopiedElements {
   }
 
   std::vector<Class> classes_;
-  // by the last outcome in the class, and by the last outcome in any class
+  // Models by the last outcome in the class, and by the last outcome in any class
   std::array<std::array<Models, 4>, 4> models_;
   SignedModel<CompactNumberModel> other_;
   Outcome outcome_ = kOwn;

@@ -15,6 +15,7 @@ namespace {
 /// Least share of all bits that recalled values or partners must save to be used.
 constexpr double kWorthwhileShare = 0.02;
 constexpr std::uint64_t kFewestHelped = 32;  // at least one value in 32 must profit, too
+
 /// Cost of a partnered value in addition to its residual, in bits.
 constexpr double kPartnerBits = 1.5;
 /// Correction of the estimate for recalled values, whose models have to adapt first.

@@ -25,7 +25,7 @@ class EarlierValues {
   struct Value {
     std::uint32_t place = 0;   ///< number of the value in the group
     double predicted = 0;      ///< prediction from the neighbours
-    double bits = 0;           ///< estimated cost in bits
+    double bits = 0;           ///< estimated cost of the value in bits
     std::uint32_t length = 0;  ///< bit length of its residual
   };
   /// Sets `recalls` and `partners` of the domain according to a sample of the values. `has_table`:
@@ -40,11 +40,12 @@ class EarlierValues {
     std::uint8_t recalled, partnered;
     bool follows;  // whether the value continues the sequence of the last recalled value
   };
-  static constexpr std::uint8_t kNothing = 255;  // marks that there is no earlier value
+  static constexpr std::uint8_t kNothing = 255;  // length that means that there is no earlier value
 
-  std::vector<Missed> missed_;             // by value
-  std::vector<std::uint64_t> magnitudes_;  // by value
-  // number of values that could be recalled, and number of values that could have a partner
+  std::vector<Missed> missed_;             // residual lengths, by value
+  std::vector<std::uint64_t> magnitudes_;  // magnitudes, by value
+
+  // Number of values that could be recalled, and number of values that could have a partner
   std::uint64_t recallable_ = 0, partners_ = 0;
 };
 

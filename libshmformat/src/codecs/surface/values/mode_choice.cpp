@@ -154,11 +154,13 @@ class FamilyFits {
 
   const Space* space_;
   const ModeSamples* all_;
-  std::span<const std::uint16_t> families_;  // by class
+  std::span<const std::uint16_t> families_;  // family of each class
   std::size_t count_;
   Members members_;
   std::vector<std::size_t> sharing_;  // number of members of the sharing classes, by family
-  std::array<std::vector<std::optional<Weights>>, 2> weights_;  // by input, by family
+
+  // Weights of families, by input and family
+  std::array<std::vector<std::optional<Weights>>, 2> weights_;
 };
 
 /// Searches for the best modes of one class with one input. First tries all modes on a few
@@ -383,8 +385,8 @@ class Search {
   std::size_t picked_ = 0, looked_ = 0;
   ClassModes chosen_;
   double bits_ = 0.0, to_code_ = 0.0;  // to_code_: cost of coding weights, in bits
-  std::array<bool, kModes> tried_{};   // by mode
-  std::array<Looks, kModes> looks_;    // by mode
+  std::array<bool, kModes> tried_{};   // whether each mode is tried in the current round
+  std::array<Looks, kModes> looks_;    // residuals of each mode
 };
 
 }  // namespace
@@ -496,7 +498,7 @@ ModeSamples in_domain(const ArrayInfo& info, std::size_t component, const Domain
 constexpr std::uint8_t kEscape = 254, kCopied = 255;
 struct ElementMiss {
   std::uint8_t length = kCopied;  // bit length of the residual, or kEscape or kCopied
-  bool second = false;            // whether the second mode predicts it
+  bool second = false;            // whether the second mode predicts the element
   bool may_be_second = false;     // whether the choice between the two modes is coded
 };
 

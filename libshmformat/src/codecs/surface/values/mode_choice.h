@@ -29,7 +29,7 @@ struct ModeSample {
 /// Samples of a tile or group.
 struct ModeSamples {
   std::vector<ModeSample> samples;
-  /// features minus the features of the reference, for all samples; empty if there are no
+  /// Features minus the features of the reference, for all samples; empty if there are no
   /// references
   std::vector<std::array<double, kFeatures>> differences;
 };
@@ -57,13 +57,14 @@ class ModeWatch {
  private:
   struct Record {
     double count = 0, bits = 0;  // number of elements and of bits in the current tile
-    // bits per element just after the last choice of modes; negative: modes were never chosen
+
+    // Bits per element just after the last choice of modes; negative: modes were never chosen
     double bits_then = -1;
     std::uint32_t tiles_since = 0;
   };
   bool does_worse(std::span<const std::uint32_t> count, std::size_t elements);
 
-  std::vector<Record> records_;  // by class
+  std::vector<Record> records_;  // records of the classes, by class
 };
 
 // --- domains
@@ -113,7 +114,8 @@ DomainEstimate estimate_plan(const ArrayInfo& info, std::size_t component, const
 constexpr std::uint32_t log2_steps(std::uint32_t n) {
   if (n == 0) return 0;
   const auto whole = static_cast<std::uint32_t>(std::bit_width(n)) - 1;
-  std::uint64_t part = std::uint64_t{n} << (31 - whole);  // 1 <= part / 2^31 < 2
+  // n / 2^whole in units of 2^-31: at least 1, less than 2
+  std::uint64_t part = std::uint64_t{n} << (31 - whole);
   std::uint32_t steps = whole << 16;
   for (std::uint32_t bit = 1u << 15; bit != 0; bit >>= 1) {
     part = part * part >> 31;

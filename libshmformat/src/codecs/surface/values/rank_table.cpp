@@ -9,7 +9,7 @@
 namespace shm {
 namespace {
 
-// encoder: entries of `known` that are more than this number ahead are coded by distance
+// Encoder: entries of `known` that are more than this number ahead are coded by distance
 constexpr std::uint64_t kMostSkipped = 63;
 
 /// Returns the index of the negated value.
@@ -64,7 +64,7 @@ bool code_rank_table(Coder& coder, RankTableModels& models, DomainKind kind,
   bool mirrors = known.empty();
   table.clear();
   Steps steps;
-  std::size_t next = 0;  // index into `known`
+  std::size_t next = 0;  // index of the next entry in `known`
   std::uint32_t history = 0;
   for (std::size_t i = 0; i < count; ++i) {
     const std::int64_t last = i == 0 ? std::numeric_limits<std::int64_t>::min() : table.back();

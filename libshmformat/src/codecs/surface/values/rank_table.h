@@ -16,8 +16,10 @@ namespace shm {
 struct RankTableModels {
   CompactNumberModel entries, step, skipped;
   SignedModel<CompactNumberModel> first_entry;
-  std::array<AdaptiveBit, 4> same_step;    // by position in the list of recent steps
-  std::array<AdaptiveBit, 8> known_entry;  // by the last three decisions
+  // Whether the step equals a recent step, by position in the list of recent steps
+  std::array<AdaptiveBit, 4> same_step;
+  // Whether an entry is in an earlier table, by the last three decisions
+  std::array<AdaptiveBit, 8> known_entry;
 };
 
 /// Appends the entries of a table, and the indices of the negated values, to `known`.

@@ -23,7 +23,7 @@ class SortedValues {
   static constexpr std::size_t kMost = std::size_t{1} << 15;
 
   struct Entry {
-    /// bits of a double without the sign bit; these have the order of the magnitudes
+    /// Bits of a double without the sign bit; these have the order of the magnitudes
     std::uint64_t magnitude = 0;
     double value = 0.0;  ///< value added most recently with this magnitude
   };
@@ -84,7 +84,7 @@ class SortedValues {
   }
 
  private:
-  using List = std::vector<Entry>;  // ascending; each magnitude occurs once
+  using List = std::vector<Entry>;  // entries in ascending order; each magnitude occurs once
   static constexpr std::size_t kRecent = 256;
 
   static std::ptrdiff_t place(const List& list, std::uint64_t magnitude) {
@@ -180,7 +180,7 @@ class RecalledValues {
 
   SortedValues list_;  // value of an entry: number of the last element with that magnitude
   std::vector<std::uint64_t> by_number_;  // recent magnitudes, by number modulo kMost
-  std::vector<Source> sources_;           // by class
+  std::vector<Source> sources_;           // sources of the classes, by class
   std::uint64_t count_ = 0;
 };
 

@@ -26,6 +26,7 @@ struct ColumnStyle {
   bool mixes = false;            ///< whether residuals are coded with mixed bits
   bool hurries = false;          ///< encoding: modes are kept as long as they predict well
   bool copies = false;           ///< whether elements may be coded as copies of earlier elements
+
   /// Returns the bits of Neighbourhood::known that this style uses.
   std::uint32_t known() const {
     constexpr std::uint32_t kNearest = Neighbourhood::kLattice | 7 * Neighbourhood::kThird;
@@ -142,7 +143,7 @@ class ScalarColumn {
   const ModeSample& sample(std::size_t i) const { return scratch_->samples.samples[i]; }
 
   ColumnStyle style_;
-  // rank table of the group; empty: indices are coded directly, without ranks
+  // Rank table of the group; empty: indices are coded directly, without ranks
   std::vector<std::int64_t> table_;
   ColumnState state_;
   ColumnModels<Coder> models_;

@@ -18,7 +18,7 @@ void for_each_static_column(const Schema& schema, Visit&& visit) {
   ColumnTraits traits{.repeats = false, .earlier_values = schema.earlier_values, .copies = true};
   visit(coordinates_info(schema), std::vector<std::uint32_t>(), traits);
   traits.repeats = true;
-  // number of components that may still have tables
+  // Number of components that may still have tables
   std::uint32_t room = kMostTableComponentsInAll - 3;
   for (const ArrayInfo& info : schema.arrays) {
     if (info.per_step) continue;

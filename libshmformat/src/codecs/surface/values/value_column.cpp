@@ -421,7 +421,7 @@ DomainChoice ValueColumn<Coder>::best_domain(std::size_t component, const TiledI
   std::vector<DomainEstimate> estimates;
   std::vector<ClassModes> modes;
   std::vector<DomainChoice> choices;
-  // best plan without a table; values can be recalled only without a table
+  // Best plan without a table; values can be recalled only without a table
   std::size_t best = 0, best_without = plans.size();
   for (std::size_t p = 0; p < plans.size(); ++p) {
     estimates.push_back(estimate_plan(*info_, component, plans[p], sample,

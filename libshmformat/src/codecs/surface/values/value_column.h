@@ -25,6 +25,7 @@ struct TiledItems {
   std::vector<Neighbourhood> items;
   std::vector<std::uint32_t> blocks;       ///< element block of each cell; empty for vertices
   std::vector<std::size_t> tile_begin{0};  ///< first item of each tile
+
   /// Number of uncovered elements per tile that were left out because no covered element depends on
   /// them. Numbers are modulo 2^64, since some of these elements may belong to a later tile. Empty
   /// if no elements were left out.
@@ -68,9 +69,10 @@ inline constexpr Reach farthest_reach(Level level) {
 }
 
 struct ColumnTraits {
-  /// whether values may repeat so often that zstd compresses them better; false for coordinates
+  /// Whether values may repeat so often that zstd compresses them better; false for coordinates
   bool repeats = true;
   bool tables = true;  ///< whether the column has tables, unless it has too many components
+
   /// If the column has tables: whether values may be recalled, and elements may have partners.
   bool earlier_values = true;
   /// If values may be recalled and are not quantized: whether elements of several components may be
@@ -132,7 +134,7 @@ class ValueColumn {
                    const std::byte* reference = nullptr);
 
  private:
-  using Bits = std::vector<std::vector<std::uint64_t>>;  // by component
+  using Bits = std::vector<std::vector<std::uint64_t>>;  // bits of values, by component and element
 
   std::size_t covered_count(const TiledItems& elements) const;
   /// Returns the bits of `count` elements, by component. `stride`: distance in bytes between
@@ -215,7 +217,8 @@ class ValueColumn {
   std::size_t width_;
   std::vector<ScalarColumn<Coder>> columns_;
   const ColumnMemory* memory_ = nullptr;  // decoding: memory budget, if memory is bounded
-  // tiles of the components before the current component
+
+  // Tiles of the components before the current component
   std::vector<const CodedTile*> coded_tiles_;
   std::vector<Neighbourhood> covered_;
   std::vector<std::uint64_t> bits_, reference_bits_;
@@ -228,7 +231,7 @@ class ValueColumn {
   TreeModel<2> reach_;
   AdaptiveBit matches_, copies_;
   CopiedElements<Coder> copied_;
-  // distances to sources, by element of the group (encoding) or of the tile (decoding); empty: no
+  // Distances to sources, by element of the group (encoding) or of the tile (decoding); empty: no
   // copies
   std::vector<std::uint32_t> back_;
   Bits history_;  // values that may be sources of copies, if there are copies

@@ -91,8 +91,8 @@ class ClassNumbers {
   }
 
   std::vector<Entry> entries_ = std::vector<Entry>(64);
-  std::vector<std::uint16_t> families_;     // by class
-  std::vector<std::uint16_t> family_keys_;  // by family: at most 8192 keys
+  std::vector<std::uint16_t> families_;     // family number of each class
+  std::vector<std::uint16_t> family_keys_;  // keys of the families, at most 8192
   std::uint32_t count_ = 0;
   std::size_t used_ = 0;
 };
@@ -112,17 +112,17 @@ enum Feature : std::uint32_t {
   kFLast = 16,
   kFBeforeLast = 17,
   kFMatch = 18,    // 18-20: matches by near values, by the last values, by other components
-  kFOther = 21,    // the previous component at this element
-  kFPartner = 22,  // this component at the partner
+  kFOther = 21,    // value of the previous component at this element
+  kFPartner = 22,  // value of this component at the partner
   kFeatures = 23
 };
 
 enum Mode : std::uint32_t {
-  kLattice = 0,         // best rule that the known corners allow
-  kNearMode = 1,        // 1..3: a copy along one axis
-  kLineMode = 4,        // 4..6: a straight line along one axis
-  kCurveMode = 7,       // 7..9: a parabola along one axis
-  kFaceMode = 10,       // 10..12: a parallelogram
+  kLattice = 0,         // prediction by the best rule that the known corners allow
+  kNearMode = 1,        // 1..3: the near value along one axis
+  kLineMode = 4,        // 4..6: extrapolation by a straight line along one axis
+  kCurveMode = 7,       // 7..9: extrapolation by a parabola along one axis
+  kFaceMode = 10,       // 10..12: the parallelogram rule in one face
   kThirdMode = 13,      // 13..15: the lattice prediction plus its residual at one neighbour
   kMeanThirdMode = 16,  // lattice prediction plus the mean of these residuals
   kMeanNearMode = 17,
@@ -133,7 +133,7 @@ enum Mode : std::uint32_t {
   kMatchMode = 22,   // 22..24: matches by near values, by the last values, by other components
   kOtherMode = 25,   // 25, 26: the previous component at this element, or its negative
   kFittedMode = 27,  // linear combination with weights fitted by the encoder
-  kStayMode = 28,    // 0: the value of the reference; for differences only
+  kStayMode = 28,    // prediction 0, which means the reference value; for differences only
   kPartnerMode = 29,
   kModes = 30
 };
@@ -141,7 +141,7 @@ enum Mode : std::uint32_t {
 /// Input of a mode. Only arrays with a reference may use differences.
 enum PredictorInput : std::uint32_t {
   kStates = 0,
-  kDifferences = 1,  // the states minus those of the reference
+  kDifferences = 1,  // the states minus the states of the reference
 };
 
 /// Mode number that means that there is no second mode.
@@ -409,7 +409,7 @@ class MatchTables {
   static constexpr int kMostBits = 15;
   std::size_t values_ = 0;
   int bits_ = 0;
-  // values, negated if their key was negative
+  // Values, negated if their key was negative
   std::array<std::vector<double>, kMatchKinds> tables_;
 };
 
