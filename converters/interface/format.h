@@ -41,18 +41,18 @@ struct Capabilities {
   // set_arrays.h), or as separate cells (see set_cells.h).
   enum class Sets { sets, arrays, cells };
   Sets sets = Sets::arrays;
-  // True: a file may contain all time steps; false: one time step per file
+  // Whether a file may contain all time steps; if false, a file contains one time step
   bool every_step = false;
-  // True: arrays may have several components; false: one array per component, such as v_x, v_y, v_z
+  // Whether arrays may have several components; if false, each component is an array: v_x, v_y, v_z
   bool vectors = true;
   bool padded_vectors = false;  // vectors are padded with zeros to an allowed number of components
   bool unique_names = false;    // array names are unique: the second "v" becomes "v (2)"
 
-  // True: arrays may have integer values; false: all values are floating-point
+  // Whether arrays may have integer values; if false, all values are floating-point
   bool integers = true;
-  // True: cell arrays may cover only some blocks; false: they are filled with NaN or 0
+  // Whether cell arrays may cover only some blocks; if false, they are filled with NaN or 0
   bool partial_arrays = false;
-  // True: cells are in blocks; false: block numbers are stored as an array
+  // Whether files have blocks; if false, block numbers are stored as an array
   bool block_numbers = false;
   bool blocks_by_type = false;  // true: the number of a block is the number of a cell type
   bool positive_numbers = false, unique_numbers = false;
@@ -82,7 +82,7 @@ struct Role {
   bool is_numbered = false;    // a number follows the name: "format:name3"
   bool is_number_map = false;  // the values are numbers of vertices or cells
 
-  // True: one value for each corner, edge or face of a cell, in the cell's order
+  // Whether the array has one value for each corner, edge or face of a cell, in the cell's order
   bool is_by_place = false;
   bool is_private = false;  // the array has no meaning in other formats
 

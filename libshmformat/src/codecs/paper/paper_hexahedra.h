@@ -108,12 +108,12 @@ class PaperHexahedra {
   std::uint32_t previous_cell_ = kNone;
   bool has_previous_ = false;
 
-  // Contexts
+  // Contexts of the next decisions
   Operation operation_ = kStart;  // operation of the current cell
   std::uint32_t last_operation_ = kStart, mode_history_ = 0, last_face_ = 5, last_turn_ = 0;
   std::uint32_t rotation_history_ = 0;
 
-  // Models
+  // Adaptive models of the decisions
   std::array<std::array<TreeModel<3>, 16>, kOperations> operations_;
   std::array<std::array<std::array<AdaptiveBit, 3>, 16>, kOperations> modes_;
   std::array<std::array<AdaptiveBit, 6>, 6> gate_on_face_;

@@ -35,10 +35,10 @@ class PatternSegmentEncoder final : public SegmentEncoder {
   std::vector<TermColumn> columns_;
   TermScratch scratch_;
 
-  // The current cell
+  // Data of the current cell
   std::vector<std::uint64_t> numbers_;
 
-  // The current group
+  // Data of the current group
   std::vector<VertexTerms> vertices_;
   std::vector<std::uint32_t> cell_blocks_;
 };

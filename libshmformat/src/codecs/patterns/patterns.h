@@ -83,7 +83,7 @@ class PatternEncoder {
     // Hash table with open addressing: by key, pattern plus 1; 0: none
     std::vector<std::uint32_t> table;
     std::vector<std::uint64_t> keys;  // key of each pattern
-    std::vector<std::uint8_t> ops;    // source and node, by pattern and node of the pattern
+    std::vector<std::uint8_t> ops;    // source and place of each node, by pattern
     std::vector<std::uint32_t> uses;  // number of uses, by pattern
     std::uint32_t last = 0;
 
@@ -186,7 +186,7 @@ class PatternDecoder {
   const std::uint8_t* ops_ = nullptr;  // source and node by node of the current cell
   std::uint64_t last_number_ = ~std::uint64_t{0}, next_own_;
 
-  // the current group
+  // Data of the current group
   struct Run {
     std::uint32_t block = 0, cells = 0;
   };

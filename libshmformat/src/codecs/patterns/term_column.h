@@ -90,7 +90,7 @@ class TermColumn {
   };
   static constexpr std::uint8_t kPredictors = 5;
   struct Component {
-    // kept from group to group
+    // Data that remains from group to group
     // by slot: group << 32 | rank; used only in groups with a table
     std::vector<std::uint64_t> ranks;
     std::uint64_t last = 0;  // state of the previous element
@@ -149,7 +149,7 @@ class TermColumn {
   std::vector<std::uint64_t> states_;
   std::uint32_t group_ = 0;  // number of the group, by which ranks are marked
 
-  // The group being decoded
+  // Data of the group that is being decoded
   Codec codec_ = Codec::terms;
   std::vector<std::byte> unpacked_;
   std::uint64_t count_ = 0, next_ = 0;

@@ -17,7 +17,8 @@ namespace shm {
 /// Largest number of terms of a vertex. Frozen: part of the format.
 inline constexpr std::uint32_t kMostTerms = 7;
 
-/// A new vertex, and the slots of the vertices that predict it. By number of terms:
+/// A new vertex, and the slots of the vertices that predict it. The number of terms
+/// determines the prediction:
 ///   7   corners of a hexahedron: three neighbours, minus three across faces, plus the opposite one
 ///   3   corners of a quadrilateral: both neighbours, minus the opposite corner
 ///   2   the middle of two vertices

@@ -180,7 +180,7 @@ class GroupDecoder {
   std::optional<Codec> codec_;  // codec of the connectivity, once it is known
   ConnectivityCodec codec_name_ = ConnectivityCodec::automatic;
 
-  // The current group
+  // Data of the current group
   const container::GroupHeader* header_ = nullptr;
   Progress done_;
 

@@ -27,7 +27,7 @@ struct DecodedParts {
   bool geometry = true;
   /// Whether each array of the schema is included; without a value, all arrays are included
   std::optional<std::vector<bool>> arrays{};
-  /// True: includes stored numbers that decoding the cells does not need
+  /// Whether to decode stored vertex numbers that are not needed to decode the cells
   bool vertex_numbers = true;
   /// True if blocks include the imported vertices, which an earlier segment owns, with their
   /// values.

@@ -194,10 +194,10 @@ class NeighbourFinder {
   std::uint32_t next_place_ = 0, place_ = 0;
   std::uint64_t sequence_ = 0;
 
-  // The current cell
+  // Data of the current cell
   bool as_stored_ = true;
   std::array<std::uint32_t, 8> corner_{};  // vertex slots of the corners, by corner bits
-  std::uint64_t known_ = 0;                // bit i: the vertex at position i already has values
+  std::uint64_t known_ = 0;          // bit i is set if the vertex at position i already has values
   std::uint32_t known_corners_ = 0;  // known corners of a hexahedron, as a bit set by corner bits
   std::array<Found, 6> found_{};     // hexahedra across the faces of the current cell, for cell()
   std::vector<FaceCorner> around_;   // corners of the faces of a polyhedron, by slot

@@ -24,8 +24,8 @@ namespace shm {
 /// A group ends early when its static values, or the values of one of its stepped arrays at one
 /// step, reach this size in bytes. This limits the memory of readers.
 inline constexpr std::uint64_t kFullGroupBytes = std::uint64_t{1} << 26;
-inline constexpr std::uint64_t kFullGroupVertices =
-    std::uint64_t{1} << 16;  // for groups that end in unused vertices: largest number of vertices
+/// Largest number of vertices in a group. It limits groups that end in unused vertices.
+inline constexpr std::uint64_t kFullGroupVertices = std::uint64_t{1} << 16;
 
 /// Some cells of a segment in coding order. Each cell comes with the vertices that no earlier cell
 /// of the segment uses. The arrays are flat because a piece contains thousands of cells and is
@@ -248,7 +248,7 @@ class SegmentEncoder {
   const Schema* schema_;
   const SegmentOptions options_;
   const SegmentStart start_;
-  // The current group
+  // Data of the current group
   EncodedGroup group_;
   GroupValues values_;
   TileEnds tile_ends_;

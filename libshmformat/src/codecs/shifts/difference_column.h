@@ -102,7 +102,7 @@ class DifferenceColumn {
   bool remembers_ = false;           // whether ring_ and last_ contain values of earlier groups
   std::vector<Tap> taps_;
 
-  // The group being decoded
+  // Data of the group that is being decoded
   Codec codec_ = Codec::differences;
   std::vector<std::byte> unpacked_;
   std::uint64_t count_ = 0, next_ = 0;

@@ -79,7 +79,7 @@ class ShiftGroupDecoder final : public GroupDecoder {
   NumberColumn<RangeDecoder> import_numbers_;
   RangeDecoder import_coder_{std::span<const std::byte>()};
 
-  // The current block
+  // Data of the current block
   std::vector<std::uint64_t>
       new_numbers_;  // numbers of new vertices, including imported and unused vertices
   std::vector<std::uint64_t> cells_;  // numbers of those cells that an array covers

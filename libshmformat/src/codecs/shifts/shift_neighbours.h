@@ -58,7 +58,8 @@ class ShiftNeighbours {
   /// The remembered elements, by number modulo the number of places.
   struct Ring {
     std::vector<std::uint64_t> number;
-    std::vector<std::uint8_t> full;  // 1: all neighbours in the element's own lattice were known
+    /// For each place: 1 if all neighbours in the element's own lattice were known.
+    std::vector<std::uint8_t> full;
 
     void clear(std::size_t places);
     std::uint32_t place(std::uint64_t n) const {

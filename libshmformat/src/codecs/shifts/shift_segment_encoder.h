@@ -63,7 +63,7 @@ class ShiftSegmentEncoder final : public SegmentEncoder {
   std::vector<std::uint64_t> corners_;    // vertex numbers of the current cell, by corner
   std::uint64_t active_ = 0;
 
-  // The current group
+  // Data of the current group
   std::vector<std::uint64_t>
       introduced_;  // numbers of introduced vertices, including imported and unused vertices
   std::vector<std::uint32_t> cell_blocks_;

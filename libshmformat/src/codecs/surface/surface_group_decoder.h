@@ -58,7 +58,7 @@ class SurfaceGroupDecoder final : public GroupDecoder {
   CellTopology topology_;
   std::uint32_t slots_ = 0;
 
-  // The current group
+  // Data of the current group
   std::size_t next_stream_ = 0;
   std::vector<bool> has_stream_;  // by column: true if the group has a stream for it
 };

@@ -143,7 +143,7 @@ class CellCorners {
   std::array<std::uint32_t, kMost> last_cell_{};  // slots of the last cell's corners
   std::uint32_t last_size_ = 0;
 
-  // The current cell
+  // Data of the current cell
   ShapeModels* models_ = nullptr;
   Past* block_ = nullptr;
   std::span<const ShapeFace> sides_;
@@ -152,7 +152,7 @@ class CellCorners {
   std::uint32_t outcomes_ = 0, two_cells_ = 0, six_cells_ = 0;
   std::vector<std::uint64_t> owners_;  // sequence numbers of the cells across these sides
 
-  // The current corner
+  // Data of the current corner
   std::vector<Candidate> candidates_;
   struct Listed {
     std::uint64_t round = 0;

@@ -118,7 +118,7 @@ class Connectivity {
   std::optional<MidNodes<Coder>> mid_nodes_;     // empty unless there are second-order cells
   std::unique_ptr<Polyhedra<Coder>> polyhedra_;  // null unless there are polyhedra stored by faces
 
-  // Contexts
+  // Contexts of the next decisions
   std::uint32_t last_block_ = 0;
   std::array<std::uint8_t, 8> last_finalized_{};
   /// Vertex ids by position in the last cell, by block.
@@ -128,7 +128,7 @@ class Connectivity {
   // Encoding: positions sorted by number
   std::vector<std::pair<std::uint64_t, std::uint32_t>> positions_;
 
-  // Models
+  // Adaptive models of the decisions
   AdaptiveBit same_block_;
   NumberModel block_number_, node_count_;
   std::vector<std::unique_ptr<NodeModel>> nodes_;

@@ -54,7 +54,7 @@ class MidNodeNumbers {
   std::array<Place, kMostLayoutNodes> places_{};
   std::array<std::uint64_t, MidNode::kKinds> last_{};  // last number, by kind
 
-  // The current node
+  // Data of the current node
   std::uint32_t position_ = 0, kind_ = 0,
                 applied_ = 0;  // applied_: bit set of the rules that apply to the current node
   std::array<std::uint64_t, kRules> base_{}, expected_{};

@@ -99,13 +99,14 @@ class MidNodes {
   MiddleTable middles_;
   std::array<std::uint64_t, 6> signatures_{};  // signatures of the sides of the current cell
 
-  // Contexts
+  // Contexts of the next decisions
   std::array<std::uint8_t, MidNode::kKinds>
       missed_{};  // by kind: 1 if the last node was not as expected
   std::array<std::uint8_t, kMostLayoutNodes>
       ended_{};  // by position: 1 if the last answer was that the cell is the last to use the node
 
-  // Models
+  // Adaptive models of the decisions
+
   /// Models by: kind of node, whether a known vertex is expected, whether the last expectation was
   /// wrong.
   std::array<std::array<std::array<AdaptiveBit, 2>, 2>, MidNode::kKinds> as_expected_;

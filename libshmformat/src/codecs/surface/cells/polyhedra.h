@@ -157,7 +157,7 @@ class Polyhedra {
   std::uint32_t last_finals_ = 0;             // last uses in the last cell, as a bit set
   std::vector<std::uint32_t> last_outcomes_;  // outcomes of the last cell, by position
 
-  // The current cell
+  // Data of the current cell
   const std::function<void(std::uint32_t)>* add_vertex_ = nullptr;
   Past* block_ = nullptr;
   std::uint64_t number_ = 0;
@@ -176,11 +176,11 @@ class Polyhedra {
   std::vector<std::pair<std::uint64_t, std::uint32_t>>
       positions_;  // encoding: positions sorted by number
 
-  // The current face
+  // Data of the current face
   std::vector<std::uint32_t> path_;
   std::vector<Match> matches_;
 
-  // The current node
+  // Data of the current node
   std::vector<Candidate> candidates_;
   std::uint64_t expected_ = 0;
   std::vector<Seen> seen_;  // data of each vertex, by slot

@@ -226,11 +226,11 @@ class ReplayHexahedra {
   std::uint64_t last_stray_ = 0, stray_step_ = 0;
   std::vector<std::uint64_t> followers_;  // empty until strays are followed
 
-  // Contexts
+  // Contexts of the next decisions
   std::uint32_t hits_ = 0;
   std::uint32_t last_place_ = 0, last_kind_ = 0;
 
-  // Models
+  // Adaptive models of the decisions
   std::array<std::array<AdaptiveBit, 8>, 2> hit_;
   std::array<TreeModel<3>, kDistances + 1> place_;
   SignedModel<NumberModel> distance_;

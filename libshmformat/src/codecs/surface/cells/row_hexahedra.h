@@ -244,7 +244,7 @@ class RowHexahedra {
   std::array<Candidate, 6> candidates_{};
   std::uint32_t candidate_count_ = 0;
 
-  // Contexts
+  // Contexts of the next decisions
   std::uint32_t hits_ = 0;  // last three gates, one bit each: 1 if the gate was a candidate
   std::uint32_t kinds_ = 0;
   std::uint32_t gates_ = 0;  // kinds of the last ten gates, three bits each
@@ -255,7 +255,7 @@ class RowHexahedra {
   std::array<std::uint64_t, 8> distances_{};
   std::uint64_t last_reference_ = 0;
 
-  // Models
+  // Adaptive models of the decisions
   std::array<std::array<std::array<std::array<Bit, 2>, 8>, 4>, 7> hit_;
   std::array<std::array<std::array<std::array<std::array<Bit, 2>, 4>, 4>, 4>, 4> which_;
   std::array<Tree<3>, 64> kind_;

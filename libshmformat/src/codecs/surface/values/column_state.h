@@ -43,7 +43,7 @@ struct ColumnTile {
   /// Neighbourhoods of the elements, the same for all components
   std::span<const Neighbourhood> items;
   TileClasses classes;  ///< classes of the elements, the same for all components
-  std::span<const CodedTile* const> before;  ///< this tile of the components that are coded before
+  std::span<const CodedTile* const> before;  ///< the same tile of the components coded before
 
   /// Reference values, as bits; empty unless use_reference() was called
   std::span<const std::uint64_t> reference;

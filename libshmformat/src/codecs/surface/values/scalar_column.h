@@ -148,7 +148,7 @@ class ScalarColumn {
   ColumnState state_;
   ColumnModels<Coder> models_;
 
-  // encoding only
+  // Used for encoding only
   ModeWatch watch_;
   bool looked_ahead_ = false;
   std::shared_ptr<Scratch> scratch_ = std::make_shared<Scratch>();
