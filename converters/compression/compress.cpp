@@ -118,8 +118,8 @@ void write_extras(const MeshInfo& info, Writer& writer, const Schema& schema, Co
   for (const Extra& extra : info.extras) checked(writer.add_extra(renumbered(extra, to)));
 }
 
-// Encodes the cells of a mesh in the order of the source. `cache_bytes`: memory limit for vertex
-// records, and for the values of one step.
+// Encodes a mesh, with the cells in the order in which `mesh` supplies them. `cache_bytes`: memory
+// limit for vertex records, and for the values of one step.
 SizeReport code_mesh(MeshSource& mesh, const Schema& schema, ByteSink& sink,
                      const WriteOptions& options, const Progress& progress, Spool& spool,
                      std::size_t cache_bytes) {
