@@ -1,5 +1,6 @@
-# Settings that differ between the packages and the archive. cpack reads this file once for each of them.
-set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "") # each package has its own
+# Settings that differ between the packages and the archive. cpack reads this file once for each
+# generator.
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "") # each package has a separate summary
 if(CPACK_GENERATOR STREQUAL "TGZ")
   set(CPACK_COMPONENTS_ALL archive)
   set(CPACK_ARCHIVE_COMPONENT_INSTALL ON)

@@ -8,8 +8,8 @@ set(SHM_COMMON_HEADERS
     <algorithm> <array> <cmath> <cstddef> <cstdint> <cstring> <functional> <map> <memory> <optional>
     <span> <string> <string_view> <unordered_map> <utility> <variant> <vector>)
 
-# shm_precompile(TARGET [LIKE]): precompiles the common headers for TARGET, or reuses those of LIKE, which must
-# have the same flags.
+# shm_precompile(TARGET [LIKE]): precompiles the common headers for TARGET, or reuses the precompiled headers of
+# LIKE, which must have the same flags.
 function(shm_precompile target)
   if(SHM_SEPARATE_SOURCES)
     return()
@@ -20,13 +20,14 @@ function(shm_precompile target)
     target_precompile_headers(${target} PRIVATE ${SHM_COMMON_HEADERS})
   endif()
   set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
-  # g++ takes the sources that a unity build includes for headers, and warns about their classes with members
-  # from unnamed namespaces.
+  # g++ mistakes the sources that a unity build includes for headers, and warns about their classes
+  # with members from unnamed namespaces.
   target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
 endfunction()
 
 # shm_module(TARGET [ONLY SOURCE...] [WITHOUT SOURCE...] [ALONE SOURCE...]): adds the sources of this folder to
-# TARGET, restricted to ONLY and without WITHOUT. Sources in ALONE become separate translation units.
+# TARGET. ONLY: adds only these sources. WITHOUT: leaves out these sources. Sources in ALONE become separate
+# translation units.
 function(shm_module target)
   cmake_parse_arguments(arg "" "" "ONLY;WITHOUT;ALONE" ${ARGN})
   file(GLOB sources CONFIGURE_DEPENDS "${CMAKE_CURRENT_SOURCE_DIR}/*.cpp")

@@ -1,8 +1,8 @@
-# With SHM_PACKAGES, the installed files are divided into four Debian packages and an archive that runs where it
-# is unpacked; cpack makes them (decision 0072). Without it, the component library contains the whole library,
-# and the component tool contains the tool.
+# With SHM_PACKAGES, the installed files are divided into four Debian packages, and an archive that can be run
+# from any folder. cpack creates the packages and the archive (decision 0072). Without SHM_PACKAGES, the component
+# library contains the whole library, and the component tool contains the tool.
 
-set(SHM_RUNTIME_COMPONENT library) # for files that programs linked to the C interface need
+set(SHM_RUNTIME_COMPONENT library) # component of the files that programs linked to the C interface need
 set(SHM_ZSH_FOLDER zsh/site-functions)
 if(SHM_PACKAGES)
   if(NOT SHM_BUILD_SHARED OR NOT SHM_BUILD_TOOL)
@@ -18,7 +18,8 @@ if(SHM_PACKAGES)
   add_link_options(LINKER:-z,relro,-z,now)
 endif()
 
-# shm_package(COMPONENT PACKAGE SECTION SUMMARY DESCRIPTION): makes a Debian package from a component.
+# shm_package(COMPONENT PACKAGE SECTION SUMMARY DESCRIPTION): defines a Debian package that
+# contains a component.
 macro(shm_package component package section summary description)
   set(folder "${CMAKE_INSTALL_DATADIR}/doc/${package}")
   install(FILES "${PROJECT_BINARY_DIR}/debian/copyright" DESTINATION "${folder}" COMPONENT ${component})
@@ -40,12 +41,13 @@ macro(shm_package component package section summary description)
   list(APPEND CPACK_COMPONENTS_ALL ${component})
 endmacro()
 
-# shm_loaded_packages(RESULT): lists the Debian packages of the libraries that the tool opens on demand, "a, b".
+# shm_loaded_packages(RESULT): returns the Debian packages of the libraries that the tool opens on
+# demand, as "a, b".
 function(shm_loaded_packages result)
   get_property(libraries GLOBAL PROPERTY SHM_LOADED_LIBRARIES)
   set(packages "")
   foreach(library IN LISTS libraries)
-    # dpkg may know a file by its path before Debian moved /lib into /usr.
+    # dpkg may list a file under the path that it had before Debian moved /lib into /usr.
     string(REGEX REPLACE "^/usr/" "/" older "${library}")
     execute_process(COMMAND dpkg-query -S "/usr${older}" "${older}" OUTPUT_VARIABLE found ERROR_QUIET)
     if(NOT found MATCHES "^([^:]+):")
@@ -58,7 +60,7 @@ function(shm_loaded_packages result)
   set(${result} "${packages}" PARENT_SCOPE)
 endfunction()
 
-# Configures the packages and includes CPack. Must be the last call in CMakeLists.txt.
+# Configures the packages and includes CPack. This must be the last call in CMakeLists.txt.
 macro(shm_packages)
   set(CPACK_PACKAGE_CONTACT "libshmformat authors <authors@shmformat.invalid>"
       CACHE STRING "Contact address of the packages")
@@ -122,7 +124,8 @@ NumPy arrays and writes them, and plugins for meshio and VTK.")
   set(CPACK_DEBIAN_LIBRARY_PACKAGE_DEPENDS
       "libshmformat-c1 ${same}, libzstd-dev, libxxhash-dev, pkg-config")
   set(CPACK_DEBIAN_TOOL_PACKAGE_SHLIBDEPS ON)
-  # Libraries that the tool opens on demand: those of file formats are required, that of pictures is optional.
+  # The tool opens libraries on demand: the libraries of file formats are required, the library for
+  # pictures is optional.
   shm_loaded_packages(CPACK_DEBIAN_TOOL_PACKAGE_DEPENDS)
   set(CPACK_DEBIAN_TOOL_PACKAGE_SUGGESTS librsvg2-2)
   set(CPACK_DEBIAN_TOOL_PACKAGE_CONTROL_EXTRA "${debian}/tools/postinst;${debian}/tools/postrm;${debian}/tools/triggers")
@@ -138,8 +141,8 @@ NumPy arrays and writes them, and plugins for meshio and VTK.")
   include(CPack)
 endmacro()
 
-# Installs the modules, the C header that they parse, and the metadata that setup.py generates. The library
-# comes with the package libshmformat-c1.
+# Installs the Python modules, the C header that they parse, and the metadata that setup.py
+# generates. The C library comes from the package libshmformat-c1.
 function(shm_python_package)
   set(python "${PROJECT_SOURCE_DIR}/bindings/python")
   set(folder lib/python3/dist-packages)
@@ -166,7 +169,7 @@ function(shm_python_package)
           COMPONENT archive EXCLUDE_FROM_ALL)
 endfunction()
 
-# Makes an archive with all shared libraries, for systems on which users cannot install packages.
+# Creates an archive with all shared libraries, for systems on which users cannot install packages.
 function(shm_archive)
   set(into COMPONENT archive EXCLUDE_FROM_ALL)
   install(PROGRAMS "$<TARGET_FILE:shm>" DESTINATION bin ${into})

@@ -1,7 +1,7 @@
-# Shared by the toolchain files in this folder. They set SHM_PROCESSOR and SHM_TRIPLET, SHM_EMULATOR if this
-# machine cannot run the programs directly, and SHM_SYSTEM if the system is not Linux. Foreign libraries
-# (zstd, xxHash, GoogleTest) are in build/machines, which scripts/other-machines fills. The C and C++ libraries
-# come with Debian's cross compilers.
+# Common part of the toolchain files in this folder. They set SHM_PROCESSOR and SHM_TRIPLET. They also set
+# SHM_EMULATOR if this machine cannot run the programs directly, and SHM_SYSTEM if the system is not Linux.
+# Libraries for the target machine (zstd, xxHash, GoogleTest) are in build/machines, which scripts/other-machines
+# fills. The C and C++ libraries come with Debian's cross compilers.
 get_filename_component(SHM_SYSROOT "${CMAKE_CURRENT_LIST_DIR}/../../build/machines" ABSOLUTE)
 string(APPEND SHM_SYSROOT /${SHM_TRIPLET})
 if(NOT SHM_SYSTEM)
@@ -12,7 +12,7 @@ set(CMAKE_SYSTEM_PROCESSOR ${SHM_PROCESSOR})
 set(CMAKE_C_COMPILER ${SHM_TRIPLET}-gcc)
 set(CMAKE_CXX_COMPILER ${SHM_TRIPLET}-g++)
 set(CMAKE_LIBRARY_ARCHITECTURE ${SHM_TRIPLET})
-# A statically linked program needs no files from that folder at run time.
+# A statically linked program needs no files from SHM_SYSROOT at run time.
 set(CMAKE_EXE_LINKER_FLAGS_INIT -static)
 set(CMAKE_FIND_LIBRARY_SUFFIXES .a)
 if(SHM_EMULATOR)

@@ -1,5 +1,5 @@
-# Browsers and Node.js: WebAssembly with the features that all engines have had since 2021. 32-bit sizes, one
-# thread, no exceptions, no files.
+# Browsers and Node.js: WebAssembly with the features that all engines have had since 2021. Sizes
+# have 32 bits; there is one thread, and there are no exceptions and no files.
 set(SHM_PROCESSOR wasm32)
 set(SHM_SYSTEM Generic)
 set(SHM_TRIPLET wasm32-wasi)

@@ -1,4 +1,4 @@
-# Little-endian, 64 bits, but `long` has 32 bits; no POSIX. Programs run under Wine.
+# 64-bit Windows: little-endian, but `long` has 32 bits; no POSIX. Programs run under Wine.
 set(SHM_PROCESSOR x86_64)
 set(SHM_SYSTEM Windows)
 set(SHM_TRIPLET x86_64-w64-mingw32)

@@ -26,18 +26,19 @@
 namespace shm::converters {
 namespace {
 
-// Cache size for vertex records, or the values of one step, if the whole mesh is in memory anyway.
+// Cache size, in bytes, for vertex records or the values of one step if the whole mesh is in memory
+// anyway.
 constexpr std::size_t kUnlimited = std::numeric_limits<std::size_t>::max();
 
-// If the user chose a codec, the Writer's error about its options is the user's misuse: that codec
-// cannot encode this mesh. Otherwise the mesh is the cause.
+// Creates a Writer. If the user chose a codec, an error of the Writer about its options means that
+// the codec cannot encode this mesh: it is reported as misuse. Otherwise the mesh is the cause.
 Writer writer_to(ByteSink& sink, Schema schema, const WriteOptions& options) {
   return options.connectivity == ConnectivityCodec::automatic
              ? checked(Writer::create(sink, std::move(schema), options))
              : unwrap(Writer::create(sink, std::move(schema), options));
 }
 
-// Passes the coding order on to two receivers; each may be null.
+// Passes the coding order on to two receivers; each receiver may be null.
 class BothOrders final : public CodingOrder {
  public:
   BothOrders(CodingOrder* first, CodingOrder* second) : first_(first), second_(second) {}
@@ -55,8 +56,8 @@ class BothOrders final : public CodingOrder {
   CodingOrder* second_;
 };
 
-// Writes all steps of one array. `order` lists the element numbers in coding order; null means the
-// order of the file.
+// Writes all steps of one array. `order`: element numbers in coding order; null: the order of the
+// file.
 void write_steps(MeshSource& mesh, Writer& writer, std::size_t array, NumberList* order,
                  std::size_t cache_bytes, const Progress& progress) {
   const std::uint64_t steps = mesh.info().step_times.size();
@@ -68,8 +69,8 @@ void write_steps(MeshSource& mesh, Writer& writer, std::size_t array, NumberList
   }
 }
 
-// Returns true if the coding order is needed after the cells: for step values, or for extras that
-// refer to vertices or cells whose numbers change.
+// Returns true if the coding order is needed after the cells have been written: for step values, or
+// for extras that refer to vertices or cells whose numbers change.
 bool needs_coding_order(const MeshInfo& info, const Schema& schema) {
   const bool cells_move = schema.delay > 0;
   const auto has_ordered_steps = [&](const ArrayInfo& array) {
@@ -97,7 +98,7 @@ void write_all_steps(MeshSource& mesh, Writer& writer, const Schema& schema, Cod
   }
 }
 
-// `log` is null if no extra refers to vertices or cells whose numbers change.
+// `log`: the coding order; null if no extra refers to vertices or cells whose numbers change.
 void write_extras(const MeshInfo& info, Writer& writer, const Schema& schema, CodingOrderLog* log,
                   Spool& spool) {
   if (schema.order == Order::keep || log == nullptr) {
@@ -117,8 +118,8 @@ void write_extras(const MeshInfo& info, Writer& writer, const Schema& schema, Co
   for (const Extra& extra : info.extras) checked(writer.add_extra(renumbered(extra, to)));
 }
 
-// Encodes a mesh in the order in which its cells come. `cache_bytes` limits the memory for vertex
-// records, and for the values of one step.
+// Encodes a mesh, with the cells in the order in which `mesh` supplies them. `cache_bytes`: memory
+// limit for vertex records, and for the values of one step.
 SizeReport code_mesh(MeshSource& mesh, const Schema& schema, ByteSink& sink,
                      const WriteOptions& options, const Progress& progress, Spool& spool,
                      std::size_t cache_bytes) {
@@ -148,11 +149,12 @@ bool rounds_something(const Lossy& lossy) {
          !lossy.named.empty();
 }
 
-// Converts the coding order of a reordered mesh, and of renumbered vertices, back to the numbers of
-// the original mesh, and passes it on.
+// Receives the coding order of a mesh that was reordered, and whose vertices may have been
+// renumbered. Converts the numbers back to those of the original mesh, and passes them on.
 class FormerNumbers final : public CodingOrder {
  public:
-  // All arguments are borrowed. `in_spool` knows how the mesh was renumbered; null if it was not.
+  // All arguments must outlive this object. `in_spool`: the mesh with renumbered vertices; null if
+  // vertices were not renumbered.
   FormerNumbers(const CellList& order, CodingOrder* out, const SpooledMesh* in_spool = nullptr)
       : order_(&order), out_(out), in_spool_(in_spool) {}
   void vertex(std::uint64_t number) override {
@@ -190,8 +192,8 @@ TrialCoder trial_coder(const Schema& schema, ConnectivityCodec codec, Spool& spo
   };
 }
 
-// Returns true if the cells come in such a regular order that a delay buffer could hardly save a
-// bit. This is judged by the first cells, encoded with the codec that the level chooses.
+// Returns true if the order of the cells is so regular that a delay buffer could hardly save a bit.
+// The function tests this on the first cells, with the codec that the level selects.
 bool connectivity_is_free(MeshSource& mesh, const Schema& schema, const CompressOptions& options,
                           Spool& spool) {
   constexpr std::uint64_t kCells = 32768;
@@ -208,7 +210,7 @@ bool connectivity_is_free(MeshSource& mesh, const Schema& schema, const Compress
   return 8 * bytes <= kBitsPerCell * static_cast<double>(sizes.cells);
 }
 
-// Returns the delay that find_delay finds for a mesh.
+// Returns the delay that find_delay() finds for a mesh.
 std::uint32_t tried_delay(MeshSource& mesh, const Schema& schema, const CompressOptions& options,
                           Spool& spool) {
   if (options.progress) options.progress("trying delays", 0, 1);
@@ -221,8 +223,8 @@ std::uint32_t tried_delay(MeshSource& mesh, const Schema& schema, const Compress
   });
 }
 
-// With a single step no step refers to another one, so neither encoder nor decoder needs to keep
-// its values.
+// If there is only one step, no step refers to another step, so neither encoder nor decoder needs
+// to store its values.
 std::uint32_t key_steps_of(const MeshSource& mesh, const CompressOptions& options) {
   return options.key_steps.value_or(mesh.info().step_times.size() == 1 ? 1
                                                                        : WriteOptions().key_steps);
@@ -233,7 +235,8 @@ WriteOptions heard_by(CodingOrder* coding_order, WriteOptions options) {
   return options;
 }
 
-// Compresses in Order::free with the mesh in the spool. The bytes are the same as in memory.
+// Compresses a mesh in Order::free while the mesh is in the spool. The resulting file is the same
+// as when the mesh is in memory.
 SizeReport compress_free_in_spool(MeshSource& mesh, ByteSink& sink, const Schema& schema,
                                   const CompressOptions& options, Spool& spool) {
   const SpooledSearch search(spool.memory_budget());
@@ -299,7 +302,7 @@ bool needs_corner_order(const MeshInfo& info) {
 Schema schema_for(MeshSource& mesh, const CompressOptions& options) {
   Schema schema = mesh.info().schema;
   schema.order = options.order;
-  // The Writer uses a simpler reference if that suffices.
+  // The Writer selects a simpler reference by itself if that is sufficient.
   schema.step_references = StepReference::trend;
   schema.delay = options.order == Order::free ? 0 : options.delay.value_or(0);
   schema.corner_order = options.order == Order::keep || needs_corner_order(mesh.info());
@@ -352,7 +355,7 @@ std::optional<std::uint64_t> bytes_in_free_order(MeshSource& mesh, const Compres
   const double share =
       share_in_free_order(mesh, *cells, trial_coder(free_schema, options.connectivity, spool),
                           trial_coder(schema, options.connectivity, spool));
-  const auto extras = sizes.streams.find("extras");  // equally large in any order
+  const auto extras = sizes.streams.find("extras");  // extras have the same size in any order
   const std::uint64_t fixed = extras == sizes.streams.end() ? 0 : extras->second;
   return fixed + static_cast<std::uint64_t>(share * static_cast<double>(sizes.total_bytes - fixed));
 }
@@ -364,7 +367,7 @@ void replay_coding_order(MeshSource& mesh, const MeshInfo& of, CodingOrder& out,
   WriteOptions options;
   options.coding_order = &out;
   options.segment_starts = of.segment_starts;
-  // The codec decides in which order the new vertices of a cell come.
+  // The codec determines the order of the new vertices of a cell.
   options.segment_connectivity = of.segment_connectivity;
   if (options.segment_starts.empty()) options.restart_budget = 0;
   Writer writer = writer_to(nowhere, bare, options);

@@ -68,13 +68,14 @@ bool is_extension(std::string_view part, std::string_view extension) {
                           part.find_first_not_of("0123456789", 2) == std::string_view::npos);
 }
 
-// Returns true if `name` is the word, followed by a number: "edgconn3".
+// Returns true if `name` consists of `word` and a number: "edgconn3" for the word "edgconn".
 bool is_numbered(std::string_view name, std::string_view word) {
   return name.size() > word.size() && name.starts_with(word) &&
          name.find_first_not_of("0123456789", word.size()) == std::string_view::npos;
 }
 
-// Both CGNS files and Exodus files may be HDF5 files.
+// Returns true if a file with this beginning has another format: both CGNS and Exodus files may be
+// HDF5 files.
 bool is_another(const Format& format, std::span<const std::byte> head) {
   return format.name == kExodusFormat.name && is_cgns(head);
 }
@@ -153,7 +154,7 @@ const Format* format_of_name(std::string_view path) {
     for (const Format& format : formats())
       for (const std::string_view extension : format.extensions)
         if (!extension.empty() && is_extension(part, extension)) return &format;
-    // The numbers of a part, as in out.e.4.0, come after the extension.
+    // Part numbers come after the extension, as in out.e.4.0.
     if (part.empty() || part.find_first_not_of("0123456789") != std::string_view::npos)
       return nullptr;
     name = name.substr(0, dot);
@@ -163,7 +164,7 @@ const Format* format_of_name(std::string_view path) {
 const Format* format_of_file(const std::string& path) {
   if (path == "-") return format_named("shm");
   const std::vector<std::byte> head = head_of(path);
-  // No content fits two formats, so the format that the name suggests is tried first.
+  // No content matches two formats, so the format that the file name suggests is tried first.
   const Format* named = format_of_name(path);
   if (named != nullptr && named->looks_like(head) && !is_another(*named, head)) return named;
   for (const Format& format : formats())
@@ -181,7 +182,7 @@ std::unique_ptr<MeshSource> open_merged(const std::vector<std::string>& files, S
   for (const std::string& file : files)
     if (format_of_file(file) != format_named(kExodusFormat.name))
       throw Failure(Error{ErrorCode::unsupported,
-                          "is not an Exodus file; only Exodus files give the numbers of their "
+                          "is not an Exodus file; only Exodus files contain the numbers of their "
                           "vertices and cells in the whole mesh",
                           {},
                           kNoOffset,
@@ -210,7 +211,7 @@ const Format& output_format(const std::string& path, const std::string& format) 
   const std::string known = list_of(&Format::name);
   throw Failure(Error{ErrorCode::misuse,
                       format.empty()
-                          ? "the format does not follow from its name; use --format (" + known + ")"
+                          ? "its name does not determine the format; use --format (" + known + ")"
                           : "unknown format '" + format + "'; known: " + known,
                       {},
                       kNoOffset,

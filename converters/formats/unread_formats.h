@@ -1,5 +1,5 @@
-// Mesh formats that are recognized but not read, so that error messages name the format, and such a
-// file is not mistaken for another format with the same extension.
+// Mesh formats that are recognized but not read. Error messages can then name the format, and such
+// a file is not mistaken for a file of another format with the same extension.
 #pragma once
 
 #include <cstddef>

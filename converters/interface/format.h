@@ -1,5 +1,6 @@
-// Format: describes one file format of meshes, for code that knows no format. Each folder of a
-// format defines its own Format in the unit format.cpp; formats/formats.cpp lists them all.
+// Format: the description of one mesh file format. Code outside of the format folders accesses
+// formats only through this interface. Each format folder defines a Format in its format.cpp;
+// formats/formats.cpp lists all formats.
 #pragma once
 
 #include <array>
@@ -23,57 +24,69 @@
 
 namespace shm::converters {
 
-// Names and roles of the arrays that map vertices and cells to their numbers elsewhere, counted
-// from 1.
+// Names and roles of the arrays that map the vertices and cells of a mesh to their numbers in
+// another mesh or file, counted from 1.
 struct NumberMaps {
-  std::string_view vertices, cells;  // names
+  std::string_view vertices, cells;  // names of the arrays
   std::string_view vertices_role, cells_role;
-  // Role of a map to the numbers that the original whole mesh had, in a part of a decomposed mesh.
+  // Role of an array, in a part of a decomposed mesh, that contains numbers in the original whole
+  // mesh.
   std::string_view original_role;
 };
 
-// The features that the meshes of a format can have. A writer keeps these features of meshes from
-// other formats.
+// The features that a format can represent. A writer writes these features of meshes from other
+// formats; all other features are losses.
 struct Capabilities {
   // How node sets, side sets and groups of elements are represented: as sets, as arrays (see
-  // set_arrays.h), or as cells of their own (see set_cells.h).
+  // set_arrays.h), or as separate cells (see set_cells.h).
   enum class Sets { sets, arrays, cells };
   Sets sets = Sets::arrays;
-  bool every_step = false;  // false: one time step per file
-  // Arrays with several components; false: one array per component, v_x, v_y, v_z.
+  // Whether a file may contain all time steps; if false, a file contains one time step
+  bool every_step = false;
+  // Whether arrays may have several components; if false, each component is an array: v_x, v_y, v_z
   bool vectors = true;
   bool padded_vectors = false;  // vectors are padded with zeros to an allowed number of components
   bool unique_names = false;    // array names are unique: the second "v" becomes "v (2)"
-  bool integers = true;         // false: all values are floating-point
-  bool partial_arrays = false;  // cell arrays on some blocks; false: the other blocks get NaN or 0
-  bool block_numbers = false;   // has blocks; false: block numbers are an array
-  bool blocks_by_type = false;  // the number of a block is the number of a cell type
+
+  // Whether arrays may have integer values; if false, all values are floating-point
+  bool integers = true;
+  // Whether cell arrays may cover only some blocks; if false, they are filled with NaN or 0
+  bool partial_arrays = false;
+  // Whether files have blocks; if false, block numbers are stored as an array
+  bool block_numbers = false;
+  bool blocks_by_type = false;  // true: the number of a block is the number of a cell type
   bool positive_numbers = false, unique_numbers = false;
-  // Largest numbers that blocks and sets may have; null: no limit.
+  // Largest numbers that blocks and sets may have. most_numbers is null if there is no limit.
   struct MostNumbers {
     std::int64_t block, set;
   };
   MostNumbers (*most_numbers)(const MeshInfo& info) = nullptr;
-  bool times = true;                          // step times, even if no array has steps
-  std::size_t title_bytes = ~std::size_t{0};  // maximum length of the title
+  bool times = true;  // true: step times are stored even if no array has steps
+  std::size_t title_bytes = ~std::size_t{0};  // maximum length of the title in bytes
   const NumberMaps* maps = nullptr;           // arrays that are number maps in this format too
-  bool (*block)(const BlockInfo& block) = nullptr;  // true if the format has such cells; null: all
-  // True if the name is written unchanged; null: always.
+
+  // Returns true if the format can represent cells like those of the block; null: it can represent
+  // all cells.
+  bool (*block)(const BlockInfo& block) = nullptr;
+  // Returns true if the name is written unchanged; null: every name is written unchanged.
   bool (*name)(const std::string& name) = nullptr;
-  // A format whose meshes the writer accepts unchanged, with their extras, and the losses that
-  // occur in that case. Empty: there is none.
+  // Name of a format whose meshes the writer accepts unchanged, with their extras; empty: none.
+  // losses_of_sibling lists the losses that nevertheless occur.
   std::string_view sibling = {};
   LossList (*losses_of_sibling)(const MeshInfo& info) = nullptr;
 };
 
-// The meaning of the arrays that have a role of a format.
+// The meaning of arrays with a role that a format defines.
 struct Role {
-  std::string_view name;       // "format:..."
+  std::string_view name;       // role of the arrays: "format:..."
   bool is_numbered = false;    // a number follows the name: "format:name3"
   bool is_number_map = false;  // the values are numbers of vertices or cells
-  bool is_by_place = false;    // a value for each corner, edge or face of a cell, in its order
-  bool is_private = false;     // the array has no meaning in other formats
-  // Names the loss of a private array, from the name of the array. Null: nothing is lost.
+
+  // Whether the array has one value for each corner, edge or face of a cell, in the cell's order
+  bool is_by_place = false;
+  bool is_private = false;  // the array has no meaning in other formats
+
+  // Returns text that describes the loss of a private array with this name; null: nothing is lost.
   std::string (*loss)(const std::string& array) = nullptr;
 };
 
@@ -85,15 +98,15 @@ struct NamedGroup {
   std::optional<std::uint64_t> members;
 };
 
-// Interprets the extras of a mesh that came from a file of a certain format. A format without
-// extras of its own overrides nothing.
+// Interprets the extras of a mesh that came from a file of a certain format. A format that defines
+// no extras overrides nothing.
 class SourceFormat {
  public:
   SourceFormat(const SourceFormat&) = delete;
   SourceFormat& operator=(const SourceFormat&) = delete;
 
-  // Return data that is stored in the extras of a mesh, in addition to the sets of shm/sets.h.
-  // `used` receives the keys of all extras whose content the result includes.
+  // These functions return data that is stored in the extras of a mesh, in addition to the sets of
+  // shm/sets.h. They add the keys of all extras whose content the result includes to `used`.
   virtual std::vector<MeshSet> sets(const MeshInfo&, Keys& /*used*/) const { return {}; }
   // Returns groups other than node sets, side sets and element sets.
   virtual std::vector<NamedGroup> named_groups(const MeshInfo&) const { return {}; }
@@ -104,7 +117,8 @@ class SourceFormat {
   }
 
   // Returns true if the extras of a mesh with time steps describe where the values of each step are
-  // stored. Returns false if the extras come from one of several files with one step each.
+  // stored. Returns false if the extras come from one of several files, each of which contains one
+  // step.
   virtual bool describes_steps(const MeshInfo&) const { return true; }
   // Returns the extras for a mesh reduced to some of its steps; nothing if they cannot be
   // determined.
@@ -112,46 +126,50 @@ class SourceFormat {
                                                             StepRange /*steps*/) const {
     return info.extras;
   }
-  // For a mesh that is one of several files with one step each. extras_of_series() returns its
-  // extras without those about the step (the time, ranges of values), so that the rest applies to
-  // all files. is_about_file() returns true if an extra describes its own file and may differ in
-  // the others.
+  // These functions are for a mesh that is one of several files, each with one step.
+  // extras_of_series() returns the extras without data about the step (its time, ranges of values),
+  // so that the result is valid for all files. is_about_file() returns true if an extra describes
+  // one file and may differ in the other files.
   virtual std::vector<Extra> extras_of_series(const MeshInfo& info) const { return info.extras; }
   virtual bool is_about_file(std::string_view /*key*/) const { return false; }
-  // Returns the array that holds the points at a time step; nothing if they are the points of the
-  // mesh.
+  // Returns the array that contains the points at a time step; nothing if the mesh has the same
+  // points at every step.
   virtual std::optional<std::size_t> points_of_step(const MeshInfo&, std::uint64_t /*step*/) const {
     return {};
   }
-  // Returns true if the mesh is two-dimensional, so that the sides of its triangles and quads are
+  // Returns true if the mesh is two-dimensional: the sides of its triangles and quads are then
   // edges.
   virtual bool is_flat(const MeshInfo&) const { return false; }
   // Returns true if extras, other than side sets, or blocks depend on the position of corners
-  // within a cell.
+  // Returns true if blocks, or extras other than side sets, depend on the order of corners in a
+  // cell.
   virtual bool needs_corner_order(const MeshInfo&) const { return false; }
 
-  // Returns true if the values of an array are indices into a list of strings; strings() returns
-  // this list.
+  // has_strings() returns true if the values of an array are indices into a list of strings;
+  // strings() returns this list.
   virtual bool has_strings(const ArrayInfo&) const { return false; }
   virtual std::vector<std::string> strings(const MeshInfo&, std::size_t /*array*/) const {
     return {};
   }
-  // Returns true if an extra is such a list.
+  // Returns true if an extra is a list of strings that strings() returns.
   virtual bool is_list_of_strings(std::string_view /*key*/) const { return false; }
 
-  // Lists the extras that no other format can represent, except those in `used`.
+  // Returns the extras that no other format can represent, except the extras in `used`.
   virtual LossList losses(const MeshInfo& info, const Keys& used) const {
     return losses_by_key(info, used);
   }
   // Returns true if an extra can be derived from the blocks of the mesh.
   virtual bool follows_from_blocks(const Extra&) const { return false; }
 
-  // These functions are for appending the time steps of another file, `more`, to a mesh, `old`.
-  // counts_steps() returns true if the extras contain the number of steps. joined_extras() returns
-  // the extras of the result if both files have the same format: `extras` are those of `more` in
-  // the numbering of `old`, and `steps` are the steps of `more` to append. If it returns nothing,
-  // each extra of `more` must also be in `old`. lengthened_extras() returns the extras if `more`
-  // has another format. The last two throw Failure (unsupported) if the steps cannot be appended.
+  // These functions append the time steps of another file (`more`) to a mesh (`old`). All of them
+  // return extras, except counts_steps(), which returns true if the extras contain the number of
+  // steps.
+  //
+  // joined_extras() returns the extras of the result if both files have the same format. `extras`:
+  // the extras of `more`, in the numbering of `old`. `steps`: the steps of `more` to append. If the
+  // function returns nothing, each extra of `more` must also be in `old`. lengthened_extras()
+  // returns the extras of the result if `more` has another format. Both throw Failure (unsupported)
+  // if the steps cannot be appended.
   virtual bool counts_steps(const MeshInfo&) const { return false; }
   virtual std::optional<AppendedExtras> joined_extras(
       const MeshInfo& /*old*/, const MeshInfo& /*more*/, const std::vector<Extra>& /*extras*/,
@@ -162,8 +180,8 @@ class SourceFormat {
     return {};
   }
 
-  // Adds information about the whole mesh that the writer of a piece needs to the extras of the
-  // piece.
+  // Adds information about the whole mesh to the extras of a piece, if the writer of the piece
+  // needs this information.
   virtual void mark_piece(const MeshInfo& /*whole*/, MeshInfo& /*piece*/) const {}
 
  protected:
@@ -172,27 +190,32 @@ class SourceFormat {
 };
 
 struct Format {
-  std::string_view name;                       // as in --format, and the source_format of meshes
-  std::string_view title;                      // name in messages
-  std::array<std::string_view, 6> extensions;  // with the dot; unused entries are empty
-  // Gets up to 4096 bytes.
+  std::string_view name;   // name in --format, and source_format of meshes
+  std::string_view title;  // human-readable name in messages
+
+  // File name extensions with the dot; unused entries are empty
+  std::array<std::string_view, 6> extensions;
+  // Returns true if a file that begins with `head` (at most 4096 bytes) has this format.
   bool (*looks_like)(std::span<const std::byte> head) = nullptr;
-  // Null for .shm, which open_mesh() and write_mesh() decode and encode.
+  // Function that opens a file. Null for .shm files, which open_mesh() and write_mesh() decode and
+  // encode.
   std::unique_ptr<MeshSource> (*open)(const std::string& path, Spool& spool) = nullptr;
   void (*write)(MeshSource& mesh, const std::string& path, Spool& spool) = nullptr;
-  // Meshes of all formats are stored unchanged, with their extras, as in .shm files. The
-  // capabilities are then those for a mesh without the extras of its format.
+  // True if the format stores meshes of all formats unchanged, with their extras, as .shm files do.
+  // `capabilities` are then those for a mesh without the extras of its format.
   bool holds_everything = false;
   Capabilities capabilities = {};
   std::span<const Role> roles = {};
-  const SourceFormat* source = nullptr;  // null: a SourceFormat that overrides nothing
+  const SourceFormat* source = nullptr;  // null: same as a SourceFormat that overrides nothing
+
   // Converts extras written by older versions of shm to the extras that the format's reader creates
-  // now. Null: they are the same.
+  // now. Null: the extras have not changed.
   void (*translate_old_extras)(MeshInfo& info) = nullptr;
   FileSink::Temporary temporary = FileSink::Temporary::unnamed;  // how temporary files are created
-  // Loads the libraries that the format needs. open() and write() do that anyway; a program that
-  // forks calls it beforehand. Null: the format needs only libraries that the program is linked to.
-  // Throws Failure.
+
+  // Loads the libraries that the format needs. open() and write() also load them; a program that
+  // forks calls this function beforehand. Null: the format needs only libraries that the program is
+  // linked to. Throws Failure.
   void (*load)() = nullptr;
 };
 

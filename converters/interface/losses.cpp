@@ -24,8 +24,8 @@ std::string lost_steps(std::uint64_t steps, StepRange kept, const std::string& f
   if (kept.first > 0) text = range(0, kept.first);
   if (kept.end < steps) text += (text.empty() ? "" : ", ") + range(kept.end, steps);
   return (steps - kept.size() > 1 ? "time steps " : "time step ") + text + " of " +
-         std::to_string(steps) + " (a file of " + format +
-         " holds one: --step N picks it, a name such as out_%04d takes one file for each)";
+         std::to_string(steps) + " (a file of format " + format +
+         " holds one step: --step N selects it, a name such as out_%04d writes one file per step)";
 }
 
 std::string quoted(std::string_view text) { return " '" + std::string(text) + "'"; }

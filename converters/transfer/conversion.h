@@ -1,6 +1,6 @@
-// Conversion: prepares a mesh, at all or some of its time steps, for the writer of a format. A mesh
-// of the same format stays unchanged, any other mesh is translated. All losses are known
-// afterwards.
+// Conversion: prepares all or some time steps of a mesh for the writer of a format. A mesh of the
+// same format is passed on unchanged; any other mesh is translated. Afterwards losses() lists all
+// data that the new file will lack.
 #pragma once
 
 #include <memory>
@@ -16,14 +16,14 @@
 
 namespace shm::converters {
 
-// Returns true if a file of `format` holds only one step of the mesh. `chosen`: the user selected a
-// step.
+// Returns true if a file of `format` can contain only one step of the mesh. `chosen`: true if the
+// user selected a step.
 bool holds_one_step(const MeshInfo& info, const Format& format, bool chosen);
 
 class Conversion {
  public:
-  // `steps` selects the steps; it must be a single one if holds_one_step(). Nothing: all steps, or
-  // the last one. `mesh` and `spool` must outlive the conversion.
+  // `steps`: the steps to write; one step if holds_one_step(). Without a value: all steps, or the
+  // last step if holds_one_step(). `mesh` and `spool` must outlive the conversion.
   Conversion(MeshSource& mesh, const Format& format, std::optional<StepRange> steps, Spool& spool);
   MeshSource& mesh() { return *mesh_; }
   const LossList& losses() const { return losses_; }

@@ -15,8 +15,8 @@
 namespace shm::converters {
 namespace {
 
-// Returns the lower-case suffix of the name of a vector's column `c`. Columns of vectors with more
-// than three components are numbered from 1.
+// Returns the suffix, in lower case, of the name of column `c` of a vector. If `numbered` is true,
+// columns are numbered from 1; this is the case for vectors with more than three components.
 std::string suffix(std::size_t c, bool numbered) {
   return numbered ? "_" + std::to_string(c + 1) : std::string("_") + "xyz"[c];
 }
@@ -124,7 +124,7 @@ void JoinedArrays::add(std::size_t first, std::size_t columns) {
   parts_.push_back(std::move(parts));
 }
 
-// An array that had a role may have the same name as another array.
+// Makes array names unique: an array that had a role may have the same name as another array.
 void JoinedArrays::make_names_unique() {
   UniqueNames names;
   for (ArrayInfo& array : info_.schema.arrays) array.name = names.take(array.location, array.name);

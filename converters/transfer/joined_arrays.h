@@ -1,6 +1,6 @@
-// JoinedArrays: the arrays of a mesh as another format needs them. Columns v_x, v_y, v_z become one
-// array v. Arrays whose role is known only to their own format (maps, tags, attributes) become
-// plain arrays, or are dropped if they have no meaning in other formats.
+// JoinedArrays: adapts the arrays of a mesh to another format. Columns v_x, v_y, v_z become one
+// array v. Arrays whose role only their own format defines (maps, tags, attributes) become plain
+// arrays; arrays that have no meaning in other formats are dropped.
 #pragma once
 
 #include <cstddef>
@@ -14,8 +14,8 @@ namespace shm::converters {
 
 class JoinedArrays final : public ForwardingMesh {
  public:
-  // `join`: join columns into vectors. `distinct`: blocks of different names or dimensions get
-  // different numbers. Arrays of `maps` keep their roles; null: no such arrays.
+  // `join`: true to join columns into vectors. `distinct`: true to give different numbers to blocks
+  // with different names or dimensions. `maps`: arrays that keep their roles; null: none.
   JoinedArrays(MeshSource& source, bool join, bool distinct, const NumberMaps* maps = nullptr);
   void read_array(std::size_t array, std::uint64_t step, std::uint64_t first, std::uint64_t count,
                   std::byte* out) override;
@@ -27,7 +27,8 @@ class JoinedArrays final : public ForwardingMesh {
   void make_block_numbers_unique();
 
   const NumberMaps* maps_;
-  std::vector<std::vector<std::size_t>> parts_;  // for each array: the arrays of the source
+  // For each array of the result: indices of the source arrays
+  std::vector<std::vector<std::size_t>> parts_;
   std::vector<std::byte> column_;
 };
 

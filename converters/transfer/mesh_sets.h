@@ -1,4 +1,4 @@
-// All sets of a mesh, whatever format it came from.
+// The sets of a mesh of any format.
 #pragma once
 
 #include <vector>
@@ -9,8 +9,9 @@
 
 namespace shm::converters {
 
-// Returns the sets of a mesh: those of its format, and those of shm/sets.h, except sets that
-// consist of all blocks with the same name. `used` receives the keys of their extras.
+// Returns the sets of a mesh: the sets in the extras of its format and the sets of shm/sets.h,
+// except sets that consist of all blocks with the same name. Adds the keys of the extras that
+// describe these sets to `used`.
 std::vector<MeshSet> transfer_sets(const MeshInfo& info, Keys& used);
 
 }  // namespace shm::converters

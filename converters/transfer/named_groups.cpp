@@ -12,7 +12,7 @@
 namespace shm::converters {
 namespace {
 
-// Returns the id of a set that states none (shm/sets.h).
+// Returns the id of a set without an id (shm/sets.h): its number plus one.
 std::string one_more(const std::string& number) {
   std::uint64_t value = 0;
   return TextInput::parse(number, value) ? std::to_string(value + 1) : number;
@@ -46,7 +46,8 @@ NamedGroup named_group(const SetFolder& folder, const MeshInfo& info) {
 
 std::vector<NamedGroup> named_groups_of(const MeshInfo& info) {
   std::vector<NamedGroup> sets, others = source_format(info).named_groups(info);
-  std::set<std::pair<std::string, std::string>> known;  // groups that the format describes better
+  // Groups that the extras of the format describe in more detail
+  std::set<std::pair<std::string, std::string>> known;
   for (const NamedGroup& group : others) known.emplace(group.id, group.name);
   for (const SetFolder& folder : set_folders(info)) {
     NamedGroup set = named_group(folder, info);

@@ -1,4 +1,4 @@
-// The named groups of a mesh, for display only.
+// The named groups of a mesh, used for display only.
 #pragma once
 
 #include <vector>

@@ -18,8 +18,8 @@ OwnSteps::OwnSteps(MeshSource& source, StepRange steps, std::vector<Extra> extra
   info_.extras = std::move(extras);
   const SourceFormat& format = source_format(source.info());
   if (steps.size() > 1 || format.describes_steps(source.info())) return;
-  // In a file that holds one step, no array changes with time. The file has a time if the series
-  // had times; otherwise the times of the series are only step numbers.
+  // In a file with one step, no array changes with time. The file has a time if the series had real
+  // times; otherwise the times of the series are only step numbers.
   for (ArrayInfo& array : info_.schema.arrays) array.per_step = false;
   Keys used;
   const std::vector<double>& times = source.info().step_times;

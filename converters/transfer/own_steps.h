@@ -1,5 +1,5 @@
-// OwnSteps: a mesh at some of its time steps, for a writer of its own format or of .shm files: its
-// extras are adapted to these steps.
+// OwnSteps: some time steps of a mesh, for a writer of the same format or of .shm files. The extras
+// of the mesh are adapted to these steps.
 #pragma once
 
 #include <memory>
@@ -11,7 +11,7 @@ namespace shm::converters {
 
 class OwnSteps final : public ChosenSteps {
  public:
-  // Returns null if the format does not know which of its extras belong to which step.
+  // Returns null if the format cannot determine which of its extras belong to which step.
   static std::unique_ptr<OwnSteps> of(MeshSource& source, StepRange steps);
 
  private:

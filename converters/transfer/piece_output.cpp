@@ -21,7 +21,7 @@ std::vector<MeshSet> take_sets(MeshInfo& whole) {
 FromElsewhere::FromElsewhere(MeshSource& source, const MeshInfo& whole) : ForwardingMesh(source) {
   info_ = source.info();
   source_format(whole).mark_piece(whole, info_);
-  // If blocks are cell types, writers need the source format to know that.
+  // Writers must know the source format only if its blocks are cell types.
   if (!format_of(info_).capabilities.blocks_by_type) info_.schema.source_format.clear();
 }
 

@@ -1,5 +1,5 @@
-// Helpers to write pieces of a mesh: taking the sets out of the extras, and presenting the piece as
-// a mesh of no particular format.
+// Helpers for writing pieces of a mesh. take_sets() moves the sets out of the extras; FromElsewhere
+// presents the piece as a mesh without a source format.
 #pragma once
 
 #include <vector>
@@ -10,12 +10,12 @@
 
 namespace shm::converters {
 
-// Removes the sets from the extras of a mesh and returns them. Extras that follow from blocks are
-// removed too.
+// Removes the sets from the extras of a mesh and returns them. Also removes extras that can be
+// derived from blocks.
 std::vector<MeshSet> take_sets(MeshInfo& whole);
 
-// A piece without its source format, so that the writer of the same format does not expect the
-// extras of a whole file.
+// A piece of a mesh without its source format. Otherwise a writer of the same format would expect
+// the extras of a whole file.
 class FromElsewhere final : public ForwardingMesh {
  public:
   // `whole` describes the file that the piece came from.

@@ -25,8 +25,8 @@ namespace {
 
 constexpr std::uint64_t kPieceElements = 16384;
 
-// A mesh of one time step whose format stores the time only in an extra; makes all arrays without a
-// role stepped.
+// A mesh of one time step from a format that stores the time only in an extra. The mesh gets this
+// time as its step time, and all arrays without a role become stepped.
 class AtTime final : public ForwardingMesh {
  public:
   AtTime(MeshSource& source, double time) : ForwardingMesh(source) {
@@ -44,7 +44,8 @@ class WithExtras final : public ForwardingMesh {
   }
 };
 
-// Returns true if the array has a 64-bit integer beyond the range in which doubles are exact.
+// Returns true if the array contains a 64-bit integer outside of the range in which doubles are
+// exact.
 bool beyond_doubles(MeshSource& mesh, std::size_t a) {
   constexpr std::int64_t kMost = std::int64_t{1} << 53;
   const MeshInfo& info = mesh.info();
@@ -65,8 +66,8 @@ bool beyond_doubles(MeshSource& mesh, std::size_t a) {
   return false;
 }
 
-// Throws over_limit if arrays that cover few of very many blocks would grow out of proportion when
-// they have to cover all cells.
+// Throws Failure (over_limit) if arrays that cover few of very many blocks would become too large
+// when they are extended to all cells.
 void check_filling(const MeshInfo& info) {
   constexpr std::uint64_t kAlwaysAllowed = std::uint64_t{1} << 30, kMostGrowth = 64;
   std::uint64_t held = 0, filled = 0;
@@ -78,8 +79,8 @@ void check_filling(const MeshInfo& info) {
   }
   if (filled > std::max(kAlwaysAllowed, kMostGrowth * held))
     throw Failure(Error{ErrorCode::over_limit,
-                        "arrays on few of many blocks would grow to more than " +
-                            std::to_string(kMostGrowth) + " times their size on all cells",
+                        "arrays that cover few of many blocks would become more than " +
+                            std::to_string(kMostGrowth) + " times as large on all cells",
                         "arrays",
                         kNoOffset,
                         {}});
@@ -140,7 +141,7 @@ void Translation::choose_steps(std::optional<StepRange> steps) {
   } else if (count == 0 && !is_sibling()) {
     if (const auto time = source_.time(from_, used_)) add(std::make_unique<AtTime>(*mesh_, *time));
   }
-  // Marks the time extra as used: the extras of a series of files have a time too.
+  // Mark the time extra as used. Files that are part of a series also have such an extra.
   if (count > 0 && !source_.describes_steps(from_)) source_.time(from_, used_);
 }
 
@@ -155,7 +156,7 @@ void Translation::take_steps(StepRange steps) {
     add(std::make_unique<PointsOfStep>(*mesh_, *points));
   } else if (points) {
     losses_.push_back("points of time step " + std::to_string(steps.first) +
-                      " (of another type than the first ones)");
+                      " (their type differs from the type of the first points)");
   }
   add(std::make_unique<ChosenSteps>(*mesh_, steps));
 }
@@ -182,17 +183,18 @@ void Translation::report_arrays() {
     report_name(array.name, label);
     if (!target_.partial_arrays && array.location == Location::cell &&
         info.array_elements(a) != info.cells())
-      losses_.push_back("which blocks " + label + " is on (" +
-                        (is_float(array.type) ? "NaN" : "0") + " on the others)");
+      losses_.push_back("blocks that " + label + " covers (" +
+                        (is_float(array.type) ? "NaN" : "0") + " on all other blocks)");
     if (!target_.integers && beyond_doubles(*mesh_, a))
       losses_.push_back("exact values of " + label + " (integers beyond 2^53)");
   }
   if (!target_.times && !info.step_times.empty() && !any_stepped)
-    losses_.push_back("times of steps that no array has (" +
+    losses_.push_back("step times, since no array changes with time (" +
                       std::to_string(info.step_times.size()) + ")");
 }
 
-// Reports blocks that had the same number; in an array of block numbers they would be the same.
+// Reports blocks that had the same number as another block. In an array of block numbers, they
+// could not be distinguished.
 void Translation::report_numbers(const std::vector<BlockInfo>& before) {
   const auto& now = mesh_->info().schema.blocks;
   for (std::size_t b = 0; b < now.size(); ++b)
@@ -226,7 +228,7 @@ void Translation::report_blocks() {
                         BlocksById::array_of_ids(from_) < from_.schema.arrays.size();
   if (numbered && !fit)
     losses_.push_back(std::string("numbers of blocks (each must be above 0") +
-                      (target_.unique_numbers ? " and another)" : ")"));
+                      (target_.unique_numbers ? " and unique)" : ")"));
 }
 
 void Translation::report_name(const std::string& name, const std::string& label) {

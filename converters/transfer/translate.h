@@ -1,6 +1,7 @@
-// Translation: adapts a mesh of one format to the writer of another one so that as much as possible
-// is kept, and lists the losses. A writer that accepts meshes of the source format unchanged
-// (Capabilities::sibling) gets the mesh with its extras, reduced to one step if its files hold one.
+// Translation: adapts a mesh of one format to the writer of another format so that as much data as
+// possible is retained, and lists the losses. If the writer accepts meshes of the source format
+// unchanged (Capabilities::sibling), it receives the mesh with its extras, reduced to one step if
+// its files contain one step.
 //
 // Extras of the result that any writer may use:
 //   mesh/title               text
@@ -24,10 +25,10 @@ namespace shm::converters {
 
 class Translation {
  public:
-  // `steps` selects the steps; it must be a single one if a file of the target holds one. Nothing:
-  // all steps, or the last one if a file holds one. `source` and `spool` must outlive the
-  // translation. `format` is the name of the target, for the list of losses. `blocks` lists blocks
-  // that other parts of a decomposed mesh have, see BlocksById.
+  // `steps`: the steps to translate; one step if a file of the target contains one step. Without a
+  // value: all steps, or the last step if a file contains one. `source` and `spool` must outlive
+  // the translation. `format`: name of the target in the list of losses. `blocks`: blocks that
+  // other parts of a decomposed mesh have, see BlocksById.
   Translation(MeshSource& source, const std::string& format, const Capabilities& target,
               std::optional<StepRange> steps, Spool& spool,
               const std::vector<BlocksById::Key>& blocks = {});

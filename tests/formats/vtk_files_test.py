@@ -193,8 +193,8 @@ class VtkFamilyTest(FolderTest):
             self.assertEqual(self.losses("convert", path, there, f"--step={step}"), [other_time])
             self.assert_same(path, there, step=step)
         self.assertEqual(self.losses("convert", path, there),
-                         ["time steps 0 to 1 of 3 (a file of vtk holds one: --step N picks it, a "
-                          "name such as out_%04d takes one file for each)", other_time])
+                         ["time steps 0 to 1 of 3 (a file of format vtk holds one step: --step N selects "
+                          "it, a name such as out_%04d writes one file per step)", other_time])
         self.assert_same(path, there)
 
     def test_arrays_and_strings_of_some_steps(self):

@@ -1,4 +1,4 @@
-# Fails unless README.md shows EXAMPLE word for word.
+# Fails if README.md does not contain the exact text of EXAMPLE.
 file(READ "${README}" readme)
 file(READ "${EXAMPLE}" example)
 string(FIND "${readme}" "```cpp\n${example}```" place)

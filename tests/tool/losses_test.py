@@ -88,7 +88,7 @@ class LossesTest(FolderTest):
 
     def test_what_else_the_format_of_the_mesh_would_hold(self):
         self.expect_refusal("convert", "run.e", "out.e", "--format", "vtk", "--step", "1",
-                            lost="which blocks array 'heat' is on .* and 1 more")
+                            lost="blocks that array 'heat' covers .* and 1 more")
         self.expect_refusal("convert", "run.e", "out.shm", "--format", "gmsh", lost="global variables")
 
     def test_names_that_promise_nothing_more(self):

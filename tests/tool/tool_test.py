@@ -759,9 +759,9 @@ class ToolTest(FolderTest):
         exodus, packed = self.exodus(), self.path("two.shm")
         vtk, msh = self.path("two.vtk"), self.path("two.msh")
         factors = "distribution factors of side set 3 'inlet'"
-        of_vtk = ["time steps 0 to 1 of 3 (a file of vtk holds one: --step N picks it, a name such as "
-                  "out_%04d takes one file for each)",
-                  "which blocks array 'heat' is on (NaN on the others)", factors, "QA records"]
+        of_vtk = ["time steps 0 to 1 of 3 (a file of format vtk holds one step: --step N selects it, a name "
+                  "such as out_%04d writes one file per step)",
+                  "blocks that array 'heat' covers (NaN on all other blocks)", factors, "QA records"]
         self.assertEqual(self.losses("convert", exodus, vtk), of_vtk)
         self.assertEqual(self.losses("convert", exodus, msh), [factors, "QA records"])
         # The losses are the same from a .shm file; an Exodus file and a .shm file can store

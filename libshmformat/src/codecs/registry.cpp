@@ -24,7 +24,7 @@ using Family = CellCodec::Family;
 
 bool takes_all(const Schema& /*schema*/) { return true; }
 
-/// Returns the entry of a codec whose cells are coded over an active surface.
+/// Returns the entry of a codec that encodes cells over an active surface.
 constexpr CellCodec over_surface(ConnectivityCodec name, Codec id, std::string_view word) {
   return {name, id, word, Family::surface, 288, takes_all, {}};
 }
@@ -40,8 +40,9 @@ constexpr std::array<CellCodec, 6> kCellCodecs = {{
      "cells of 1 to 64 nodes and no delay"},
 }};
 
-/// Returns the entry of the group's codec. A group without cells, or in a codec that this library
-/// does not know, is decoded like a group over an active surface, which reports the codec.
+/// Returns the entry of the group's codec. For a group without cells, or with a codec that this
+/// library does not know, returns the entry of a codec over an active surface, whose decoder
+/// reports the unknown codec.
 const CellCodec& entry_of(const container::GroupHeader& header) {
   const auto id = container::connectivity_of(header);
   const CellCodec* known = id ? find_codec(*id) : nullptr;

@@ -1,5 +1,6 @@
-// The list of codecs of cells: how callers and files call each of them, which meshes it takes, and
-// how its encoders and decoders are made. codecs/README.md says which one is used when.
+// The list of cell codecs: the name and the file id of each codec, the meshes that it accepts, and
+// functions that create its encoders and decoders. codecs/README.md explains when each codec is
+// used.
 // spec: "Group"
 #pragma once
 
@@ -21,25 +22,27 @@ struct CellCodec {
   ConnectivityCodec name;
   Codec id;
   std::string_view word;
-  /// The folder below codecs/ whose segment encoder and group decoder it uses.
+  /// The family of codecs, which is also the folder below codecs/ with the segment encoder and the
+  /// group decoder of this codec.
   enum class Family : std::uint8_t { surface, shifts, patterns } family;
-  /// Largest memory of an active vertex while decoding, in bytes (ReadLimits::max_active_bytes).
+  /// Largest memory per active vertex while decoding, in bytes (compared with
+  /// ReadLimits::max_active_bytes).
   std::uint64_t active_vertex_bytes;
-  /// Returns true if a mesh with this schema can be in the codec.
+  /// Returns true if the codec can encode meshes with this schema.
   bool (*takes)(const Schema& schema);
-  std::string_view needs;  ///< for messages: the meshes that it takes; empty: all
+  std::string_view needs;  ///< for messages: the meshes that the codec accepts; empty: all meshes
 };
 
 std::span<const CellCodec> cell_codecs();
-/// Return null for a codec that is not in the list.
+/// Return the codec with this name or id; null if the list does not contain it.
 const CellCodec* find_codec(ConnectivityCodec name);
 const CellCodec* find_codec(Codec id);
 
-/// Returns the name of the codec of a group's cells; nothing if it has no cells or the codec is
-/// unknown.
+/// Returns the name of the codec that encoded the cells of a group; nothing if the group has no
+/// cells or the codec is unknown.
 std::optional<ConnectivityCodec> codec_of_cells(const container::GroupHeader& header);
 
-/// Returns the encoder for `options.codec`, which must be in the list and take the schema.
+/// Returns an encoder for `options.codec`. The codec must be in the list and accept the schema.
 std::unique_ptr<SegmentEncoder> make_segment_encoder(const Schema& schema, SegmentOptions options,
                                                      const SegmentStart& start);
 
@@ -50,8 +53,8 @@ Result<std::unique_ptr<GroupDecoder>> make_group_decoder(const Schema& schema,
                                                          CellBytes cell_bytes,
                                                          const container::GroupHeader& header);
 
-/// Checks that the limits allow the number of active vertices in this header. `file`: bytes of the
-/// file up to the end of the group. The error names no place.
+/// Returns an error if the active vertices in this group header exceed the limits. `file`: size in
+/// bytes of the file up to the end of the group. The error does not name the group.
 Result<void> check_active(const container::GroupHeader& header, const ReadLimits& limits,
                           std::uint64_t file);
 

@@ -7,11 +7,11 @@
 namespace shm {
 namespace {
 
-// A set of faces is a mask with one bit for each face.
+// Returns the bit of a face in a set of faces.
 constexpr std::uint32_t face_bit(std::uint32_t face) { return 1u << face; }
 
-// Faces of the previous hexahedron in the order in which they are tried as gate: straight on first,
-// back last.
+// Faces of the previous hexahedron in the order in which they are tried as gate: the face straight
+// ahead comes first, the face behind comes last.
 constexpr std::array<std::uint8_t, 6> kGateOrder = {5, 3, 1, 4, 2, 0};
 
 template <std::size_t kCount>
@@ -22,8 +22,8 @@ bool all_different(const std::array<std::uint32_t, kCount>& slots) {
   return true;
 }
 
-/// Operation that codes a hexahedron whose active faces, seen in some rotation, are `mask`. None if
-/// the rotation does not bring the faces to where the operations expect them.
+/// Operation that codes a hexahedron whose active faces in some rotation are the set `mask`; none
+/// if these faces are not where any operation expects them.
 enum class Fit : std::uint8_t { none, hut, roof, step, bridge };
 constexpr Fit fit_of(std::uint32_t mask) {
   const auto has = [&](std::uint32_t faces) { return (mask & faces) == faces; };
@@ -37,7 +37,7 @@ constexpr Fit fit_of(std::uint32_t mask) {
   return (count == 3 || tunnel) && has(face_bit(1) | face_bit(3)) ? Fit::bridge : Fit::none;
 }
 
-/// A rotation to try for a set of active faces as stored.
+/// A rotation of the stored hexahedron to try for a given set of active faces.
 struct RotationFit {
   std::uint8_t rotation = 0;
   Fit fit = Fit::none;
@@ -59,7 +59,7 @@ constexpr auto kFits = [] {
   return table;
 }();
 
-// Returns true if all corners of the face are known. `corners`: of a hexahedron, kNone if unknown.
+// Returns true if all corners of the face are known. `corners`: of a hexahedron; kNone: unknown.
 bool known(const std::array<std::uint32_t, 8>& corners, std::uint32_t face) {
   for (std::uint8_t c : kFaceCorners[face])
     if (corners[c] == kNone) return false;
@@ -108,7 +108,7 @@ auto PaperHexahedra<Coder>::choose_plan(const CellTopology& cell) const -> Plan 
   return best;
 }
 
-/// Determines how the gate would be coded, and estimates the cost; smaller is better.
+/// Determines how the gate would be coded, and estimates the cost; a smaller cost is better.
 template <class Coder>
 void PaperHexahedra<Coder>::rate_gate(Plan& plan, const Corners& target) const {
   const bool turns = plan.operation == kStep || plan.operation == kBridge;
@@ -118,7 +118,7 @@ void PaperHexahedra<Coder>::rate_gate(Plan& plan, const Corners& target) const {
     const Quad& quad = surface_.face(plan.gate_face).quad;
     const auto turn =
         static_cast<std::uint32_t>(std::find(quad.begin(), quad.end(), target[0]) - quad.begin());
-    if (!turns && turn != 0) return;  // a HUT or ROOF on the previous hexahedron starts at 0
+    if (!turns && turn != 0) return;  // a HUT or ROOF on the previous hexahedron has turn 0
     plan.mode = kOnFace;
     plan.cost = (k == last_face_ ? 0 : 8 + i) * 8 + (turn == last_turn_ ? 0 : 1 + turn);
     return;
@@ -218,8 +218,9 @@ bool PaperHexahedra<Coder>::on_previous(std::uint32_t face) const {
   return surface_.face(face).alive && surface_.face(face).cell == previous_cell_;
 }
 
-/// Lists faces at edges of the previous hexahedron that are not its own, as pairs (corner of the
-/// edge's first vertex, edge): edges in order, newest face first.
+/// Lists the faces at edges of the previous hexahedron that are not its own faces, as pairs of a
+/// corner (of the edge's first vertex) and an edge. Edges come in ascending order; at each edge the
+/// newest face comes first.
 template <class Coder>
 void PaperHexahedra<Coder>::list_edge_gates(
     std::vector<std::pair<FaceCorner, std::uint32_t>>& out) const {
@@ -264,7 +265,7 @@ bool PaperHexahedra<Coder>::code_gate(Coder& symbols, const Plan& plan, const Co
   return code_gate_face(symbols, plan, target, gate.at, gate.mirrored);
 }
 
-/// Codes the gate. The modes are tried in order; a mode without any face is left out.
+/// Codes the gate. The modes are tried in order; a mode that has no faces is skipped.
 template <class Coder>
 bool PaperHexahedra<Coder>::code_gate_face(Coder& symbols, const Plan& plan, const Corners& target,
                                            FaceCorner& corner, bool mirrored) {
@@ -295,8 +296,8 @@ bool PaperHexahedra<Coder>::code_gate_face(Coder& symbols, const Plan& plan, con
   return code_gate_anywhere(symbols, plan, target, corner);
 }
 
-/// Codes the gate as one of the `left` faces of the previous hexahedron, and the place of corner 0
-/// in it.
+/// Codes the gate as one of the faces of the previous hexahedron in `left`, and the place of corner
+/// 0 in this face.
 template <class Coder>
 FaceCorner PaperHexahedra<Coder>::code_gate_on_face(Coder& symbols, const Plan& plan,
                                                     const Corners& target, std::uint32_t left) {
@@ -319,15 +320,16 @@ FaceCorner PaperHexahedra<Coder>::code_gate_on_face(Coder& symbols, const Plan& 
   return kNone;
 }
 
-/// Codes the gate as one of the faces in `scratch_`, at edges of the previous hexahedron. The edge
-/// becomes the edge 0-3.
+/// Codes the gate as one of the faces in `scratch_`, which are at edges of the previous hexahedron.
+/// The edge becomes the edge 0-3.
 template <class Coder>
 FaceCorner PaperHexahedra<Coder>::code_gate_at_edge(Coder& symbols, const Plan& plan,
                                                     const Corners& target, bool mirrored) {
   for (std::size_t i = 0; i < scratch_.size(); ++i) {
     const auto [corner, edge] = scratch_[i];
     const bool forward = surface_.around(corner, 1) == previous_[kEdgeCorners[edge][1]];
-    // Corner 3 comes just before corner 0 around the face, or just after when mirrored.
+    // Around the face, corner 3 is just before corner 0; if the face is mirrored, it is just after
+    // corner 0.
     const std::uint32_t step = forward ? (mirrored ? 0u : 1u) : (mirrored ? 3u : 0u);
     const FaceCorner origin = corner / 4 * 4 + (corner + step) % 4;
     const bool hit =
@@ -337,8 +339,8 @@ FaceCorner PaperHexahedra<Coder>::code_gate_at_edge(Coder& symbols, const Plan& 
   return kNone;
 }
 
-/// Codes the gate as one of the faces in `scratch_`, at vertices of the previous hexahedron. The
-/// vertex becomes corner 0.
+/// Codes the gate as one of the faces in `scratch_`, which are at vertices of the previous
+/// hexahedron. The vertex becomes corner 0.
 template <class Coder>
 FaceCorner PaperHexahedra<Coder>::code_gate_at_vertex(Coder& symbols, const Plan& plan,
                                                       const Corners& target) {
@@ -351,7 +353,7 @@ FaceCorner PaperHexahedra<Coder>::code_gate_at_vertex(Coder& symbols, const Plan
   return kNone;
 }
 
-/// Codes the gate by the number of a live vertex, then which of its faces it is.
+/// Codes the gate by the number of a live vertex, then selects one of the faces at this vertex.
 template <class Coder>
 bool PaperHexahedra<Coder>::code_gate_anywhere(Coder& symbols, const Plan& plan,
                                                const Corners& target, FaceCorner& corner) {
@@ -369,7 +371,8 @@ bool PaperHexahedra<Coder>::code_gate_anywhere(Coder& symbols, const Plan& plan,
   return true;
 }
 
-/// Codes the face at the edge from-along that is not `not_face`. Sets the vertices above both ends.
+/// Codes the face other than `not_face` at the edge from corner `from` to corner `along`. Sets the
+/// vertices above both ends.
 template <class Coder>
 bool PaperHexahedra<Coder>::code_side(Coder& symbols, std::uint32_t along, std::uint32_t from,
                                       std::uint32_t not_face, std::uint32_t side_face, int model,
@@ -404,7 +407,7 @@ bool PaperHexahedra<Coder>::code_second_face(Coder& symbols, const Plan& plan,
   return code_corners_left(symbols, target, cell);
 }
 
-/// Codes corners 5 and 6 after a STEP: deduced from active faces if there are any.
+/// Codes corners 5 and 6 after a STEP. They are deduced from active faces if there are any.
 template <class Coder>
 bool PaperHexahedra<Coder>::code_corners_left(Coder& symbols, const Corners& target,
                                               CellTopology& cell) {
@@ -462,7 +465,8 @@ std::uint32_t PaperHexahedra<Coder>::add_vertex(CellTopology& cell, std::uint32_
 template <class Coder>
 bool PaperHexahedra<Coder>::code_corner(Coder& symbols, const Corners& target, CellTopology& cell,
                                         std::uint32_t position) {
-  // In a START a corner may repeat an earlier one. In other operations all corners are different.
+  // In a START, a corner may have the vertex of an earlier corner. In other operations all corners
+  // differ.
   std::uint32_t repeats = 8;
   if constexpr (!Coder::kDecodes) {
     if (operation_ == kStart)
@@ -514,7 +518,7 @@ bool PaperHexahedra<Coder>::code_reference(Coder& symbols, ReferenceModel& model
 template <class Coder>
 bool PaperHexahedra<Coder>::code_corner_order(Coder& corner_order, const Gate& gate,
                                               CellTopology& cell, std::uint32_t rotation) {
-  // Expected: the rotation of the gate's owner, moved across the gate.
+  // Expected rotation: the rotation of the gate's owner, transferred across the gate.
   std::uint32_t expected = kRotationCount;
   if (!gate.mirrored) {
     const auto& owner = surface_.face(gate.at / 4).owner_corner;
@@ -562,17 +566,18 @@ void PaperHexahedra<Coder>::attach(CellTopology& cell, bool order_matters) {
     const auto& c = kFaceCorners[k];
     const Quad quad = {v[c[0]], v[c[1]], v[c[2]], v[c[3]]};
     if (!distinct && !all_different(quad)) continue;
-    // Only a hexahedron with repeated corners can meet the same face twice, and must look again.
+    // Only a hexahedron with repeated corners can have the same face twice, and must search again.
     const std::uint32_t now =
         distinct ? present[k] : surface_.find_face(quad[0], quad[1], quad[2], quad[3]);
     if (now != kNone) {
       for (std::uint32_t& face : previous_face_)
-        if (face == now) face = kNone;  // its slot may be reused
+        if (face == now) face = kNone;  // the slot of the removed face may be reused
       surface_.remove_face(now);
     } else if (std::all_of(quad.begin(), quad.end(), [&](std::uint32_t vertex) {
                  return surface_.vertex(vertex).face_count < kMaxFacesAtVertex;
                })) {
-      // The same as for a reader: if the order does not matter, corners come back as in the frame.
+      // Use the same order as a reader: if the order does not matter, corners are in the order of
+      // the frame.
       const auto stored = [&](std::uint8_t i) { return order_matters ? cell.stored_corner[i] : i; };
       previous_face_[k] =
           surface_.add_face(quad, {stored(c[0]), stored(c[1]), stored(c[2]), stored(c[3])},

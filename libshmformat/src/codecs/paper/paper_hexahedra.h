@@ -1,4 +1,4 @@
-// Paper hexahedra: the complete published scheme, the baseline of every comparison.
+// Paper hexahedra: the complete published method, which is the baseline of all comparisons.
 // in:    hexahedra in coding order            out: symbols for "connectivity" and "corner order"
 // keeps: the previous hexahedron, the models; the same in encoder and decoder
 //
@@ -30,15 +30,16 @@ class PaperHexahedra {
   /// `surface` must outlive this object.
   explicit PaperHexahedra(ActiveSurface& surface) : surface_(surface) {}
 
-  /// Codes the corners of one hexahedron, and their order if it matters, and attaches the
-  /// hexahedron. Returns false only when decoding damaged data.
+  /// Codes the corners of one hexahedron, their order if it matters, and attaches the hexahedron to
+  /// the surface. Returns false only when decoding damaged data.
   bool code(Coder& symbols, Coder& corner_order, CellTopology& cell, bool order_matters);
 
  private:
   enum Operation : std::uint8_t { kStart, kHut, kRoof, kStep, kBridge, kOperations };
   enum GateMode : std::uint8_t { kOnFace, kAtEdge, kAtVertex, kAnywhere, kGateModes };
 
-  /// How a hexahedron is attached: chosen by the encoder, decoded step by step by the decoder.
+  /// How a hexahedron is attached. The encoder chooses the plan; the decoder decodes it in several
+  /// steps.
   struct Plan {
     Operation operation = kStart;
     std::uint32_t rotation = 0;
@@ -46,14 +47,15 @@ class PaperHexahedra {
     std::uint32_t gate_face = kNone, side_face = kNone, far_face = kNone;
     std::uint64_t cost = ~std::uint64_t{0};
   };
-  /// The corner of the gate face with vertex 0, and the direction of the other vertices.
+  /// The corner of the gate face at which vertex 0 is, and the direction in which the other
+  /// vertices follow.
   struct Gate {
     FaceCorner at = kNone;
     bool mirrored = false;
   };
   using Corners = std::array<std::uint32_t, 8>;
-  /// Models for a number coded relative to the last number of its kind or to the oldest live
-  /// vertex.
+  /// Models for a number that is coded relative to the last number of the same kind or to the
+  /// oldest live vertex.
   struct ReferenceModel {
     AdaptiveBit from_last;
     SignedModel<NumberModel> step;
@@ -61,12 +63,12 @@ class PaperHexahedra {
     std::uint64_t last = 0;
   };
 
-  // Choosing (encoder)
+  // The encoder's choice of a plan
   Plan choose_plan(const CellTopology& cell) const;
   void rate_gate(Plan& plan, const Corners& target) const;
   static void rotate(CellTopology& cell, std::uint32_t rotation);
 
-  // Coding, in the order of the calls
+  // Coding functions, in the order of the calls
   bool code_gate(Coder& symbols, const Plan& plan, const Corners& target, Gate& gate);
   bool code_gate_face(Coder& symbols, const Plan& plan, const Corners& target, FaceCorner& corner,
                       bool mirrored);
@@ -106,12 +108,12 @@ class PaperHexahedra {
   std::uint32_t previous_cell_ = kNone;
   bool has_previous_ = false;
 
-  // Contexts
-  Operation operation_ = kStart;  // of the current cell
+  // Contexts of the next decisions
+  Operation operation_ = kStart;  // operation of the current cell
   std::uint32_t last_operation_ = kStart, mode_history_ = 0, last_face_ = 5, last_turn_ = 0;
   std::uint32_t rotation_history_ = 0;
 
-  // Models
+  // Adaptive models of the decisions
   std::array<std::array<TreeModel<3>, 16>, kOperations> operations_;
   std::array<std::array<std::array<AdaptiveBit, 3>, 16>, kOperations> modes_;
   std::array<std::array<AdaptiveBit, 6>, 6> gate_on_face_;

@@ -1,5 +1,6 @@
-// Byte planes: byte 0 (the least significant) of all numbers, then byte 1 of all, and so on. Each
-// plane is left out if it is zero, and otherwise stored as it is or compressed with zstd.
+// Byte planes: the first plane contains byte 0 (the least significant byte) of all numbers, the
+// next plane byte 1 of all numbers, and so on. A plane of zeros is left out; any other plane is
+// stored either uncompressed or compressed by zstd.
 // spec: "Patterns"
 #pragma once
 
@@ -15,15 +16,16 @@
 
 namespace shm {
 
-/// Writes a plane: the size of the stored bytes, then these bytes. Size 0: the plane is zero; the
-/// size of the plane: stored as it is; any other size: one zstd frame.
+/// Writes a plane: the stored size in bytes, followed by the stored bytes. A stored size of 0 means
+/// that all bytes of the plane are zero. If the stored size equals the size of the plane, the plane
+/// is uncompressed; any other size belongs to one zstd frame.
 void put_plane(ByteWriter& out, std::span<const std::byte> plane, ZstdCompressor& zstd);
 
 /// Reads a plane of `size` bytes. Returns false if the data is damaged.
 bool get_plane(ByteReader& in, std::uint64_t size, std::vector<std::byte>& plane,
                ZstdDecompressor& zstd);
 
-/// Returns the number of bytes that the largest number needs.
+/// Returns the size in bytes of the largest number.
 template <class Word>
 std::uint32_t plane_count(std::span<const Word> numbers) {
   Word all = 0;
@@ -31,7 +33,7 @@ std::uint32_t plane_count(std::span<const Word> numbers) {
   return static_cast<std::uint32_t>((std::bit_width(all) + 7) / 8);
 }
 
-/// Writes the low `planes` bytes of each number.
+/// Writes the `planes` low bytes of each number.
 template <class Word>
 void put_planes(ByteWriter& out, std::span<const Word> numbers, std::uint32_t planes,
                 std::vector<std::byte>& scratch, ZstdCompressor& zstd) {
@@ -44,7 +46,7 @@ void put_planes(ByteWriter& out, std::span<const Word> numbers, std::uint32_t pl
   }
 }
 
-/// Reads numbers of `planes` bytes. Returns false if the data is damaged.
+/// Reads numbers of `planes` bytes each. Returns false if the data is damaged.
 template <class Word>
 bool get_planes(ByteReader& in, std::uint32_t planes, std::span<Word> numbers,
                 std::vector<std::byte>& scratch, ZstdDecompressor& zstd) {
@@ -61,10 +63,11 @@ bool get_planes(ByteReader& in, std::uint32_t planes, std::span<Word> numbers,
   return true;
 }
 
-/// Writes numbers, preceded by the number of planes.
+/// Writes the number of planes, then the planes of `numbers`.
 void put_numbers(ByteWriter& out, std::span<const std::uint32_t> numbers,
                  std::vector<std::byte>& scratch, ZstdCompressor& zstd);
-/// Reads exactly `count` numbers. Returns false if the data is damaged.
+/// Reads what put_numbers() writes for exactly `count` numbers. Returns false if the data is
+/// damaged.
 bool get_numbers(ByteReader& in, std::uint64_t count, std::vector<std::uint32_t>& numbers,
                  std::vector<std::byte>& scratch, ZstdDecompressor& zstd);
 

@@ -10,7 +10,8 @@
 namespace shm {
 namespace {
 
-constexpr std::size_t kBlock = 512;  // a block of words fits into the first-level cache
+// Number of words in a block, which fits into the first-level cache
+constexpr std::size_t kBlock = 512;
 template <class Bits>
 using Block = std::array<Bits, kBlock>;
 
@@ -27,7 +28,7 @@ void take_residuals(const FloatResiduals& from, std::size_t first, std::size_t c
     words[i] = static_cast<Bits>(words[i] >> 1) ^ static_cast<Bits>(0 - (words[i] & 1));
 }
 
-/// Stores the indices of the references; 0 for NaN.
+/// Stores the indices of the reference values; 0 for NaN.
 template <class Bits>
 void take_places(const std::byte* from, std::size_t stride, std::size_t count,
                  Block<Bits>& places) {

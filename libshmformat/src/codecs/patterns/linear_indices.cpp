@@ -11,17 +11,17 @@ double power_of_two(std::int32_t exponent) {
   return std::bit_cast<double>(static_cast<std::uint64_t>(1023 + exponent) << 52);
 }
 
-/// Returns true for binary domains in which powers and products are normal numbers.
+/// Returns true for binary domains in which all powers and products are normal numbers.
 bool is_usual_binary(const ValueDomain& domain) {
   return domain.kind == DomainKind::binary && domain.exponent >= -900 && domain.exponent <= 900;
 }
 
-// 1.5 * 2^52: adding and subtracting it rounds to whole numbers
+// 1.5 * 2^52: adding and subtracting it rounds a number to an integer
 constexpr double kRound = 6755399441055744.0;
-constexpr double kMost = 1125899906842624.0;  // 2^50
+constexpr double kMost = 1125899906842624.0;  // largest index: 2^50
 
-// Conversion between integers and doubles up to kMost by their bits: unlike the conversion
-// instructions of many processors, this vectorizes.
+// Converts between integers and doubles up to kMost by their bits. Unlike the conversion
+// instructions of many processors, this code can be vectorized.
 constexpr auto kRoundBits = std::bit_cast<std::uint64_t>(kRound);
 std::uint64_t as_integer(double whole) {
   return std::bit_cast<std::uint64_t>(whole + kRound) - kRoundBits;
@@ -36,7 +36,8 @@ double value_of(std::uint64_t bits) {
   return static_cast<double>(std::bit_cast<Float>(static_cast<Bits>(bits)));
 }
 
-/// `unit(d)` returns the value of index d; `scale(value)` returns a number close to the index.
+/// Stores the indices of values. `unit(d)` returns the value of index d; `scale(value)` returns a
+/// number close to the index.
 template <class Bits, class Scale, class Unit>
 bool indices_as(std::span<const std::uint64_t> bits, std::span<std::int64_t> indices,
                 const Scale& scale, const Unit& unit) {
@@ -68,24 +69,25 @@ bool indices_as(std::span<const std::uint64_t> bits, const ValueDomain& domain,
 }
 
 /// Stores nearest_integer(value * times) for each value. Returns false if a value is NaN or too
-/// large. Compares bits, so that the loop vectorizes.
+/// large. It compares bits so that the loop can be vectorized.
 template <class Bits>
 bool nearest_as(std::span<const std::uint64_t> bits, double times,
                 std::span<std::int64_t> nearest) {
   constexpr auto kMostBits = std::bit_cast<std::uint64_t>(kMost);
   constexpr auto kHalfBits = std::bit_cast<std::uint64_t>(.5);
-  std::uint64_t within = ~std::uint64_t{0};  // top bit: all are within kMost
+  std::uint64_t within = ~std::uint64_t{0};  // top bit: set while all values are within kMost
   for (std::size_t i = 0; i < bits.size(); ++i) {
     const double scaled = value_of<Bits>(bits[i]) * times;
     within &= (std::bit_cast<std::uint64_t>(scaled) << 1 >> 1) - kMostBits;
-    const double even = scaled + kRound - kRound;  // nearest integer; halves go to the even one
+    const double even = scaled + kRound - kRound;  // nearest integer; halves are rounded to even
     const std::uint64_t other = std::bit_cast<std::uint64_t>(scaled - even) ^ kHalfBits;
     nearest[i] = static_cast<std::int64_t>(as_integer(even) + 1 - ((other | (0 - other)) >> 63));
   }
   return within >> 63 != 0;
 }
 
-/// Returns false, without any change, if an index is too large for as_double().
+/// Replaces indices by the bits of their values. Returns false, without any change, if an index is
+/// too large for as_double().
 template <class Unit>
 bool values_as(ScalarType type, std::span<std::uint64_t> words, const Unit& unit) {
   constexpr auto kMostIndex = static_cast<std::uint64_t>(kMost);

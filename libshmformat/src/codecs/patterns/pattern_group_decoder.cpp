@@ -14,8 +14,8 @@ using container::StreamKind;
 
 namespace {
 
-/// Smaller than a tile: no value depends on the end of a block, and a small block stays in a near
-/// cache.
+/// Number of cells per block, less than in a tile: no value depends on the end of a block, and a
+/// small block stays in a fast cache.
 constexpr std::uint64_t kBlockCells = 1024;
 
 }  // namespace
@@ -40,11 +40,12 @@ Result<void> PatternGroupDecoder::begin_streams(std::optional<ConnectivityCodec>
 Result<void> PatternGroupDecoder::begin_stream(const container::StreamEntry& entry,
                                                std::span<const std::byte> bytes) {
   const auto place = static_cast<std::size_t>(&entry - header_->streams.data());
-  // The bound keeps sums of bytes from wrapping, whatever limit the caller set.
+  // This bound prevents overflow in sums of sizes, whatever limit the caller has set.
   const std::uint64_t decoded_bytes = std::min(header_->decoded_bytes, std::uint64_t{1} << 56);
   if (entry.kind == StreamKind::connectivity) {
     if (place != 0) return wrong_stream(entry);
-    // decoded_bytes has 8 bytes for a node, 12 or more for a vertex; a number takes at most 10.
+    // decoded_bytes counts 8 bytes for a node, 12 or more for a vertex. A stored number needs at
+    // most 10 bytes.
     if (patterns_.begin_group(bytes, header_->cells, decoded_bytes / 8, 10 * decoded_bytes,
                               scratch_.unpacking))
       return {};
@@ -97,7 +98,8 @@ Result<void> PatternGroupDecoder::decode_elements(DecodedBlock& decoded) {
     add_vertex(*number, false, decoded);
     done_.active = std::max(done_.active, patterns_.live() + 1);
   }
-  return has_room_for_bytes(0) ? Result<void>() : corrupt("unpacks to more than stated");
+  return has_room_for_bytes(0) ? Result<void>()
+                               : corrupt("unpacks to more bytes than its header states");
 }
 
 Result<void> PatternGroupDecoder::decode_cells(DecodedBlock& decoded) {
@@ -135,14 +137,14 @@ bool PatternGroupDecoder::decode_cell(DecodedBlock& decoded, std::size_t index) 
   return has_room_for_bytes(0);
 }
 
-/// Reads the stream number of an imported vertex, if vertices are numbered by their order.
+/// Reads the stream number of an imported vertex if vertices are numbered in coding order.
 bool PatternGroupDecoder::import_vertex(PatternHistory::Vertex& vertex) {
   if (!parts_.vertex_numbers) return true;
   vertex.number = import_numbers_.code(import_coder_, {}, 0, 0);
   return vertex.number < start_.first_vertex;
 }
 
-/// Adds the vertices that the cell introduces. `numbers`: of its vertices, by node.
+/// Adds the vertices that the cell introduces. `numbers`: vertex numbers of the cell, by node.
 bool PatternGroupDecoder::add_vertices(const PatternCell& cell, const std::uint64_t* numbers,
                                        DecodedBlock& decoded) {
   for (std::uint64_t left = cell.introduced; left != 0; left &= left - 1) {

@@ -1,5 +1,5 @@
-// PatternGroupDecoder: decodes the groups of a segment in patterns. The mirror of
-// pattern_segment_encoder.h.
+// PatternGroupDecoder: decodes the groups of a segment that is coded as patterns. It is the
+// counterpart of pattern_segment_encoder.h.
 // spec: "Patterns", "Values by terms"
 #pragma once
 
@@ -50,7 +50,7 @@ class PatternGroupDecoder final : public GroupDecoder {
   NumberColumn<RangeDecoder> import_numbers_;
   RangeDecoder import_coder_{std::span<const std::byte>()};
 
-  std::vector<VertexTerms> terms_;  // of the current block
+  std::vector<VertexTerms> terms_;  // terms of the vertices that the current block introduces
 };
 
 }  // namespace shm

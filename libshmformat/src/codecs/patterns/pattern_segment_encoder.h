@@ -1,6 +1,6 @@
 // PatternSegmentEncoder: encodes the cells of a segment as patterns, and values by the terms of
-// their vertices. It uses neither an active surface nor neighbourhoods: it is fast, on meshes of
-// any kind.
+// their vertices. It uses neither an active surface nor neighbourhoods, so it is fast. It suits
+// meshes of any kind.
 // spec: "Patterns", "Values by terms"
 #pragma once
 
@@ -35,10 +35,10 @@ class PatternSegmentEncoder final : public SegmentEncoder {
   std::vector<TermColumn> columns_;
   TermScratch scratch_;
 
-  // The current cell
+  // Data of the current cell
   std::vector<std::uint64_t> numbers_;
 
-  // The current group
+  // Data of the current group
   std::vector<VertexTerms> vertices_;
   std::vector<std::uint32_t> cell_blocks_;
 };

@@ -10,12 +10,13 @@ namespace {
 
 using namespace pattern_source;
 
-/// The history of a segment begins with 2^kFirstHistoryBits cells. It doubles after a group in
-/// which more than one node per kMissedShare cells has its vertex in no remembered cell.
+/// The history of a segment begins with 2^kFirstHistoryBits cells. It doubles after each group in
+/// which, per kMissedShare cells, more than one node has a vertex that occurs in no remembered
+/// cell.
 constexpr std::uint32_t kFirstHistoryBits = 16;
 constexpr std::uint64_t kMissedShare = 64;
 
-/// Number of cells ahead whose pattern is prefetched.
+/// Distance, in cells, at which patterns are prefetched.
 constexpr std::size_t kAhead = 8;
 inline void prefetch([[maybe_unused]] const std::uint8_t* bytes) {
 #if defined(__GNUC__)
@@ -106,10 +107,10 @@ void PatternEncoder::find_nodes(const PatternCell& cell, std::span<const std::ui
   history_.pass_cell(references_);
 }
 
-/// Returns where an earlier cell has the vertex of a node.
+/// Returns the source and node by which an earlier cell contains the vertex of `node`.
 auto PatternEncoder::find(const Candidates& cells, std::uint32_t node, const Uses& uses) -> Op {
   const std::uint32_t sources = kUsers + 2 * std::min(node, kUsersOf);
-  // Search for the last two users first: they are the most likely.
+  // Try the two cells that used the vertex last first: they are the most likely.
   for (const std::size_t use : {0u, 2u})
     for (std::uint32_t source = kBefore; source < sources; ++source) {
       if (cells[source] != uses.cells[use] && cells[source] != uses.cells[use + 1]) continue;
@@ -134,13 +135,13 @@ void PatternEncoder::Patterns::grow() {
     table[find(keys[pattern], [](std::uint32_t) { return false; })] = pattern + 1;
 }
 
-/// Returns the number of the current pattern among those of its block.
+/// Returns the index of the current pattern in the list of its block.
 std::uint32_t PatternEncoder::pattern_of(std::uint32_t block, std::uint32_t nodes) {
   Patterns& patterns = patterns_[block];
   const std::size_t bytes = 2 * nodes;
   const auto matches = [&](std::uint32_t pattern) {
     const std::uint8_t* const ops = patterns.ops.data() + pattern * bytes;
-    // constant size: inlined instead of a call
+    // a constant size lets the compiler inline the comparison
     return bytes == 16 ? std::memcmp(ops, ops_.data(), 16) == 0
                        : std::memcmp(ops, ops_.data(), bytes) == 0;
   };
@@ -185,11 +186,11 @@ std::vector<std::byte> PatternEncoder::finish(ZstdCompressor& zstd) {
     out.put_varint(run.block);
     out.put_varint(run.cells);
   }
-  // Frequent patterns come first, so that most numbers are small. Patterns used equally often are
+  // Frequent patterns come first, so that most indices are small. Patterns with equal frequency are
   // sorted by their bytes.
   struct Place {
     std::uint32_t uses, pattern;
-    std::uint64_t first;  // the first eight bytes, the first one most significant
+    std::uint64_t first;  // the first eight bytes; the first byte is the most significant
   };
   std::vector<Place> order;
   std::vector<std::vector<std::uint32_t>> places(patterns_.size());
@@ -311,7 +312,7 @@ bool PatternDecoder::begin_group(std::span<const std::byte> bytes, std::uint32_t
   return true;
 }
 
-/// Returns true if a node of a pattern may have this source and place.
+/// Returns true if `source` and `place` are valid for node `node` of a pattern.
 bool PatternDecoder::may_be(std::uint32_t source, std::uint32_t place, std::uint32_t node) const {
   if (source >= kCount) return false;
   if (source == kNew)
@@ -332,7 +333,7 @@ bool PatternDecoder::begin_cell() {
   const std::uint32_t block = runs_[run_].block, nodes = nodes_[block];
   const std::size_t offset = std::size_t{ids_[next_id_++]} * 2 * nodes;
   if (offset >= patterns_[block].size()) return false;
-  // Patterns are read at random from a list that exceeds the first-level cache.
+  // Prefetch: patterns are read in random order from a list that exceeds the first-level cache.
   if (next_id_ + kAhead < ids_.size())
     prefetch(patterns_[block].data() + std::size_t{ids_[next_id_ + kAhead]} * 2 * nodes);
   ops_ = patterns_[block].data() + offset;
@@ -346,7 +347,7 @@ bool PatternDecoder::begin_cell() {
   return nodes == 64 || cell_.last_use >> nodes == 0;
 }
 
-/// Reads how far the next coded number is from the last one.
+/// Reads the difference between the next coded number and the previous one.
 void PatternDecoder::take_number() {
   last_number_ += static_cast<std::uint64_t>(numbers_.get_signed());
 }

@@ -1,6 +1,6 @@
-// Patterns: each cell is a place in a list of patterns. Further lists hold the data that patterns
-// do not determine; all lists are compressed with zstd. Fast on meshes of any kind: it needs
-// neither an active surface of faces nor models.
+// Patterns: codes each cell as an index in a list of patterns. Further lists contain the data that
+// patterns do not determine. All lists are compressed by zstd. This is fast on meshes of any kind:
+// it needs neither an active surface of faces nor models.
 //
 // in:    cells, by vertices      out: a bitstream for each group
 // keeps: slots of live vertices, updated alike in both directions; the decoder also keeps the last
@@ -24,11 +24,11 @@ namespace shm {
 
 class PatternEncoder {
  public:
-  /// `numbered`: true if vertices have numbers of their own.
+  /// `numbered`: true if vertex numbers are stored; false if vertices are numbered in coding order.
   PatternEncoder(const Schema& schema, bool numbered);
 
-  /// Adds a cell. `handles`: the caller's names of its vertices; a handle may be reused after the
-  /// cell that uses its vertex last. `numbers`: numbers of the vertices that the cell introduces,
+  /// Adds a cell. `handles`: the caller's handles of its vertices; a handle may be reused after the
+  /// last cell that uses its vertex. `numbers`: numbers of the vertices that the cell introduces,
   /// in order of nodes. The slots of the cell are valid until the next call.
   void add_cell(const PatternCell& cell, std::span<const std::uint32_t> handles,
                 std::span<const std::uint64_t> numbers);
@@ -48,8 +48,8 @@ class PatternEncoder {
   struct Op {
     std::uint32_t source = 0, node = 0;
   };
-  /// The last four cells that used a vertex, the latest first, and the first node of each that has
-  /// the vertex. Missing entries hold the cell that introduced it.
+  /// The last four cells that used a vertex, the latest first, and for each the first node with the
+  /// vertex. Missing entries contain the cell that introduced the vertex.
   struct Uses {
     std::array<std::uint32_t, 4> cells{};
     std::array<std::uint8_t, 4> nodes{};
@@ -62,7 +62,7 @@ class PatternEncoder {
       nodes = {static_cast<std::uint8_t>(node), nodes[0], nodes[1], nodes[2]};
     }
   };
-  /// By source: the cell it stands for, or the current cell if there is none.
+  /// For each source: the cell that the source means; the current cell if there is no such cell.
   using Candidates = std::array<std::uint32_t, pattern_source::kFar>;
   void find_nodes(const PatternCell& cell, std::span<const std::uint64_t> numbers);
   Op find(const Candidates& cells, std::uint32_t node, const Uses& uses);
@@ -70,24 +70,25 @@ class PatternEncoder {
 
   bool numbered_;
   PatternHistory history_;
-  std::vector<std::uint32_t> nodes_;    // by block
-  std::vector<std::uint32_t> slot_of_;  // by handle
-  std::vector<Uses> uses_;              // by slot
-  std::vector<std::uint32_t> slots_;    // of the current cell
-  std::uint64_t again_ = 0;             // of the current cell
+  std::vector<std::uint32_t> nodes_;    // number of nodes per cell, by block
+  std::vector<std::uint32_t> slot_of_;  // slots of vertices, by the caller's handle
+  std::vector<Uses> uses_;              // last uses of vertices, by slot
+  std::vector<std::uint32_t> slots_;    // slots of the current cell
+  std::uint64_t again_ = 0;             // PatternCell::again of the current cell
   PatternHistory::References references_;
   std::uint64_t last_number_ = ~std::uint64_t{0};
 
   /// The patterns of a block in the current group.
   struct Patterns {
-    std::vector<std::uint32_t> table;  // pattern + 1 by key, open addressing; 0: none
-    std::vector<std::uint64_t> keys;   // by pattern
-    std::vector<std::uint8_t> ops;     // source and node, by pattern and node
-    std::vector<std::uint32_t> uses;   // by pattern
+    // Hash table with open addressing: by key, pattern plus 1; 0: none
+    std::vector<std::uint32_t> table;
+    std::vector<std::uint64_t> keys;  // key of each pattern
+    std::vector<std::uint8_t> ops;    // source and place of each node, by pattern
+    std::vector<std::uint32_t> uses;  // number of uses, by pattern
     std::uint32_t last = 0;
 
-    /// Returns the position in the table of the pattern with this key that `matches` accepts, or
-    /// the free position for it.
+    /// Returns the position in the table of the pattern that has this key and for which `matches`
+    /// returns true; if there is none, the free position for it.
     template <class Is>
     std::size_t find(std::uint64_t key, Is&& matches) const {
       std::size_t position = static_cast<std::size_t>(key >> 32) & (table.size() - 1);
@@ -95,35 +96,35 @@ class PatternEncoder {
         position = (position + 1) & (table.size() - 1);
       return position;
     }
-    /// Makes room for one more pattern.
+    /// Makes space in the table for one more pattern.
     void grow();
   };
-  std::vector<Patterns> patterns_;  // by block
-  std::vector<std::uint8_t> ops_;   // of the current cell
+  std::vector<Patterns> patterns_;  // patterns of the current group, by block
+  std::vector<std::uint8_t> ops_;   // source and node of each node of the current cell
   struct Run {
     std::uint32_t block = 0, cells = 0;
   };
   std::vector<Run> runs_;
   std::vector<std::uint32_t> ids_;       // pattern of each cell
-  std::vector<std::uint32_t> last_use_;  // by cell, in words of 32 nodes
+  std::vector<std::uint32_t> last_use_;  // last uses by cell, in words of 32 nodes
   std::vector<std::uint32_t> distances_, slot_list_;
   ByteWriter numbers_;
-  std::uint64_t missed_ = 0;  // nodes whose vertex occurs in no remembered cell
+  std::uint64_t missed_ = 0;  // number of nodes whose vertex occurs in no remembered cell
 };
 
 class PatternDecoder {
  public:
-  /// `first_vertex`: the number of the first own vertex, if vertices are numbered in order.
+  /// `first_vertex`: number of the first own vertex, if vertices are numbered in coding order.
   PatternDecoder(const Schema& schema, bool numbered, bool may_import, std::uint64_t first_vertex);
 
-  /// Begins a group with `cells` cells, which have at most `nodes` nodes together. Numbers may
-  /// unpack to `most_number_bytes` bytes. Returns false if the data is damaged.
+  /// Begins a group with `cells` cells, which together have at most `nodes` nodes. Vertex numbers
+  /// may unpack to at most `most_number_bytes` bytes. Returns false if the data is damaged.
   bool begin_group(std::span<const std::byte> bytes, std::uint32_t cells, std::uint64_t nodes,
                    std::uint64_t most_number_bytes, ZstdDecompressor& zstd);
-  /// Decodes the next cell, except its last uses, which end_cell() handles. Returns null if the
+  /// Decodes the next cell, except its last uses, which end_cell() decodes. Returns null if the
   /// data is damaged. Stores the numbers of its vertices, by node, in `numbers`. If vertices are
-  /// numbered in order, it calls import(vertex) for each imported vertex, which sets the number of
-  /// the vertex or returns false if the data is damaged.
+  /// numbered in coding order, it calls import(vertex) for each imported vertex. import() sets the
+  /// number of the vertex, or returns false if the data is damaged.
   template <class Import>
   const PatternCell* next_cell(std::uint64_t* numbers, Import&& import) {
     if (!begin_cell()) return nullptr;
@@ -134,13 +135,13 @@ class PatternDecoder {
                : nullptr;
   }
   std::size_t stride() const { return history_.stride(); }
-  /// Finalizes the vertices that the cell uses last. Calls visit(number) for the imported vertices
+  /// Finalizes the vertices that the cell uses last. Calls visit(number) for each imported vertex
   /// among them.
   template <class Visit>
   void end_cell(Visit&& visit) {
     for (std::uint64_t left = cell_.last_use; left != 0; left &= left - 1) {
       const std::uint32_t slot = cell_.slots[static_cast<std::size_t>(std::countr_zero(left))];
-      if (!history_.is_live(slot)) continue;  // the vertex occurs at several nodes
+      if (!history_.is_live(slot)) continue;  // the vertex also occurs at an earlier node
       if (history_.state(slot) == PatternHistory::State::imported)
         visit(history_.vertex(slot).number);
       history_.finalize(slot);
@@ -178,28 +179,28 @@ class PatternDecoder {
 
   bool numbered_, may_import_;
   PatternHistory history_;
-  std::vector<std::uint32_t> nodes_;  // by block
+  std::vector<std::uint32_t> nodes_;  // number of nodes per cell, by block
   PatternCell cell_;
   std::uint32_t* slots_ = nullptr;  // row of the current cell
   std::uint32_t words_of_uses_;
-  const std::uint8_t* ops_ = nullptr;  // of the current cell: source and node, by node
+  const std::uint8_t* ops_ = nullptr;  // source and node by node of the current cell
   std::uint64_t last_number_ = ~std::uint64_t{0}, next_own_;
 
-  // the current group
+  // Data of the current group
   struct Run {
     std::uint32_t block = 0, cells = 0;
   };
   std::vector<Run> runs_;
   std::size_t run_ = 0;
   std::uint32_t in_run_ = 0;
-  std::vector<std::vector<std::uint8_t>> patterns_;  // by block
+  std::vector<std::vector<std::uint8_t>> patterns_;  // patterns of the current group, by block
   std::vector<std::uint32_t> ids_, last_use_, distances_, slot_list_;
   std::size_t next_id_ = 0, next_use_ = 0, next_distance_ = 0, next_slot_ = 0;
   std::vector<std::byte> numbers_bytes_;
   ByteReader numbers_{{}};
 };
 
-/// kNodes: the number of nodes if it is known at compile time and equals the row length, otherwise
+/// kNodes: the number of nodes, if it is known at compile time and equals the row length; otherwise
 /// 0.
 template <std::uint32_t kNodes, class Import>
 bool PatternDecoder::decode_nodes(std::uint32_t nodes, std::uint64_t* numbers, Import& import) {
@@ -212,13 +213,15 @@ bool PatternDecoder::decode_nodes(std::uint32_t nodes, std::uint64_t* numbers, I
   std::uint32_t* const slots = slots_;
   const std::uint32_t cell = history_.next();
   std::uint64_t introduced = 0, again = 0;
-  // By source: the cell whose row is read. The current cell has no row yet, so it serves as "none".
+  // For each source: the cell whose row is read. The current cell means "none", since it has no row
+  // yet.
   std::array<std::uint32_t, kFar + 1> cells;
   const PatternHistory::References& on = history_.references();
   cells[kBefore] = cell - 1;
   for (std::uint32_t i = 0; i < kOnCount; ++i)
     cells[kOn + i] = i < on.count ? on.cells[i] + 1 : cell;
-  std::array<std::uint32_t, kMostPatternNodes> referred;  // in order of nodes
+  // Cells to which the current cell refers, in order of nodes
+  std::array<std::uint32_t, kMostPatternNodes> referred;
   std::uint32_t referred_count = 0;
   const auto decode_node = [&](std::uint32_t i) -> bool {
     const std::uint32_t source = ops[2 * i], node = ops[2 * i + 1];
@@ -262,8 +265,8 @@ bool PatternDecoder::decode_nodes(std::uint32_t nodes, std::uint64_t* numbers, I
       cells[kUsers + 2 * i] = vertex.last;
       cells[kUsers + 2 * i + 1] = vertex.before;
     }
-    // Whatever the source is: a slot of an earlier cell may now belong to a vertex that this cell
-    // introduced.
+    // Check this for every source: a slot of an earlier cell may now belong to a vertex that this
+    // cell introduces.
     const bool is_again = vertex.last == cell;
     again |= static_cast<std::uint64_t>(is_again) << i;
     vertex.before = is_again ? vertex.before : vertex.last;
@@ -272,7 +275,7 @@ bool PatternDecoder::decode_nodes(std::uint32_t nodes, std::uint64_t* numbers, I
     return true;
   };
   if constexpr (kNodes > 0) {
-    // Unrolled, each node has its own branches to predict: reading takes 3 % less time.
+    // An unrolled loop has separate branches to predict for each node: reading takes 3 % less time.
 #if !defined(__wasm__)  // code size matters more there
 #pragma GCC unroll 8
 #endif

@@ -19,20 +19,23 @@ namespace shm {
 namespace {
 
 constexpr int kShuffledZstdLevel = 1;
-/// Predictors are compared on one element in kSampleStep.
+/// Predictors are compared on one element in kSampleStep elements.
 constexpr std::size_t kSampleStep = 8;
-/// Sizes of the samples for choosing a domain and for counting repeated values. A table is tried if
-/// more than one sampled value in kRepeatShare is a repetition.
+/// Sample sizes for choosing a domain (kDomainSamples) and for counting repeated values
+/// (kRepeatSamples). A table is tried if more than one sampled value in kRepeatShare is a
+/// repetition.
 constexpr std::size_t kDomainSamples = 512;
 constexpr std::size_t kRepeatSamples = 2048, kRepeatShare = 8;
-/// Conditions for trying a table: number of values, and bits per residual without a table.
+/// Least number of values, and least number of bits per residual without a table, for which a table
+/// is tried.
 constexpr std::size_t kTableCount = 16;
 constexpr std::uint64_t kTableBits = 8;
 
-/// Bytes reserved for planes before they are unpacked.
+/// Largest number of bytes reserved for planes before they are unpacked.
 constexpr std::uint64_t kMostReserved = std::uint64_t{4} << 20;
 
-// The head of a component: kind, predictor, whether it has a table.
+// Layout of the first byte of a component: kind of domain, predictor, whether the component has a
+// table.
 constexpr std::uint8_t kKinds = 7, kPredictorShift = 3, kTableBit = 0x40;
 
 std::uint64_t gap(std::int64_t above, std::int64_t below) {
@@ -53,8 +56,8 @@ std::uint64_t residual_bits(std::span<const std::uint64_t> residuals) {
   return bits * kSampleStep;
 }
 
-/// Returns the state kept for an index. It is 0 for NaN, since not all machines preserve the bits
-/// of a NaN.
+/// Returns the state that represents an index. The state is 0 for NaN, since not all machines
+/// preserve the bits of a NaN.
 template <class Differences>
 std::uint64_t state_of(const Differences& differences, std::int64_t index) {
   const std::uint64_t state = differences.remember(index);
@@ -63,13 +66,15 @@ std::uint64_t state_of(const Differences& differences, std::int64_t index) {
   return state;
 }
 
-/// Reads words of `width` bytes from byte planes that are `distance` apart.
+/// Reads words of `width` bytes from byte planes. `distance`: offset in bytes from one plane to the
+/// next.
 void get_words(const std::byte* planes, std::size_t distance, std::uint32_t width,
                std::span<std::uint64_t> words) {
   std::uint64_t* const to = words.data();
   const std::size_t count = words.size();
   std::fill_n(to, count, 0);
-  for (std::uint32_t b = 0; b < width; b += 2) {  // two planes at a time halve the passes
+  // Process two planes together, which halves the number of passes
+  for (std::uint32_t b = 0; b < width; b += 2) {
     const std::byte* const low = planes + b * distance;
     const std::byte* const high = b + 1 < width ? low + distance : nullptr;
     if (high == nullptr)
@@ -83,17 +88,17 @@ void get_words(const std::byte* planes, std::size_t distance, std::uint32_t widt
   }
 }
 
-/// Returns the number of entries below the index.
+/// Returns the number of entries that are less than `index`.
 std::uint64_t rank_of(std::span<const std::int64_t> table, std::int64_t index) {
   return static_cast<std::uint64_t>(std::lower_bound(table.begin(), table.end(), index) -
                                     table.begin());
 }
 
-/// Returns the distinct indices; empty if there are more than `most`.
+/// Returns the distinct indices; nothing if there are more than `most`.
 std::vector<std::int64_t> distinct(std::span<const std::int64_t> indices, std::size_t most) {
   const Scatter place_of;
   std::vector<std::int64_t> found;
-  // Hash table with open addressing: position in `found` plus 1; 0: free.
+  // Hash table with open addressing: position in `found`, plus 1; 0: free.
   std::vector<std::uint32_t> table(std::bit_ceil(std::clamp<std::size_t>(2 * most, 64, 16384)));
   const auto place = [&](std::int64_t index) -> std::uint32_t& {
     const std::size_t mask = table.size() - 1;
@@ -116,7 +121,7 @@ std::vector<std::int64_t> distinct(std::span<const std::int64_t> indices, std::s
   return found;
 }
 
-/// Returns true if, judging by a sample, many values repeat.
+/// Returns true if many values of a sample repeat.
 bool values_repeat(std::span<const std::int64_t> indices) {
   if (indices.size() < kTableCount) return false;
   const std::size_t step = std::max<std::size_t>(indices.size() / kRepeatSamples, 1);
@@ -126,7 +131,7 @@ bool values_repeat(std::span<const std::int64_t> indices) {
   return (sample.size() - different) * kRepeatShare > sample.size();
 }
 
-/// Returns all values that occur, ascending; empty if there are too many.
+/// Returns the distinct indices in ascending order; nothing if there are too many.
 std::vector<std::int64_t> table_of(std::span<const std::int64_t> indices) {
   std::vector<std::int64_t> table = distinct(indices, indices.size() / 4 * 3);
   std::sort(table.begin(), table.end());
@@ -163,12 +168,12 @@ bool TermColumn::refers() const {
 
 // --- predictions
 
-/// Source of predictions in a group without a table: states.
+/// Predicts from states; used in a group without a table.
 template <class D>
 class TermColumn::Direct {
  public:
   using Differences = D;
-  /// `states`: states of the component, `stride` words apart.
+  /// `states`: states of the component. `stride`: distance in words between consecutive states.
   Direct(const Differences& differences, Component& component, std::uint64_t* states,
          std::size_t stride)
       : differences_(differences), component_(&component), states_(states), apart_(stride) {}
@@ -186,8 +191,8 @@ class TermColumn::Direct {
   std::size_t apart_;
 };
 
-/// Source of predictions in a group with a table: ranks. The rank of a vertex of an earlier group
-/// is computed when it is first needed.
+/// Predicts from ranks; used in a group with a table. The rank of a vertex of an earlier group is
+/// computed when it is first needed.
 template <class Differences_>
 class TermColumn::Ranked {
  public:
@@ -246,8 +251,8 @@ void TermColumn::for_each_value(std::size_t c, const Elements& elements,
   });
 }
 
-/// Returns the sums that predict a vertex with terms, by component. term(slot, component) returns
-/// the state of a vertex.
+/// Returns the sums that predict a vertex from its terms, by component. term(slot, component)
+/// returns the state of a vertex.
 template <class Differences, std::size_t kCount, class Term>
 auto sums_of_terms(const VertexTerms& vertex, const Term& term) {
   std::array<typename Differences::Sum, kCount> sums;
@@ -279,7 +284,7 @@ void TermColumn::walk(Known known, Predictor predictor, const Elements& elements
     last = state_of(differences, code(differences, e, differences.index(sum)));
   };
   if (elements.vertices.empty()) {
-    // These predictors depend on the index only, not on the state of the previous element, so that
+    // These predictors depend only on indices, not on the state of the previous element, so that
     // consecutive elements can be processed in parallel.
     std::int64_t index = 0;
     switch (predictor) {
@@ -291,7 +296,7 @@ void TermColumn::walk(Known known, Predictor predictor, const Elements& elements
           index = code(differences, e, references[e]);
         break;
       case Predictor::change: {
-        // An index is expected to differ from its reference as the previous index did.
+        // Prediction: an index differs from its reference by as much as the previous index did.
         std::uint64_t by = change;
         for (std::size_t e = 0; e < elements.count; ++e) {
           const auto reference = static_cast<std::uint64_t>(references[e]);
@@ -319,7 +324,7 @@ void TermColumn::walk(Known known, Predictor predictor, const Elements& elements
   if (elements.count > 0) known.set_last(last);
 }
 
-/// Stores the indices of the references, or their ranks if the component has a table.
+/// Stores the indices of the reference values, or their ranks if the component has a table.
 void TermColumn::refer(std::size_t c, const Elements& elements,
                        std::vector<std::int64_t>& references,
                        std::vector<std::uint64_t>& words) const {
@@ -335,8 +340,9 @@ void TermColumn::refer(std::size_t c, const Elements& elements,
       const bool narrow = info_->type == ScalarType::float32;
       const std::uint64_t infinity = narrow ? 0x7f800000 : 0x7ff0000000000000;
       const std::uint64_t sign = narrow ? 0x80000000 : 0x8000000000000000;
+      // The index of a NaN is 0
       for (std::size_t e = 0; e < words.size(); ++e)
-        references[e] = (words[e] & ~sign) > infinity ? 0 : index_of(words[e]);  // 0 for NaN
+        references[e] = (words[e] & ~sign) > infinity ? 0 : index_of(words[e]);
     });
   } else if (!linear_references(info_->type, words, component.domain, references)) {
     const ValueTranslator translator(*info_, c, component.domain);
@@ -365,14 +371,14 @@ void TermColumn::make_room_for_slots(const Elements& elements) {
 // --- encoding
 
 /// Chooses the domain of these values, and stores their indices. If some values of a quantized
-/// array cannot be quantized, the other values are still rounded.
+/// array cannot be quantized, the remaining values are still rounded.
 ValueDomain TermColumn::choose_domain(std::size_t c, std::span<std::uint64_t> words,
                                       std::span<std::int64_t> indices) const {
   const bool lossless = info_->quantization.bits == 0;
   if (is_float(info_->type) && lossless) {
     if (linear_indices(info_->type, words, components_[c].domain, indices))
       return components_[c].domain;
-    // Try the domain of a sample; if it does not fit all values, look at all of them.
+    // First try the domain of a sample. If it does not contain all values, examine all values.
     std::vector<std::uint64_t> sample;
     const std::size_t step = std::max<std::size_t>(words.size() / kDomainSamples, 1);
     for (std::size_t i = 0; i < words.size(); i += step) sample.push_back(words[i]);
@@ -391,9 +397,9 @@ ValueDomain TermColumn::choose_domain(std::size_t c, std::span<std::uint64_t> wo
   return domain;
 }
 
-/// Returns the predictor whose residuals need the fewest bits in a sample. scratch.words holds the
-/// residuals of the component's current predictor. `bits`: estimated bits of the residuals with the
-/// returned predictor.
+/// Returns the predictor whose residuals need the fewest bits in a sample. scratch.words contains
+/// the residuals of the component's current predictor. `bits` receives the estimated size in bits
+/// of the residuals with the returned predictor.
 auto TermColumn::choose_predictor(const Component& component, const Elements& elements,
                                   const TermScratch& scratch, std::uint64_t& bits) const
     -> Predictor {
@@ -449,7 +455,7 @@ void TermColumn::encode_component(std::size_t c, const Elements& elements, const
   };
   const bool may_have_table = values_repeat(indices);
   const std::uint64_t last = component.last;
-  // Slots are reused within a group, so a second pass needs the original states.
+  // Slots are reused within a group, so a second pass must begin with the original states.
   const auto states = may_have_table ? states_ : std::vector<std::uint64_t>();
   const Predictor first = !elements.vertices.empty()    ? Predictor::terms
                           : !elements.reference.empty() ? Predictor::reference
@@ -521,7 +527,8 @@ auto TermColumn::encode(const Elements& elements, const std::byte* values, std::
     terms.bytes = encode_terms(elements, values, stride, scratch);
     if (is_float(info_->type)) return terms;
   }
-  // Integers may be material numbers or similar, which repeat but are not evenly spaced.
+  // Try shuffled_zstd, too: integers may be material numbers or similar, which repeat but are not
+  // evenly spaced.
   std::vector<std::byte> packed(elements.count * element_bytes());
   for (std::size_t e = 0; e < elements.count; ++e)
     std::memcpy(packed.data() + e * element_bytes(), values + e * stride, element_bytes());
@@ -559,7 +566,7 @@ bool TermColumn::read_terms(std::span<const std::byte> bytes, std::uint64_t most
   unpacked_.clear();
   std::uint64_t planes = 0;
   for (const Component& component : components_) planes += component.width * count_;
-  // without this the vector would double
+  // Without this call the vector would double its capacity
   unpacked_.reserve(to_size(std::min(planes, kMostReserved)));
   for (Component& component : components_) {
     if (!component.table.empty() && !read_table(in, component.table, scratch)) return false;
@@ -572,7 +579,8 @@ bool TermColumn::read_terms(std::span<const std::byte> bytes, std::uint64_t most
   return in.ok() && in.left() == 0;
 }
 
-/// Reads the heads. A component with a table gets one placeholder entry.
+/// Reads the heads of all components. The table of a component that has one receives a placeholder
+/// entry.
 bool TermColumn::read_heads(ByteReader& in) {
   for (Component& component : components_) {
     const std::uint8_t head = in.get_u8();
@@ -667,11 +675,11 @@ bool TermColumn::decode_component(std::size_t c, const Elements& elements, std::
   return true;
 }
 
-/// Decodes floating-point values as stored, the most frequent kind of step values. Must hold: the
-/// elements have references, and the component has no table.
+/// Decodes floating-point values in domain `floats`, the most frequent domain of step values. Must
+/// hold: the elements have references, and the component has no table.
 void TermColumn::decode_floats(std::size_t c, const Elements& elements, std::byte* out) {
   Component& component = components_[c];
-  // If the width is 0, there may be no bytes at all.
+  // If the width is 0, unpacked_ may be empty.
   const FloatResiduals residuals{
       component.width == 0 ? nullptr : unpacked_.data() + component.planes + next_,
       static_cast<std::size_t>(count_), component.width};
@@ -682,8 +690,8 @@ void TermColumn::decode_floats(std::size_t c, const Elements& elements, std::byt
                    [&](const auto& differences) { component.last = state_of(differences, last); });
 }
 
-/// Returns true if the components can be decoded in one pass: three alike, predicted from terms
-/// only.
+/// Returns true if all components can be decoded in one pass: there are three, with the same kind
+/// of domain, and they are predicted from terms only.
 bool TermColumn::can_decode_together(const Elements& elements) const {
   const bool narrow = components_[0].domain.kind == DomainKind::narrow;
   const bool floats = components_[0].domain.kind == DomainKind::floats;
@@ -695,7 +703,8 @@ bool TermColumn::can_decode_together(const Elements& elements) const {
          });
 }
 
-/// Decodes like decode_component(), but all components in one pass, since they share their terms.
+/// Decodes like decode_component(), but all components in one pass, since the components have the
+/// same terms.
 void TermColumn::decode_together(const Elements& elements, std::byte* out, TermScratch& scratch) {
   const std::size_t count = elements.count;
   scratch.words.resize(kTogether * count);
@@ -731,13 +740,13 @@ void TermColumn::decode_together(const Elements& elements, std::byte* out, TermS
 }
 
 void TermColumn::take_residuals(const Component& component, std::span<std::uint64_t> words) const {
-  // If the width is 0, there may be no bytes at all.
+  // If the width is 0, unpacked_ may be empty.
   const std::byte* const planes =
       component.width == 0 ? nullptr : unpacked_.data() + component.planes + next_;
   get_words(planes, static_cast<std::size_t>(count_), component.width, words);
 }
 
-/// Replaces indices by the bits of their values, and stores these in `out`.
+/// Converts indices to the bits of their values, and stores these in `out`.
 void TermColumn::save_values(std::size_t c, std::span<std::uint64_t> indices,
                              std::byte* out) const {
   const ValueDomain& domain = components_[c].domain;

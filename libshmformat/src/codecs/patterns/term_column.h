@@ -1,6 +1,7 @@
 // TermColumn: codes an array in bulk. A value is stored as its residual against a prediction: from
 // other vertices of the same cell, from the previous step, or from the previous element. The
-// residuals become byte planes under zstd. Fast, since it needs neither neighbourhoods nor models.
+// residuals are stored as byte planes compressed by zstd. This is fast, since it needs neither
+// neighbourhoods nor models.
 // spec: "Values by terms"
 #pragma once
 
@@ -19,11 +20,11 @@
 
 namespace shm {
 
-/// Limit on the components of all columns in terms together. Each component needs 8 bytes per live
-/// vertex, 16 if it has a table. Frozen: part of the format.
+/// Largest number of components of all columns in terms together. Each component needs 8 bytes per
+/// live vertex, or 16 bytes with a table. Frozen: part of the format.
 inline constexpr std::uint32_t kMostTermComponents = 32;
 
-/// Buffers that columns use in turn.
+/// Buffers that columns share, one column after another.
 struct TermScratch {
   std::vector<std::uint64_t> words;
   std::vector<std::int64_t> indices, references;
@@ -34,15 +35,16 @@ struct TermScratch {
 
 class TermColumn {
  public:
-  /// If `may_have_terms` is false, all groups are in shuffled_zstd.
+  /// If `may_have_terms` is false, all groups use shuffled_zstd.
   TermColumn(const ArrayInfo& info, bool may_have_terms);
 
-  /// The elements of a group: vertices with their terms, or `count` other elements.
+  /// The elements of a group: either vertices with their terms, or `count` other elements.
   struct Elements {
     std::span<const VertexTerms> vertices{};
     std::size_t count = 0;
-    std::uint32_t slots = 0;  ///< above every slot of a vertex; 0 for other elements
-    /// For other elements: reference values of the prediction, packed like the values; or empty.
+    std::uint32_t slots = 0;  ///< a number above every vertex slot; 0 for other elements
+
+    /// For other elements: reference values for the prediction, packed like the values; or empty.
     std::span<const std::byte> reference{};
   };
 
@@ -50,7 +52,8 @@ class TermColumn {
     Codec codec = Codec::terms;
     std::vector<std::byte> bytes;
   };
-  /// Encodes a group, in terms or in shuffled_zstd. `values`: all its values, `stride` bytes apart.
+  /// Encodes a group, in terms or in shuffled_zstd. `values`: values of all its elements. `stride`:
+  /// distance in bytes between consecutive elements.
   Encoded encode(const Elements& elements, const std::byte* values, std::size_t stride,
                  TermScratch& scratch);
   /// Encodes a group in terms. Must hold: the column may have terms.
@@ -61,14 +64,14 @@ class TermColumn {
     return codec == Codec::shuffled_zstd || (codec == Codec::terms && may_have_terms_);
   }
   std::size_t element_bytes() const { return components_.size() * width_; }
-  /// Decoding: begins a group, which may unpack to `limit` bytes. Returns false if the data is
-  /// damaged.
+  /// Decoding: begins a group, which may unpack to at most `limit` bytes. Returns false if the data
+  /// is damaged.
   bool begin_group(Codec codec, std::span<const std::byte> bytes, std::uint64_t limit,
                    TermScratch& scratch);
   /// Decoding: begins a group without values.
   void begin_empty_group() { count_ = next_ = 0; }
   /// Decodes the next elements of the group and appends their values, packed, to `out`. Returns
-  /// false if fewer elements are left or the data is damaged.
+  /// false if the group has fewer elements left or the data is damaged.
   bool decode(const Elements& elements, std::vector<std::byte>& out, TermScratch& scratch);
   /// Returns true if all values of the group have been decoded.
   bool at_end() const { return next_ == count_; }
@@ -80,31 +83,35 @@ class TermColumn {
   enum class Predictor : std::uint8_t {
     nothing,
     last,
-    terms,      ///< vertices only
-    reference,  ///< if the elements have references
-    change,     ///< the reference, plus the difference of the previous element from its reference
+    terms,      ///< terms of the vertex; for vertices only
+    reference,  ///< the reference value; only for elements with references
+    change,     ///< the reference value plus the previous element's difference from its reference
+                ///< value
   };
   static constexpr std::uint8_t kPredictors = 5;
   struct Component {
-    // kept from group to group
-    std::vector<std::uint64_t> ranks;  // by slot: group << 32 | rank; only for groups with a table
-    std::uint64_t last = 0;            // state of the previous element
+    // Data that remains from group to group
+    // by slot: group << 32 | rank; used only in groups with a table
+    std::vector<std::uint64_t> ranks;
+    std::uint64_t last = 0;  // state of the previous element
     ValueDomain domain;
-    // of the current group
+    // Data of the current group
     Predictor predictor = Predictor::last;
     std::vector<std::int64_t> table;  // indices that occur, ascending; empty: no table
-    std::uint32_t width = 0;          // bytes of a residual
-    std::size_t planes = 0;           // offset of its planes
-    std::uint64_t change = 0;         // previous element minus its reference
+    std::uint32_t width = 0;          // size of a residual in bytes
+    std::size_t planes = 0;           // offset of the component's byte planes
+
+    // Previous element minus its reference value, as a difference of indices
+    std::uint64_t change = 0;
   };
   template <class Differences>
   class Direct;
   template <class Differences>
   class Ranked;
 
-  // Calls code(differences, element, predicted) for each element. It returns the index of the
-  // value, or its rank if the component has a table. `references`: indices of the references, for
-  // predictors that use them.
+  // Calls code(differences, element, predicted) for each element. code() returns the index of the
+  // value, or its rank if the component has a table. `references`: indices of the reference values,
+  // for predictors that use them.
   template <class Code>
   void for_each_value(std::size_t c, const Elements& elements,
                       std::span<const std::int64_t> references, Code&& code);
@@ -138,11 +145,11 @@ class TermColumn {
   bool may_have_terms_;
   std::size_t width_;
   std::vector<Component> components_;
-  // States kept from group to group, by slot and component: bits of a double, or an index.
+  // States that remain from group to group, by slot and component: bits of a double, or an index.
   std::vector<std::uint64_t> states_;
-  std::uint32_t group_ = 0;  // counts groups, to mark ranks
+  std::uint32_t group_ = 0;  // number of the group, by which ranks are marked
 
-  // the group that is being decoded
+  // Data of the group that is being decoded
   Codec codec_ = Codec::terms;
   std::vector<std::byte> unpacked_;
   std::uint64_t count_ = 0, next_ = 0;

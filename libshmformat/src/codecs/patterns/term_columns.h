@@ -9,7 +9,7 @@
 
 namespace shm {
 
-/// Column 0 is geometry, the static arrays follow in schema order.
+/// Returns the columns: column 0 is geometry; the static arrays follow in schema order.
 std::vector<TermColumn> term_columns(const Schema& schema);
 
 }  // namespace shm

@@ -10,8 +10,8 @@
 namespace shm {
 namespace {
 
-/// The places of the corners of a hexahedron along three axes, as bits; the permutation is its own
-/// inverse.
+/// Maps each corner of a hexahedron to its place along the three axes, as bits. The permutation is
+/// its own inverse.
 constexpr std::array<std::uint8_t, 8> kPlaceOfCorner = {0, 1, 3, 2, 4, 5, 7, 6};
 constexpr std::array<std::uint8_t, 8> kCornerAtPlace = kPlaceOfCorner;
 
@@ -28,7 +28,7 @@ TermFinder::TermFinder(const Schema& schema) {
   }
 }
 
-/// `known`: nodes whose vertices are known.
+/// Returns how a node is predicted. `known`: nodes whose vertices are known.
 auto TermFinder::recipe_of(const Block& block, std::uint32_t node, std::uint64_t known) -> Recipe {
   Recipe recipe;
   recipe.node = static_cast<std::uint8_t>(node);
@@ -50,7 +50,7 @@ auto TermFinder::recipe_of(const Block& block, std::uint32_t node, std::uint64_t
       return recipe;
   } else if (node < block.corners) {
     const auto faces = faces_of(flat_shape(block.shape, block.corners), block.corners);
-    for (const std::uint32_t wanted : {4u, 0u})  // Look for quadrilaterals first.
+    for (const std::uint32_t wanted : {4u, 0u})  // look for quadrilaterals first
       for (const ShapeFace& face : faces) {
         for (std::uint32_t i = 0; i < face.size; ++i) {
           if (face.at[i] != node || (wanted != 0 && face.size != wanted)) continue;
@@ -81,7 +81,7 @@ auto TermFinder::recipes_of(const Block& block, const PatternCell& cell) -> std:
   return recipes;
 }
 
-/// Returns the recipes of a cell. They depend only on the nodes that it introduces, unless a vertex
+/// Returns the recipes of a cell. They depend only on which nodes it introduces, unless a vertex
 /// occurs twice.
 auto TermFinder::known_recipes_of(Block& block, const PatternCell& cell)
     -> const std::vector<Recipe>& {

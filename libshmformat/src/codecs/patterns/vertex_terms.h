@@ -1,5 +1,5 @@
-// Vertex terms: the vertices that a new vertex is predicted from. They are other vertices of the
-// cell that introduces it: of a hexahedron, of a quadrilateral, of an edge.
+// Vertex terms: the vertices from which a new vertex is predicted. They are other vertices of the
+// cell that introduces it, and form a hexahedron, a quadrilateral or an edge.
 // spec: "Values by terms"
 #pragma once
 
@@ -14,10 +14,11 @@
 
 namespace shm {
 
-/// Most terms of a vertex. Frozen: part of the format.
+/// Largest number of terms of a vertex. Frozen: part of the format.
 inline constexpr std::uint32_t kMostTerms = 7;
 
-/// A new vertex, and the slots of the vertices that predict it. By number of terms:
+/// A new vertex, and the slots of the vertices that predict it. The number of terms
+/// determines the prediction:
 ///   7   corners of a hexahedron: three neighbours, minus three across faces, plus the opposite one
 ///   3   corners of a quadrilateral: both neighbours, minus the opposite corner
 ///   2   the middle of two vertices
@@ -33,7 +34,7 @@ class TermFinder {
  public:
   explicit TermFinder(const Schema& schema);
 
-  /// Appends the terms of the vertices that the cell introduces, in order of its nodes.
+  /// Appends the terms of the vertices that the cell introduces, in order of nodes.
   void add_cell(const PatternCell& cell, std::vector<VertexTerms>& terms);
 
  private:
@@ -44,8 +45,9 @@ class TermFinder {
   struct Block {
     CellShape shape = CellShape::other;
     std::uint32_t nodes = 0, corners = 0;
-    std::unordered_map<std::uint64_t, std::vector<Recipe>> recipes;  // by PatternCell::introduced
-    // shortcut if only nodes 0 to 7 are introduced
+    // Recipes of the new nodes, by PatternCell::introduced
+    std::unordered_map<std::uint64_t, std::vector<Recipe>> recipes;
+    // Shortcut if no node after the first eight is introduced
     std::array<const std::vector<Recipe>*, 256> of_first_eight{};
   };
   static Recipe recipe_of(const Block& block, std::uint32_t node, std::uint64_t known);
@@ -53,7 +55,7 @@ class TermFinder {
   const std::vector<Recipe>& known_recipes_of(Block& block, const PatternCell& cell);
 
   std::vector<Block> blocks_;
-  std::vector<Recipe> recipes_;  // for cells with a vertex at several nodes
+  std::vector<Recipe> recipes_;  // recipes of a cell in which a vertex occurs at several nodes
 };
 
 }  // namespace shm

@@ -1,7 +1,7 @@
 // CellFrames: how the corners of a cell that is not a hexahedron fit into the lattice of hexahedron
-// corners. For each corner of such a cell: which other corners are one step away (near), which are
-// one step along two axes (diagonal), and behind which sides of the cell further neighbours are
-// found.
+// corners. A frame lists, for one corner, the other corners that are one step away (near) or one
+// step along each of two axes (diagonal), and the sides of the cell across which further neighbours
+// are found.
 // spec: "Neighbourhoods", of a corner of another cell
 #pragma once
 
@@ -14,13 +14,13 @@ namespace shm {
 
 inline constexpr std::uint8_t kNoPlace = 255;
 
-/// Neighbours of one corner of a cell: positions of other corners, and numbers of sides
-/// (cell_shapes.h).
+/// Neighbours of one corner of a cell: positions of other corners, and indices of sides (as in
+/// cell_shapes.h).
 struct CornerFrame {
   std::array<std::uint8_t, 3> near{kNoPlace, kNoPlace, kNoPlace};
   std::array<std::uint8_t, 3> diagonal{kNoPlace, kNoPlace, kNoPlace};
-  /// Sides without the corner. The cell behind across[a] continues the edge to near[a]; the cell
-  /// behind `around` supplies the neighbours that this cell lacks.
+  /// Sides that do not contain the corner. The cell behind side across[a] continues the edge to
+  /// near[a]. The cell behind side `around` supplies the neighbours that this cell lacks.
   std::array<std::uint8_t, 2> across{kNoPlace, kNoPlace};
   std::uint8_t around = kNoPlace;
 };
@@ -43,7 +43,7 @@ constexpr CornerFrame corner_frame(CellShape shape, std::uint32_t corners, std::
       break;
     case CellShape::quad:
     case CellShape::pyramid:
-      if (p == 4) {  // Apex: near are two opposite corners of the base.
+      if (p == 4) {  // Apex: `near` contains two opposite corners of the base.
         frame.near = {0, 2, kNoPlace};
         frame.diagonal = {1, 3, kNoPlace};
         frame.around = 0;
@@ -74,8 +74,8 @@ constexpr CornerFrame corner_frame(CellShape shape, std::uint32_t corners, std::
   return frame;
 }
 
-/// Returns the corners that an edge joins to `corner`, at most four. Corners of hexahedra are given
-/// as corner bits.
+/// Returns the corners that are connected to `corner` by an edge, at most four. Corners of
+/// hexahedra are given as corner bits.
 constexpr std::array<std::uint8_t, 4> corner_neighbours(CellShape shape, std::uint32_t corner) {
   const auto at = [](std::uint32_t i) { return static_cast<std::uint8_t>(i); };
   const std::uint32_t p = corner;

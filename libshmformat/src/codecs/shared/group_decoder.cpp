@@ -9,7 +9,7 @@
 namespace shm {
 namespace {
 
-/// Removes the elements that are marked. Each has `stride` bytes.
+/// Removes the elements for which `marked` is not zero. Each element has `stride` bytes.
 void remove_marked(std::vector<std::byte>& values, std::span<const std::uint8_t> marked,
                    std::size_t stride) {
   std::size_t to = 0;
@@ -41,7 +41,7 @@ Error GroupDecoder::wrong_stream(const container::StreamEntry& entry) {
 
 Error GroupDecoder::unknown_codec(const container::StreamEntry& entry) {
   return unsupported(container::stream_name(entry.kind) + ": codec " +
-                     std::to_string(static_cast<int>(entry.codec)) + " is unknown here");
+                     std::to_string(static_cast<int>(entry.codec)) + " is unknown for this stream");
 }
 
 Result<void> GroupDecoder::begin_group(const container::GroupHeader& header,
@@ -72,7 +72,7 @@ Result<void> GroupDecoder::next_block(DecodedBlock& decoded) {
   return decode_values(block);
 }
 
-/// Adds a vertex number and its import flag, as far as the parts to decode include them.
+/// Appends a vertex number and its import flag to the results, if the parts to decode include them.
 void GroupDecoder::note_import(std::uint64_t number, bool imported, DecodedBlock& decoded) {
   if (imported) decoded.imported.push_back(number);
   if (!imported || parts_.imported_vertices) decoded.mesh.vertex_numbers.push_back(number);
@@ -148,7 +148,7 @@ Result<void> GroupDecoder::decode_values(MeshBlock& block) {
       if (is_out_of_memory())
         return over_limit(
             "values of its active vertices and cells need more memory than the limit for "
-            "its size");
+            "a segment of its size");
       return corrupt((c == 0 ? "geometry" : array_stream_name(*schema_, array_of(c))) +
                      ": its values are invalid or too few");
     }
@@ -162,8 +162,8 @@ Result<void> GroupDecoder::decode_values(MeshBlock& block) {
 Result<DecodedBlock::GroupEnd> GroupDecoder::end_group() const {
   if (done_.bytes != header_->decoded_bytes || done_.active != header_->max_active_vertices ||
       done_.unused != header_->unused_vertices || done_.imported != header_->imported_vertices)
-    return corrupt("its contents differ from its header");
-  if (!is_used_up()) return corrupt("its streams hold more than the group");
+    return corrupt("its contents do not match its header");
+  if (!is_used_up()) return corrupt("its streams contain data after the end of the group");
   return DecodedBlock::GroupEnd{done_.imported, done_.active, has_its_box(), {}};
 }
 
@@ -176,8 +176,8 @@ void GroupDecoder::widen_box(std::span<const std::byte> xyz) {
   }
 }
 
-/// Compares the stated box with the decoded coordinates. The header has the box of the original
-/// coordinates, so quantized ones may differ from it by their bound.
+/// Returns true if the box in the header matches the decoded coordinates. The header has the box of
+/// the original coordinates, so quantized coordinates may differ from it by their error bound.
 bool GroupDecoder::has_its_box() const {
   if (!parts_.geometry) return true;
   const Quantization& rounded = schema_->coordinate_quantization;

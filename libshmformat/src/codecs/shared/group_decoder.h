@@ -1,6 +1,6 @@
-// GroupDecoder: takes the groups of one segment, gives out blocks of vertices and cells. The
-// interface is the same for cells over an active surface, shifts and patterns, and the code that
-// they share is here. It needs nothing from other segments. The mirror of segment_encoder.h.
+// GroupDecoder: decodes the groups of one segment to blocks of vertices and cells. It needs no data
+// of other segments. This base class has the interface and the shared code for cells over an active
+// surface, shifts and patterns. It is the counterpart of segment_encoder.h.
 // spec: "Segments", "Decoding a group"
 #pragma once
 
@@ -23,27 +23,31 @@
 
 namespace shm {
 
-/// One step of decoding a segment.
+/// The result of one decoding step: a block of vertices and cells of a segment.
 struct DecodedBlock {
   MeshBlock mesh;
   SegmentStart segment;      ///< the segment of the block
   std::uint64_t offset = 0;  ///< offset of its group's chunk in the file
   ConnectivityCodec connectivity = ConnectivityCodec::automatic;
-  /// Numbers of vertices that earlier segments own: those that cells of this block are the first of
-  /// their segment to use, and those that cells of this block finalize.
+  /// `imported`: numbers of vertices that earlier segments own and that this segment uses for the
+  /// first time in cells of this block. `finalized_imports`: numbers of such vertices that cells of
+  /// this block finalize.
   std::vector<std::uint64_t> imported, finalized_imports;
 
   /// Set in the last block of a group.
   struct GroupEnd {
     std::uint64_t imported_vertices = 0, max_active_vertices = 0;
-    /// True if the box in the header is that of the coordinates, as far as these were decoded.
+    /// True if the bounding box in the header matches the decoded coordinates, or if these were not
+    /// decoded.
     bool has_its_box = true;
-    std::map<std::string, std::uint64_t> stream_bytes;  ///< by the names of SizeReport
+    /// Sizes in bytes of the streams, by their names in SizeReport
+    std::map<std::string, std::uint64_t> stream_bytes;
   };
   std::optional<GroupEnd> group_end;
 };
 
-/// Bytes of the static arrays in a cell, by block. Shared, since there may be many segments.
+/// Size in bytes of the static arrays in one cell, by block. Shared, since there may be many
+/// segments.
 using CellBytes = std::shared_ptr<const std::vector<std::size_t>>;
 
 class GroupDecoder {
@@ -58,20 +62,20 @@ class GroupDecoder {
 
   const SegmentStart& start() const { return start_; }
 
-  // Errors name no place: the caller knows which group this is.
+  // Errors do not name a place in the file: the caller knows which group is decoded.
 
   /// Begins a group. `header` must stay valid until the next group begins. `known`: the codec of
-  /// its cells; nothing if the group has no cells or the codec is unknown.
+  /// the group's cells; nothing if the group has no cells or the codec is unknown.
   Result<void> begin_group(const container::GroupHeader& header,
                            std::optional<ConnectivityCodec> known);
   /// Begins a stream. Call it in order for each stream that the header lists, except streams of
   /// parts that are not decoded. `bytes` must stay valid until the group ends.
   virtual Result<void> begin_stream(const container::StreamEntry& entry,
                                     std::span<const std::byte> bytes) = 0;
-  /// Call it after the last stream.
+  /// Ends the input of streams. Call it after the last stream.
   virtual Result<void> end_streams() { return {}; }
-  /// Sets how many bytes columns may keep by slot from here on. Above `plenty` bytes they save
-  /// memory.
+  /// Sets the memory limit, in bytes, for data that columns store by slot. Once `plenty` bytes are
+  /// in use, the columns save memory.
   virtual void allow_memory(std::uint64_t /*bytes*/, std::uint64_t /*plenty*/) {}
 
   /// Decodes the next block: a tile of some thousand cells, or of unused vertices. Must hold:
@@ -81,58 +85,58 @@ class GroupDecoder {
   bool is_complete() const {
     return done_.cells == header_->cells && done_.own == header_->vertices;
   }
-  /// Checks, after the last block, that the contents of the group match its header, with nothing
-  /// left over.
+  /// Checks that the contents of the group match its header, and that the streams contain no
+  /// further data. Call it after the last block.
   Result<DecodedBlock::GroupEnd> end_group() const;
 
   /// Numbers of own vertices that are not finalized yet.
   virtual std::vector<std::uint64_t> alive() const = 0;
 
-  /// Neighbourhoods of the vertices and cells of the last block, as far as DecodedParts asks for
-  /// them.
+  /// Neighbourhoods of the vertices and cells of the last block, if DecodedParts requests them.
   struct Items {
     std::span<const Neighbourhood> vertices, cells;
   };
   virtual Items items() const = 0;
-  /// Upper bound: all slots named by items so far are below it.
+  /// Upper bound of all slots that occur in the neighbourhoods so far (exclusive).
   virtual std::uint32_t slots() const = 0;
 
  protected:
-  /// Elements and bytes of the group decoded so far, and the largest number of active vertices in
-  /// it.
+  /// Number of elements and bytes of the group decoded so far, and the largest number of active
+  /// vertices in the group.
   struct Progress {
     std::uint64_t cells = 0, own = 0, imported = 0, unused = 0, bytes = 0, active = 0;
-    std::array<ValueRange, 3> box{};  ///< of the coordinates, by axis
+    std::array<ValueRange, 3> box{};  ///< bounding box of the coordinates, by axis
   };
 
-  // --- the part that depends on the codec
+  // --- the functions that depend on the codec
 
-  /// Called before the streams of a group. `codec`: the codec of its connectivity, if it has
-  /// connectivity; it is known, and the same in all groups of the segment.
+  /// Called before the streams of a group. `codec`: the codec of the group's connectivity; nothing
+  /// if the group has no connectivity. It is a known codec and the same in all groups of the
+  /// segment.
   virtual Result<void> begin_streams(std::optional<ConnectivityCodec> codec) = 0;
   /// Decodes the cells and vertices of the next block, without their values.
   virtual Result<void> decode_elements(DecodedBlock& decoded) = 0;
-  /// Returns true if decode_column() failed because columns would keep more bytes than allowed.
+  /// Returns true if decode_column() failed because columns would need more memory than allowed.
   virtual bool is_out_of_memory() const { return false; }
   /// Decodes the values of one column in this block. Returns false for damaged data.
   virtual bool decode_column(std::size_t column, const MeshBlock& block,
                              std::vector<std::byte>& out) = 0;
-  /// Returns true if nothing is left over in the streams.
+  /// Returns true if all data of the streams have been decoded.
   virtual bool is_used_up() const { return true; }
 
-  // --- the common part
+  // --- the functions that all codecs share
 
   bool may_import() const { return start_.segment > 0; }
   bool numbered_by_order() const { return schema_->order != Order::keep; }
-  /// Returns true if the header allows one more vertex of this kind.
+  /// Returns true if the header permits another vertex of this kind.
   bool has_room_for_vertex(bool imported) const {
     return imported ? done_.imported < header_->imported_vertices : done_.own < header_->vertices;
   }
   bool has_room_for_bytes(std::uint64_t bytes) const {
     return done_.bytes + bytes <= header_->decoded_bytes;
   }
-  /// Adds a vertex to the block, unless it is imported and imported vertices are left out. Must
-  /// hold: has_room_for_vertex().
+  /// Adds a vertex to the block. Leaves out an imported vertex if the caller did not request
+  /// imported vertices. Must hold: has_room_for_vertex().
   void add_vertex(std::uint64_t number, bool imported, DecodedBlock& decoded) {
     if (may_import() || parts_.imported_vertices)
       note_import(number, imported, decoded);
@@ -142,17 +146,18 @@ class GroupDecoder {
     done_.bytes += vertex_bytes_;
   }
   void add_own_vertices(std::span<const std::uint64_t> numbers, DecodedBlock& decoded);
-  // A reused block may still have cells. begin_cells() removes them; cells are then added one by
-  // one.
+  // Prepares a block whose cells are added one by one. Removes the cells that a reused block still
+  // contains.
   static void begin_cells(MeshBlock& block);
-  /// Alternatively, resizes the block for `cells` cells, or for the remaining cells if these are
-  /// fewer, of at most `nodes` nodes. The caller overwrites the old content. Returns the number of
-  /// cells.
+  /// Prepares a block whose cells are overwritten: resizes the block to `cells` cells of at most
+  /// `nodes` nodes each, or to the remaining cells of the group if there are fewer. Returns the
+  /// number of cells.
   std::size_t make_room_for_cells(std::uint64_t cells, std::size_t nodes, MeshBlock& block) const;
-  /// Cuts the block to its first `cells` cells. Must hold: their corner_begin is set.
+  /// Removes all but the first `cells` cells of the block. Must hold: corner_begin of these cells
+  /// is set.
   static void keep_cells(std::size_t cells, MeshBlock& block);
 
-  // Columns of values: column 0 is geometry, the static arrays follow in schema order.
+  // Columns of values: column 0 is geometry; the static arrays follow in schema order.
   std::size_t columns() const { return arrays_.size() + 1; }
   bool is_wanted(std::size_t column) const {
     return column == 0 ? parts_.geometry : parts_.includes_array(arrays_[column - 1]);
@@ -161,7 +166,7 @@ class GroupDecoder {
     return column > 0 && schema_->arrays[arrays_[column - 1]].location == Location::cell;
   }
   std::uint32_t array_of(std::size_t column) const { return arrays_[column - 1]; }
-  /// Returns the column of a stream; columns() if it does not hold values.
+  /// Returns the column of a stream; columns() if the stream does not contain values.
   std::size_t column_of(const container::StreamEntry& entry) const;
 
   static Error wrong_stream(const container::StreamEntry& entry);
@@ -172,10 +177,10 @@ class GroupDecoder {
   const DecodedParts parts_;
   const std::size_t vertex_bytes_;
   const CellBytes cell_bytes_;
-  std::optional<Codec> codec_;  // of the connectivity, once it is known
+  std::optional<Codec> codec_;  // codec of the connectivity, once it is known
   ConnectivityCodec codec_name_ = ConnectivityCodec::automatic;
 
-  // The current group
+  // Data of the current group
   const container::GroupHeader* header_ = nullptr;
   Progress done_;
 

@@ -6,8 +6,8 @@
 namespace shm {
 namespace {
 
-/// One pass over all points. Returns nothing if a coordinate is infinite, since a range cannot
-/// represent it.
+/// Finds the box of finite coordinates in one pass over all points. Returns nothing if a coordinate
+/// is infinite, since a ValueRange cannot represent infinity.
 template <class T>
 std::optional<std::array<ValueRange, 3>> finite_box(const std::byte* points, std::size_t count,
                                                     std::size_t stride) {
@@ -18,7 +18,7 @@ std::optional<std::array<ValueRange, 3>> finite_box(const std::byte* points, std
   for (std::size_t i = 0; i < count; ++i, points += stride) {
     std::array<T, 3> point;
     std::memcpy(point.data(), points, sizeof point);
-    for (std::size_t c = 0; c < 3; ++c) {  // comparisons with NaN are false
+    for (std::size_t c = 0; c < 3; ++c) {  // NaN changes nothing: comparisons with it are false
       least[c] = point[c] < least[c] ? point[c] : least[c];
       most[c] = point[c] > most[c] ? point[c] : most[c];
     }

@@ -1,5 +1,5 @@
-// What all codecs of cells agree on: where a segment begins, which parts of a group are decoded,
-// where tiles end, and how many bytes elements have.
+// Definitions that all cell codecs share: where a segment begins, which parts of a group are
+// decoded, where tiles end, and how many bytes an element has.
 // spec: "Segments", "Group", "Tiles"
 #pragma once
 
@@ -18,19 +18,22 @@ namespace shm {
 /// Where a segment begins.
 struct SegmentStart {
   std::uint32_t segment = 0;
-  std::uint64_t first_cell = 0, first_vertex = 0;  ///< totals of all earlier segments
+  /// Numbers of cells and vertices in all earlier segments
+  std::uint64_t first_cell = 0, first_vertex = 0;
 };
 
 /// The parts of a group to decode. Cells are always decoded.
 struct DecodedParts {
   bool geometry = true;
-  std::optional<std::vector<bool>>
-      arrays{};                ///< by array of the schema, true if included; nothing: all
-  bool vertex_numbers = true;  ///< includes numbers that are stored and that no cell needs
-  /// True if blocks include vertices that an earlier segment owns, with their values.
+  /// Whether each array of the schema is included; without a value, all arrays are included
+  std::optional<std::vector<bool>> arrays{};
+  /// Whether to decode stored vertex numbers that are not needed to decode the cells
+  bool vertex_numbers = true;
+  /// True if blocks include the imported vertices, which an earlier segment owns, with their
+  /// values.
   bool imported_vertices = false;
-  /// Neighbourhoods to find with the reach of step values, in addition to those that the values
-  /// here need.
+  /// True if neighbourhoods of vertices or cells are found with the reach that step values need, in
+  /// addition to the neighbourhoods that the values of this group need.
   bool vertex_neighbourhoods = false, cell_neighbourhoods = false;
 
   static DecodedParts without_values() {
@@ -44,26 +47,26 @@ struct DecodedParts {
     if (stream.kind == container::StreamKind::geometry) return geometry;
     return stream.kind != container::StreamKind::array || includes_array(stream.array);
   }
-  /// By column of values, geometry first, then the static arrays in schema order: whether it is
-  /// included.
+  /// Returns for each column of values whether it is included: first geometry, then the static
+  /// arrays in schema order.
   std::vector<bool> columns(const Schema& schema) const;
-  /// Returns true if values of static arrays at this location are included; coordinates count as
+  /// Returns true if values of static arrays at this location are included. Coordinates count as
   /// point values.
   bool includes_values_of(const Schema& schema, Location location) const;
 };
 
-// A tile ends before the element that follows this many cells or this many unpacked bytes. A Reader
-// gives out one tile at a time. Frozen: part of the format.
+// A tile ends when it has this many cells or this many bytes of unpacked values. A Reader returns
+// one tile at a time. Frozen: part of the format.
 inline constexpr std::uint64_t kTileCells = 4096;
 inline constexpr std::uint64_t kTileBytes = std::uint64_t{1} << 22;
 
 /// Returns the description of the coordinates as an array.
 ArrayInfo coordinates_info(const Schema& schema);
-/// Finds the ends of the tiles in a group, element by element.
+/// Finds the ends of the tiles while the caller visits the elements of a group one by one.
 class TileEnds {
  public:
-  /// Returns true if a tile ends here. Call it before each cell and each unused vertex. `bytes`:
-  /// unpacked bytes of the group so far.
+  /// Returns true if a tile ends before this element. Call it before each cell and each unused
+  /// vertex. `bytes`: unpacked size in bytes of the group so far.
   bool before(bool is_cell, std::uint64_t bytes) {
     const bool ends = (is_cell && cells_ == kTileCells) || bytes - begin_ >= kTileBytes;
     if (ends) {
@@ -79,12 +82,12 @@ class TileEnds {
                 begin_ = 0;  // cells of the tile so far; bytes of the group before the tile
 };
 
-/// Returns the bytes of the static point arrays in one vertex.
+/// Returns the size in bytes of the static point arrays in one vertex.
 std::size_t point_data_bytes(const Schema& schema);
-/// Returns the bytes of the static arrays in one cell, by block.
+/// Returns the size in bytes of the static arrays in one cell, by block.
 std::vector<std::size_t> cell_data_bytes(const Schema& schema);
-/// Returns the smallest and the largest finite coordinate of `count` points, by axis. The points
-/// are `stride` bytes apart.
+/// Returns the smallest and the largest finite coordinate of `count` points, by axis. `stride`:
+/// distance in bytes between consecutive points.
 std::array<ValueRange, 3> box_of(ScalarType type, const std::byte* points, std::size_t count,
                                  std::size_t stride);
 

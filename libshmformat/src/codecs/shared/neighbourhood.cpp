@@ -7,18 +7,18 @@
 namespace shm {
 namespace {
 
-// Size of the ring of remembered cells. It starts at kFirstCells, grows to at least kLeastCells
-// before it wraps around, and never exceeds kMostCells.
+// Number of cells in the ring of remembered cells. It starts at kFirstCells, grows to at least
+// kLeastCells before it wraps around, and never exceeds kMostCells.
 constexpr std::uint64_t kFirstCells = 64, kLeastCells = std::uint64_t{1} << 14,
                         kMostCells = std::uint64_t{1} << 18;
 
-/// Limit on the faces searched at a vertex of a polyhedron. It keeps searches short, in hostile
-/// files too.
+/// Largest number of faces searched at a vertex of a polyhedron. The limit keeps searches short
+/// even in hostile files.
 constexpr std::ptrdiff_t kMostFacesLooked = 32;
 
-/// Axes of diagonal[i].
+/// The two axes of diagonal[i].
 constexpr std::array<std::array<std::uint32_t, 2>, 3> kDiagonalAxes = {{{0, 1}, {0, 2}, {1, 2}}};
-/// Diagonals that lie along axis a, in order of their other axis.
+/// Indices of the two diagonals that involve axis a, in the order of their other axis.
 constexpr std::array<std::array<std::uint32_t, 2>, 3> kDiagonalsAlong = {{{0, 1}, {0, 2}, {1, 2}}};
 
 }  // namespace
@@ -104,7 +104,8 @@ Neighbourhood NeighbourFinder::vertex(const CellTopology& cell, std::uint32_t po
   return item;
 }
 
-/// The nodes around a mid node are known: corners come first, then edges, faces and the body.
+/// Finds the known nodes around a mid node. They are coded earlier: corners come first, then nodes
+/// of edges, faces and the body.
 void NeighbourFinder::look_around_mid_node(Neighbourhood& item, const CellTopology& cell,
                                            const MidNode& node) const {
   const bool is_edge = node.kind == MidNode::edge;
@@ -162,8 +163,8 @@ bool NeighbourFinder::is_beside(std::uint32_t a, std::uint32_t b) const {
   return false;
 }
 
-/// Finds the first three known vertices along edges of the polyhedron, and the opposite vertices in
-/// faces of four.
+/// Finds the first three known vertices along edges of the polyhedron, and the vertices opposite to
+/// `item` in faces of four vertices.
 void NeighbourFinder::look_around_faces(Neighbourhood& item) const {
   item.kind = Neighbourhood::lattice;
   const auto faces = faces_at(item.self);
@@ -198,7 +199,7 @@ void NeighbourFinder::look_around_faces(Neighbourhood& item) const {
   item.known = static_cast<std::uint16_t>(known);
 }
 
-/// Finds the first four remembered cells across its faces.
+/// Finds the first four remembered cells across faces of the polyhedron.
 void NeighbourFinder::look_beside_polyhedron(Neighbourhood& item, const CellTopology& cell) const {
   item.kind = Neighbourhood::beside;
   std::uint32_t known = 0, count = 0;
@@ -212,8 +213,9 @@ void NeighbourFinder::look_beside_polyhedron(Neighbourhood& item, const CellTopo
   item.known = static_cast<std::uint16_t>(known);
 }
 
-/// Returns a vertex joined to both of the first two diagonals that is neither near nor the vertex
-/// itself, in the order of the first diagonal's faces.
+/// Returns a vertex that is joined by edges to both of the first two diagonals and is neither a
+/// near vertex nor the vertex itself. Candidates are tried in the order of the first diagonal's
+/// faces.
 std::uint32_t NeighbourFinder::beside_both(const Neighbourhood& item) const {
   for (const FaceCorner& face : faces_at(item.at[kAtDiagonal]))
     for (const std::uint32_t slot : {face.before, face.after}) {
@@ -245,7 +247,7 @@ NeighbourFinder::Found NeighbourFinder::behind(std::uint32_t slot, std::uint32_t
       const std::uint32_t a = cell.corner[use.corner ^ 1u << (axis == 0 ? 1 : 0)];
       const std::uint32_t b = cell.corner[use.corner ^ 1u << (axis == 2 ? 1 : 2)];
       if (!((a == one && b == two) || (a == two && b == one))) continue;
-      // Other vertices may have had these slots when the cell was coded.
+      // Check that these slots did not belong to other vertices when the cell was coded.
       if (vertices_[one].introduced > cell.sequence || vertices_[two].introduced > cell.sequence)
         continue;
       return {use.place, use.corner, axis};
@@ -254,7 +256,8 @@ NeighbourFinder::Found NeighbourFinder::behind(std::uint32_t slot, std::uint32_t
   return {};
 }
 
-/// Finds the hexahedron across the face slot-one-both-two, searching from each corner of the face.
+/// Finds the hexahedron across the face with vertices slot, one, both, two, searching from each
+/// corner of the face.
 NeighbourFinder::Found NeighbourFinder::across(std::uint32_t slot, std::uint32_t one,
                                                std::uint32_t two, std::uint32_t both) const {
   if (const Found found = behind(slot, one, two, kNone)) return found;
@@ -284,7 +287,8 @@ void NeighbourFinder::look_beyond(Neighbourhood& item, Reach reach) const {
     const Cell& cell = ring_[found.place];
     const std::uint32_t corner = found.corner ^ 1u << found.axis;
     const std::uint32_t slot = cell.corner[corner];
-    if (vertices_[slot].introduced > cell.sequence) continue;  // another vertex has its slot now
+    // The slot belongs to another vertex now
+    if (vertices_[slot].introduced > cell.sequence) continue;
     item.at[kAtBeyond + a] = slot;
     item.known |= static_cast<std::uint16_t>(Neighbourhood::kBeyond << a);
     if (reach == Reach::beyond) continue;
@@ -331,7 +335,7 @@ Neighbourhood NeighbourFinder::cell(const CellTopology& cell, Reach reach) {
 std::uint32_t NeighbourFinder::behind_of(std::uint32_t place, std::uint32_t side) const {
   const Cell& cell = ring_[place];
   const std::uint32_t other = links_[place].behind[side];
-  // If the place has been reused, it belongs to a younger cell.
+  // If the place has been reused, it contains a younger cell.
   return other != kNone && ring_[other].sequence < cell.sequence ? other : kNone;
 }
 
@@ -341,7 +345,7 @@ bool NeighbourFinder::is_behind(std::uint32_t place, std::uint32_t other) const 
   return false;
 }
 
-/// Returns a cell across faces of both cells, or kNone if there is none.
+/// Returns a cell that is across a face of both cells, or kNone if there is none.
 std::uint32_t NeighbourFinder::common(std::uint32_t a, std::uint32_t b) const {
   for (std::uint32_t side = 0; side < 6; ++side) {
     const std::uint32_t other = behind_of(a, side);

@@ -1,4 +1,4 @@
-// NeighbourFinder for cells that are not hexahedra, and for their corners.
+// NeighbourFinder: the functions for cells that are not hexahedra, and for their corners.
 // spec: "Neighbourhoods", of a corner of another cell
 #include <algorithm>
 
@@ -8,7 +8,7 @@
 namespace shm {
 namespace {
 
-/// Slots around a side of the current cell.
+/// Slots of the vertices around a side of the current cell.
 struct SideSlots {
   std::array<std::uint32_t, 4> slot{};
   std::size_t size = 0;
@@ -27,7 +27,7 @@ bool has(std::span<const std::uint32_t> slots, std::uint32_t slot) {
 
 }  // namespace
 
-/// Returns the place of a cell by its number; kNone if it is not remembered.
+/// Returns the place of the cell with this sequence number; kNone if the cell is not remembered.
 std::uint32_t NeighbourFinder::place_of(std::uint64_t number) const {
   if (number >= sequence_ || sequence_ - number >= ring_.size()) return kNone;
   const auto age = static_cast<std::size_t>(sequence_ - number);
@@ -35,8 +35,9 @@ std::uint32_t NeighbourFinder::place_of(std::uint64_t number) const {
   return ring_[place].sequence == number ? static_cast<std::uint32_t>(place) : kNone;
 }
 
-/// Returns the vertex that an edge joins to a corner of `side` in the cell at `place`, outside of
-/// the side. Returns kNone if there is none, or if another vertex has its slot now.
+/// In the cell at `place`, returns the vertex outside of `side` that an edge connects to the corner
+/// `slot` of `side`. Returns kNone if there is no such vertex, or if its slot now belongs to
+/// another vertex.
 std::uint32_t NeighbourFinder::far(std::uint32_t place, std::uint32_t slot, Cycle side) const {
   const Cell& cell = ring_[place];
   const auto end = cell.corner.begin() + cell.corners;
@@ -52,8 +53,8 @@ std::uint32_t NeighbourFinder::far(std::uint32_t place, std::uint32_t slot, Cycl
   return kNone;
 }
 
-/// Goes from `side` of the cell at `place` to the opposite side. Returns the place of the cell
-/// across that side, or kNone, and stores the slots around it in `far_side`.
+/// Finds the side opposite to `side` in the cell at `place` and stores the slots around it in
+/// `far_side`. Returns the place of the cell across that opposite side, or kNone.
 std::uint32_t NeighbourFinder::onward(std::uint32_t place, Cycle side,
                                       std::array<std::uint32_t, 4>& far_side) const {
   const Cell& cell = ring_[place];
@@ -115,8 +116,8 @@ void NeighbourFinder::look_around_corner(Neighbourhood& item, const CellTopology
   if (frame.around != kNoPlace) look_behind(item, cell, frame.around);
 }
 
-/// Looks beyond near[axis], which is on a side that the current cell shares with the cell at
-/// `place`.
+/// Looks beyond near[axis]. This vertex is on the side that the current cell shares with the cell
+/// at `place`.
 void NeighbourFinder::look_along(Neighbourhood& item, std::uint32_t axis, std::uint32_t place,
                                  Cycle side) const {
   const std::uint32_t beyond = far(place, item.at[axis], side);
@@ -132,8 +133,8 @@ void NeighbourFinder::look_along(Neighbourhood& item, std::uint32_t axis, std::u
   item.known |= static_cast<std::uint16_t>(Neighbourhood::kFarther << axis);
 }
 
-/// Looks into the cell across the side opposite to the corner. It contributes one vertex, or one
-/// for each near vertex if these lead to different vertices.
+/// Looks into the cell across the side opposite to the corner. This cell contributes one vertex, or
+/// one for each near vertex if the near vertices lead to different vertices.
 void NeighbourFinder::look_behind(Neighbourhood& item, const CellTopology& cell,
                                   std::uint32_t side) const {
   const std::uint32_t place = place_of(cell.behind[side]);
@@ -171,7 +172,7 @@ void NeighbourFinder::look_behind(Neighbourhood& item, const CellTopology& cell,
   }
 }
 
-/// Looks along the previous line, if the current line continues it.
+/// For a line cell: looks along the previous line, if the current line continues it.
 void NeighbourFinder::look_along_line(Neighbourhood& item) const {
   if (!item.knows(Neighbourhood::kNear) || sequence_ == 0) return;
   const std::uint32_t place = place_of(sequence_ - 1);
@@ -182,8 +183,8 @@ void NeighbourFinder::look_along_line(Neighbourhood& item) const {
   item.known |= Neighbourhood::kBeyond;
 }
 
-/// Finds the cells across the sides. The first side of a flat cell, which is the cell itself,
-/// comes last.
+/// Finds the cells across the sides of the cell. The first side of a flat cell is the cell itself;
+/// it is visited last.
 void NeighbourFinder::look_beside_cell(Neighbourhood& item, const CellTopology& cell) const {
   item.kind = Neighbourhood::beside;
   const auto sides = faces_of(cell.shape, cell.corners);

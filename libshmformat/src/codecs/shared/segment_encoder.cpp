@@ -54,7 +54,8 @@ void GroupValues::clear() {
 
 void SegmentSize::add(container::StreamKind kind, std::uint64_t bytes) {
   using container::StreamKind;
-  constexpr std::uint64_t kStreamHeadBytes = 8;  // approximate; in the header of its group
+  // Approximate size of a stream's entry in the group header
+  constexpr std::uint64_t kStreamHeadBytes = 8;
   const bool of_values = kind == StreamKind::geometry || kind == StreamKind::array;
   const bool of_topology = kind == StreamKind::connectivity || kind == StreamKind::corner_order ||
                            kind == StreamKind::vertex_numbers;

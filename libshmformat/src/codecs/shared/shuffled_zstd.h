@@ -1,5 +1,5 @@
-// Shuffled zstd: the bytes of all scalars, sorted by significance and compressed with zstd. For
-// values that repeat in ways unrelated to the mesh.
+// Shuffled zstd: the bytes of all scalars are sorted by significance and compressed by zstd. It
+// suits values whose repetitions are unrelated to the mesh.
 // spec: "Values in shuffled_zstd"
 #pragma once
 
@@ -11,14 +11,15 @@
 
 namespace shm {
 
-/// Returns byte 0 (the least significant) of all scalars of `width` bytes in order, then byte 1,
-/// and so on. `values`: in host byte order.
+/// Returns byte 0 (the least significant byte) of all scalars in order, then byte 1 of all scalars,
+/// and so on. `width`: bytes per scalar. `values`: in host byte order.
 std::vector<std::byte> shuffled(std::span<const std::byte> values, std::size_t width);
 
-/// Returns the size of the shuffled bytes, followed by a zstd frame of them.
-std::vector<std::byte> pack_shuffled(std::span<const std::byte> planes, int level);
-/// Returns the values in host byte order; nothing if the data is damaged or larger than `limit`
+/// Returns the packed data: the size of the shuffled bytes, followed by a zstd frame with these
 /// bytes.
+std::vector<std::byte> pack_shuffled(std::span<const std::byte> planes, int level);
+/// Returns the unpacked values in host byte order. Returns nothing if the data is damaged or the
+/// values are larger than `limit` bytes.
 std::optional<std::vector<std::byte>> unpack_shuffled(std::span<const std::byte> bytes,
                                                       std::size_t width, std::uint64_t limit);
 

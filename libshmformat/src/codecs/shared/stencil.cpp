@@ -42,7 +42,7 @@ std::uint64_t spectral(const Stencil& s, const std::vector<std::uint64_t>& v) {
 Stencil stencil_of(const CellTopology& cell, std::uint32_t position, std::uint64_t known) {
   if (cell.hexahedral && position < 8) return corner_stencil(cell, position, known);
   if (cell.hexahedral && position < 20 && cell.slots.size() >= 20) {
-    const auto& edge = kEdgeCorners[position - 8];  // the edge that the node is on
+    const auto& edge = kEdgeCorners[position - 8];  // the edge whose middle is the node
     return {Stencil::midpoint,
             {cell.slots[cell.framed_position(edge[0])], cell.slots[cell.framed_position(edge[1])]}};
   }

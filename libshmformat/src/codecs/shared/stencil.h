@@ -1,5 +1,5 @@
-// Stencil: the live vertices that a new vertex is predicted from. These are the spectral rules of
-// the paper (section 3.2, Table 1), for any set of known corners.
+// Stencil: the live vertices from which the number of a new vertex is predicted. The rules are the
+// spectral rules of the paper (section 3.2, Table 1), applied to any set of known corners.
 // spec: "Stencils"
 #pragma once
 
@@ -15,37 +15,38 @@ namespace shm {
 
 struct Stencil {
   enum Kind : std::uint8_t {
-    last,           ///< the vertex coded before; 0 before the first
-    copy,           ///< at[0]
-    midpoint,       ///< (at[0] + at[1]) / 2
-    parallelogram,  ///< at[0] + at[1] - at[2]
-    lorenzo,        ///< at[0] + at[1] + at[2] - at[3] - at[4] - at[5] + at[6]
+    last,           ///< the vertex coded last; 0 for the first vertex
+    copy,           ///< predicted number: at[0]
+    midpoint,       ///< predicted number: (at[0] + at[1]) / 2
+    parallelogram,  ///< predicted number: at[0] + at[1] - at[2]
+    lorenzo,        ///< predicted number: at[0] + at[1] + at[2] - at[3] - at[4] - at[5] + at[6]
   };
   Kind kind = last;
-  std::array<std::uint32_t, 7> at{};  ///< vertex slots
+  std::array<std::uint32_t, 7> at{};  ///< slots of the vertices in the formula
 
-  /// Returns how many entries of `at` this kind uses.
+  /// Returns the number of entries of `at` that this kind uses.
   std::uint32_t size() const {
     constexpr std::array<std::uint8_t, 5> kSize = {0, 1, 2, 3, 7};
     return kSize[kind];
   }
 };
 
-/// Returns the prediction from numbers by slot, modulo 2^64; 0 for kind last.
+/// Returns the number predicted from the vertex numbers in `numbers` (by slot), modulo 2^64; 0 for
+/// kind `last`.
 std::uint64_t spectral(const Stencil& stencil, const std::vector<std::uint64_t>& numbers);
 
 /// Returns the stencil of the new vertex at `position`. `known`: bit i is set if position i < 64 of
-/// the cell already has a value.
+/// the cell already has a number.
 Stencil stencil_of(const CellTopology& cell, std::uint32_t position, std::uint64_t known);
 
-/// Calls `visit(position, stencil, known)` for new vertices of a cell. `positions`: its
-/// new_positions, in the order in which they become known.
+/// Calls `visit(position, stencil, known)` for each new vertex of a cell. `positions`:
+/// new_positions of the cell, in the order in which they become known.
 template <class Visit>
 void for_each_new_vertex(const CellTopology& cell, std::span<const std::uint32_t> positions,
                          Visit&& visit) {
   if (positions.empty()) return;
-  // A vertex may occur at several positions. All of them become known when it is coded, none
-  // before.
+  // A vertex may occur at several positions. All its positions become known together, when the
+  // vertex is coded.
   const auto positions_of = [&](std::uint32_t slot) {
     std::uint64_t found = 0;
     for (std::size_t i = 0; i < cell.slots.size() && i < 64; ++i)

@@ -11,8 +11,8 @@ namespace {
 constexpr std::int32_t kMostBinary = 1074, kLeastBinary = -971;
 constexpr std::int32_t kMostDecimal = 22;
 
-/// Returns 2^-exponent for the exponents that a domain may have; denormal for exponents from 1023
-/// on.
+/// Returns 2^-exponent, for exponents that a domain may have. The result is denormal for exponents
+/// of 1023 and more.
 double binary_step(std::int32_t exponent) {
   return std::bit_cast<double>(exponent <= 1022 ? static_cast<std::uint64_t>(1023 - exponent) << 52
                                                 : std::uint64_t{1} << (1074 - exponent));
@@ -169,21 +169,25 @@ double ValueTranslator::from_value(double value) const {
 
 namespace {
 
-/// A domain may miss one value in 200, plus two.
+/// A domain may lack one value in 200, plus two values.
 constexpr std::size_t kMostEscapeShare = 200;
 constexpr std::size_t kSampled = 256;
-/// Indices longer than this are hardly better than float64 or float32 numbers.
+/// Indices longer than this many bits are hardly shorter than float64 (kLongIndex) or float32
+/// (kLongNarrowIndex) numbers.
 constexpr int kLongIndex = 40, kLongNarrowIndex = 24;
 
-/// Returns the i-th of `parts` values that are spread evenly. The product needs 64 bits.
+/// Returns the i-th of `parts` values that are spread evenly over `bits`. The product needs 64
+/// bits.
 std::uint64_t at_part(std::span<const std::uint64_t> bits, std::size_t i, std::size_t parts) {
   return bits[static_cast<std::size_t>(std::uint64_t{i} * bits.size() / parts)];
 }
 
-/// The shortest decimal that reads back as the same number.
+/// The shortest decimal number that reads back as the same floating-point number.
 struct Decimal {
-  std::int32_t digits = 0;    ///< significant digits
-  std::int32_t decimals = 0;  ///< digits after the point; negative: zeros before it
+  std::int32_t digits = 0;  ///< number of significant digits
+
+  /// Digits after the decimal point; negative: number of zeros before the point
+  std::int32_t decimals = 0;
 };
 Decimal shortest(ScalarType type, std::uint64_t bits) {
   char text[64];
@@ -212,7 +216,7 @@ Decimal shortest(ScalarType type, std::uint64_t bits) {
 /// Result of testing a domain.
 struct DomainFit {
   bool good = false;
-  int length = 0;  // of the longest index, in bits
+  int length = 0;  // length of the longest index, in bits
 };
 DomainFit try_domain(const ArrayInfo& info, std::size_t component,
                      std::span<const std::uint64_t> bits, ValueDomain& domain) {
@@ -241,7 +245,7 @@ DomainFit try_domain(const ArrayInfo& info, std::size_t component,
   return {true, static_cast<int>(std::bit_width(longest))};
 }
 
-/// Returns the exponent of the largest power of two of which all finite values are multiples.
+/// Returns the exponent of the largest power of two that divides all finite values.
 std::int32_t binary_exponent(ScalarType type, std::span<const std::uint64_t> bits) {
   std::int32_t finest = -971;
   for (std::uint64_t value_bits : bits) {
@@ -256,10 +260,10 @@ std::int32_t binary_exponent(ScalarType type, std::span<const std::uint64_t> bit
   return finest;
 }
 
-/// How a sample of the values looks in decimal.
+/// Decimal notation of a sample of the values.
 struct Shapes {
-  std::int32_t decimals = -22, digits = 1;  // maxima over the short decimals
-  bool are_short = true;                    // whether nearly all are short
+  std::int32_t decimals = -22, digits = 1;  // maxima over the values with a short decimal notation
+  bool are_short = true;  // whether nearly all values have a short decimal notation
 };
 Shapes shapes_of(const ArrayInfo& info, std::span<const std::uint64_t> bits) {
   Shapes shapes;
@@ -283,7 +287,7 @@ Shapes shapes_of(const ArrayInfo& info, std::span<const std::uint64_t> bits) {
   return shapes;
 }
 
-/// The best domain of multiples of a power of ten or two; length 64 if there is none.
+/// The best domain of multiples of a power of ten or of two. `length` is 64 if there is none.
 struct LinearFit {
   ValueDomain domain;
   int length = 64;
@@ -303,7 +307,7 @@ LinearFit linear_domain(const ArrayInfo& info, std::size_t component,
   return best;
 }
 
-/// Returns true if, judging by a sample, enough values repeat that a table may pay.
+/// Returns true if enough values of a sample repeat that a table of values may reduce the size.
 bool repeats_often(std::span<const std::uint64_t> bits) {
   constexpr std::size_t kSample = 1024;
   if (bits.size() < 4 * kSample) return true;
@@ -314,7 +318,8 @@ bool repeats_often(std::span<const std::uint64_t> bits) {
   return static_cast<std::size_t>(distinct) < kSample - kSample / 64;
 }
 
-/// Returns the indices that occur, ascending; empty if there are too many for a table to pay.
+/// Returns the indices that occur, in ascending order. Returns an empty table if there are too many
+/// for a table to reduce the size.
 std::vector<std::int64_t> table_of(const ArrayInfo& info, std::size_t component,
                                    std::span<const std::uint64_t> bits, const ValueDomain& domain) {
   std::vector<std::int64_t> table;
@@ -344,7 +349,7 @@ ValueDomain evenly_spaced_domain(const ArrayInfo& info, std::size_t component,
     return still_fits(info, component, domain, bits);
   };
   if (!is_float(info.type)) return {DomainKind::integers};
-  if (info.quantization.bits > 0) {  // the sign of a zero need not be kept
+  if (info.quantization.bits > 0) {  // quantization may lose the sign of a zero
     const ValueTranslator translator(info, component, {DomainKind::quantized});
     const bool all = std::all_of(bits.begin(), bits.end(), [&](std::uint64_t value) {
       return translator.index(value).has_value();
@@ -352,7 +357,7 @@ ValueDomain evenly_spaced_domain(const ArrayInfo& info, std::size_t component,
     return all ? ValueDomain{DomainKind::quantized} : ValueDomain();
   }
   const int longest = info.type == ScalarType::float32 ? kLongNarrowIndex : kLongIndex;
-  // A sample rules out most arrays.
+  // A sample suffices to exclude these domains for most arrays.
   std::vector<std::uint64_t> sample;
   for (std::size_t i = 0; i < kSampled; ++i) sample.push_back(at_part(bits, i, kSampled));
   const Shapes shapes = shapes_of(info, bits);

@@ -6,7 +6,8 @@
 //   FloatSpace    state = the value; index = its place among all floating-point numbers
 //   DecimalSpace  state = the value; index = its place among numbers of N significant digits
 //   RankSpace     one of the above; index = place in a sorted table of the values that occur
-// Uses only + - * / in a fixed order, for the same bits on every machine.
+// All spaces use only + - * / in a fixed order, so that results have the same bits on every
+// machine.
 // spec: "Value domains"
 #pragma once
 
@@ -25,8 +26,8 @@
 
 namespace shm {
 
-// Predictions are part of the format: each operation rounds once, to the type of its operands.
-// 32-bit x86 needs -msse2 -mfpmath=sse for this.
+// Predictions are part of the format: each operation must round once, to the type of its operands.
+// On 32-bit x86 this requires -msse2 -mfpmath=sse.
 static_assert(FLT_EVAL_METHOD == 0 && std::numeric_limits<double>::is_iec559 &&
                   std::numeric_limits<float>::is_iec559,
               "needs IEEE arithmetic without excess precision");
@@ -40,13 +41,13 @@ constexpr std::int64_t minus(std::int64_t a, std::int64_t b) {
   return static_cast<std::int64_t>(static_cast<std::uint64_t>(a) - static_cast<std::uint64_t>(b));
 }
 
-/// Returns the bit length of the magnitude.
+/// Returns the bit length of the magnitude of `number`.
 constexpr std::uint32_t bit_length(std::int64_t number) {
   const auto bits = static_cast<std::uint64_t>(number);
   return static_cast<std::uint32_t>(std::bit_width(number < 0 ? 0 - bits : bits));
 }
 
-/// Bound of the indices of LinearSpace.
+/// Largest magnitude of an index in LinearSpace.
 inline constexpr std::int64_t kLargestIndex = std::int64_t{1} << 53;
 
 /// 10^n for n = 0..22, exact.
@@ -59,7 +60,7 @@ inline bool is_finite(double v) {
   return v >= -kMost && v <= kMost;
 }
 
-/// Returns the nearest integer, halves rounded up, within +-2^53; 0 for NaN.
+/// Returns the nearest integer, limited to +-2^53. Halves are rounded up. Returns 0 for NaN.
 inline std::int64_t nearest_integer(double v) {
   constexpr auto kMost = static_cast<double>(kLargestIndex);
   if (!(v > -kMost)) return v == v ? -kLargestIndex : 0;
@@ -70,9 +71,10 @@ inline std::int64_t nearest_integer(double v) {
   return v - static_cast<double>(down) >= 0.5 ? down + 1 : down;
 }
 
-/// Returns the bits of a float or double as a signed integer in the order of the values; -1 for
-/// -0.0. Takes bits, not a float, because values must be restored bit by bit: on 32-bit x86,
-/// returning a float from a function sets the quiet bit of a NaN.
+/// Returns the bits of a float or double as a signed integer whose order is the order of the
+/// values; -1 for -0.0. The parameter contains the bits instead of a float because values must be
+/// restored bit by bit: on 32-bit x86, returning a float from a function sets the quiet bit of a
+/// NaN.
 template <class Bits>
 std::int64_t ordered_index_of(Bits of) {
   using Signed = std::make_signed_t<Bits>;
@@ -90,7 +92,7 @@ Unsigned ordered_bits(std::int64_t index) {
   const auto narrow = static_cast<Signed>(static_cast<Unsigned>(index));
   return static_cast<Unsigned>(narrow ^ (narrow >> kTop & kMagnitude));
 }
-/// The same for values; the payload of a NaN may be lost.
+/// Does the same for values instead of bits; the payload of a NaN may be lost.
 template <class T>
 std::int64_t ordered_index(T value) {
   using Bits = std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint64_t>;
@@ -105,8 +107,8 @@ T ordered_value(std::int64_t index) {
 struct LinearSpace {
   static std::int64_t index(double prediction) { return nearest_integer(prediction); }
   static double state(std::int64_t index) { return static_cast<double>(index); }
-  /// Subtracted from sizes of residuals to make small and large values comparable; nothing to do
-  /// here.
+  /// Returns the number to subtract from sizes of residuals, so that residuals of small and large
+  /// values are comparable; 0 in this space.
   static std::int32_t scale(double) { return 0; }
 };
 
@@ -125,7 +127,7 @@ struct FloatSpace {
 /// Numbers m * 10^k with `digits` significant digits: 10^(digits-1) <= m < 10^digits, |k| <= 22.
 struct DecimalSpace {
   static constexpr std::int32_t kMostPower = 22;
-  std::int32_t digits = 1;  ///< 1..15
+  std::int32_t digits = 1;  ///< number of significant digits, 1 to 15
 
   std::int64_t index(double prediction) const {
     if (!(prediction == prediction)) return 0;
@@ -142,7 +144,7 @@ struct DecimalSpace {
         k = middle + 1;
     }
     double m = mantissa(size, k);
-    if (m < low - 0.5) return 0;  // only below the smallest number
+    if (m < low - 0.5) return 0;  // v is below the smallest number with `digits` digits
     if (!(m < high - 0.5)) m = high - 1.0;
     const std::int64_t whole = std::clamp(nearest_integer(m), static_cast<std::int64_t>(low),
                                           static_cast<std::int64_t>(high) - 1);
@@ -174,7 +176,7 @@ struct DecimalSpace {
   }
 };
 
-/// Ranks in a table. Must hold: `table` ascends and is not empty.
+/// Indices are ranks in a table. Must hold: `table` is in ascending order and not empty.
 template <class Base>
 struct RankSpace {
   Base base;
@@ -203,11 +205,11 @@ struct RankSpace {
 enum class DomainKind : std::uint8_t {
   floats = 0,     ///< every bit pattern of the stored type
   narrow = 1,     ///< doubles that are exact as float32
-  binary = 2,     ///< d * 2^-exponent
-  decimal = 3,    ///< d / 10^exponent, or d * 10^-exponent
-  digits = 4,     ///< `exponent` significant decimal digits
-  integers = 5,   ///< whole numbers: integer types
-  quantized = 6,  ///< minimum + d * step of the schema
+  binary = 2,     ///< the numbers index * 2^-exponent
+  decimal = 3,    ///< the numbers index / 10^exponent, or index * 10^-exponent
+  digits = 4,     ///< numbers with `exponent` significant decimal digits
+  integers = 5,   ///< integers, for arrays of integer type
+  quantized = 6,  ///< minimum + d * step, both from the schema
 };
 inline constexpr std::uint32_t kDomainKinds = 7;
 
@@ -215,10 +217,12 @@ struct ValueDomain {
   DomainKind kind = DomainKind::floats;
   std::int32_t exponent = 0;
   bool negative_zero = false;  ///< whether a zero may be -0.0 (binary, decimal, digits)
-  bool escapes = false;  ///< whether values outside of the domain occur; they are stored in full
-  // Use of earlier values of the component.
+
+  /// Whether there are values outside of the domain; these are stored in full
+  bool escapes = false;
+  // Flags for the use of earlier values of the component
   bool recalls = false;   ///< whether some values are coded relative to earlier values
-  bool partners = false;  ///< with a reference: whether elements may have partners
+  bool partners = false;  ///< in groups with a reference: whether elements may have partners
   bool operator==(const ValueDomain&) const = default;
 
   bool is_linear() const {
@@ -233,21 +237,22 @@ struct ValueDomain {
   bool fits(const ArrayInfo& info) const;
 };
 
-/// Translates the bits of scalars of one component to indices and back.
+/// Converts the bits of scalars of one component to indices and back.
 class ValueTranslator {
  public:
   ValueTranslator(const ArrayInfo& info, std::size_t component, const ValueDomain& domain);
 
-  /// Returns the index of a value, whose bits are in the low bytes; nothing if the domain does not
-  /// contain the value. The sign of a zero is lost if negative_zero is set.
+  /// Returns the index of the value whose bits are in the low bytes of `bits`; nothing if the
+  /// domain does not contain the value. If negative_zero is set, the index does not include the
+  /// sign of a zero.
   std::optional<std::int64_t> index(std::uint64_t bits) const;
   /// Returns the bits of the value with this index.
   std::uint64_t bits(std::int64_t index) const;
 
-  /// Translate states between domains, by way of the value. They accept any number, and give the
-  /// same result on all machines.
-  double as_value(double state) const;    ///< state of this domain -> value
-  double from_value(double value) const;  ///< value -> state of this domain
+  /// Convert states between domains by way of the value. They accept any number and return the same
+  /// result on all machines.
+  double as_value(double state) const;    ///< converts a state of this domain to a value
+  double from_value(double value) const;  ///< converts a value to a state of this domain
 
  private:
   double linear_value(std::int64_t index) const;
@@ -257,7 +262,7 @@ class ValueTranslator {
   double minimum_ = 0, step_ = 1, max_error_ = 0;
 };
 
-/// Returns a value as a double, as as_value() would.
+/// Returns the value with these bits as a double, as as_value() would.
 double scalar_as_double(ScalarType type, std::uint64_t bits);
 
 /// Returns the bits of -0.0.
@@ -265,7 +270,7 @@ constexpr std::uint64_t negative_zero(ScalarType type) {
   return type == ScalarType::float32 ? 0x80000000u : std::uint64_t{1} << 63;
 }
 
-/// Returns the index of a value in a space; nothing if the space does not contain the value.
+/// Returns the index of the value in `space`; nothing if the space does not contain the value.
 std::optional<std::int64_t> index_in(const auto& space, const ValueTranslator& translator,
                                      std::uint64_t bits) {
   const auto index = translator.index(bits);
@@ -279,8 +284,8 @@ std::optional<std::int64_t> index_in(const auto& space, const ValueTranslator& t
   }
 }
 
-/// Calls visit(space) with the space of a domain, or with the space of ranks if `table` is not
-/// empty. The table is borrowed.
+/// Calls visit(space) with the space of a domain, or with a RankSpace if `table` is not empty. The
+/// space refers to `table` without copying it.
 template <class Visit>
 auto with_space(const ArrayInfo& info, const ValueDomain& domain,
                 std::span<const std::int64_t> table, Visit&& visit) {
@@ -298,39 +303,43 @@ auto with_space(const ArrayInfo& info, const ValueDomain& domain,
   }
 }
 
-// --- encoder: possible domains
+// --- encoder: candidate domains
 
 /// How the encoder will code a group's values of one component.
 struct DomainPlan {
   ValueDomain domain;
-  /// the indices that occur, ascending; empty: indices are coded, not ranks
+  /// Indices that occur, in ascending order; empty if indices are coded directly, without ranks
   std::vector<std::int64_t> table;
 };
 
 /// The domain of a component, and its estimated size.
 struct DomainChoice {
   DomainPlan plan;
-  double bits = 0;          ///< of the group, with the table
-  double sampled_bits = 0;  ///< per element of the sample, without recalled values and partners
+  double bits = 0;  ///< estimated size of the group's values in bits, with the table
+
+  /// Estimated bits per element of the sample, without recalled values and partners
+  double sampled_bits = 0;
 };
 
-/// Returns ways to code these values (bits of scalars), the most likely first; never empty.
+/// Returns candidate domains for these values (bits of scalars), the most likely first; never
+/// empty.
 std::vector<DomainPlan> domain_candidates(const ArrayInfo& info, std::size_t component,
                                           std::span<const std::uint64_t> bits);
 
-/// Returns a domain of all these values, without escapes and without -0.0: an evenly spaced domain
-/// if its indices are much shorter than floating-point numbers. Must hold: `bits` is not empty.
+/// Returns a domain that contains all these values, without escapes and without -0.0. The domain is
+/// evenly spaced if its indices are much shorter than floating-point numbers. Must hold: `bits` is
+/// not empty.
 ValueDomain evenly_spaced_domain(const ArrayInfo& info, std::size_t component,
                                  std::span<const std::uint64_t> bits);
 
-/// Returns the domain that covers all values of such arrays, as far as possible.
+/// Returns the domain that contains all or most possible values of arrays like `info`.
 inline ValueDomain widest_domain(const ArrayInfo& info) {
   if (!is_float(info.type)) return {DomainKind::integers};
   return {info.quantization.bits > 0 ? DomainKind::quantized : DomainKind::floats};
 }
 
-/// Returns true if the domain covers these values. Escapes and -0.0 are accepted only if `domain`
-/// has them.
+/// Returns true if the domain contains these values. Escapes and -0.0 are accepted only if the
+/// flags of `domain` allow them.
 bool still_fits(const ArrayInfo& info, std::size_t component, const ValueDomain& domain,
                 std::span<const std::uint64_t> bits);
 

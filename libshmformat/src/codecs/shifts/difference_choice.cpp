@@ -9,8 +9,8 @@ namespace {
 
 constexpr std::size_t kSamples = 256;
 
-/// Combinations of orders along up to three lags that are tried; at most eleven taps each, for
-/// speed.
+/// Orders along up to three lags that are tried together. Each combination leads to at most eleven
+/// taps, for speed.
 constexpr std::array<std::array<std::uint32_t, 3>, 22> kOrders = {{
     {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {2, 0, 0}, {0, 2, 0}, {0, 0, 2}, {3, 0, 0}, {0, 3, 0},
     {0, 0, 3}, {1, 1, 0}, {1, 0, 1}, {0, 1, 1}, {2, 1, 0}, {2, 0, 1}, {1, 0, 2}, {2, 2, 0},
@@ -28,7 +28,7 @@ std::vector<Factor> factors_of(const std::array<std::uint32_t, 3>& orders,
   return factors;
 }
 
-/// A prediction to try; its taps are given as places in the list of all powers.
+/// A prediction to try. `places`: for each tap, the index of its distance in powers_.
 struct Candidate {
   std::vector<Factor> factors;
   std::vector<Tap> taps;
@@ -40,7 +40,7 @@ class Trial {
  public:
   Trial(const GroupIndices& group, const KnownNumbers& known, std::span<const std::uint32_t> lags)
       : group_(group), known_(&known), placed_(known.places()) {
-    candidates_.emplace_back();  // no factors: the previous value
+    candidates_.emplace_back();  // no factors: predicts the previous value
     for (const auto& orders : kOrders) {
       Candidate candidate;
       candidate.factors = factors_of(orders, lags);
@@ -104,10 +104,11 @@ class Trial {
 
   GroupIndices group_;
   const KnownNumbers* known_;
-  std::vector<std::uint32_t> placed_;  // by place: element of the group plus 1; 0: none
+  // For each place: index of the element in the group plus 1; 0: none
+  std::vector<std::uint32_t> placed_;
   std::vector<Candidate> candidates_;
-  std::vector<std::uint64_t> powers_;      // powers of all candidates
-  std::vector<std::uint64_t> remembered_;  // by power, for the current element
+  std::vector<std::uint64_t> powers_;      // distances of all taps of all candidates
+  std::vector<std::uint64_t> remembered_;  // values at these distances from the current element
 };
 
 }  // namespace

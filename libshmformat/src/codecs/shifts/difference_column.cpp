@@ -22,7 +22,7 @@ DifferenceColumn::DifferenceColumn(const ArrayInfo& info, bool may_differ)
       width_(scalar_bytes(info.type)),
       components_(info.components) {}
 
-/// Begins a group in differences, of `count` elements.
+/// Begins a group of `count` elements in codec differences.
 void DifferenceColumn::begin(std::span<const Factor> factors, std::span<const ValueDomain> domains,
                              std::uint64_t count) {
   bool goes_on = remembers_;
@@ -32,7 +32,7 @@ void DifferenceColumn::begin(std::span<const Factor> factors, std::span<const Va
   }
   if (!goes_on) {
     known_.clear(places_for(count));
-    // all value types use the word 0 for the number 0
+    // For all value types, the word 0 represents the number 0
     ring_.assign(known_.places() * ring_stride(), 0);
     last_.assign(components_.size(), 0);
   }
@@ -51,7 +51,8 @@ void DifferenceColumn::for_each_value(std::span<const std::uint64_t> numbers, Co
   });
 }
 
-/// kComponents: the number of components if it is known at compile time, otherwise 0.
+/// Template argument kComponents: the number of components if it is known at compile time,
+/// otherwise 0.
 template <std::size_t kComponents, class Differences, class Code>
 void DifferenceColumn::walk(const Differences& differences, std::span<const std::uint64_t> numbers,
                             Code& code) {
@@ -73,8 +74,8 @@ void DifferenceColumn::walk(const Differences& differences, std::span<const std:
   for (const Tap& tap : taps_) taps.push_back({tap.back, Differences::weight(tap.count)});
   for (std::size_t e = 0; e < numbers.size(); ++e) {
     const std::uint64_t number = numbers[e];
-    // Only the farthest tap is checked. If another tap is unknown, the contents of its place are
-    // used.
+    // Only the farthest tap is checked. If the number of another tap is unknown, the current
+    // contents of its place are used.
     if (!taps.empty() && known_.has(number - taps[0].back)) {
       for (std::size_t c = 0; c < lanes; ++c) sums[c] = Sum{};
       for (const Weighed& tap : taps) {
@@ -94,8 +95,8 @@ void DifferenceColumn::walk(const Differences& differences, std::span<const std:
 
 // --- encoding
 
-/// Chooses domains for which one kind of prediction serves all components: all evenly spaced, all
-/// float32, or all floats.
+/// Chooses domains such that one kind of prediction suits all components: all domains are evenly
+/// spaced, all are float32, or all are floats.
 std::vector<ValueDomain> DifferenceColumn::choose_domains(
     std::span<const std::vector<std::uint64_t>> bits) const {
   std::vector<ValueDomain> domains;
@@ -116,7 +117,8 @@ std::vector<ValueDomain> DifferenceColumn::choose_domains(
   return domains;
 }
 
-/// If some values cannot be quantized, the other values are still rounded.
+/// For domains other than quantized, rounds values that can be quantized, so that the values of a
+/// quantized array are rounded even if some values cannot be quantized.
 void DifferenceColumn::round_to_quantized(std::span<const ValueDomain> domains,
                                           std::span<std::vector<std::uint64_t>> bits) const {
   for (std::size_t c = 0; c < bits.size(); ++c) {
@@ -131,7 +133,7 @@ std::vector<std::byte> DifferenceColumn::encode_differences(std::span<const std:
                                                             std::span<const std::uint32_t> lags,
                                                             DifferenceScratch& scratch,
                                                             ZstdCompressor& zstd) {
-  // The words hold the bits of the values, then their indices, then the residuals.
+  // The words contain the bits of the values first, later their indices, and finally the residuals.
   const std::span words = std::span(scratch.words).first(components_.size());
   const std::vector<ValueDomain> domains = choose_domains(words);
   if (info_->quantization.bits > 0) round_to_quantized(domains, words);
@@ -189,7 +191,8 @@ auto DifferenceColumn::encode(std::span<const std::uint64_t> numbers, const std:
     differences.bytes = encode_differences(numbers, lags, scratch, zstd);
     if (is_float(info_->type)) return differences;
   }
-  // Integers may be material numbers or similar, which repeat but are not evenly spaced.
+  // Try shuffled_zstd, too: integers may be material numbers or similar, which repeat but are not
+  // evenly spaced.
   std::vector<std::byte> packed(numbers.size() * components_.size() * width_);
   const std::size_t bytes = components_.size() * width_;
   for (std::size_t e = 0; e < numbers.size(); ++e)
@@ -283,10 +286,10 @@ bool DifferenceColumn::decode(std::span<const std::uint64_t> numbers, std::vecto
   return true;
 }
 
-/// Reads the residuals of the next elements.
+/// Reads the residuals of component `c` for the next elements.
 void DifferenceColumn::read_residuals(std::size_t c, std::span<std::uint64_t> out) const {
   std::fill(out.begin(), out.end(), 0);
-  if (components_[c].width == 0) return;  // then unpacked_ may be empty
+  if (components_[c].width == 0) return;  // in this case unpacked_ may be empty
   const std::byte* plane = unpacked_.data() + components_[c].planes + next_;
   for (std::uint32_t b = 0; b < components_[c].width; ++b, plane += count_)
     for (std::size_t e = 0; e < out.size(); ++e)

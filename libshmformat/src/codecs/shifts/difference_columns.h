@@ -14,11 +14,13 @@
 
 namespace shm {
 
-/// Column 0 is geometry, the static arrays follow in schema order.
+/// Returns the columns of differences: column 0 is geometry; the static arrays follow in schema
+/// order.
 std::vector<DifferenceColumn> difference_columns(const Schema& schema);
 
-/// Returns the same columns over neighbourhoods. A column is null if it is left out or must not be
-/// coded as differences, because both kinds need memory by number, however few elements there are.
+/// Returns columns that predict the same values over neighbourhoods. A column is null if it is left
+/// out or must not be coded as differences: both kinds of column need memory by number even if
+/// there are few elements.
 template <class Coder>
 std::vector<std::unique_ptr<ValueColumn<Coder>>> predicted_columns(
     const Schema& schema, std::span<const DifferenceColumn> columns, const DecodedParts& parts) {

@@ -1,5 +1,5 @@
-// Translates the values of a component to words, and to indices of a domain without escapes, from
-// which differences are computed.
+// Conversion of the values of a component to words, and to indices of a domain without escapes.
+// Differences are computed from these indices.
 // spec: "Values as differences"
 #pragma once
 
@@ -14,8 +14,8 @@
 
 namespace shm {
 
-/// Loads the values of one component, `stride` bytes apart and in host byte order, as bits in the
-/// low bytes of words.
+/// Loads the values of one component as words whose low bytes contain the bits of the values. The
+/// values are in host byte order. `stride`: distance in bytes between consecutive values.
 template <class Bits>
 void load_as(const std::byte* values, std::size_t stride, std::span<std::uint64_t> bits) {
   for (std::uint64_t& word : bits) {
@@ -35,7 +35,7 @@ inline void load(const std::byte* values, std::size_t stride, std::size_t width,
   }
 }
 
-/// Stores words as values, `stride` bytes apart.
+/// Stores words as values. `stride`: distance in bytes between consecutive values.
 template <class Bits>
 void save_as(std::span<const std::uint64_t> bits, std::byte* to, std::size_t stride) {
   for (std::uint64_t word : bits) {
@@ -54,8 +54,8 @@ inline void save(std::span<const std::uint64_t> bits, std::byte* to, std::size_t
   }
 }
 
-/// Calls work(index_of, bits_of) with the translation of a domain. Unlike ValueTranslator it has an
-/// index for every integer. All values must be in the domain.
+/// Calls work(index_of, bits_of) with the conversion functions of a domain. Unlike ValueTranslator,
+/// they have an index for every integer. All values must be in the domain.
 template <class Work>
 decltype(auto) with_translation(const ArrayInfo& info, std::size_t component,
                                 const ValueDomain& domain, Work&& work) {
@@ -75,15 +75,15 @@ decltype(auto) with_translation(const ArrayInfo& info, std::size_t component,
               [&translator](std::int64_t index) { return translator.bits(index); });
 }
 
-/// Returns true if all values of an array may be in a domain without escapes. The values of a
-/// quantized array may be coded as stored floats, in case some of them would be escapes.
+/// Returns true if all values of an array may be coded in this domain, without escapes. The values
+/// of a quantized array may also be coded as floats, in case some of them would be escapes.
 inline bool may_be(const ArrayInfo& info, const ValueDomain& domain) {
   return domain.kind != DomainKind::digits &&
          (domain.fits(info) || (is_float(info.type) && domain == ValueDomain()));
 }
 
-/// Returns true if components of these domains use the same kind of prediction, as all components
-/// of an array must.
+/// Returns true if components with these domains use the same kind of prediction. This is required
+/// of all components of an array.
 inline bool predicted_alike(DomainKind a, DomainKind b) {
   const auto is_float = [](DomainKind kind) {
     return kind == DomainKind::floats || kind == DomainKind::narrow;
@@ -91,14 +91,14 @@ inline bool predicted_alike(DomainKind a, DomainKind b) {
   return is_float(a) || is_float(b) ? a == b : true;
 }
 
-/// Returns the largest number of bytes of a residual.
+/// Returns the largest possible size of a residual in bytes.
 inline std::uint32_t most_bytes(ScalarType type, DomainKind kind) {
   if (kind == DomainKind::narrow) return 4;
   const bool as_stored = kind == DomainKind::floats || kind == DomainKind::integers;
   return as_stored ? static_cast<std::uint32_t>(scalar_bytes(type)) : 8;
 }
 
-/// Returns the number of bytes of the largest residual, given the bitwise or of all residuals.
+/// Returns the size in bytes of the largest residual. `residuals`: the bitwise OR of all residuals.
 inline std::uint32_t bytes_for(std::uint64_t residuals) {
   return static_cast<std::uint32_t>((std::bit_width(residuals) + 7) / 8);
 }

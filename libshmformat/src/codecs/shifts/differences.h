@@ -1,6 +1,6 @@
-// Differences: predicts a value from earlier elements whose numbers are smaller by fixed amounts,
-// for meshes whose numbers run in rows and layers. The prediction continues a polynomial along each
-// of up to three lags.
+// Differences: predicts a value from earlier elements whose numbers are smaller by fixed amounts
+// (lags). This suits meshes whose numbers run in rows and layers. The prediction continues a
+// polynomial along each of up to three lags.
 //   Factor        a lag and an order: the order-th difference along the lag is expected to be 0
 //   Tap           the weight of one earlier value in the prediction, and its distance
 //   KnownNumbers  a ring of the numbers of known elements
@@ -21,16 +21,17 @@ namespace shm {
 
 // Frozen: part of the format.
 inline constexpr std::uint32_t kMostFactors = 3, kMostOrder = 3;
-/// An element is known until another element has the same number modulo the number of places.
+/// Largest number of places. An element is known until another element has the same number modulo
+/// the number of places.
 inline constexpr std::uint64_t kMostPlaces = std::uint64_t{1} << 17;
-/// Returns the number of places: a power of two, at most kPlacesForEach per element of the first
-/// group, so that clearing them stays in proportion to the data.
+/// Largest number of places per element of the first group. places_for() returns a power of two, so
+/// that clearing the places takes time in proportion to the data.
 inline constexpr std::uint64_t kPlacesForEach = 64;
 constexpr std::uint64_t places_for(std::uint64_t count) {
   return std::bit_floor(std::min(kMostPlaces, kPlacesForEach * std::max<std::uint64_t>(count, 1)));
 }
-/// Limit on the components of all columns in differences together. Each component needs up to 1 MB;
-/// three components need 4 MB.
+/// Largest number of components of all columns in differences together. Each component needs up to
+/// 1 MB; three components of one column need 4 MB.
 inline constexpr std::uint32_t kMostDifferenceRings = 32;
 
 struct Factor {
@@ -43,7 +44,8 @@ struct Tap {
   std::int64_t count = 0;
 };
 /// Returns the terms of 1 - the product of all (1 - x^lag)^order, by descending power, without zero
-/// terms. The farthest element comes first, so that a sum need not wait for the previous element.
+/// terms. The farthest element comes first, so that the sum waits for the previous element only at
+/// the end.
 std::vector<Tap> taps_of(std::span<const Factor> factors);
 
 class KnownNumbers {
@@ -52,33 +54,33 @@ class KnownNumbers {
   std::size_t places() const { return numbers_.size(); }
   bool has(std::uint64_t number) const { return numbers_[place(number)] == number; }
   void add(std::uint64_t number) { numbers_[place(number)] = number; }
-  /// Forgets all numbers. Must hold: `places` is a power of two, at least 2. Call it before all
-  /// other functions.
+  /// Removes all numbers and sets the number of places. Call it before all other functions. Must
+  /// hold: `places` is a power of two, at least 2.
   void clear(std::uint64_t places) {
     mask_ = places - 1;
     numbers_.resize(static_cast<std::size_t>(places));
-    // a number that belongs to another place
+    // A number that belongs to another place marks a place without a known number.
     for (std::size_t i = 0; i < numbers_.size(); ++i) numbers_[i] = i ^ 1;
   }
 
  private:
-  std::vector<std::uint64_t> numbers_;  // the last number of each place
+  std::vector<std::uint64_t> numbers_;  // by place: the last number
   std::uint64_t mask_ = 0;
 };
 
-// How a prediction is computed from the states of one component, and how a value differs from it. A
-// state is one word per value.
+// These classes define how a prediction is computed from the states of one component, and how a
+// value is coded relative to it. A state is one word per value.
 
-/// Whole numbers modulo 2^64, or within the integer type of the values. For domains whose values
-/// are evenly spaced.
+/// Differences of integers, modulo 2^64 or within the integer type of the values. Used for domains
+/// whose values are evenly spaced.
 struct WholeDifferences {
-  int unused = 0;  // high bits that the type does not use
+  int unused = 0;  // number of high bits that the type does not use
   bool has_sign = true;
 
   static WholeDifferences of(ScalarType integers) {
     return {static_cast<int>(64 - 8 * scalar_bytes(integers)), is_signed_integer(integers)};
   }
-  /// Wraps the index to the range of the type.
+  /// Returns the index wrapped to the range of the type.
   std::int64_t within(std::uint64_t index) const {
     const std::uint64_t high = index << unused;
     return has_sign ? static_cast<std::int64_t>(high) >> unused
@@ -107,7 +109,8 @@ struct WholeDifferences {
   }
 };
 
-/// Floating-point numbers: predicted in float64, coded as indices among all numbers of type T.
+/// Differences of floating-point numbers: predicted in float64, coded as indices among all numbers
+/// of type T.
 template <class T>
 struct FloatDifferences {
   using Bits = std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint64_t>;
@@ -136,7 +139,7 @@ struct FloatDifferences {
   }
 };
 
-/// Calls `work` with the kind of differences for the domain.
+/// Calls `work` with the class of differences that suits the domain.
 template <class Work>
 decltype(auto) with_differences(ScalarType type, DomainKind kind, Work&& work) {
   if (kind == DomainKind::narrow || (kind == DomainKind::floats && type == ScalarType::float32))

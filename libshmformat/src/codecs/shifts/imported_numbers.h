@@ -1,5 +1,5 @@
-// ImportedNumbers: the stream numbers of live imported vertices, by their numbers in the segment.
-// It needs memory for the live vertices only.
+// ImportedNumbers: maps the import numbers of live imported vertices to their stream numbers. It
+// needs memory for the live vertices only.
 #pragma once
 
 #include <cstdint>
@@ -13,9 +13,9 @@ namespace shm {
 class ImportedNumbers {
  public:
   bool empty() const { return count_ == 0; }
-  /// Must hold: `import` is present.
+  /// Returns the stream number. Must hold: `import` is present.
   std::uint64_t operator[](std::uint64_t import) const { return numbers_[slots_.find(import)]; }
-  /// Must hold: `import` is absent.
+  /// Adds an entry. Must hold: `import` is absent.
   void add(std::uint64_t import, std::uint64_t number) {
     auto slot = static_cast<std::uint32_t>(numbers_.size());
     if (free_.empty()) {
@@ -28,7 +28,7 @@ class ImportedNumbers {
     slots_.insert(import, slot);
     ++count_;
   }
-  /// Must hold: `import` is present.
+  /// Removes an entry. Must hold: `import` is present.
   void remove(std::uint64_t import) {
     free_.push_back(slots_.find(import));
     slots_.erase(import);

@@ -1,6 +1,6 @@
-// LiveNumbers: the set of live vertex numbers, with their owners. It has one bit for each number,
-// 64 numbers to a word, and a table of words with open addressing. So consecutive numbers share a
-// cache line; an isolated number needs 64 to 128 bytes.
+// LiveNumbers: the set of live vertex numbers, and whether each is imported. A word has one bit for
+// each of 64 numbers, and the words are in a hash table with open addressing. So consecutive
+// numbers share a cache line; an isolated number needs 64 to 128 bytes.
 #pragma once
 
 #include <algorithm>
@@ -22,15 +22,15 @@ class LiveNumbers {
     if ((word.live >> (number & 63) & 1) == 0) return State::dead;
     return (word.imported >> (number & 63) & 1) != 0 ? State::imported : State::own;
   }
-  /// `hint`: a place where the number may be, because a number near it was. Any value is valid; it
-  /// is updated.
+  /// Returns true if the number is live. `hint`: a place in the table where the number may be,
+  /// usually the place of a nearby number. Any value is valid; the function updates it.
   bool is_live(std::uint64_t number, std::size_t& hint) const {
     const Word& word = words_[hint & mask_];
     if (word.live != 0 && word.number == number >> 6) return (word.live >> (number & 63) & 1) != 0;
     hint = place_of(number >> 6);
     return (words_[hint].live >> (number & 63) & 1) != 0;
   }
-  /// Adds a number. Returns false if it is alive already.
+  /// Adds a number. Returns false if it is already live.
   bool add(std::uint64_t number, bool imported) {
     const std::uint64_t bit = std::uint64_t{1} << (number & 63);
     if ((word_at(number >> 6).live & bit) != 0) return false;
@@ -38,14 +38,15 @@ class LiveNumbers {
     if (imported) word.imported |= bit;
     return true;
   }
-  /// Removes a number and returns its state before. Ignores a number that is not alive.
+  /// Removes a number and returns its previous state. Ignores a number that is not live.
   State remove(std::uint64_t number) {
     const State was = state(number);
     remove_bits(number >> 6, std::uint64_t{1} << (number & 63));
     return was;
   }
 
-  // Runs of up to 64 numbers: bit i is for number first + i. A run must not pass 2^64.
+  // A run of up to 64 consecutive numbers: bit i belongs to number first + i. A run must not exceed
+  // 2^64.
 
   struct Run {
     std::uint64_t live = 0, imported = 0;
@@ -59,13 +60,13 @@ class LiveNumbers {
     }
     return {run.live & ones(length), run.imported & ones(length)};
   }
-  /// Must hold: no number of the run is alive.
+  /// Adds a run of numbers. Must hold: no number of the run is live.
   void add_run(std::uint64_t first, std::uint32_t length) {
     const auto [word, place, rest] = split(first);
     add_bits(word, ones(std::min(length, rest)) << place);
     if (rest < length) add_bits(word + 1, ones(length - rest));
   }
-  /// Removes a run. Numbers that are not alive are ignored.
+  /// Removes a run of numbers. Numbers that are not live are ignored.
   void remove_run(std::uint64_t first, std::uint32_t length) {
     const auto [word, place, rest] = split(first);
     remove_bits(word, ones(std::min(length, rest)) << place);
@@ -85,15 +86,15 @@ class LiveNumbers {
 
  private:
   struct Word {
-    std::uint64_t number = 0;  // first vertex number of the word / 64
-    std::uint64_t live = 0;    // bits of the live numbers; 0: the place is free
+    std::uint64_t number = 0;  // first vertex number of the word, divided by 64
+    std::uint64_t live = 0;    // one bit for each live number; 0: the place is free
     std::uint64_t imported = 0;
     std::uint64_t unused = 0;  // padding to 32 bytes
   };
   std::size_t home(std::uint64_t number) const {
     return static_cast<std::size_t>(scatter_(number)) & mask_;
   }
-  /// Returns the place of a word, or the free place where it belongs.
+  /// Returns the place of a word; if the word is absent, the free place where it belongs.
   std::size_t place_of(std::uint64_t number) const {
     std::size_t i = home(number);
     while (words_[i].live != 0 && words_[i].number != number) i = (i + 1) & mask_;
@@ -104,7 +105,8 @@ class LiveNumbers {
   static std::uint64_t ones(std::uint32_t count) {
     return count >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << count) - 1;
   }
-  /// The word of a number, its bit in the word, and the number of bits from there on.
+  /// The index of the word for a number, the number's bit in the word, and the count of bits from
+  /// there on.
   struct Split {
     std::uint64_t word;
     std::uint32_t place, rest;
@@ -134,7 +136,7 @@ class LiveNumbers {
     count_ -= static_cast<std::uint64_t>(std::popcount(bits));
     if (word.live == 0) close(place);
   }
-  /// Moves words back that had been placed beyond `hole`, which is now free.
+  /// Moves words back to where they belong after the place `hole` has become free.
   void close(std::size_t hole) {
     --used_;
     for (std::size_t i = (hole + 1) & mask_; words_[i].live != 0; i = (i + 1) & mask_) {

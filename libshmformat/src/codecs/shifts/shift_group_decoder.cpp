@@ -54,7 +54,7 @@ Result<void> ShiftGroupDecoder::begin_streams(std::optional<ConnectivityCodec> c
 Result<void> ShiftGroupDecoder::begin_stream(const container::StreamEntry& entry,
                                              std::span<const std::byte> bytes) {
   const auto place = static_cast<std::size_t>(&entry - header_->streams.data());
-  // The bound keeps sums of bytes from wrapping, whatever limit the caller set.
+  // This bound prevents overflow in sums of sizes, whatever limit the caller has set.
   const std::uint64_t decoded_bytes = std::min(header_->decoded_bytes, std::uint64_t{1} << 56);
   if (entry.kind == StreamKind::connectivity)
     return place == 0 ? begin_connectivity(bytes, decoded_bytes) : wrong_stream(entry);
@@ -76,8 +76,8 @@ Result<void> ShiftGroupDecoder::begin_connectivity(std::span<const std::byte> by
     return corrupt("connectivity: the size of its ring is invalid");
   if (predicted_.empty() && has_neighbours_)
     predicted_ = predicted_columns<SplitDecoder>(*schema_, columns_, parts_);
-  // A shift takes at most 10 bytes for each node of a new cell, and as many for the number of an
-  // unused vertex. decoded_bytes has 8 bytes for such a node, 12 for such a vertex.
+  // A shift needs at most 10 bytes for each node of a new cell; the number of an unused vertex also
+  // needs at most 10 bytes. decoded_bytes counts 8 bytes for such a node, 12 for such a vertex.
   const std::uint64_t most = 3 * decoded_bytes + 64 * std::uint64_t{header_->cells};
   if (!shifts_.begin_group(in.get_bytes(in.left()), header_->cells, most, zstd_))
     return corrupt("connectivity: cannot be unpacked");
@@ -137,7 +137,7 @@ Result<void> ShiftGroupDecoder::decode_cells(DecodedBlock& decoded) {
   std::size_t cells = 0;
   if (most > 0 && schema_->blocks.empty()) return corrupt("connectivity: a cell of no block");
   while (cells < most && done_.bytes - bytes_before < kTileBytes) {
-    // Take few enough cells that the tile cannot end among them.
+    // Limit the number of cells so that the tile cannot end within this run.
     const std::uint64_t left = kTileBytes - (done_.bytes - bytes_before);
     const auto fit = static_cast<std::size_t>(std::max<std::uint64_t>(left / most_cell_bytes_, 1));
     const std::size_t more =
@@ -149,11 +149,12 @@ Result<void> ShiftGroupDecoder::decode_cells(DecodedBlock& decoded) {
   }
   keep_cells(cells, block);
   if (!imports_.empty()) name_imports(block.corners);
-  return has_room_for_bytes(0) ? Result<void>() : corrupt("unpacks to more than stated");
+  return has_room_for_bytes(0) ? Result<void>()
+                               : corrupt("unpacks to more bytes than its header states");
 }
 
-/// Decodes up to `most` cells that come by the same shift, as cells of the block from `cell` on.
-/// Returns their number, 0 for damaged data.
+/// Decodes up to `most` cells that have the same shift, and stores them as cells of the block from
+/// `cell` on. Returns their number; 0 if the data is damaged.
 std::size_t ShiftGroupDecoder::decode_alike(DecodedBlock& decoded, std::size_t cell,
                                             std::size_t most) {
   MeshBlock& block = decoded.mesh;
@@ -192,8 +193,9 @@ void ShiftGroupDecoder::name_imports(std::vector<std::uint64_t>& corners) {
   finalized_.clear();
 }
 
-/// Counts the vertices that each cell introduces and finalizes, in a run of cells whose numbers
-/// increase by one from cell to cell. Returns false if the run is not that simple, or is invalid.
+/// Counts the vertices that each cell of a run introduces and finalizes. The vertex numbers of the
+/// run must increase by one from cell to cell. Returns false if they do not, if a vertex is used in
+/// another irregular way, or if the run is invalid.
 bool ShiftGroupDecoder::count_run(const CellMarks& marks, std::span<const std::uint64_t> numbers,
                                   std::size_t count, std::uint64_t& introduced,
                                   std::uint64_t& finalized) {
@@ -206,18 +208,18 @@ bool ShiftGroupDecoder::count_run(const CellMarks& marks, std::span<const std::u
   for (std::size_t i = 0; i < nodes; ++i) {
     if (numbers[nodes + i] != first[i] + 1 || first[i] > ~std::uint64_t{0} - 64) return false;
     LiveNumbers::Run run = live_.run(first[i], length);
-    bool again =
-        false;  // true: an earlier node of the cell is the same vertex, also marked as last use
+    // True: an earlier node of the cell has the same vertex and is also marked as last use
+    bool again = false;
     for (std::size_t j = 0; j < nodes; ++j) {
-      const std::uint64_t ahead =
-          first[j] - first[i];  // number of cells after which node i has the first number of node j
+      // Number of cells after which node i has the number that node j has in the first cell
+      const std::uint64_t ahead = first[j] - first[i];
       if (ahead >= count) continue;
       if (has_bit(marks.introduced, j)) {
-        if (j != i && has_bit(marks.introduced, i)) return false;  // introduced twice
+        if (j != i && has_bit(marks.introduced, i)) return false;  // the vertex is introduced twice
         run.live |= j == i ? 0 : all << ahead;
       }
       if (has_bit(marks.last_use, j)) {
-        if (ahead > 0) return false;  // used after its last use
+        if (ahead > 0) return false;  // the vertex is used after its last use
         again = again || (j < i && has_bit(marks.last_use, i));
       }
     }
@@ -232,12 +234,13 @@ bool ShiftGroupDecoder::count_run(const CellMarks& marks, std::span<const std::u
   return true;
 }
 
-/// Does the same as introduce_and_finalize() for `count` cells, 2 to 64, whose numbers increase by
-/// one from cell to cell and which import nothing, with runs of numbers. If that is not possible or
-/// the cells are invalid, returns false and changes nothing.
+/// Does the same as introduce_and_finalize() for `count` cells (2 to 64) that import no vertices
+/// and whose vertex numbers increase by one from cell to cell. It processes runs of numbers instead
+/// of single numbers. Returns false, without any change, if that is not possible or the cells are
+/// invalid.
 bool ShiftGroupDecoder::take_run(const CellMarks& marks, std::span<const std::uint64_t> numbers,
                                  std::size_t count, DecodedBlock& decoded) {
-  std::uint64_t introduced, finalized;  // by each cell
+  std::uint64_t introduced, finalized;  // number of vertices of each cell
   if (!count_run(marks, numbers, count, introduced, finalized)) return false;
   const std::uint64_t active =
       live_.count() + introduced +
@@ -257,9 +260,9 @@ bool ShiftGroupDecoder::take_run(const CellMarks& marks, std::span<const std::ui
   return true;
 }
 
-/// Introduces the new vertices of a cell, checks that its other vertices are alive, and removes
-/// those with their last use. Returns false if one is not alive, or if the header states fewer
-/// vertices.
+/// Introduces the new vertices of a cell, checks that its other vertices are live, and removes the
+/// vertices that the cell uses last. Returns false if a vertex is not live, or if the header states
+/// fewer vertices.
 bool ShiftGroupDecoder::introduce_and_finalize(const CellMarks& marks,
                                                std::span<const std::uint64_t> numbers,
                                                DecodedBlock& decoded) {

@@ -1,5 +1,5 @@
-// ShiftGroupDecoder: decodes the groups of a segment in shifts. The mirror of
-// shift_segment_encoder.h.
+// ShiftGroupDecoder: decodes the groups of a segment that is coded as shifts. It is the counterpart
+// of shift_segment_encoder.h.
 // spec: "Shifts", "Values as differences"
 #pragma once
 
@@ -54,12 +54,14 @@ class ShiftGroupDecoder final : public GroupDecoder {
   bool introduce(std::uint64_t number, bool imported, DecodedBlock& decoded);
   void name_imports(std::vector<std::uint64_t>& corners);
 
-  bool names_imports_;  // true: imported vertices get their stream numbers
+  bool names_imports_;  // true: imported vertices receive their stream numbers
   ShiftDecoder shifts_;
   std::vector<DifferenceColumn> columns_;
   std::vector<std::unique_ptr<ValueColumn<SplitDecoder>>>
       predicted_;  // predicted columns; empty until a group has neighbourhoods
-  std::vector<std::uint8_t> is_predicted_;  // by column: 1 if predicted in the current group
+
+  // For each column: 1 if it is predicted over neighbourhoods in the current group
+  std::vector<std::uint8_t> is_predicted_;
   ShiftNeighbours neighbours_;
   bool has_neighbours_ = false;  // true: the current group has neighbourhoods
   DifferenceScratch scratch_;
@@ -70,17 +72,17 @@ class ShiftGroupDecoder final : public GroupDecoder {
   std::array<std::size_t, kMostShiftNodes>
       hints_{};  // by node: the last place of its number in live_
 
-  // If vertices are numbered by their order
+  // Used if vertices are numbered in coding order
   std::uint64_t next_own_, next_import_ = kFirstImport;
   ImportedNumbers imports_;
   std::vector<std::uint64_t> finalized_;  // imports that cells of the current block may still use
   NumberColumn<RangeDecoder> import_numbers_;
   RangeDecoder import_coder_{std::span<const std::byte>()};
 
-  // The current block
+  // Data of the current block
   std::vector<std::uint64_t>
-      new_numbers_;                   // numbers of new vertices, including imported and unused ones
-  std::vector<std::uint64_t> cells_;  // numbers of the cells that an array covers
+      new_numbers_;  // numbers of new vertices, including imported and unused vertices
+  std::vector<std::uint64_t> cells_;  // numbers of those cells that an array covers
   std::vector<Neighbourhood> vertex_items_, cell_items_;
 };
 

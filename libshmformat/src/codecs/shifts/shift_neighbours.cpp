@@ -9,8 +9,8 @@
 namespace shm {
 namespace {
 
-/// The corner bits in which each neighbour differs from the element, in the order of
-/// Neighbourhood::at.
+/// For each neighbour, in the order of Neighbourhood::at: the corner bits in which it differs from
+/// the element.
 constexpr std::array<std::uint32_t, 7> kLatticeBits = {1, 2, 4, 3, 5, 6, 7};
 
 }  // namespace
@@ -22,7 +22,7 @@ bool needs_ring(const Schema& schema) {
 
 void ShiftNeighbours::Ring::clear(std::size_t places) {
   number.resize(places);
-  // a number that belongs to another place
+  // a number that belongs to another place marks an empty place
   for (std::size_t i = 0; i < places; ++i) number[i] = i ^ 1;
   full.assign(places, 0);
 }
@@ -89,7 +89,8 @@ void ShiftNeighbours::add_vertices(const CellMarks& marks, const std::uint64_t* 
   }
 }
 
-/// `introduced`: positions of the vertices that are not known yet, including this one.
+/// Finds the neighbours of the vertex at `position`. `introduced`: positions of the vertices that
+/// are not known yet, including this position.
 void ShiftNeighbours::look_around(Neighbourhood& item, std::uint32_t position,
                                   std::uint64_t introduced, const std::uint64_t* numbers,
                                   std::uint32_t axes) const {
@@ -117,8 +118,9 @@ void ShiftNeighbours::look_around(Neighbourhood& item, std::uint32_t position,
   vertices_.look_for_thirds(item);
 }
 
-/// A cell is identified by its last corner. If cells are numbered alike, the cells across its sides
-/// have corners of this cell as their last corners.
+/// Finds the neighbours of a cell. A cell is identified by the number of its last corner. If
+/// neighbouring cells are numbered in the same way, the last corners of the cells across the sides
+/// are corners of this cell.
 void ShiftNeighbours::add_cell(std::uint32_t axes, const std::uint64_t* numbers,
                                std::vector<Neighbourhood>& cells) {
   Neighbourhood& item = cells.emplace_back();

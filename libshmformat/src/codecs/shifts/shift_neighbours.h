@@ -1,7 +1,7 @@
-// ShiftNeighbours: neighbourhoods in segments whose cells are shifts. The near neighbours of a new
-// vertex are in its own cell. Neighbours beyond, and the cells around a cell, follow from vertex
-// numbers, which are assumed to continue as within the cell. This needs neither a surface nor a
-// search, and takes almost no time.
+// ShiftNeighbours: finds neighbourhoods in segments whose cells are coded as shifts. The near
+// neighbours of a new vertex are in the same cell. Neighbours farther away, and the cells around a
+// cell, are found by vertex numbers, which are assumed to continue as within the cell. This needs
+// neither a surface nor a search, and takes almost no time.
 // spec: "Neighbourhoods by number"
 #pragma once
 
@@ -17,17 +17,17 @@
 
 namespace shm {
 
-/// Vertices and cells are remembered by number modulo 2^bits, which is also their slot. Frozen:
-/// part of the format.
+/// Largest size of a ring, in bits. Vertices and cells are remembered by number modulo 2^bits,
+/// which is also their slot. Frozen: part of the format.
 inline constexpr std::uint32_t kMostRingBits = 18;
-/// A new ring has at most this number of places per element of its first group, so that clearing
-/// it, and the memory of columns, stay in proportion to the data.
+/// Largest number of places of a new ring per element of its first group. The limit keeps the time
+/// to clear the ring, and the memory of columns, in proportion to the data.
 inline constexpr std::uint64_t kRingPlacesForEach = 4;
 
-/// Returns true if every group must have a ring, since the file may have step values.
+/// Returns true if every group must have a ring because the file may have step values.
 bool needs_ring(const Schema& schema);
 
-/// Returns the largest ring for a group of `elements` elements, in bits.
+/// Returns the size in bits of the largest ring that a group of `elements` elements may have.
 constexpr std::uint32_t most_ring_bits(std::uint64_t elements) {
   const auto bits = std::bit_width(kRingPlacesForEach * std::max<std::uint64_t>(elements, 1));
   return std::min(static_cast<std::uint32_t>(bits) - 1, kMostRingBits);
@@ -35,20 +35,20 @@ constexpr std::uint32_t most_ring_bits(std::uint64_t elements) {
 
 class ShiftNeighbours {
  public:
-  /// `schema` is borrowed. Finds the neighbourhoods of vertices, of cells, or of both.
+  /// Finds the neighbourhoods of vertices, of cells, or of both. `schema` must outlive this object.
   ShiftNeighbours(const Schema& schema, bool of_vertices, bool of_cells);
 
-  /// Begins a group of `elements` elements. If `bits` is 0, they have no neighbourhoods. Returns
-  /// false if the ring would be too large.
+  /// Begins a group of `elements` elements. `bits`: size of the ring; 0: the elements have no
+  /// neighbourhoods. Returns false if the ring would be too large.
   bool begin_group(std::uint32_t bits, std::uint64_t elements);
-  /// Returns the size of the current rings, in bits; 0: none yet.
+  /// Returns the size of the current rings in bits; 0 if there are no rings yet.
   std::uint32_t ring_bits() const { return ring_bits_; }
-  /// Returns a number above every slot that an item can name. A column may not have elements in all
-  /// of these slots.
+  /// Returns a number above every slot that can occur in a neighbourhood. A column may have no
+  /// elements in some of these slots.
   std::uint32_t slots() const { return ring_bits_ == 0 ? 0 : 1u << ring_bits_; }
 
-  /// Adds the next cells, which all have the same shift: appends the neighbourhoods of their new
-  /// vertices, in order of introduction, and of the cells themselves.
+  /// Adds the next cells, which all have the same shift. Appends the neighbourhoods of their new
+  /// vertices, in order of introduction, to `vertices`, and those of the cells to `cells`.
   void add_cells(const CellMarks& marks, std::span<const std::uint64_t> numbers, std::size_t count,
                  std::vector<Neighbourhood>& vertices, std::vector<Neighbourhood>& cells);
   /// Adds a vertex that no cell uses.
@@ -58,7 +58,8 @@ class ShiftNeighbours {
   /// The remembered elements, by number modulo the number of places.
   struct Ring {
     std::vector<std::uint64_t> number;
-    std::vector<std::uint8_t> full;  // whether its own lattice was known
+    /// For each place: 1 if all neighbours in the element's own lattice were known.
+    std::vector<std::uint8_t> full;
 
     void clear(std::size_t places);
     std::uint32_t place(std::uint64_t n) const {
@@ -82,10 +83,10 @@ class ShiftNeighbours {
                 std::vector<Neighbourhood>& cells);
 
   bool of_vertices_, of_cells_;
-  std::vector<std::uint8_t> axes_;  // by block
+  std::vector<std::uint8_t> axes_;  // number of axes of the cells, by block
   std::uint32_t ring_bits_ = 0;
   bool finds_ = false;
-  Ring vertices_, cells_;  // cells by the number of their last corner
+  Ring vertices_, cells_;  // cells are stored by the number of their last corner
   std::uint32_t last_cell_ = kNone;
 };
 

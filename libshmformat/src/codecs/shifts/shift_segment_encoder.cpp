@@ -14,11 +14,11 @@ namespace {
 
 using container::StreamKind;
 
-// Lags are noted at one cell in kNoteEvery; at most kMostLags different lags are kept.
+// Lags are collected from one cell in kNoteEvery. At most kMostLags different lags are stored.
 constexpr std::uint32_t kNoteEvery = 16;
 constexpr std::size_t kMostLags = 64;
 constexpr std::size_t kLagsTried = 3;
-// A ring enlarged to reach over several layers has at most this many bits.
+// Largest size, in bits, of a ring that is enlarged to cover several layers.
 constexpr std::uint32_t kFarRingBits = 15;
 
 template <class Lags>
@@ -107,7 +107,8 @@ bool ShiftSegmentEncoder::encode_cell(const SegmentPiece& piece, const SegmentPi
   note_active(active_);
   for (std::uint64_t left = cell.last_use; left != 0; left &= left - 1) {
     const auto i = static_cast<std::size_t>(std::countr_zero(left));
-    bool again = false;  // true: an earlier corner is the same vertex, also marked as last use
+    // True: an earlier corner has the same vertex and is also marked as last use
+    bool again = false;
     for (std::size_t j = 0; j < i; ++j)
       again = again || (nodes[j] == nodes[i] && (cell.last_use >> j & 1) != 0);
     active_ -= again ? 0 : 1;
@@ -115,7 +116,7 @@ bool ShiftSegmentEncoder::encode_cell(const SegmentPiece& piece, const SegmentPi
   return true;
 }
 
-/// Returns the number with which the shifts introduce a vertex.
+/// Returns the number by which the shifts introduce a vertex.
 std::uint64_t ShiftSegmentEncoder::number_of(const SegmentPiece::Vertex& vertex) const {
   if (!numbered_by_order_) return vertex.number;
   return vertex.imported ? next_import_ : next_own_;
@@ -144,17 +145,17 @@ void ShiftSegmentEncoder::note_lags() {
   }
 }
 
-/// Returns lags of cells in rows and layers: the distance from one cell to the next with the same
+/// Returns lags of cells in rows and layers: distances between consecutive cells that have the same
 /// rare shift.
 std::vector<std::uint32_t> ShiftSegmentEncoder::cell_lags() const {
-  std::array<std::size_t, 256> last{};  // last place + 1, by symbol
+  std::array<std::size_t, 256> last{};  // by symbol: last position of the symbol, plus 1
   std::vector<Lag> lags;
   const auto symbols = shifts_.symbols();
   for (std::size_t i = 0; i < symbols.size(); ++i) {
     const std::size_t before = std::exchange(last[symbols[i]], i + 1);
     const std::size_t lag = i + 1 - before;
     if (before > 0)
-      note(lags, lag, lag == 1 ? 2 : lag);  // a row weighs as much as all its cells together
+      note(lags, lag, lag == 1 ? 2 : lag);  // a row has the same weight as all its cells together
   }
   return chosen(std::move(lags));
 }
@@ -167,8 +168,8 @@ void ShiftSegmentEncoder::begin_element(bool is_cell) {
   cells_.tile_begin.push_back(cell_blocks_.size());
 }
 
-/// Returns the bits of a ring that covers the numbers which a cell spans, for 19 of 20 noted cells.
-/// A small ring is enlarged to cover two and three layers back as well.
+/// Returns the size in bits of a ring that covers the range of vertex numbers within a cell, for 19
+/// of 20 sampled cells. A small ring is enlarged to cover two and three layers back as well.
 std::uint32_t ShiftSegmentEncoder::ring_bits() const {
   const std::uint32_t noted = std::accumulate(spreads_.begin(), spreads_.end(), 0u);
   std::uint32_t bits = 1, within = spreads_[0];
@@ -190,7 +191,8 @@ void ShiftSegmentEncoder::find_neighbours(std::span<const std::byte> shifts) {
   for (std::size_t left = group.cells; left > 0;) {
     const auto [marks, count] =
         decoder_.next_cells(numbers.data(), std::min(left, kShiftedCellsAtOnce));
-    if (marks == nullptr) return;  // only if memory ran out, which then also affects the bitstream
+    // Happens only if memory ran out, which then also affects the bitstream
+    if (marks == nullptr) return;
     const std::size_t nodes = count * decoder_.nodes(marks->block);
     neighbours_.add_cells(*marks, std::span(numbers).first(nodes), count, vertices_.items,
                           cells_.items);
@@ -219,7 +221,7 @@ void ShiftSegmentEncoder::add_columns() {
   }
 }
 
-/// Encodes a column. `numbers`: of the elements that have a value.
+/// Encodes a column. `numbers`: numbers of the elements that have a value.
 void ShiftSegmentEncoder::add_column(std::size_t c, std::span<const std::uint64_t> numbers) {
   const bool of_cells = values_.of_cells(c);
   container::StreamEntry entry;
@@ -283,7 +285,7 @@ std::uint64_t ShiftSegmentEncoder::values_at_hand(ValueChoices* choices) {
 }
 
 void ShiftSegmentEncoder::encode_streams() {
-  choose_lags();  // the lags of cells come from the symbols, which finish() clears
+  choose_lags();  // choose_lags() derives the lags of cells from the symbols, which finish() clears
   const std::vector<std::byte> shifts = shifts_.finish(packing_);
   if (has_rings_) find_neighbours(shifts);
   ByteWriter out;

@@ -1,6 +1,6 @@
 // ShiftSegmentEncoder: encodes the cells of a segment as shifts, and values as differences along
-// their numbers. It uses no active surface and finds neighbours by number: it is fast, on meshes
-// whose numbers run in rows and layers.
+// element numbers. It uses no active surface and finds neighbours by number, so it is fast. It
+// suits meshes whose numbers run in rows and layers.
 // spec: "Shifts", "Values as differences"
 #pragma once
 
@@ -49,31 +49,32 @@ class ShiftSegmentEncoder final : public SegmentEncoder {
   std::vector<DifferenceColumn> columns_;
   std::vector<std::unique_ptr<ValueColumn<SplitEncoder>>>
       predicted_;  // predicted columns; empty at level fast
-  // Cells are decoded again from their bitstream, which takes less memory and time than keeping
-  // them.
+
+  // Decodes cells from the new bitstream, which needs less memory and time than storing the cells.
   ShiftDecoder decoder_;
   ShiftNeighbours neighbours_;
-  bool has_rings_ = false;  // true: groups have neighbourhoods, for values here or for steps
+  // True: groups have neighbourhoods, either for their values or for step values
+  bool has_rings_ = false;
   DifferenceScratch scratch_;
   ZstdCompressor packing_;
   ZstdDecompressor unpacking_;
 
-  std::vector<std::uint64_t> number_of_;  // by handle
-  std::vector<std::uint64_t> corners_;    // corner numbers of the current cell
+  std::vector<std::uint64_t> number_of_;  // vertex numbers by handle
+  std::vector<std::uint64_t> corners_;    // vertex numbers of the current cell, by corner
   std::uint64_t active_ = 0;
 
-  // The current group
+  // Data of the current group
   std::vector<std::uint64_t>
-      introduced_;  // numbers of introduced vertices, including imported and unused ones
+      introduced_;  // numbers of introduced vertices, including imported and unused vertices
   std::vector<std::uint32_t> cell_blocks_;
   TiledItems vertices_, cells_;
-  std::vector<std::uint32_t> by_vertex_, by_cell_;  // lags, ascending
+  std::vector<std::uint32_t> by_vertex_, by_cell_;  // lags for vertices and for cells, ascending
   struct Lag {
     std::uint64_t lag = 0, weight = 0;
   };
-  std::vector<Lag> lags_;  // differences between corner numbers in a cell
+  std::vector<Lag> lags_;  // differences between the vertex numbers within a cell
   std::array<std::uint32_t, 65>
-      spreads_{};  // number of cells, by the bit length of the span of their numbers
+      spreads_{};  // number of cells, by the bit length of the range of their vertex numbers
 
   std::uint64_t next_own_, next_import_ = kFirstImport;
 };

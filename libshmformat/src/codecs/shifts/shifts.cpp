@@ -48,7 +48,8 @@ std::size_t ShiftTable::add(const Shift& shift) {
 ShiftEncoder::ShiftEncoder(const Schema& schema, bool may_import)
     : table_(schema), may_import_(may_import) {}
 
-/// Returns the place of a shift, or the size of the table if it is not in the table.
+/// Returns the place of a shift; if the table does not contain the shift, returns the size of the
+/// table.
 std::size_t ShiftEncoder::find(const Shift& shift, std::uint32_t nodes) const {
   const std::uint64_t key = key_of(shift, nodes);
   for (std::size_t place = 0; place < keys_.size(); ++place) {
@@ -63,7 +64,7 @@ std::size_t ShiftEncoder::find(const Shift& shift, std::uint32_t nodes) const {
 void ShiftEncoder::add_cell(const CellMarks& marks, std::span<const std::uint64_t> numbers) {
   const auto nodes = static_cast<std::uint32_t>(numbers.size());
   std::uint64_t* const last = table_.last(marks.block).data();
-  // Almost always the shift that came after the last shift the last time.
+  // Guess: the shift that came after the previous shift last time. This is almost always right.
   const std::size_t guess = table_.size() == 0 ? 0 : followed_[last_place_];
   const Shift& guessed = table_.size() == 0 ? shift_ : table_.at(guess);
   std::uint64_t differs = 0;
@@ -126,7 +127,7 @@ ShiftDecoder::ShiftDecoder(const Schema& schema, bool may_import)
 bool ShiftDecoder::begin_group(std::span<const std::byte> bytes, std::uint32_t cells,
                                std::uint64_t limit, ZstdDecompressor& zstd) {
   ByteReader in(bytes);
-  const std::uint64_t before = in.get_varint();  // bytes before the symbols
+  const std::uint64_t before = in.get_varint();  // size in bytes of the data before the symbols
   if (!in.ok() || before > limit) return false;
   if (!zstd.decompress(in.get_bytes(in.left()), before + cells, unpacked_)) return false;
   const auto split = static_cast<std::size_t>(before);

@@ -1,7 +1,7 @@
-// Shifts: cells as differences. A shift is the difference between a cell and the previous cell of
-// its block: the amounts to add to the vertex numbers, and which vertices are new, imported and
-// used for the last time. Shifts repeat if numbers run in rows and layers. A cell is then one byte,
-// the place of its shift in a table, and zstd compresses these bytes.
+// Shifts: codes cells as differences. A shift is the difference between a cell and the previous
+// cell of its block: the amounts to add to the vertex numbers, and which vertices are new,
+// imported, or used for the last time. Shifts repeat if numbers run in rows and layers. A cell is
+// then coded as one byte, the place of its shift in a table. zstd compresses these bytes.
 //
 // in:    cells, with numbers                     out: a bitstream for each group
 // keeps: the last cell of each block, a table of shifts; updated alike in both directions
@@ -21,7 +21,7 @@
 
 namespace shm {
 
-/// Most cells that are decoded together.
+/// Largest number of cells that are decoded together.
 inline constexpr std::size_t kShiftedCellsAtOnce = 64;
 
 /// A cell without its vertex numbers. Sets of node positions are bit masks.
@@ -33,11 +33,12 @@ struct CellMarks {
   bool operator==(const CellMarks&) const = default;
 };
 
-/// Most nodes of a cell in shifts. Frozen: part of the format.
+/// Largest number of nodes per cell in shifts. Frozen: part of the format.
 inline constexpr std::uint32_t kMostShiftNodes = 64;
 
-/// Most components of a stepped array in a file with shifts. Step values over shifts are kept by
-/// number, which needs memory even if an array has few elements. Frozen: part of the format.
+/// Largest number of components of a stepped array in a file with shifts. In such files, step
+/// values are stored by number, which needs memory even if an array has few elements. Frozen: part
+/// of the format.
 inline constexpr std::uint32_t kMostShiftStepComponents = 32;
 
 struct Shift {
@@ -46,16 +47,17 @@ struct Shift {
   std::array<std::uint64_t, kMostShiftNodes> by{};
 };
 
-/// Returns true if cells of the schema can be coded as shifts: no delay, a fixed number of nodes
-/// per cell in each block, no stepped array with more than kMostShiftStepComponents components.
+/// Returns true if cells of the schema can be coded as shifts: there is no delay, each block has a
+/// fixed number of nodes per cell, and no stepped array has more than kMostShiftStepComponents
+/// components.
 bool takes_shifts(const Schema& schema);
 
-/// First number of imported vertices, unless order is keep. Shifts then run over stream numbers. An
-/// encoder does not know the stream numbers of vertices that earlier segments own, so these are
-/// numbered from here.
+/// First import number, used unless the order is `keep`. Shifts then use stream numbers. An encoder
+/// does not know the stream numbers of vertices that earlier segments own, so it numbers these
+/// vertices from here on.
 inline constexpr std::uint64_t kFirstImport = std::uint64_t{1} << 63;
 
-/// State of both directions. Must hold: takes_shifts(schema).
+/// The table of shifts, used in both directions. Must hold: takes_shifts(schema).
 class ShiftTable {
  public:
   // A symbol below kPlaces is the place of a shift in the table. kNew announces a new shift.
@@ -65,21 +67,21 @@ class ShiftTable {
   explicit ShiftTable(const Schema& schema);
 
   std::uint32_t nodes(std::uint32_t block) const { return nodes_[block]; }
-  /// Largest number of nodes per cell of any block.
+  /// Returns the largest number of nodes per cell of any block.
   std::size_t most_nodes() const { return most_nodes_; }
-  /// Returns the vertex numbers of the last cell of the block; initially zeros.
+  /// Returns the vertex numbers of the last cell of the block; zeros before the first cell.
   std::vector<std::uint64_t>& last(std::uint32_t block) {
     if (last_[block].empty()) last_[block].resize(nodes_[block]);
     return last_[block];
   }
   const Shift& at(std::size_t place) const { return shifts_[place]; }
   std::size_t size() const { return shifts_.size(); }
-  /// Adds a shift in place of the oldest one, and returns its place.
+  /// Replaces the oldest shift by `shift`, and returns its place.
   std::size_t add(const Shift& shift);
   std::size_t blocks() const { return nodes_.size(); }
 
  private:
-  std::vector<std::uint32_t> nodes_;  // by block
+  std::vector<std::uint32_t> nodes_;  // number of nodes per cell, by block
   std::size_t most_nodes_ = 0;
   std::vector<std::vector<std::uint64_t>> last_;
   std::vector<Shift> shifts_;
@@ -106,11 +108,11 @@ class ShiftEncoder {
 
   ShiftTable table_;
   bool may_import_;
-  std::vector<std::uint64_t> keys_;     // hash of the shift, by place
+  std::vector<std::uint64_t> keys_;     // hash of each shift, by place in the table
   std::vector<std::uint8_t> followed_;  // by place: the shift that came after it last time
   std::size_t last_place_ = 0;
   Shift shift_;
-  ByteWriter bytes_;  // new shifts, then unused vertices
+  ByteWriter bytes_;  // new shifts, followed by unused vertices
   std::vector<std::uint8_t> symbols_;
   std::uint64_t last_unused_ = 0;
 };
@@ -119,13 +121,13 @@ class ShiftDecoder {
  public:
   ShiftDecoder(const Schema& schema, bool may_import);
 
-  /// Begins a group with `cells` cells, which may unpack to `limit` bytes. Returns false if the
-  /// data is damaged.
+  /// Begins a group with `cells` cells. The group may unpack to at most `limit` bytes. Returns
+  /// false if the data is damaged.
   bool begin_group(std::span<const std::byte> bytes, std::uint32_t cells, std::uint64_t limit,
                    ZstdDecompressor& zstd);
-  /// Decodes the next cells of the group that have the same shift: at least one, at most `most`,
-  /// which must be above 0. Returns null marks if the data is damaged. Stores their vertex numbers
-  /// in `numbers`, which must have room for `most` cells of any block.
+  /// Decodes the next cells of the group that have the same shift: at least one cell, at most
+  /// `most` cells, where `most` must be above 0. Stores their vertex numbers in `numbers`, which
+  /// must have space for `most` cells of any block. Returns null marks if the data is damaged.
   struct Cells {
     const CellMarks* marks;
     std::size_t count;
@@ -135,7 +137,7 @@ class ShiftDecoder {
   std::size_t most_nodes() const { return table_.most_nodes(); }
   /// Returns the number of the next unused vertex; nothing if the data is damaged.
   std::optional<std::uint64_t> next_unused();
-  /// Returns true if all data of the group has been used, and no more.
+  /// Returns true if exactly the data of the group has been used.
   bool at_end() const {
     return bytes_.ok() && bytes_.left() == 0 && next_symbol_ == symbols_.size();
   }

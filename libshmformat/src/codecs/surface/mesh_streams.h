@@ -1,6 +1,6 @@
-// MeshStreams: the bitstreams of one segment and the coders that write or read them. Here
-// connectivity, corner order, numbers, geometry and static arrays are kept in step. The same code
-// runs in both directions: Coder is a RangeEncoder or a RangeDecoder.
+// MeshStreams: the bitstreams of one segment and the coders that write or read them. This class
+// keeps connectivity, corner order, vertex and cell numbers, geometry and static arrays
+// synchronized. The same code runs in both directions: Coder is a RangeEncoder or a RangeDecoder.
 // spec: "Segments", "Group", "Tiles", "Value columns", "Decoding a group"
 #pragma once
 
@@ -26,16 +26,17 @@
 
 namespace shm {
 
-/// Coordinates and static arrays of one segment, each in its own bitstream. It follows the mesh
-/// cell by cell and collects the neighbourhoods of new vertices and cells. It codes the values of a
-/// tile (decoding) or of a whole group (encoding) at once.
+/// Coordinates and static arrays of one segment, each in its own bitstream. The caller visits the
+/// mesh cell by cell, and this class collects the neighbourhoods of new vertices and cells. One
+/// call then codes the values of a tile (decoding) or of a whole group (encoding).
 template <class Coder>
 class ValueStreams {
  public:
-  /// `schema` must outlive this object. The columns of parts that are left out must not be used.
+  /// `schema` must outlive this object. Columns that `parts` leaves out must not be used.
   ValueStreams(const Schema& schema, const DecodedParts& parts);
 
-  // In step with the mesh: for each cell begin_cell(), its new vertices in order, end_cell().
+  // Call these functions for each cell in coding order: begin_cell(), add_vertex() for each new
+  // vertex in order, end_cell().
   void begin_cell(const CellTopology& cell, std::uint64_t live);
   void add_vertex(const CellTopology& cell, std::uint32_t position) {
     if (!finds()) return;
@@ -47,14 +48,15 @@ class ValueStreams {
     if (of_vertices_) push_tightly(vertices_.items, finder_.unused_vertex(slot));
   }
 
-  /// Encoding, before the first cell: sets the level at which values will be encoded.
+  /// Encoding: sets the level at which values will be encoded. Call it before the first cell.
   void expect_level(Level level) { vertex_reach_ = cell_reach_ = farthest_reach(level); }
 
-  // Encoding: the tiles of a group, then each column, then the next group.
+  // Encoding: call begin_tile() for the tiles of a group, then encode() for each column, then
+  // continue with the next group.
   void begin_tile();
   EncodedColumn encode(std::size_t column, const std::byte* values, std::size_t stride,
                        Level level);
-  /// Encoding: as in ValueColumn, for the elements of the group so far.
+  /// Encoding: does the same as in ValueColumn, for the elements of the group so far.
   std::uint64_t about_bytes(std::size_t column, const std::byte* values, std::size_t stride,
                             std::vector<DomainChoice>& choices) {
     return columns_[column]->about_bytes(elements_of(column), values, stride, choices);
@@ -64,10 +66,11 @@ class ValueStreams {
     return columns_[column]->bytes_if_coded(elements_of(column), values, stride, level);
   }
 
-  // Column 0 is geometry, the static arrays follow in schema order.
+  // Column 0 is geometry; the static arrays follow in schema order.
 
-  // Decoding: begin the group, then all its columns, then decode tile by tile. `bytes` must stay
-  // valid until the group ends, and may unpack to `limit` bytes. Returns false for damaged data.
+  // Decoding: begin the group, then begin each of its columns, then decode tile by tile. `bytes`
+  // must stay valid until the group ends, and may unpack to at most `limit` bytes. Returns false if
+  // the data is damaged.
   void begin_group() {
     vertex_reach_ = least_vertex_reach_;
     cell_reach_ = least_cell_reach_;
@@ -75,16 +78,17 @@ class ValueStreams {
   bool takes(std::size_t column, Codec codec) const { return columns_[column]->takes(codec); }
   bool begin_column(std::size_t column, Codec codec, std::span<const std::byte> bytes,
                     std::uint64_t limit);
-  /// Appends the values of the elements since the last tile to `out`. Returns false for damaged
-  /// data.
+  /// Appends the values of the elements since the last tile to `out`. Returns false if the data is
+  /// damaged.
   bool decode_tile(std::size_t column, std::vector<std::byte>& out);
-  /// Memory that the columns use for data kept by slot.
+  /// Returns the memory budget for the data that columns store by slot.
   ColumnMemory& memory() { return *memory_; }
   const ColumnMemory& memory() const { return *memory_; }
-  /// Elements since the last tile.
+  /// Return the neighbourhoods of the elements since the last tile.
   std::span<const Neighbourhood> vertices() const { return vertices_.items; }
   std::span<const Neighbourhood> cells() const { return cells_.items; }
-  /// Clears these elements: after the last column of a group (encoding) or tile (decoding).
+  /// Clears these neighbourhoods. Call it after the last column of a group (encoding) or tile
+  /// (decoding).
   void clear();
 
  private:
@@ -94,19 +98,20 @@ class ValueStreams {
   }
 
   const Schema* schema_;
-  bool of_vertices_, of_cells_;  // whether neighbourhoods of these are needed
+  bool of_vertices_, of_cells_;  // whether neighbourhoods of vertices or cells are needed
   NeighbourFinder finder_;
   Reach least_vertex_reach_ = Reach::lattice, least_cell_reach_ = Reach::lattice;
   Reach vertex_reach_ = Reach::farther, cell_reach_ = Reach::farther;
   TiledItems vertices_, cells_;
-  std::unique_ptr<ColumnMemory> memory_;  // decoding
+  std::unique_ptr<ColumnMemory> memory_;  // memory budget of the columns; null when encoding
   std::vector<std::optional<ValueColumn<Coder>>> columns_;
-  std::vector<bool> is_of_cells_;  // by column
+  std::vector<bool> is_of_cells_;  // whether each column has cell values
 };
 
 /// Order::keep: codes the numbers of the vertices that a cell introduces. If the coder of hexahedra
-/// codes numbers, those of corners come from there, all other numbers from `stream`.
-/// number(position) returns a reference: read when encoding, set when decoding.
+/// codes vertex numbers, `stream` contains only the numbers of vertices that are not corners of
+/// hexahedra. number(position) returns a reference, which is read when encoding and set when
+/// decoding.
 template <class Coder, class Number>
 void code_vertex_numbers(Connectivity<Coder>& connectivity, VertexNumbers<Coder>& numbers,
                          Coder& stream, const CellTopology& cell, Number&& number) {
@@ -126,8 +131,8 @@ void code_vertex_numbers(Connectivity<Coder>& connectivity, VertexNumbers<Coder>
     if (position >= corners) connectivity.set_number(cell.slots[position], number(position));
 }
 
-/// Codes the numbers of the cells of a segment: positions in coding order, or the source's own
-/// numbers if these are stored.
+/// Codes the numbers of the cells of a segment. These are positions in coding order, or the
+/// source's cell numbers if the file stores them.
 template <class Coder>
 class CellNumbers {
  public:
@@ -154,10 +159,11 @@ class CellNumbers {
 template <class Coder>
 class MeshStreams {
  public:
-  /// `schema` has passed check_schema(), and must outlive this object and not move.
+  /// `schema` has passed check_schema(). It must outlive this object and must not move.
   MeshStreams(const Schema& schema, const SegmentStart& start, const DecodedParts& parts = {});
 
-  /// Order::keep: the numbers of the vertices that a cell introduces, or of an unused vertex.
+  /// Order::keep: codes the numbers of the vertices that a cell introduces, or the number of an
+  /// unused vertex.
   template <class Number>
   void code_vertex_numbers(const CellTopology& cell, Number&& number) {
     if (schema_->order == Order::keep)
@@ -169,8 +175,9 @@ class MeshStreams {
       number = vertex_numbers_.code_unused(streams_[kVertexNumbers], slot, number);
   }
 
-  // For all segments but the first, before the values of each new vertex of a cell: a flag that an
-  // earlier segment owns it; and, if vertices are numbered by their order, its number there.
+  // In all segments except the first, these functions code data that precede the values of each new
+  // vertex of a cell: a flag that an earlier segment owns the vertex and, if vertices are numbered
+  // in coding order, its stream number.
   void begin_new_vertices(const CellTopology& cell) { imports_.begin_cell(cell); }
   bool code_import(const CellTopology& cell, std::uint32_t position, bool imported) {
     return imports_.code(streams_[imports_stream_], cell, position, imported);
@@ -182,7 +189,7 @@ class MeshStreams {
     number = import_numbers_.code(streams_[kVertexNumbers], stencil, slot, number);
   }
 
-  /// Codes the topology of one cell. Returns false if damaged data are decoded.
+  /// Codes the topology of one cell. Returns false if decoded data are damaged.
   bool code_cell(CellTopology& cell) {
     return connectivity_.code_cell(streams_[0], streams_[1], cell);
   }
@@ -192,23 +199,23 @@ class MeshStreams {
   void finish_cell(const CellTopology& cell) { connectivity_.finish_cell(cell); }
 
   Connectivity<Coder>& connectivity() { return connectivity_; }
-  /// Coordinates and static arrays. The caller keeps them in step with the cells.
+  /// Coordinates and static arrays. The caller visits the same cells in both objects.
   using Values = ValueStreams<std::conditional_t<Coder::kDecodes, SplitDecoder, SplitEncoder>>;
   Values& values() { return values_; }
   const Values& values() const { return values_; }
 
-  /// All bitstreams in the order of a group: the fixed streams, geometry last of these, then one
-  /// stream for each static array in schema order, then imports.
+  /// All bitstreams in the order of a group: first the fixed streams, of which geometry is the
+  /// last; then one stream for each static array in schema order; then imports.
   struct Stream {
     container::StreamKind kind;
     std::uint32_t array = 0;
   };
   static std::vector<Stream> list(const Schema& schema);
-  /// Returns true if stream `s` of the list holds values; column_of() is then its column in
-  /// values().
+  /// Returns true if stream `s` of the list contains values. In this case column_of() returns its
+  /// column in values().
   bool holds_values(std::size_t s) const { return s >= kGeometry && s < imports_stream_; }
   std::size_t column_of(std::size_t s) const { return s - kGeometry; }
-  /// By stream; the coders of value streams are unused.
+  /// Range coders by stream; those of value streams are unused.
   std::vector<Coder>& coders() { return streams_; }
 
  private:

@@ -19,10 +19,10 @@ SurfaceGroupDecoder::SurfaceGroupDecoder(const Schema& schema, const SegmentStar
 // --- streams
 
 Result<void> SurfaceGroupDecoder::begin_streams(std::optional<ConnectivityCodec> codec) {
-  // If groups of unused vertices came first, the codec is set with the first cells.
+  // If groups without cells came first, the codec is set at the first group with cells.
   if (codec && !codec_) {
     if (*codec == ConnectivityCodec::shifts)
-      return corrupt("connectivity: shifts begin after the first group of their segment");
+      return corrupt("connectivity: the segment changes to shifts after its first group");
     streams_.connectivity().set_codec(*codec);
   }
   for (RangeDecoder& coder : streams_.coders()) coder = RangeDecoder(std::span<const std::byte>());
@@ -62,12 +62,13 @@ Result<void> SurfaceGroupDecoder::begin_column(const container::StreamEntry& ent
   return {};
 }
 
-/// Missing streams read as zeros, except connectivity: a group without it has no cells.
+/// Treats missing streams as streams of zeros, except connectivity: a group without connectivity
+/// has no cells.
 Result<void> SurfaceGroupDecoder::end_streams() {
   for (std::size_t c = 0; c < columns(); ++c)
     if (is_wanted(c) && !has_stream_[c] &&
         !streams_.values().begin_column(c, Codec::columns, {}, header_->decoded_bytes))
-      return corrupt("a missing stream of values cannot be read as zeros");
+      return corrupt("a stream of values is missing and cannot be replaced by zeros");
   if (header_->cells > 0 && !container::connectivity_of(*header_))
     return corrupt("connectivity: missing");
   return {};
@@ -97,10 +98,10 @@ Result<void> SurfaceGroupDecoder::decode_cell(DecodedBlock& decoded) {
                    " is invalid");
   done_.active = std::max(done_.active, active());
   if (done_.active > header_->max_active_vertices)
-    return corrupt("more active vertices than stated");
+    return corrupt("more active vertices than its header states");
   done_.bytes += 8 * cell.slots.size() + (*cell_bytes_)[cell.block];
   if (!has_room_for_bytes(cell.new_positions.size() * vertex_bytes_))
-    return corrupt("unpacks to more than stated");
+    return corrupt("unpacks to more bytes than its header states");
   streams_.values().begin_cell(cell, active());
   if (auto status = decode_new_vertices(decoded); !status) return status;
   streams_.values().end_cell(cell);
@@ -110,7 +111,7 @@ Result<void> SurfaceGroupDecoder::decode_cell(DecodedBlock& decoded) {
   return {};
 }
 
-/// Adds the corners, block, number and last-use marks of the current cell to the block.
+/// Appends the corners, block, number and last-use marks of the current cell to the block.
 void SurfaceGroupDecoder::add_corners(DecodedBlock& decoded) {
   const CellTopology& cell = topology_;
   MeshBlock& block = decoded.mesh;
@@ -151,7 +152,7 @@ Result<void> SurfaceGroupDecoder::decode_new_vertices(DecodedBlock& decoded) {
 }
 
 Result<void> SurfaceGroupDecoder::decode_vertex(std::uint32_t slot, DecodedBlock& decoded) {
-  if (!has_room_for_vertex(false)) return corrupt("more vertices than stated");
+  if (!has_room_for_vertex(false)) return corrupt("more vertices than its header states");
   Vertex& vertex = vertex_at(slot);
   if (numbered_by_order()) vertex.number = header_->first_vertex + done_.own;
   vertex.owner = Owner::own;
@@ -161,7 +162,7 @@ Result<void> SurfaceGroupDecoder::decode_vertex(std::uint32_t slot, DecodedBlock
 
 Result<void> SurfaceGroupDecoder::decode_import(std::uint32_t position, std::uint32_t slot,
                                                 DecodedBlock& decoded) {
-  if (!has_room_for_vertex(true)) return corrupt("more imports than stated");
+  if (!has_room_for_vertex(true)) return corrupt("more imports than its header states");
   Vertex& vertex = vertex_at(slot);
   vertex.owner = Owner::earlier;
   if (numbered_by_order() && parts_.vertex_numbers) {
@@ -174,7 +175,8 @@ Result<void> SurfaceGroupDecoder::decode_import(std::uint32_t position, std::uin
 }
 
 Result<void> SurfaceGroupDecoder::decode_unused(DecodedBlock& decoded) {
-  if (!has_room_for_bytes(vertex_bytes_)) return corrupt("unpacks to more than stated");
+  if (!has_room_for_bytes(vertex_bytes_))
+    return corrupt("unpacks to more bytes than its header states");
   ++done_.unused;
   const std::uint32_t slot = streams_.connectivity().add_unused_vertex();
   done_.active = std::max(done_.active, active());

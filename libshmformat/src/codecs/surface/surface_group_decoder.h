@@ -1,5 +1,5 @@
 // SurfaceGroupDecoder: decodes the groups of a segment whose cells are encoded over an active
-// surface. The mirror of surface_segment_encoder.h.
+// surface. It is the counterpart of surface_segment_encoder.h.
 // spec: "Connectivity stream", "Value columns", "Decoding a group"
 #pragma once
 
@@ -30,7 +30,7 @@ class SurfaceGroupDecoder final : public GroupDecoder {
 
  private:
   enum class Owner : std::uint8_t { nobody, own, earlier };
-  /// A vertex on the active surface, by slot.
+  /// A vertex on the active surface, stored by slot.
   struct Vertex {
     std::uint64_t number = 0;
     Owner owner = Owner::nobody;
@@ -58,9 +58,9 @@ class SurfaceGroupDecoder final : public GroupDecoder {
   CellTopology topology_;
   std::uint32_t slots_ = 0;
 
-  // The current group
+  // Data of the current group
   std::size_t next_stream_ = 0;
-  std::vector<bool> has_stream_;  // by column
+  std::vector<bool> has_stream_;  // by column: true if the group has a stream for it
 };
 
 }  // namespace shm

@@ -116,8 +116,8 @@ std::uint64_t SurfaceSegmentEncoder::values_at_hand(ValueChoices* choices) {
   return bytes;
 }
 
-// A missing stream reads as zeros. An empty stream is written only to name its codec, if that could
-// be another one.
+// A decoder treats a missing stream as a stream of zeros. An empty stream is written only to state
+// its codec, if the codec is not evident otherwise.
 
 void SurfaceSegmentEncoder::add_symbols(std::size_t stream) {
   using container::StreamKind;

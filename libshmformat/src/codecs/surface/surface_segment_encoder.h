@@ -1,5 +1,5 @@
 // SurfaceSegmentEncoder: encodes the cells of a segment over an active surface, and values with
-// neighbourhoods. The mirror of surface_group_decoder.h.
+// neighbourhoods. It is the counterpart of surface_group_decoder.h.
 // spec: "Connectivity stream", "Value columns"
 #pragma once
 
@@ -22,8 +22,8 @@ class SurfaceSegmentEncoder final : public SegmentEncoder {
   /// The vertex that a handle refers to.
   struct Handle {
     std::uint64_t number = 0;    // the caller's number of the vertex
-    std::uint32_t slot = kNone;  // slot on the active surface, once encoded
-    std::uint32_t vertex = 0;    // index in the current piece, until it is encoded
+    std::uint32_t slot = kNone;  // slot on the active surface, after the vertex has been encoded
+    std::uint32_t vertex = 0;    // index in the current piece, before the vertex has been encoded
   };
 
   bool encode_cell(const SegmentPiece& piece, const SegmentPiece::Cell& cell,

@@ -1,4 +1,4 @@
-// Candidates of a coder, the likeliest first.
+// Sorting the candidates of a coder, the most likely candidate first.
 #pragma once
 
 #include <cstddef>
@@ -6,8 +6,8 @@
 
 namespace shm {
 
-/// Sorts candidates by `chance`, largest first. Equal candidates keep their order. Candidates are
-/// few, so insertion sort is fast.
+/// Sorts candidates by `chance`, largest first. Equal candidates keep their order. There are few
+/// candidates, so insertion sort is fast.
 template <class Candidate>
 void sort_by_chance(std::vector<Candidate>& candidates) {
   for (std::size_t i = 1; i < candidates.size(); ++i) {

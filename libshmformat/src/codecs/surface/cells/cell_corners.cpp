@@ -103,7 +103,7 @@ bool CellCorners<Coder>::code_corner(Coder& symbols, CellTopology& cell, Corner&
   return true;
 }
 
-/// Codes which candidate it is. Returns the outcome.
+/// Codes which candidate the corner is. Returns the outcome.
 template <class Coder>
 std::uint32_t CellCorners<Coder>::code_taken(CellTopology& cell, const Corner& corner) {
   const std::uint32_t i = corner.position;
@@ -125,7 +125,7 @@ std::uint32_t CellCorners<Coder>::code_taken(CellTopology& cell, const Corner& c
 }
 
 /// Codes a corner that is not a candidate: an earlier vertex of this cell, or any live vertex.
-/// Returns the outcome, 0 if damaged data have none.
+/// Returns the outcome; 0 if damaged data lead to no vertex.
 template <class Coder>
 std::uint32_t CellCorners<Coder>::code_missed(Coder& symbols, CellTopology& cell,
                                               const Corner& corner) {
@@ -177,8 +177,8 @@ void CellCorners<Coder>::gather(const CellTopology& cell, Corner& corner) {
   rank(corner);
 }
 
-/// Gathers the candidates that are known without looking at faces. The first one with the best
-/// reasons becomes the lead.
+/// Gathers the candidates that are known without examining faces. The first of the candidates with
+/// the best reasons becomes the lead.
 template <class Coder>
 void CellCorners<Coder>::gather_likely(const CellTopology& cell, Corner& corner) {
   const std::uint32_t i = corner.position;
@@ -205,7 +205,7 @@ void CellCorners<Coder>::gather_likely(const CellTopology& cell, Corner& corner)
       c->place = static_cast<std::uint8_t>(k);
 }
 
-/// Gathers the nodes of open faces at the last cell.
+/// Gathers the nodes of open faces of the last cell.
 template <class Coder>
 void CellCorners<Coder>::gather_beside(const CellTopology& cell, std::uint32_t position) {
   for (std::uint32_t k = 0; k < last_size_; ++k)
@@ -214,11 +214,11 @@ void CellCorners<Coder>::gather_beside(const CellTopology& cell, std::uint32_t p
     });
 }
 
-/// Gathers nodes that close open faces together with known nodes, and nodes next to known nodes
-/// along edges of open faces.
+/// Gathers nodes that would close open faces whose other nodes are known, and nodes that edges of
+/// open faces connect to known nodes.
 template <class Coder>
 void CellCorners<Coder>::gather_faces(const CellTopology& cell, std::uint32_t position) {
-  std::uint32_t beside = 0;  // known positions at the other ends of edges
+  std::uint32_t beside = 0;  // positions at the other ends of edges, if their vertices are known
   for (const ShapeFace& side : sides_) {
     std::uint32_t place = side.size, known = 0;
     for (std::uint32_t k = 0; k < side.size; ++k) {
@@ -239,8 +239,8 @@ void CellCorners<Coder>::gather_faces(const CellTopology& cell, std::uint32_t po
   }
 }
 
-/// Gathers nodes of open faces that have the size of `ours` and its known nodes in the same places,
-/// in either direction.
+/// Gathers nodes of open faces that have as many nodes as `ours` and have its known nodes in the
+/// same places, in either direction of rotation.
 template <class Coder>
 void CellCorners<Coder>::gather_shared(const CellTopology& cell, const ShapeFace& ours,
                                        std::uint32_t place, std::uint32_t known) {
@@ -251,7 +251,8 @@ void CellCorners<Coder>::gather_shared(const CellTopology& cell, const ShapeFace
     if (face.size != n) return;
     if (std::find(owners_.begin(), owners_.end(), faces_.number_of(face)) != owners_.end()) return;
     for (std::uint32_t direction :
-         {1u, 2u}) {  // 1: against the side of this cell, the usual direction of a neighbour's face
+         // 1: opposite to the direction of this cell's side, which is usual for a neighbour's face
+         {1u, 2u}) {
       const auto node = [&](std::uint32_t k) {
         const std::uint32_t steps = (k + n - anchor) % n;
         return face.node[(index + (direction == 1 ? n - steps : steps)) % n];
@@ -269,7 +270,8 @@ void CellCorners<Coder>::gather_shared(const CellTopology& cell, const ShapeFace
   });
 }
 
-/// Chooses the models of all candidates, and sorts them: those most often right first.
+/// Chooses the models of all candidates, and sorts the candidates by how often their models were
+/// right, best first.
 template <class Coder>
 void CellCorners<Coder>::rank(const Corner& corner) {
   auto& which = models_->which[corner.model];
@@ -285,8 +287,8 @@ void CellCorners<Coder>::rank(const Corner& corner) {
   sort_by_chance(candidates_);
 }
 
-/// Finds the cells across the sides of the cell that are complete now that the node at `position`
-/// is known.
+/// Finds the cells across those sides of the current cell whose last unknown node is the node at
+/// `position`.
 template <class Coder>
 void CellCorners<Coder>::find_owners(const CellTopology& cell, std::uint32_t position) {
   std::array<std::uint32_t, 4> cycle{};
@@ -319,9 +321,9 @@ void CellCorners<Coder>::take_note(const CellTopology& cell, CellShape shape, bo
   if (!cell.hexahedral) make_guesses(past_[cell.block], nodes);
 }
 
-/// Guesses the neighbours of the next cell of the block. For each neighbour of this cell, one guess
-/// is the cell after it. Another is the cell as far after it as it is after the corresponding
-/// neighbour of the previous cell.
+/// Guesses the neighbours of the next cell of the block. For each neighbour of the current cell,
+/// there are two guesses: the cell after that neighbour, and the cell as many cells after it as it
+/// is after the corresponding neighbour of the previous cell.
 template <class Coder>
 void CellCorners<Coder>::make_guesses(Past& past, std::span<const std::uint32_t> corners) {
   const auto before = past.behind;

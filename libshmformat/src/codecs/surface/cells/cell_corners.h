@@ -1,8 +1,8 @@
 // CellCorners: codes the corners of cells other than hexahedra, node by node in stored order. Each
 // corner is a new vertex or one of several candidates: the vertex that continues the numbers of the
-// last cell of the block, nodes of cells that come after neighbours of that cell, nodes of open
-// faces that share vertices with this cell, and nodes of the last cell. Candidates are tried in the
-// order of how often candidates like them were right.
+// last cell of the block; nodes of the cells that come after the neighbours of that cell; nodes of
+// open faces that share vertices with the current cell; and nodes of the last cell. Candidates are
+// tried in the order of how often similar candidates were right.
 // in:    the corners of a cell          out: decisions for "connectivity"
 // keeps: open faces of cells of all shapes, last cells, models; the same in encoder and decoder
 // spec: "Corners of other cells"
@@ -31,13 +31,14 @@ class CellCorners {
   /// `surface` must outlive this object.
   explicit CellCorners(ActiveSurface& surface) : surface_(&surface) {}
 
-  /// Codes the corners of a cell that has at least one: slots and new_positions.
-  /// `add_vertex(position)` creates the new vertex. Returns false only when decoding damaged data.
+  /// Codes the corners of a cell that has at least one corner: slots and new_positions. Calls
+  /// `add_vertex(position)` to create each new vertex. Returns false only when decoding damaged
+  /// data.
   bool code(Coder& symbols, CellTopology& cell, CellShape shape,
             const std::function<void(std::uint32_t)>& add_vertex);
-  /// Opens and closes faces by the corners of a cell of any shape. Call it after the corners are
-  /// coded, before the last uses. `as_stored`: corners of a hexahedron are taken in the order of
-  /// the source; otherwise in the coder's frame.
+  /// Opens and closes faces after the corners of a cell of any shape have been coded, and before
+  /// its last uses are coded. `as_stored`: true if corners of a hexahedron are in the order of the
+  /// source, false if they are in the coder's frame.
   void take_note(const CellTopology& cell, CellShape shape, bool as_stored);
   /// Codes last_use of the corners of a cell that code() has coded.
   void code_last_use(Coder& symbols, CellTopology& cell, CellShape shape);
@@ -49,59 +50,69 @@ class CellCorners {
   static constexpr std::uint32_t kMost = OpenFaces::kMost;
   static constexpr std::uint32_t kShapes = 7, kPositions = 8;
   static constexpr std::size_t kCandidates = 24;
-  /// A lead that is right more often than this, in parts of 65536, is tried without looking at
-  /// faces.
+  /// Least probability, in units of 1/65536, at which a lead is tried before any faces are
+  /// examined.
   static constexpr std::uint32_t kSure = 64512;
   enum Question : std::uint32_t { kNew, kAmong, kWhich, kLast, kQuestions };
 
-  /// A vertex that the node at a position may be, and the reasons for it.
+  /// A vertex that the node at a position may be, and the reasons for this guess.
   struct Candidate {
     std::uint32_t slot = kNone;
-    std::uint8_t guesses = 0;  ///< number of guesses that have it at this position, at most 2
-    bool shift = false;        ///< true: it continues the numbers of the block's last cell
-    std::uint8_t shared = 0;   ///< number of known nodes of open faces that it would close
-    std::uint8_t directions =
-        0;  ///< 1 if such a face runs against the side of this cell, plus 2 if along it
-    std::uint8_t beside = 0;     ///< number of edges of open faces that lead to it
-    std::uint8_t place = kMost;  ///< its position in the last cell; kMost: none
-    std::uint32_t chance = 0;    ///< probability that it is right, in parts of 65536
+    std::uint8_t guesses = 0;  ///< number of guesses with this vertex at this position, at most 2
+    bool shift = false;        ///< true: the vertex continues the numbers of the block's last cell
+
+    /// Number of known nodes of the open faces that the vertex would close
+    std::uint8_t shared = 0;
+    /// 1 if such a face runs against the side of this cell, plus 2 if such a face runs along it
+    std::uint8_t directions = 0;
+    std::uint8_t beside = 0;     ///< number of edges of open faces that lead to the vertex
+    std::uint8_t place = kMost;  ///< position of the vertex in the last cell; kMost: none
+    std::uint32_t chance = 0;    ///< probability that the candidate is right, in units of 1/65536
     MixedBit* model = nullptr;
-    /// Returns a context of its reasons.
+    /// Returns a context that combines the reasons for the candidate.
     std::uint32_t why() const { return clue(guesses, shared, directions, shift, place); }
   };
-  /// A cell that the next cell may be next to, and its node at each position of the next cell.
+  /// A cell that may be a neighbour of the next cell, and the node of this neighbour that is
+  /// expected at each position of the next cell.
   struct Guess {
     std::uint64_t number = 0;
-    std::array<std::uint8_t, kMost> place{};  ///< by position; kMost: none
+    /// Node index by position of the next cell; kMost: none
+    std::array<std::uint8_t, kMost> place{};
   };
   /// The last cell of a block.
   struct Past {
     std::vector<std::uint64_t> ids;
-    std::uint64_t step = 0;  ///< difference of the first node's id to that of the cell before
+    /// Id of its first node minus the id of the first node of the block's previous cell
+    std::uint64_t step = 0;
     std::array<std::uint64_t, kMost> behind;
     std::vector<Guess> guesses;
     Past() { behind.fill(OpenFaces::kNever); }
   };
   struct ShapeModels {
-    /// By position, then guesses 3, shift 2, shared 4, place 9, beside 2.
+    /// Models by position, then by reasons: guesses (3 values), shift (2), shared (4), place (9),
+    /// beside (2).
     std::array<std::vector<MixedBit>, kPositions> which;
-    std::array<std::array<MixedBit, 3>, kPositions> is_new, among;  // by position, number of gates
-    std::array<std::array<MixedBit, 8>, kPositions> last;  // by position, number of bare faces
+    // Models of these decisions, by position and number of gates
+    std::array<std::array<MixedBit, 3>, kPositions> is_new, among;
+    // Models of last uses, by position and number of bare faces
+    std::array<std::array<MixedBit, 8>, kPositions> last;
     std::array<std::array<AdaptiveBit, 6>, kPositions>
-        lead;  // by position, then reasons: guesses, shift
+        lead;  // models of the lead, by position and reasons (guesses, shift)
     AdaptiveBit repeated;
     NumberModel repeat;
-    std::array<SignedModel<NumberModel>, 2> step;  // models of the first corner, of other corners
-    std::array<std::uint32_t, 6> before{};         // outcomes of the last cells, newest first
-    std::uint32_t finals = 0;                      // last uses in the last cell, as bits
+    // Models of the first corner and of other corners
+    std::array<SignedModel<NumberModel>, 2> step;
+    std::array<std::uint32_t, 6> before{};  // outcomes of the last cells, newest first
+    std::uint32_t finals = 0;               // last uses in the last cell, as a bit set
   };
   /// The corner that is being coded.
   struct Corner {
-    std::uint32_t position = 0, model = 0;  ///< model: the position, capped below kPositions
-    std::uint64_t expected = 0;             ///< its id if it continues as in the last cell
-    std::uint32_t lead = kNone;             ///< the slot that is likely before faces are examined
+    std::uint32_t position = 0, model = 0;  ///< model: `position`, limited to kPositions - 1
+    std::uint64_t expected = 0;  ///< id of the vertex if numbers continue as in the last cell
+    std::uint32_t lead = kNone;  ///< slot of the likely vertex before faces are examined
     AdaptiveBit* lead_model = nullptr;
-    std::uint32_t repeats = kNone;  ///< encoding: the earlier position of its vertex
+    /// Encoding: an earlier position with the same vertex; kNone if there is none
+    std::uint32_t repeats = kNone;
   };
 
   ShapeModels& models_of(CellShape shape);
@@ -128,26 +139,26 @@ class CellCorners {
   OpenFaces faces_;
   MixingCoder<Coder> mixing_{kQuestions};
   std::array<std::unique_ptr<ShapeModels>, kShapes> all_models_;
-  std::map<std::uint32_t, Past> past_;            // by block, for blocks with cells so far
-  std::array<std::uint32_t, kMost> last_cell_{};  // slots
+  std::map<std::uint32_t, Past> past_;            // by block, for blocks that already have cells
+  std::array<std::uint32_t, kMost> last_cell_{};  // slots of the last cell's corners
   std::uint32_t last_size_ = 0;
 
-  // The current cell
+  // Data of the current cell
   ShapeModels* models_ = nullptr;
   Past* block_ = nullptr;
   std::span<const ShapeFace> sides_;
   std::uint32_t shape_ = 0;
   std::uint32_t gates_ = 0;  // number of sides found open, at most 3
   std::uint32_t outcomes_ = 0, two_cells_ = 0, six_cells_ = 0;
-  std::vector<std::uint64_t> owners_;  // numbers of the cells that own these sides
+  std::vector<std::uint64_t> owners_;  // sequence numbers of the cells across these sides
 
-  // The current corner
+  // Data of the current corner
   std::vector<Candidate> candidates_;
   struct Listed {
     std::uint64_t round = 0;
     std::uint32_t candidate = kNone;
   };
-  std::vector<Listed> listed_;  // by slot: the candidate that the vertex is
+  std::vector<Listed> listed_;  // candidate of each vertex, by slot
   std::uint64_t round_ = 0;
 };
 

@@ -74,7 +74,7 @@ bool Connectivity<Coder>::code_cell(Coder& symbols, Coder& corner_order, CellTop
   // If the cell has only corners, nothing reads their ids.
   if (!cell.by_faces && cell.slots.size() > corners && !code_nodes(symbols, cell, corners))
     return false;
-  // A coder that finds vertices by number needs no uses, and has already coded the last uses.
+  // Coders that find vertices by number need no use counts and have already coded the last uses.
   const std::size_t done = cell.hexahedral && finds_by_number_ ? 8 : 0;
   for (std::size_t i = done; i < cell.slots.size(); ++i) surface_.count_use(cell.slots[i]);
   if (others_) {
@@ -101,7 +101,7 @@ void Connectivity<Coder>::finish_cell(const CellTopology& cell) {
     surface_.finalize(slot);
   };
   std::size_t i = 0;
-  for (; i + 8 <= cell.slots.size(); i += 8) {  // usually one of eight is marked
+  for (; i + 8 <= cell.slots.size(); i += 8) {  // usually at most one position of eight is marked
     std::uint32_t marks = 0;
     for (std::size_t k = 0; k < 8; ++k) marks |= std::uint32_t{cell.last_use[i + k]} << k;
     for (; marks != 0; marks &= marks - 1)
@@ -119,7 +119,7 @@ bool Connectivity<Coder>::code_hexahedron(Coder& symbols, Coder& corner_order, C
       [&](auto& hexahedra) { return hexahedra.code(symbols, corner_order, cell, in_order); });
 }
 
-/// Codes a polyhedron by its faces and nodes, or only its number of nodes.
+/// Codes a polyhedron by its faces and nodes, or codes only its number of nodes.
 template <class Coder>
 bool Connectivity<Coder>::code_polyhedron(Coder& symbols, CellTopology& cell) {
   if (!polyhedra_) polyhedra_ = std::make_unique<Polyhedra<Coder>>(surface_);
@@ -166,12 +166,12 @@ bool Connectivity<Coder>::code_count(Coder& symbols, CellTopology& cell) {
   return true;
 }
 
-/// Codes nodes that are not corners. They are predicted from their position in the cell if the
-/// layout is known, otherwise as a step from the last cell of the block.
+/// Codes nodes that are not corners. A node is predicted from its position in the cell if the
+/// layout is known, otherwise as a difference from the last cell of the block.
 template <class Coder>
 bool Connectivity<Coder>::code_nodes(Coder& symbols, CellTopology& cell, std::uint32_t first) {
   auto& last = node_ids_[cell.block];
-  std::uint64_t shift = 0;  // change of the previous node's id since the last cell
+  std::uint64_t shift = 0;  // change of the previous node's id compared with the last cell
   const std::size_t count = cell.slots.size();
   for (std::uint32_t i = 0; i < count; ++i) {
     if (i >= first) {
@@ -202,7 +202,7 @@ bool Connectivity<Coder>::code_nodes(Coder& symbols, CellTopology& cell, std::ui
   return true;
 }
 
-/// Encoding: returns the first of the kMaxLastUse positions before this one that has the same
+/// Encoding: returns the first of the kMaxLastUse positions before position `i` that has the same
 /// vertex.
 template <class Coder>
 std::uint32_t Connectivity<Coder>::earlier_position(const CellTopology& cell, std::uint32_t i) {
@@ -211,8 +211,8 @@ std::uint32_t Connectivity<Coder>::earlier_position(const CellTopology& cell, st
   return kNone;
 }
 
-/// Encoding: sorts positions by number, for cells with so many nodes that far repeats are not
-/// coded.
+/// Encoding: sorts positions by number. This is needed for cells with more nodes than the distance
+/// up to which repeats are coded.
 template <class Coder>
 void Connectivity<Coder>::sort_numbers(const CellTopology& cell) {
   positions_.clear();
@@ -221,8 +221,8 @@ void Connectivity<Coder>::sort_numbers(const CellTopology& cell) {
   std::sort(positions_.begin(), positions_.end());
 }
 
-/// Encoding: fills in the vertex that was new at `i` at the positions with its number that are far
-/// after `i`.
+/// Encoding: sets the slot of the vertex that was new at `i` at the later positions with its number
+/// that are too far from `i` for repeats to be coded.
 template <class Coder>
 void Connectivity<Coder>::fill_farther_repeats(CellTopology& cell, std::uint32_t i) {
   const std::pair<std::uint64_t, std::uint32_t> from{cell.numbers[i], i + kMaxLastUse};
@@ -231,7 +231,7 @@ void Connectivity<Coder>::fill_farther_repeats(CellTopology& cell, std::uint32_t
     cell.slots[it->second] = cell.slots[i];
 }
 
-/// Call it before the first node that is not a corner.
+/// Prepares the layout of a cell. Call it before the first node that is not a corner.
 template <class Coder>
 void Connectivity<Coder>::begin_layout(CellTopology& cell) {
   for (std::uint8_t i = 0; i < 8; ++i) cell.framed[cell.stored_corner[i]] = i;
@@ -244,7 +244,8 @@ void Connectivity<Coder>::add_vertex(CellTopology& cell, std::uint32_t position)
   cell.new_positions.push_back(position);
   const std::uint32_t slot = cell.slots[position] = surface_.add_vertex();
   if (finds_by_number_ && schema_->order != Order::keep) set_number(slot, surface_.vertex(slot).id);
-  // The models do not know repeats farther away; these find the vertex by its number from here on.
+  // The models do not code repeats that are farther away. Those positions find the vertex by its
+  // number.
   if constexpr (!Coder::kDecodes) fill_farther_repeats(cell, position);
 }
 
@@ -282,7 +283,8 @@ bool Connectivity<Coder>::code_node(Coder& symbols, CellTopology& cell, std::uin
   return true;
 }
 
-/// Codes last uses of corners that a coder has models for. Returns the number of these corners.
+/// Codes last uses of the corners for which a cell coder has models. Returns the number of these
+/// corners.
 template <class Coder>
 std::size_t Connectivity<Coder>::code_last_use_of_corners(Coder& symbols, CellTopology& cell) {
   if (cell.hexahedral)

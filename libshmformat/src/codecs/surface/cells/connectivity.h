@@ -1,4 +1,4 @@
-// Connectivity: codes which vertices each cell joins, and which of them it finalizes.
+// Connectivity: codes the vertices of each cell, and which of them the cell finalizes.
 // in:    cells in coding order                out: symbols for "connectivity" and "corner order"
 // keeps: the active surface, a coder for hexahedra, the models; the same in encoder and decoder
 // spec: "Connectivity stream", "Corner order stream"
@@ -27,14 +27,14 @@
 
 namespace shm {
 
-/// Coders of hexahedra that find vertices by number. They need the number of each vertex, put no
-/// cell on the active surface, and code last uses together with corners.
+/// Coders of hexahedra that find vertices by number. They need the number of each vertex, do not
+/// add cells to the active surface, and code last uses together with corners.
 template <class Hexahedra>
 concept FindsByNumber = requires(Hexahedra& hexahedra, std::uint32_t slot) {
   hexahedra.set_number(slot, std::uint64_t{});
   hexahedra.forget(slot);
 };
-/// Coders of hexahedra with models of their own for the last uses of corners.
+/// Coders of hexahedra that have separate models for the last uses of corners.
 template <class Hexahedra, class Coder>
 concept CodesLastUse = requires(Hexahedra& hexahedra, Coder& symbols, CellTopology& cell) {
   hexahedra.code_last_use(symbols, cell);
@@ -52,16 +52,17 @@ class Connectivity {
   /// `codec` is not automatic, shifts or patterns.
   void set_codec(ConnectivityCodec codec);
 
-  /// Codes one cell. Encoding: cell.block, slots (kNone: new), numbers and last_use are set, in
-  /// stored order. They come back in the coder's frame. New vertices get slots in both directions.
-  /// Returns false only when decoding damaged data. Call finish_cell() next.
+  /// Codes one cell. When encoding, the caller sets cell.block, slots (kNone: new vertex), vertex
+  /// numbers and last_use in stored order; on return they are in the order of the coder's frame.
+  /// New vertices receive slots in both directions. Returns false only when decoding damaged data.
+  /// Call finish_cell() next.
   bool code_cell(Coder& symbols, Coder& corner_order, CellTopology& cell);
-  /// Finalizes the vertices whose last use the cell is. Until then all its vertices and neighbours
-  /// are valid.
+  /// Finalizes the vertices whose last use is this cell. Until this call, all vertices and
+  /// neighbours of the cell are valid.
   void finish_cell(const CellTopology& cell);
 
-  /// Returns true if the numbers of a hexahedron's corners are coded with it: cell.original is then
-  /// read when encoding, set when decoding.
+  /// Returns true if the numbers of a hexahedron's corners are coded together with it.
+  /// cell.original is then read when encoding and set when decoding.
   bool codes_numbers() const { return schema_->order == Order::keep && finds_by_number_; }
   /// Sets the number of a new vertex that is not a corner of a hexahedron. Must hold:
   /// codes_numbers().
@@ -91,7 +92,7 @@ class Connectivity {
   bool code_polyhedron(Coder& symbols, CellTopology& cell);
   bool code_hexahedron(Coder& symbols, Coder& corner_order, CellTopology& cell);
   bool code_nodes(Coder& symbols, CellTopology& cell, std::uint32_t first_position);
-  /// Returns true if the stored order of the corners is coded for hexahedra of this block.
+  /// Returns true if the stored order of the corners of hexahedra in this block is coded.
   bool order_matters(const BlockInfo& block) const {
     return schema_->corner_order || block.nodes_per_cell != 8;
   }
@@ -110,25 +111,29 @@ class Connectivity {
                std::unique_ptr<ReplayHexahedra<Coder>>, std::unique_ptr<PaperHexahedra<Coder>>>
       hexahedra_;
   bool has_codec_ = false;
-  bool finds_by_number_ = false;  // true: hexahedra_ holds a coder that finds vertices by number
-  std::unique_ptr<CellCorners<Coder>> others_;   // set if there are blocks of other cells
-  std::optional<MidNodes<Coder>> mid_nodes_;     // set if there are second-order cells
-  std::unique_ptr<Polyhedra<Coder>> polyhedra_;  // set if there are polyhedra stored by faces
+  bool finds_by_number_ = false;  // true: the coder in hexahedra_ finds vertices by number
 
-  // Contexts
+  // Null unless there are blocks of cells that are not hexahedra
+  std::unique_ptr<CellCorners<Coder>> others_;
+  std::optional<MidNodes<Coder>> mid_nodes_;     // empty unless there are second-order cells
+  std::unique_ptr<Polyhedra<Coder>> polyhedra_;  // null unless there are polyhedra stored by faces
+
+  // Contexts of the next decisions
   std::uint32_t last_block_ = 0;
   std::array<std::uint8_t, 8> last_finalized_{};
   /// Vertex ids by position in the last cell, by block.
   std::map<std::uint32_t, std::vector<std::uint64_t>> node_ids_;
   bool last_new_ = false;
 
-  std::vector<std::pair<std::uint64_t, std::uint32_t>> positions_;  // encoding: sorted by number
+  // Encoding: positions sorted by number
+  std::vector<std::pair<std::uint64_t, std::uint32_t>> positions_;
 
-  // Models
+  // Adaptive models of the decisions
   AdaptiveBit same_block_;
   NumberModel block_number_, node_count_;
   std::vector<std::unique_ptr<NodeModel>> nodes_;
-  /// By: corner of a hexahedron or not, active faces, uses, the last answer at this position.
+  /// Models by: whether the vertex is a corner of a hexahedron, number of active faces, number of
+  /// uses, last answer at this position.
   std::array<std::array<std::array<std::array<AdaptiveBit, 2>, 9>, 6>, 2> last_use_;
 };
 

@@ -1,6 +1,6 @@
 // Imports: codes which of the vertices that a segment introduces are owned by an earlier segment,
-// and predicts the numbers of these. A cut goes along faces, so its vertices are neighbours:
-// usually a vertex is imported if its known neighbours in the cell are.
+// and predicts their numbers. A cut runs along faces, so imported vertices are neighbours of each
+// other: usually a vertex is imported if its known neighbours in the cell are imported.
 // spec: "Imports"
 #pragma once
 
@@ -18,12 +18,13 @@ namespace shm {
 template <class Coder>
 class ImportFlags {
  public:
-  /// Call it before the vertices of a cell: the states of its new vertices become unknown.
+  /// Prepares the vertices of a cell: the import states of its new vertices become unknown. Call it
+  /// before them.
   void begin_cell(const CellTopology& cell);
   /// Codes whether the new vertex at `position` is imported. Call it for the new vertices of a cell
   /// in the order of new_positions.
   bool code(Coder& coder, const CellTopology& cell, std::uint32_t position, bool imported);
-  /// Returns the stencil at `position` when only imported vertices count as known.
+  /// Returns the stencil of the vertex at `position` if only imported vertices count as known.
   Stencil stencil(const CellTopology& cell, std::uint32_t position) const;
 
  private:
@@ -34,7 +35,7 @@ class ImportFlags {
   }
   AdaptiveBit& model(const CellTopology& cell, std::uint32_t position);
 
-  std::vector<State> state_;  // by vertex slot
+  std::vector<State> state_;  // import states by vertex slot
   std::array<std::array<AdaptiveBit, 27>, 8> at_corner_;
   std::array<AdaptiveBit, 9> at_edge_;
   std::array<std::array<AdaptiveBit, 4>, 32> at_node_;

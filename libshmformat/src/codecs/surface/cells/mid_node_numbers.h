@@ -1,5 +1,6 @@
 // Mid-node numbers: predicts the source's number of a mid node. Each program numbers these nodes by
-// its own rule. Several rules are kept, each with a mean of its errors.
+// a different rule. The class tries several rules and stores a moving mean of the errors of each
+// rule.
 // spec: "Mid nodes"
 #pragma once
 
@@ -13,46 +14,49 @@ namespace shm {
 
 class MidNodeNumbers {
  public:
-  /// Numbers that the two best rules expect; twice the same number if all rules agree.
+  /// Numbers predicted by the two best rules; both are equal if all rules agree.
   struct Guess {
     std::uint64_t best = 0, second = 0;
   };
-  /// Predicts the number of the new node at `position`. `known`: bit i is set if position i of the
-  /// cell has a number. `numbers`: by slot. `next`: the last coded number plus 1.
+  /// Predicts the number of the new node at `position`. `known`: bit i is set if the vertex at
+  /// position i of the cell has a number. `numbers`: vertex numbers by slot. `next`: the last coded
+  /// number plus 1.
   Guess expect(const CellTopology& cell, const MidNode& node, std::uint32_t position,
                std::uint64_t known, const std::vector<std::uint64_t>& numbers, std::uint64_t next);
-  /// Updates the rules with the number of the node of the last expect().
+  /// Updates the rules with the actual number of the node that the last expect() predicted.
   void learn(std::uint64_t number);
 
  private:
-  /// Rules in order of preference. Those with a step add the step that would have been right last
-  /// time.
+  /// Rules in order of preference. Rules with a step add the step with which the rule would have
+  /// been right last time.
   enum Rule : std::uint8_t {
     follows,       ///< the last coded number plus 1
     follows_kind,  ///< the last number of the same kind (edge, face or body) plus 1
     transport,     ///< the node of a parallel edge, plus the difference between corners of the two
                    ///< edges
-    parallel,      ///< the node of a parallel edge, plus a step
-    square,        ///< from the nodes of three parallel edges
-    from_first,    ///< the first end, plus a step
-    from_other,    ///< the other end, plus a step; for faces and bodies another node
-    introduced,    ///< the node introduced last at this position, plus a step
-    midpoint,      ///< halfway between the ends
+    parallel,      ///< the number of the node of a parallel edge, plus a step
+    square,        ///< extrapolated from the nodes of three parallel edges
+    from_first,    ///< the number of the first end, plus a step
+    from_other,    ///< the number of the other end, plus a step; for faces and bodies, of another
+                   ///< node
+    introduced,    ///< the number of the node introduced last at this position, plus a step
+    midpoint,      ///< halfway between the numbers of the ends
     kRules
   };
   struct Place {
     std::array<std::uint64_t, kRules> step{};
     std::array<std::uint32_t, kRules>
-        missed{};  ///< moving mean of the bits of the error, in parts of 256
+        missed{};  ///< moving mean of the error's length in bits, in units of 1/256
     std::uint64_t last = 0;
   };
   void add(Rule rule, std::uint64_t base, std::uint64_t step);
 
   std::array<Place, kMostLayoutNodes> places_{};
   std::array<std::uint64_t, MidNode::kKinds> last_{};  // last number, by kind
-  // The current node
+
+  // Data of the current node
   std::uint32_t position_ = 0, kind_ = 0,
-                applied_ = 0;  // applied_: the rules that apply to it, as bits
+                applied_ = 0;  // applied_: bit set of the rules that apply to the current node
   std::array<std::uint64_t, kRules> base_{}, expected_{};
 };
 

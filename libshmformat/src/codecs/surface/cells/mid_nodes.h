@@ -1,7 +1,8 @@
 // Mid nodes: the nodes of second-order cells that are not corners. A node in the middle of an edge
 // belongs to the two vertices at its ends, a node in the middle of a face to that face, and a node
-// in the middle of a cell to that cell only. So each node is expected to be the vertex last seen in
-// that place, or a new vertex. One decision codes whether it is.
+// in the middle of a cell to that cell only. So each node is expected to be the vertex that an
+// earlier cell had in the same place, or a new vertex if there is none. One decision codes whether
+// the expectation is right.
 // in:    cells whose corners are known       out: symbols for "connectivity"
 // keeps: the vertices in the middle of live edges and faces, the models; the same in encoder and
 // decoder
@@ -20,37 +21,37 @@
 
 namespace shm {
 
-/// Maps edges and faces to the vertices in their middle. It has at most one entry for each live
-/// vertex.
+/// Maps edges and faces to the vertices in their middle. Each live vertex has at most one entry.
 class MiddleTable {
  public:
   explicit MiddleTable(const ActiveSurface& surface) : surface_(&surface) {}
 
   /// Two live vertices, in any order: the ends of an edge, or opposite corners of a face.
   struct Place {
-    std::uint32_t low = kNone, high = kNone;  ///< slots; low: of the older vertex
+    std::uint32_t low = kNone, high = kNone;  ///< slots; low is the slot of the older vertex
     bool is_face = false;
   };
   Place edge(std::uint32_t a, std::uint32_t b) const;
-  /// Returns the diagonal of the face with the oldest vertex.
+  /// Returns the diagonal of the face that contains the oldest vertex of the face.
   Place face(const std::array<std::uint32_t, 4>& corners) const;
 
-  /// Returns the live vertex at `place`, kNone if there is none.
+  /// Returns the live vertex at `place`; kNone if there is none.
   std::uint32_t find(const Place& place) const;
-  /// Stores that `slot` is at `place`, and nowhere else.
+  /// Stores `slot` as the vertex at `place`, and removes it from any other place.
   void put(const Place& place, std::uint32_t slot);
-  /// Call it before `slot` is finalized.
+  /// Removes a vertex. Call it before `slot` is finalized.
   void forget(std::uint32_t slot) {
     if (slot < entries_.size() && entries_[slot].is_set) erase(slot);
   }
 
-  /// XOR of the signatures of the cell sides around an edge, by the vertex in its middle. A side
-  /// met twice cancels out.
+  /// Returns the XOR of the signatures of the cell sides around an edge, by the vertex in the
+  /// middle of the edge. A side that occurs twice cancels out.
   std::uint64_t& open(std::uint32_t slot) { return entries_[slot].open; }
 
  private:
   struct Entry {
-    std::uint64_t key = 0, low = 0, high = 0;  // low, high: stream numbers of the two vertices
+    // `low`, `high`: stream numbers of the two vertices of the place
+    std::uint64_t key = 0, low = 0, high = 0;
     std::uint64_t open = 0;
     bool is_set = false, is_face = false;
   };
@@ -61,8 +62,9 @@ class MiddleTable {
 
   const ActiveSurface* surface_;
   std::vector<Entry> entries_;  // entries by slot of the vertex in the middle
-  std::array<IdMap, 2>
-      by_place_;  // maps for edges and for faces: from the slots of a place to its vertex
+
+  // Maps for edges and for faces: from the slots of a place to the vertex at this place
+  std::array<IdMap, 2> by_place_;
 };
 
 template <class Coder>
@@ -71,19 +73,20 @@ class MidNodes {
   /// `surface` must outlive this object.
   explicit MidNodes(const ActiveSurface& surface) : surface_(&surface), middles_(surface) {}
 
-  /// Call it before the first mid node of a cell, when its corners are known.
+  /// Prepares the mid nodes of a cell. Call it before the first mid node, when the corners are
+  /// known.
   void begin_cell(const CellTopology& cell);
-  /// Codes whether the node at `position` is the expected vertex, and if so sets it in the cell;
-  /// kNone stands for a new vertex. Encoding: cell.slots has the node. Returns true if it is as
-  /// expected.
+  /// Codes whether the node at `position` is the expected vertex. If so, sets it in the cell; kNone
+  /// means a new vertex. When encoding, cell.slots contains the node. Returns true if the node is
+  /// as expected.
   bool code(Coder& symbols, CellTopology& cell, const MidNode& node, std::uint32_t position);
-  /// Stores the vertex at `position`.
+  /// Stores which vertex is at `position`.
   void note(const CellTopology& cell, const MidNode& node, std::uint32_t position);
-  /// Codes whether the cell is the last to use this node. Call it after note() of all nodes, unless
-  /// the vertex occurs at an earlier position.
+  /// Codes whether the cell is the last to use this node. Call it after note() has been called for
+  /// all nodes. Do not call it if the vertex also occurs at an earlier position.
   bool code_last_use(Coder& symbols, const CellTopology& cell, const MidNode& node,
                      std::uint32_t position, bool is_last);
-  /// Call it before a vertex is finalized.
+  /// Removes a vertex. Call it before the vertex is finalized.
   void forget(std::uint32_t slot) { middles_.forget(slot); }
 
  private:
@@ -94,23 +97,25 @@ class MidNodes {
 
   const ActiveSurface* surface_;
   MiddleTable middles_;
-  std::array<std::uint64_t, 6> signatures_{};  // of the sides of the current cell
+  std::array<std::uint64_t, 6> signatures_{};  // signatures of the sides of the current cell
 
-  // Contexts
+  // Contexts of the next decisions
   std::array<std::uint8_t, MidNode::kKinds>
       missed_{};  // by kind: 1 if the last node was not as expected
   std::array<std::uint8_t, kMostLayoutNodes>
-      ended_{};  // by position: 1 if the last answer was last use
+      ended_{};  // by position: 1 if the last answer was that the cell is the last to use the node
 
-  // Models
-  /// By kind, whether a known vertex is expected, whether the last one was missed.
+  // Adaptive models of the decisions
+
+  /// Models by: kind of node, whether a known vertex is expected, whether the last expectation was
+  /// wrong.
   std::array<std::array<std::array<AdaptiveBit, 2>, 2>, MidNode::kKinds> as_expected_;
   AdaptiveBit body_ends_;
-  std::array<AdaptiveBit, 2> ends_with_corner_;  // models for edges, for faces
+  std::array<AdaptiveBit, 2> ends_with_corner_;  // models for edges and for faces
   std::array<std::array<AdaptiveBit, 2>, 3>
-      face_ends_;  // by uses, the last answer at this position
+      face_ends_;  // by number of uses and last answer at this position
   std::array<std::array<std::array<AdaptiveBit, 2>, 8>, 2>
-      edge_ends_;  // by closed, uses, the last answer at this position
+      edge_ends_;  // by whether the edge is closed, number of uses and last answer at this position
 };
 
 extern template class MidNodes<RangeEncoder>;

@@ -1,5 +1,5 @@
-// Mixed rows: the decisions of RowHexahedra, each coded by a mix of predictions. Smaller and slower
-// than rows.
+// Mixed rows: codes the decisions of RowHexahedra, each by a mix of several predictions. Files are
+// smaller than with rows, and coding is slower.
 // spec: "Mixed rows"
 #pragma once
 
@@ -11,11 +11,11 @@ namespace shm {
 template <class Coder>
 class MixedRows {
  public:
-  /// The same as RowHexahedra.
+  /// The arguments are those of RowHexahedra.
   explicit MixedRows(ActiveSurface& surface, const OpenFaces* open = nullptr)
       : rows_(surface, open) {}
 
-  // The same functions as in RowHexahedra.
+  // The functions are those of RowHexahedra.
   bool code(Coder& symbols, Coder& corner_order, CellTopology& cell, bool order_matters) {
     symbols_.use(symbols);
     corner_order_.use(corner_order);

@@ -1,5 +1,5 @@
-// NumberColumn: the stream numbers of imported vertices. They are predicted from imported
-// neighbours in the cell, by the rules of the paper for coordinates.
+// NumberColumn: codes the stream numbers of imported vertices. A number is predicted from the
+// imported neighbours in the cell, by the paper's rules for coordinates.
 // spec: "Imports"
 #pragma once
 
@@ -14,8 +14,8 @@ namespace shm {
 template <class Coder>
 class NumberColumn {
  public:
-  /// Codes the number of the vertex at `slot`. Encoding: `number` is that number. Returns it in
-  /// both directions.
+  /// Codes the number of the vertex at `slot`. Encoding: `number` is that number. Returns the
+  /// number in both directions.
   std::uint64_t code(Coder& coder, const Stencil& stencil, std::uint32_t slot,
                      std::uint64_t number) {
     if (slot >= numbers_.size()) numbers_.resize(std::size_t{slot} * 2 + 1);
@@ -28,7 +28,7 @@ class NumberColumn {
   }
 
  private:
-  std::vector<std::uint64_t> numbers_;  // by vertex slot
+  std::vector<std::uint64_t> numbers_;  // numbers by vertex slot
   std::uint64_t last_ = 0;
   std::array<SignedModel<NumberModel>, 5> models_;
 };

@@ -14,8 +14,8 @@ constexpr std::uint32_t at_most(std::size_t a, std::uint32_t b) {
 
 }  // namespace
 
-/// Encoding: returns true if the cell consists of faces of three or more vertices, all different,
-/// each face closed by its first vertex.
+/// Encoding: returns true if each face of the cell has three or more vertices, all different, and
+/// is closed by a repetition of its first vertex.
 template <class Coder>
 bool Polyhedra<Coder>::told_by_faces(const CellTopology& cell) {
   const auto& numbers = cell.numbers;
@@ -59,7 +59,7 @@ void Polyhedra<Coder>::begin_cell(CellTopology& cell) {
   block_ = &past_[cell.block];
   shift_ = block_->step;
   ++cell_round_;
-  ++face_round_;  // so that no vertex counts as part of a previous face
+  ++face_round_;  // no vertex counts as part of a previous face any longer
   behind_.fill(OpenFaces::kNever);
   behind_count_ = 0;
   vertex_count_ = 0;
@@ -184,7 +184,7 @@ bool Polyhedra<Coder>::code_node(CellTopology& cell) {
   return true;
 }
 
-/// Codes which candidate it is. Returns the outcome.
+/// Codes which candidate the node is. Returns the outcome.
 template <class Coder>
 std::uint32_t Polyhedra<Coder>::code_taken(CellTopology& cell) {
   const std::uint32_t q = position_, i = at_most(path_.size(), 2);
@@ -202,7 +202,7 @@ std::uint32_t Polyhedra<Coder>::code_taken(CellTopology& cell) {
 }
 
 /// Codes a node that is not a candidate: any live vertex that is not in the face. Returns false if
-/// damaged data have none.
+/// damaged data lead to no such vertex.
 template <class Coder>
 bool Polyhedra<Coder>::code_missed(CellTopology& cell) {
   const std::uint32_t q = position_;
@@ -221,7 +221,8 @@ void Polyhedra<Coder>::note_outcome(std::uint32_t outcome) {
   cell_outcomes_.push_back(outcome);
 }
 
-/// Encoding: sets the vertex that is new at this position wherever else the cell has it.
+/// Encoding: sets the vertex that is new at this position at all other positions where the cell has
+/// it.
 template <class Coder>
 void Polyhedra<Coder>::fill_repeats(CellTopology& cell) {
   const std::uint64_t number = cell.numbers[position_];
@@ -258,8 +259,8 @@ void Polyhedra<Coder>::take(std::uint32_t slot) {
   }
 }
 
-/// Returns the vertex that node `i` of the current face would be in an open face; kNone beyond its
-/// end.
+/// Returns the vertex at the position in the open face that corresponds to node `i` of the current
+/// face; kNone after the end of the open face.
 template <class Coder>
 std::uint32_t Polyhedra<Coder>::node_of(const Match& match, std::size_t i) const {
   const auto cycle = open_.cycle(match.face);
@@ -300,7 +301,7 @@ void Polyhedra<Coder>::note_edge(std::uint32_t a, std::uint32_t b) {
   }
 }
 
-/// Returns how often the cell has an edge so far; 2 stands for twice or more.
+/// Returns how often the cell has this edge so far; 2 means twice or more.
 template <class Coder>
 std::uint32_t Polyhedra<Coder>::times(std::uint32_t a, std::uint32_t b) {
   if (seen(a).cell != cell_round_) return 0;
@@ -359,8 +360,8 @@ void Polyhedra<Coder>::gather_first() {
   }
 }
 
-/// Gathers candidates for the first node of a later face: vertices with open edges of the cell, and
-/// their neighbours.
+/// Gathers candidates for the first node of a later face: vertices at edges that only one face of
+/// the cell has, and their neighbours.
 template <class Coder>
 void Polyhedra<Coder>::gather_beginnings() {
   const std::size_t looked = std::min(vertex_count_, kLooked);
@@ -388,8 +389,8 @@ void Polyhedra<Coder>::gather_beginnings() {
       if (seen(edge.to).cell != cell_round_) add(edge.to);
 }
 
-/// Gathers candidates for a later node of a face: along open faces, the cell's open edges, and
-/// edges of the mesh.
+/// Gathers candidates for a later node of a face: along open faces, along edges that only one face
+/// of the cell has, and along edges of the mesh.
 template <class Coder>
 void Polyhedra<Coder>::gather_next() {
   const std::uint32_t from = path_.back();
@@ -418,7 +419,8 @@ void Polyhedra<Coder>::add_expected() {
   if (Candidate* const c = slot == kNone ? nullptr : add(slot)) c->shift = true;
 }
 
-/// Chooses the models of all candidates, and sorts them: those most often right first.
+/// Chooses the models of all candidates, and sorts the candidates by how often their models were
+/// right, best first.
 template <class Coder>
 void Polyhedra<Coder>::rank() {
   auto& which = which_[at_most(path_.size(), 2)];

@@ -1,8 +1,9 @@
-// Polyhedra: codes polyhedra face by face, and each face node by node, in stored order. A node is
-// new, or one of several candidates: the next node along an open face of an earlier polyhedron, an
-// edge that the cell has on one side only, or an edge of the mesh; or the node that continues the
-// numbers of the last cell of the block. So a face that an earlier polyhedron has costs almost
-// nothing after its first nodes, and the ends of faces and cells can usually be predicted.
+// Polyhedra: codes polyhedra face by face, and each face node by node, in stored order. A node is a
+// new vertex or one of several candidates. Candidates are the next node along an open face of an
+// earlier polyhedron, along an edge that only one face of the cell has so far, or along an edge of
+// the mesh; and the node that continues the numbers of the last cell of the block. So a face shared
+// with an earlier polyhedron costs almost nothing after its first nodes, and the ends of faces and
+// cells can usually be predicted.
 //   in     the nodes of a polyhedron
 //   out    decisions for "connectivity"
 //   keeps  open faces and edges, last cells, models; the same in encoder and decoder
@@ -31,65 +32,71 @@ class Polyhedra {
   [[gnu::cold]] explicit Polyhedra(ActiveSurface& surface) : surface_(&surface) {}
 
   /// Codes whether a cell is given by its faces. If it is, codes its nodes: slots, new_positions
-  /// and cell.by_faces. `number`: of the cell in the segment. `add_vertex(position)` creates the
-  /// new vertex. When decoding, the cell has no nodes before the call. Returns false only when
-  /// decoding damaged data.
+  /// and cell.by_faces. `number`: number of the cell in the segment. Calls `add_vertex(position)`
+  /// to create each new vertex. When decoding, the cell has no nodes before the call. Returns false
+  /// only when decoding damaged data.
   bool code(Coder& symbols, CellTopology& cell, std::uint64_t number,
             const std::function<void(std::uint32_t)>& add_vertex);
   /// Codes last_use of a cell that is given by its faces.
   void code_last_use(Coder& symbols, CellTopology& cell);
   void forget(std::uint32_t vertex) { open_.forget(vertex); }
-  /// Numbers of the polyhedra that had faces of the last polyhedron before: the first eight, then
-  /// OpenFaces::kNever.
+  /// Returns the numbers of the earlier polyhedra that share faces with the last polyhedron: the
+  /// first eight, then OpenFaces::kNever.
   const std::array<std::uint64_t, OpenFaces::kMost>& behind() const { return behind_; }
 
  private:
   static constexpr std::size_t kCandidates = 24;
   static constexpr std::size_t kLooked =
-      64;  // most vertices of a cell that are tried as first node of a face
-  static constexpr std::size_t kLookedFaces =
-      16;  // most open faces, the newest, that are tried for each
+      64;  // largest number of vertices of a cell that are tried as first node of a face
+
+  // Largest number of open faces, the newest first, that are tried for each of these vertices
+  static constexpr std::size_t kLookedFaces = 16;
   static constexpr std::size_t kMostEdges =
-      32;  // most edges of the cell that are noted at one vertex
+      32;  // largest number of edges of the cell that are stored at one vertex
   enum Question : std::uint32_t { kEnd, kClose, kNew, kAmong, kWhich, kLast, kQuestions };
   /// How a node was coded, for contexts.
   enum Outcome : std::uint32_t { kCloses = 1, kIsNew = 2, kIsMissed = 3, kIsTaken = 4 };
 
-  /// A vertex that the next node of a face may be, and the reasons for it.
+  /// A vertex that the next node of a face may be, and the reasons for this guess.
   struct Candidate {
     std::uint32_t slot = kNone;
-    std::uint8_t open = 0;  ///< beginning() of the current face in an open face that it continues
-    /// Next node of a face: how often the cell has the edge to it, at most 2. First node of a later
-    /// face: edges at it that the cell has on one side only, at most 2. First node of the cell: 1
-    /// if it is the first node of an open face.
+    /// beginning() of the current face in an open face that the vertex continues
+    std::uint8_t open = 0;
+    /// For a later node of a face: how often the cell has the edge to this vertex, at most 2. For
+    /// the first node of a later face: number of edges at this vertex that only one face of the
+    /// cell has, at most 2. For the first node of the cell: 1 if this vertex is the first node of
+    /// an open face.
     std::uint8_t inside = 0;
-    std::uint8_t edge = 0;   ///< number of polyhedra with the edge to it, or of open faces at it
-    bool shift = false;      ///< true: it continues the numbers of the block's last cell
-    bool ours = false;       ///< true: it is a vertex of the cell
-    std::uint8_t place = 0;  ///< its place in the previous face, from 1; 0: none
+    /// Number of polyhedra with the edge to this vertex, or of open faces at this vertex
+    std::uint8_t edge = 0;
+    bool shift = false;      ///< true: the vertex continues the numbers of the block's last cell
+    bool ours = false;       ///< true: the cell already has this vertex
+    std::uint8_t place = 0;  ///< position of the vertex in the previous face, from 1; 0: none
     std::uint32_t chance = 0;
     MixedBit* model = nullptr;
     std::uint32_t why() const { return clue(open, inside, edge, shift, ours); }
   };
   /// An open face that contains all nodes of the current face so far, in this order.
   struct Match {
-    std::uint32_t face = kNone, at = 0;  ///< at: place of the current face's first node in it
+    /// `at`: position of the current face's first node in the open face
+    std::uint32_t face = kNone, at = 0;
     bool along = false;
   };
   struct CellVertex {
     std::uint32_t slot = kNone;
-    std::vector<std::pair<std::uint32_t, std::uint32_t>> edges;  ///< to, and how often
+    /// Other end of each edge, and how often the cell has the edge
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> edges;
   };
   /// The last cell of a block.
   struct Past {
     std::vector<std::uint64_t> ids;
     std::uint64_t step = 0;
   };
-  /// Data of a vertex, by slot. Each is valid only in the round stored here.
+  /// Data of a vertex, by slot. Each item is valid only in the round with the number stored here.
   struct Seen {
-    std::uint64_t cell = 0, face = 0, node = 0;  ///< rounds
+    std::uint64_t cell = 0, face = 0, node = 0;  ///< rounds of the cell, the face and the node
     std::uint32_t vertex = 0, candidate = kNone;
-    std::uint32_t place = 0;  ///< in the face, from 1
+    std::uint32_t place = 0;  ///< position in the face, from 1
   };
 
   static bool told_by_faces(const CellTopology& cell);
@@ -102,7 +109,7 @@ class Polyhedra {
   std::uint32_t code_taken(CellTopology& cell);
   bool code_missed(CellTopology& cell);
   void note_outcome(std::uint32_t outcome);
-  /// Outcome at this position in the last cell.
+  /// Returns the outcome at this position in the last cell.
   std::uint32_t last_outcome() const {
     return position_ < last_outcomes_.size() ? last_outcomes_[position_] : 0;
   }
@@ -121,8 +128,8 @@ class Polyhedra {
   void add_expected();
   Candidate* add(std::uint32_t slot);
   void rank();
-  /// Rates the place of the current face's first node in an open face of n nodes: 3 first, 2 last,
-  /// otherwise 1.
+  /// Returns a context for the place of the current face's first node in an open face of n nodes: 3
+  /// for the first place, 2 for the last, otherwise 1.
   static std::uint8_t beginning(std::size_t place, std::size_t n) {
     return place == 0 ? 3 : place + 1 == n ? 2 : 1;
   }
@@ -131,20 +138,26 @@ class Polyhedra {
   ActiveSurface* surface_;
   PolyhedronSurface open_;
   MixingCoder<Coder> mixing_{kQuestions};
-  std::map<std::uint32_t, Past> past_;  // by block
+  std::map<std::uint32_t, Past> past_;  // last cell of each block
   AdaptiveBit by_faces_;
-  std::array<std::array<MixedBit, 16>, 2> end_;                   // by closed, number of faces
-  std::array<std::array<std::array<MixedBit, 16>, 3>, 3> close_;  // by match, edge, number of nodes
+  // Models of the end of a cell, by whether the cell is closed, and number of faces
+  std::array<std::array<MixedBit, 16>, 2> end_;
+  // Models of the end of a face, by match, edge and number of nodes
+  std::array<std::array<std::array<MixedBit, 16>, 3>, 3> close_;
   std::array<std::array<MixedBit, 4>, 3> is_new_,
-      among_;                                     // by number of nodes, kind of the best candidate
-  std::array<std::vector<MixedBit>, 3> which_;    // by number of nodes, reasons
-  std::array<std::array<MixedBit, 8>, 8> last_;   // by number of open faces, number of edges
-  std::array<SignedModel<NumberModel>, 2> step_;  // models of a cell's first node, of other nodes
-  std::uint32_t before_ = 0;                      // outcomes of the last cell
-  std::uint32_t last_finals_ = 0;                 // last uses in the last cell, as bits
-  std::vector<std::uint32_t> last_outcomes_;      // outcomes of the last cell, by position
+      among_;  // by number of nodes and kind of the best candidate
 
-  // The current cell
+  // Models of the candidates, by number of nodes and reasons
+  std::array<std::vector<MixedBit>, 3> which_;
+  // Models of last uses, by number of open faces and number of edges
+  std::array<std::array<MixedBit, 8>, 8> last_;
+  // Models of a cell's first node and of other nodes
+  std::array<SignedModel<NumberModel>, 2> step_;
+  std::uint32_t before_ = 0;                  // outcomes of the last cell
+  std::uint32_t last_finals_ = 0;             // last uses in the last cell, as a bit set
+  std::vector<std::uint32_t> last_outcomes_;  // outcomes of the last cell, by position
+
+  // Data of the current cell
   const std::function<void(std::uint32_t)>* add_vertex_ = nullptr;
   Past* block_ = nullptr;
   std::uint64_t number_ = 0;
@@ -154,22 +167,23 @@ class Polyhedra {
       vertices_;  // vertices in order of first use; the first vertex_count_ are valid
   std::size_t vertex_count_ = 0;
   std::uint32_t position_ = 0, faces_ = 0, open_edges_ = 0, outcomes_ = 0;
-  std::uint32_t last_size_ = 0;  // of the face before
+  std::uint32_t last_size_ = 0;  // size of the previous face
   std::uint64_t shift_ = 0;
   std::vector<std::uint32_t> cell_outcomes_;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> cell_edges_;
-  std::vector<std::uint32_t> new_cycles_, cycle_ends_;  // faces of the cell that were not open
+  // Faces of the cell that were not open before
+  std::vector<std::uint32_t> new_cycles_, cycle_ends_;
   std::vector<std::pair<std::uint64_t, std::uint32_t>>
       positions_;  // encoding: positions sorted by number
 
-  // The current face
+  // Data of the current face
   std::vector<std::uint32_t> path_;
   std::vector<Match> matches_;
 
-  // The current node
+  // Data of the current node
   std::vector<Candidate> candidates_;
   std::uint64_t expected_ = 0;
-  std::vector<Seen> seen_;  // by slot
+  std::vector<Seen> seen_;  // data of each vertex, by slot
   std::uint64_t cell_round_ = 0, face_round_ = 0, node_round_ = 0;
 };
 

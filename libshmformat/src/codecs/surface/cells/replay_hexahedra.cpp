@@ -8,12 +8,13 @@
 namespace shm {
 namespace {
 
-constexpr std::uint64_t kEarlierCells = 256;  // frozen: part of the format
+// Largest number of cells back at which earlier corners are coded; frozen: part of the format
+constexpr std::uint64_t kEarlierCells = 256;
 constexpr std::uint64_t kLeastSlots = 1024;
 constexpr std::uint32_t kRepeatedStrays =
-    4;  // encoder: number of cells with strays after which strays are followed
+    4;  // encoder: strays are followed after this number of cells with strays
 constexpr std::uint64_t kSearch =
-    64;  // encoder: largest difference of a new distance to a known one that is tried
+    64;  // encoder: new distances are tried up to this difference from a known distance
 
 constexpr std::uint8_t bit(std::uint32_t i) { return static_cast<std::uint8_t>(1u << i); }
 
@@ -47,8 +48,9 @@ bool ReplayHexahedra<Coder>::code(Coder& symbols, Coder&, CellTopology& cell, bo
   return true;
 }
 
-/// Returns the expected cell. It relates to the cell `beside` before as the cell `distance` before
-/// related to its own. The shift between the two is taken over the distance `over`.
+/// Returns the expected cell. It relates to the cell `beside` before it as the cell `distance`
+/// before relates to the cell `beside` before that. The shift between the two is taken over the
+/// distance `over`.
 template <class Coder>
 auto ReplayHexahedra<Coder>::guess(std::uint64_t distance, std::uint64_t over,
                                    std::uint64_t beside) const -> Guess {
@@ -118,7 +120,7 @@ bool ReplayHexahedra<Coder>::code_miss(Coder& symbols, CellTopology& cell, Numbe
   return true;
 }
 
-/// Encoder: returns the guess that leaves least to code.
+/// Encoder: returns the guess that leaves the least to code.
 template <class Coder>
 auto ReplayHexahedra<Coder>::choose(const CellTopology& cell, const Numbers& number,
                                     std::uint8_t marks) const -> Choice {
@@ -153,13 +155,13 @@ auto ReplayHexahedra<Coder>::choose(const CellTopology& cell, const Numbers& num
     rate({kDistances, distance, false, 0}, cost);
     rate({kDistances, distance, true, 0}, cost);
   };
-  // Try the cells that introduced its vertices: in a scan, the cells below and beside it are among
-  // them.
+  // Try the cells that introduced the vertices of this cell. In a scan, they include the cells
+  // below and beside this cell.
   for (std::uint32_t c = 0; c < 8; ++c)
     if (cell.slots[c] < introduced_.size()) try_new(sequence_ - introduced_[cell.slots[c]], 12);
-  // Recurring parts: try the cell at which an equal step was not as expected before.
+  // For recurring parts: try the cell at which an equal step was not as expected before.
   if (!misses_.empty()) try_new(sequence_ - misses_[step_key(number)], 12);
-  // Layers with holes: try distances a little larger or smaller than the last one.
+  // For layers with holes: try distances slightly larger or smaller than the last distance.
   if (!reaches(distances_[0])) return best;
   const auto first = [&](std::uint64_t distance) { return numbers(distance)[0]; };
   const std::uint64_t moved = number[0] - first(1);
@@ -172,7 +174,7 @@ auto ReplayHexahedra<Coder>::choose(const CellTopology& cell, const Numbers& num
   return best;
 }
 
-/// Encoder: returns a hash of the step from the last cell to this one.
+/// Encoder: returns a hash of the difference between the last cell and this cell.
 template <class Coder>
 std::size_t ReplayHexahedra<Coder>::step_key(const Numbers& number) const {
   if (kept() == 0) return 0;
@@ -309,7 +311,7 @@ void ReplayHexahedra<Coder>::code_marks(Coder& symbols, std::uint8_t expected,
 
 template <class Coder>
 bool ReplayHexahedra<Coder>::resolve(CellTopology& cell, const Numbers& number) {
-  std::uint32_t left = 0;  // corners without a vertex so far
+  std::uint32_t left = 0;  // corners whose vertex has not been found yet
   if constexpr (Coder::kDecodes) {
     left = kept() == 0 ? 0xffu : look_up_hints(cell, number);
   } else {
@@ -321,8 +323,8 @@ bool ReplayHexahedra<Coder>::resolve(CellTopology& cell, const Numbers& number) 
   return true;
 }
 
-/// The common case: takes each vertex from where the corner's vertex was found last time. Returns
-/// the corners for which that fails.
+/// Handles the common case: takes each vertex from the source at which this corner's vertex was
+/// found last time. Returns the set of corners for which this fails.
 template <class Coder>
 std::uint32_t ReplayHexahedra<Coder>::look_up_hints(CellTopology& cell,
                                                     const Numbers& number) const {
@@ -344,7 +346,7 @@ bool ReplayHexahedra<Coder>::resolve_corner(CellTopology& cell, const Numbers& n
   if constexpr (Coder::kDecodes) {
     slot = find(number[corner], corner);
   } else {
-    for (std::uint32_t c = 0; c < corner && slot == kNone; ++c)  // a new vertex of this cell
+    for (std::uint32_t c = 0; c < corner && slot == kNone; ++c)  // a new vertex of the current cell
       if (cell.numbers[c] == cell.numbers[corner]) slot = cell.slots[c];
   }
   if (slot == kNone) {
@@ -362,7 +364,7 @@ bool ReplayHexahedra<Coder>::resolve_corner(CellTopology& cell, const Numbers& n
 template <class Coder>
 std::uint32_t ReplayHexahedra<Coder>::find(std::uint64_t number, std::uint32_t corner) {
   const std::uint32_t slot = find_anywhere(number);
-  if (slot == kNone) return slot;  // usually a vertex that the cell introduces
+  if (slot == kNone) return slot;  // usually a vertex that the current cell introduces
   auto& sources = sources_[corner];
   std::swap(sources[0], sources[1]);
   if (sources[0].distance <= slots_.kept() &&
@@ -408,7 +410,7 @@ void ReplayHexahedra<Coder>::forget(std::uint32_t slot) {
 
 template <class Coder>
 void ReplayHexahedra<Coder>::finish(CellTopology& cell, const Numbers& number, std::uint8_t marks) {
-  // If the two guesses of marks differ, note which one was right.
+  // If the two guesses of marks differ, record which one was right.
   if (reaches(distances_[0]) && distances_[0] + beside_now_ <= kept()) {
     const std::uint8_t moved = static_cast<std::uint8_t>(past(beside_now_).marks ^
                                                          past(distances_[0] + beside_now_).marks);
@@ -416,7 +418,7 @@ void ReplayHexahedra<Coder>::finish(CellTopology& cell, const Numbers& number, s
     if (moved != 0 && (away == 0 || away == moved)) marks_shift_ = away != 0;
   }
   if (!follows_strays_ && (strays_ & likely_strays()) != 0) ++repeated_strays_;
-  // A cell that was as guessed takes over the strays of its model cell.
+  // A cell without strays inherits the strays of its model cell.
   if (strays_ == 0) strays_ = likely_strays();
   if (follows_strays_) follow_strays(number);
   Past& record = remember(cell, number);
@@ -426,7 +428,7 @@ void ReplayHexahedra<Coder>::finish(CellTopology& cell, const Numbers& number, s
   record.guessed = (hits_ & 1) != 0;
   record.beside = static_cast<std::uint32_t>(beside_now_);
   if (Coder::kDecodes && keep_) cell.original = number;
-  // A vertex that is at several corners ends once.
+  // A vertex at several corners is marked as last use only once.
   std::fill_n(cell.last_use.begin(), 8, std::uint8_t{0});
   for (std::uint32_t left = marks; left != 0; left &= left - 1) {
     const auto c = static_cast<std::uint32_t>(std::countr_zero(left));
@@ -453,9 +455,9 @@ void ReplayHexahedra<Coder>::follow_strays(const Numbers& number) {
   }
 }
 
-/// Returns a place for the current hexahedron, with its numbers. The ring grows with the mesh and
-/// its active surface: cells further back do not help prediction. Live vertices were usually used
-/// within the last layer, so the ring of slots can be smaller.
+/// Returns the storage for the current hexahedron, with its numbers set. The capacity of the ring
+/// grows with the mesh and its active surface: cells further back do not help prediction. Live
+/// vertices were usually used within the last layer, so the ring of slots can be smaller.
 template <class Coder>
 auto ReplayHexahedra<Coder>::remember(const CellTopology& cell, const Numbers& number) -> Past& {
   const std::uint64_t active = surface_->active_vertices();

@@ -1,20 +1,22 @@
-// Replay hexahedra: each hexahedron repeats, with other numbers, one that came some cells earlier.
+// Replay hexahedra: each hexahedron repeats an earlier one with other vertex numbers.
 // in:    hexahedra in coding order            out: symbols for "connectivity"
 // keeps: the last cells in a ring, the numbers of live vertices, the models; the same in
 //        encoder and decoder
 //
-// Cells that a program enumerated continue as they began: with a distance d, corner by corner,
+// Cells that a program has enumerated continue regularly. With a distance d, for each corner,
 //   number[i] = number[i - d] + (number[i - 1] - number[i - 1 - d])
-// and the cell finalizes the corners that cell i - d finalized. One decision codes that all of this
-// holds. The numbers are the source's own (Order::keep) or stream numbers; a number that no live
-// vertex has is a new vertex. So numbers, order and corner order come back at no cost, and no face
-// is ever looked up. A cell for which this does not hold is coded corner by corner.
+// and the cell finalizes the same corners as cell i - d. One decision codes that all of this holds.
+// The numbers are the source's vertex numbers (Order::keep) or stream numbers. A number that no
+// live vertex has belongs to a new vertex. So numbers, cell order and corner order cost nothing
+// extra, and no face is ever looked up. A cell for which this does not hold is coded corner by
+// corner.
 //
-// A refinement makes cells with corners of the refined cell among new vertices. Such a corner
-// strays from the number that the model cell predicts, and is the same corner as in the model
-// cell. When the encoder has seen this, it follows strays: it guesses which corners are strays,
-// and their numbers. Each number is a step from the stray before it, and the step is the one that
-// came after an equal step earlier.
+// A refined mesh has cells that combine corners of the original cell with new vertices. The number
+// of such an original corner differs from the number that the model cell predicts: the corner is a
+// stray. The same corner is a stray in the model cell. When the encoder has detected such cells, it
+// follows strays: the coder predicts which corners are strays, and their numbers. Each number is
+// predicted by adding a step to the previous stray. The step is the one that followed an equal step
+// earlier.
 // spec: "Replay hexahedra"
 #pragma once
 
@@ -32,22 +34,22 @@
 
 namespace shm {
 
-/// Least and largest number of cells that are remembered. Frozen: part of the format.
+/// Smallest and largest capacity of the memory of earlier cells. Frozen: part of the format.
 inline constexpr std::uint64_t kReplayLeast = std::uint64_t{1} << 14;
 inline constexpr std::uint64_t kReplayWindow = std::uint64_t{1} << 18;
 
-/// The last elements of a sequence, by how long ago they came. The ring has a power of two of
-/// places.
+/// The last elements of a sequence, accessed by their age. The capacity of the ring is a power of
+/// two.
 template <class T>
 class LastRing {
  public:
-  /// Number of elements.
+  /// Returns the number of elements.
   std::uint64_t kept() const { return kept_; }
-  /// The element `distance` before the next one. Any distance is safe once there is an element;
-  /// only distances from 1 to kept() have a meaning.
+  /// Returns the element `distance` before the next one. Any distance is safe once there is an
+  /// element, but only distances from 1 to kept() are meaningful.
   const T& operator[](std::uint64_t distance) const { return ring_[place(sequence_ - distance)]; }
-  /// Returns the place of the next element. A full ring with fewer than `least` places becomes
-  /// twice as large; otherwise the oldest element is dropped.
+  /// Returns the storage of the next element. If the ring is full and its capacity is below
+  /// `least`, the capacity doubles; otherwise the oldest element is dropped.
   T& push(std::uint64_t least) {
     if (kept_ == ring_.size() && ring_.size() < std::max(least, kFirst))
       widen(std::max<std::size_t>(2 * ring_.size(), kFirst));
@@ -55,7 +57,7 @@ class LastRing {
     kept_ = std::min<std::uint64_t>(kept_ + 1, ring_.size());
     return entry;
   }
-  /// Becomes as large as another ring, with the same number of empty elements.
+  /// Takes the capacity and the number of elements of another ring; the elements are empty.
   template <class Other>
   void begin_as(const LastRing<Other>& other) {
     ring_.assign(other.ring_.size(), T{});
@@ -85,60 +87,65 @@ class LastRing {
 template <class Coder>
 class ReplayHexahedra {
  public:
-  /// `surface` must outlive this object. `keep`: corners are coded by the source's numbers, in
-  /// cell.original; otherwise by stream numbers. `strays`: whether strays may be followed.
+  /// `surface` must outlive this object. `keep`: true if corners are coded by the source's numbers
+  /// in cell.original, false if by stream numbers. `strays`: whether strays may be followed.
   ReplayHexahedra(ActiveSurface& surface, bool keep, bool strays)
       : surface_(&surface), keep_(keep), may_follow_(strays) {}
 
-  /// Codes the corners of one hexahedron as stored, and their last uses. Returns false when
+  /// Codes the corners of one hexahedron in stored order, and their last uses. Returns false when
   /// decoding damaged data, or if two live vertices have the same number.
   bool code(Coder& symbols, Coder& corner_order, CellTopology& cell, bool order_matters);
   /// Sets the number of a vertex that is not yet a corner of a hexahedron.
   void set_number(std::uint32_t slot, std::uint64_t number);
-  /// Call it before any vertex is finalized.
+  /// Removes a vertex. Call it before any vertex is finalized.
   void forget(std::uint32_t slot);
 
  private:
   using Numbers = std::array<std::uint64_t, 8>;
   using Slots = std::array<std::uint32_t, 8>;
   static constexpr std::size_t kMissSlots = 1024;
-  static constexpr std::uint32_t kDistances = 6;  // the most for which trees of 3 bits suffice
+  static constexpr std::uint32_t kDistances = 6;  // largest number for which 3-bit trees suffice
   static constexpr std::uint32_t kFollowStrays =
-      7;  // coded once instead of a place: strays are followed from then on
-  static constexpr int kFollowerBits = 12;  // frozen: part of the format
+      7;  // coded once in the stream instead of a place; strays are followed after it
+
+  // Size of the table of followers, in bits; frozen: part of the format
+  static constexpr int kFollowerBits = 12;
   enum Kind : std::uint8_t { kExpected, kBeyond, kTop, kPrevious, kEarlier, kFromPrevious, kStep };
 
   using Halves = std::array<std::uint32_t, 8>;
   struct Past {
-    Halves number{};         // lower halves of the numbers
-    std::uint8_t next = 0;   // set of corners that introduced a number above the largest
+    Halves number{};         // lower halves of the vertex numbers
+    std::uint8_t next = 0;   // set of corners whose new number was above the largest number
     std::uint8_t marks = 0;  // set of corners marked as last use
-    std::uint8_t strays =
-        0;  // set of corners that were not as guessed; if none, that of the model cell
-    bool guessed = false;      // true: all of it was as expected
-    std::uint32_t beside = 1;  // distance of the cell whose shift it had
+
+    // Set of corners that were not as guessed; if there were none, the set of the model cell
+    std::uint8_t strays = 0;
+    bool guessed = false;      // true: all corners and marks were as expected
+    std::uint32_t beside = 1;  // distance of the cell whose shift this cell had
   };
   struct Named {
     std::uint64_t number = 0;
-    bool known = false;  // the number leads to this vertex
+    bool known = false;  // true: by_number_ maps the number to this vertex
   };
-  /// Where the vertex of a corner was found before: a corner of the cell `distance` before.
+  /// A place where the vertex of a corner was found before: a corner of the cell `distance` before.
   struct Source {
     std::uint32_t distance = 1;
     std::uint8_t corner = 0;
   };
-  /// Expected numbers and marks of a cell.
+  /// Expected vertex numbers and last-use marks of a cell.
   struct Guess {
     Numbers number{};
     std::uint8_t marks = 0;
   };
-  /// The guess to take.
+  /// The guess that the encoder selects, or that the decoder has read.
   struct Choice {
-    std::uint32_t place = 0;     // index in distances_; kDistances: a new distance
-    std::uint64_t distance = 0;  // the new distance
+    std::uint32_t place = 0;     // index in distances_; kDistances means a new distance
+    std::uint64_t distance = 0;  // the new distance, if there is one
     bool old_shift = false;      // true: the shift is taken over the distance used last
-    std::uint32_t beside = 0;    // the cell whose shift is taken: 0 as for the model cell, 1 the
-                                 // last cell, from 2 on the cell at distances_[beside - 2]
+
+    // The cell whose shift is taken; 0: the same as for the model cell; 1: the last cell; from 2
+    // on: the cell at distances_[beside - 2]
+    std::uint32_t beside = 0;
   };
 
   const Past& past(std::uint64_t distance) const { return pasts_[distance]; }
@@ -171,12 +178,12 @@ class ReplayHexahedra {
   std::uint32_t find(std::uint64_t number, std::uint32_t corner);
   std::uint32_t find_anywhere(std::uint64_t number) const;
   void finish(CellTopology& cell, const Numbers& number, std::uint8_t marks);
-  /// Corners that are probably not as guessed. Must hold: the model cell is known.
+  /// Returns the corners that are probably not as guessed. Must hold: the model cell is known.
   std::uint8_t likely_strays() const {
     return reaches(distances_[0]) ? past(distances_[0]).strays : std::uint8_t{0};
   }
   static std::size_t place_of_follower(std::uint64_t step, std::size_t corner);
-  // Only while strays are followed.
+  // Call these functions only while strays are followed.
   std::uint64_t next_stray(std::size_t corner) const {
     return last_stray_ + followers_[place_of_follower(stray_step_, corner)];
   }
@@ -187,46 +194,51 @@ class ReplayHexahedra {
   bool keep_, may_follow_;
 
   LastRing<Past> pasts_;
-  LastRing<Halves> upper_;      // upper halves of the numbers, from the first nonzero one on
-  LastRing<Slots> slots_;       // decoder: slots of the last cells, fewer than in pasts_
-  std::uint64_t sequence_ = 0;  // of the current hexahedron
-  std::array<std::uint64_t, kDistances> distances_{1};  // the distance used last comes first
+  // Upper halves of the vertex numbers, since the first upper half that is not zero
+  LastRing<Halves> upper_;
+  LastRing<Slots> slots_;  // decoder: slots of the last cells; contains fewer cells than pasts_
+  std::uint64_t sequence_ = 0;  // sequence number of the current hexahedron
+
+  // Distances used before, the most recently used first
+  std::array<std::uint64_t, kDistances> distances_{1};
   bool marks_shift_ = false;
 
-  std::vector<Named> named_;  // by vertex slot
+  std::vector<Named> named_;  // numbers of vertices, by slot
   std::vector<std::uint64_t>
       introduced_;  // encoder: by vertex slot, the hexahedron that introduced the vertex
   std::vector<std::uint64_t>
       misses_;           // encoder: by step_key(), the last hexahedron that was not as expected
   bool clash_ = false;   // true: two live vertices had the same number
-  NumberMap by_number_;  // used in Order::keep only
+  NumberMap by_number_;  // vertices by number; used in Order::keep only
   std::uint64_t largest_ = ~std::uint64_t{0};
   Numbers top_{};  // largest number of each corner that was not as expected
   std::array<std::array<Source, 2>, 8>
-      sources_{};            // decoder: the source that was right last comes first
-  std::uint8_t next_ = 0;    // of the current hexahedron
-  std::uint8_t strays_ = 0;  // of the current hexahedron
+      sources_{};            // decoder: the source that was right most recently comes first
+  std::uint8_t next_ = 0;    // corners of the current hexahedron, see Past::next
+  std::uint8_t strays_ = 0;  // corners of the current hexahedron, see Past::strays
   std::uint64_t beside_now_ = 1;
   bool follows_strays_ = false;
   std::uint32_t repeated_strays_ =
       0;  // encoder: number of cells so far with strays at likely corners
-  // Number of the last stray, its step from the stray before it, and for each step and corner
-  // the step that came next there.
+
+  // Number of the last stray, and its step from the stray before it. followers_ contains, for each
+  // step and corner, the step that followed.
   std::uint64_t last_stray_ = 0, stray_step_ = 0;
   std::vector<std::uint64_t> followers_;  // empty until strays are followed
 
-  // Contexts
+  // Contexts of the next decisions
   std::uint32_t hits_ = 0;
   std::uint32_t last_place_ = 0, last_kind_ = 0;
 
-  // Models
+  // Adaptive models of the decisions
   std::array<std::array<AdaptiveBit, 8>, 2> hit_;
   std::array<TreeModel<3>, kDistances + 1> place_;
   SignedModel<NumberModel> distance_;
   AdaptiveBit old_shift_;
   std::array<TreeModel<3>, kDistances + 1> beside_;
   std::array<AdaptiveBit, kDistances + 1> as_guessed_;
-  std::array<std::array<std::array<AdaptiveBit, 3>, 8>, 2> same_;  // by likely_strays() first
+  // First index: whether the corner is in likely_strays()
+  std::array<std::array<std::array<AdaptiveBit, 3>, 8>, 2> same_;
   std::array<std::array<TreeModel<3>, 8>, 8> kind_;
   std::array<TreeModel<3>, 8> previous_, earlier_;
   std::array<NumberModel, 8> age_;

@@ -8,7 +8,8 @@ namespace {
 
 constexpr std::size_t kMaxJoins = 24;
 
-/// The face at an edge: its vertices above the edge's ends `a` and `b`, and its other edges.
+/// A face at an edge with the ends `a` and `b`: the vertices of the face above these ends, and the
+/// other edges of the face.
 struct Above {
   std::uint32_t a = kNone, b = kNone;
   FaceEdge beside_a = kNone, beside_b = kNone, top = kNone;
@@ -21,8 +22,8 @@ Above above(const ActiveSurface& surface, FaceEdge edge, std::uint32_t a) {
   return {quad[two], quad[three], face + one, face + three, face + two};
 }
 
-/// Returns true if the face is of a cell other than a hexahedron. Cells of eight corners are
-/// hexahedra: their faces are on the active surface.
+/// Returns true if the face belongs to a cell that is not a hexahedron. Cells with eight corners
+/// are hexahedra: their faces are on the active surface.
 bool is_of_other_cell(const OpenFaces& open, const OpenFaces::Face& face) {
   return open.owner(face).size < 8;
 }
@@ -58,8 +59,8 @@ bool RowHexahedra<Coder>::code(Coder& symbols, Coder& corner_order, CellTopology
   if (kind != kStart && !code_orientation(corner_order, symbols, order_matters, orientation))
     return false;
 
-  // Return the cell in the frame. The encoder's caller relies on the corners that it stored,
-  // whatever order a reader gets.
+  // Return the cell in the order of the frame. The caller of the encoder relies on the corners that
+  // it stored, in whatever order a reader will receive them.
   std::array<std::uint8_t, 8> last_use{};
   if constexpr (!Coder::kDecodes) std::copy_n(cell.last_use.begin(), 8, last_use.begin());
   const auto& stored = kOrientedBits[Coder::kDecodes ? orientation : gate.orientation];
@@ -82,7 +83,8 @@ bool RowHexahedra<Coder>::code(Coder& symbols, Coder& corner_order, CellTopology
 
 // --- faces
 
-/// Codes whether the face is shared. `above_a`, `above_b`: its vertices above corners a and b.
+/// Codes whether the face is shared. `above_a`, `above_b`: vertices of the face above corners a and
+/// b.
 template <class Coder>
 bool RowHexahedra<Coder>::share(Coder& symbols, Bit& model, std::uint32_t side, std::uint32_t face,
                                 std::uint32_t a, std::uint32_t b, std::uint32_t above_a,
@@ -99,7 +101,7 @@ template <class Coder>
 void RowHexahedra<Coder>::code_sides(Coder& symbols, std::uint32_t gate) {
   const auto& face = surface_->face(gate);
   const std::uint32_t k = face.side;
-  std::array<std::uint8_t, 4> order{};  // largest fans first
+  std::array<std::uint8_t, 4> order{};  // sides of the gate, largest fans first
   for (std::uint8_t i = 0; i < 4; ++i) {
     std::uint32_t place = i;
     for (; place > 0 && face.fan[order[place - 1]] < face.fan[i]; --place)
@@ -107,17 +109,18 @@ void RowHexahedra<Coder>::code_sides(Coder& symbols, std::uint32_t gate) {
     order[place] = i;
   }
   std::array<Above, 4> sides{};
-  std::uint32_t yes = 0;  // by edge of the gate
+  std::uint32_t yes = 0;  // bit set by edge of the gate: the side at this edge is shared
   for (std::uint32_t i : order) {
     const FaceEdge mate = face.mate[i];
     const std::uint32_t side = kAdjacentFace[k][i];
     if (mate == kNone || is_shared(mate / 4)) continue;
-    const std::uint32_t a = kFaceBits[k][i], b = kFaceBits[k][(i + 1) % 4];  // above the gate
+    // Corners above the gate
+    const std::uint32_t a = kFaceBits[k][i], b = kFaceBits[k][(i + 1) % 4];
     Above& upper = sides[i];
     upper = above(*surface_, mate, face.quad[i]);
     if ((work_.known >> a & 1) != 0 && work_.corner[a] != upper.a) continue;
     if ((work_.known >> b & 1) != 0 && work_.corner[b] != upper.b) continue;
-    // Evidence from the neighbouring sides.
+    // Count the evidence from the neighbouring sides.
     std::uint32_t in_favour = 0, against = 0;
     const auto count_evidence = [&](std::uint32_t other, FaceEdge edge) {
       if ((yes >> other & 1) == 0) return;
@@ -138,7 +141,7 @@ void RowHexahedra<Coder>::code_sides(Coder& symbols, std::uint32_t gate) {
     if constexpr (Coder::kMixes) about_side(symbols, gate * 4 + i, evidence, candidate, yes);
     if (share(symbols, model, side, mate / 4, a, b, upper.a, upper.b)) yes |= bit(i);
   }
-  // The far face, across the top edges of shared sides.
+  // Code the far face, which is across the top edges of the shared sides.
   if (yes == 0 || (work_.known == 0xff)) return;
   const std::uint32_t far_side = kOppositeFace[work_.gate_side];
   for (std::uint32_t i = 0; i < 4; ++i) {
@@ -168,12 +171,12 @@ void RowHexahedra<Coder>::code_sides(Coder& symbols, std::uint32_t gate) {
 
 // --- corners
 
-/// Returns 2 for each known neighbour of the corner that has an edge on the surface in the corner's
-/// direction leading out of the hexahedron, plus 1 if a face leads from one neighbour to another
+/// Returns 2 for each known neighbour of the corner that has an edge on the surface leading out of
+/// the hexahedron in the direction of the corner, plus 1 if a face connects two of these neighbours
 /// around the corner.
 template <class Coder>
 std::uint32_t RowHexahedra<Coder>::count_leads(std::uint32_t corner) const {
-  Corners known{};  // kNone if unknown
+  Corners known{};  // slots of the known corners; kNone if unknown
   for (std::uint32_t b = 0; b < 8; ++b)
     known[b] = (work_.known >> b & 1) != 0 ? work_.corner[b] : kNone;
   const auto inside = [&](std::uint32_t slot) {
@@ -205,7 +208,8 @@ std::uint32_t RowHexahedra<Coder>::count_leads(std::uint32_t corner) const {
   return leads + around;
 }
 
-/// Lists live vertices that may be this corner: those next to its known neighbours on the surface.
+/// Lists live vertices that may be this corner: neighbours, on the surface, of the corner's known
+/// neighbours.
 template <class Coder>
 void RowHexahedra<Coder>::list_joins(std::uint32_t corner) {
   joins_.clear();
@@ -230,7 +234,8 @@ void RowHexahedra<Coder>::list_joins(std::uint32_t corner) {
     for (FaceCorner face_corner = surface_->vertex(vertex).first_face; face_corner != kNone;
          face_corner = surface_->next_around(face_corner)) {
       const auto& face = surface_->face(face_corner / 4);
-      if (is_shared(face_corner / 4)) continue;  // it has only corners of this hexahedron
+      // All corners of this face belong to the current hexahedron
+      if (is_shared(face_corner / 4)) continue;
       const std::uint32_t i = face_corner % 4;
       for (std::uint32_t step : {1u, 3u}) {
         const std::uint32_t j = (i + step) % 4;
@@ -238,7 +243,7 @@ void RowHexahedra<Coder>::list_joins(std::uint32_t corner) {
         const bool same = kFaceAt[here ^ there][(there & ~here) != 0] == direction;
         add(face.quad[j], same ? 3 : 1);
       }
-      // A face at p whose opposite vertex is another known neighbour of the corner.
+      // Look for a face at p whose opposite vertex is another known neighbour of the corner.
       for (std::uint32_t other : {1u, 2u, 4u}) {
         if (other == axis || !known(corner ^ other)) continue;
         if (face.quad[(i + 2) % 4] == work_.corner[corner ^ other]) {
@@ -248,7 +253,8 @@ void RowHexahedra<Coder>::list_joins(std::uint32_t corner) {
       }
     }
   }
-  // Equal scores keep the order in which they were met. A stable sort would allocate memory.
+  // Vertices with equal scores stay in the order in which they were found. std::stable_sort would
+  // allocate memory.
   for (std::uint32_t i = 0; i < joins_.size(); ++i) joins_[i].met = i;
   std::sort(joins_.begin(), joins_.end(), [](const Join& a, const Join& b) {
     return a.score != b.score ? a.score > b.score : a.met < b.met;
@@ -341,11 +347,12 @@ bool RowHexahedra<Coder>::code_reference(Coder& symbols, std::uint32_t& slot) {
   return slot != kNone;
 }
 
-// --- next to cells of other shapes: their open quadrilaterals
+// --- next to cells that are not hexahedra: their open quadrilaterals
 
-/// Returns the vertex that closes most open quadrilaterals at this corner. A quadrilateral counts
-/// if it has an edge from a known neighbour p of the corner to the known corner r next to p in a
-/// side of the hexahedron, and agrees with the fourth corner q of this side if q is known.
+/// Returns the vertex that closes the most open quadrilaterals at this corner. Let p be a known
+/// neighbour of the corner, and r the known corner next to p in a side of the hexahedron. A
+/// quadrilateral counts if it has the edge from p to r and, if the fourth corner q of this side is
+/// known, contains q in the same place.
 template <class Coder>
 auto RowHexahedra<Coder>::find_closing_vertex(std::uint32_t corner) -> ClosingVertex {
   joins_.clear();
@@ -393,7 +400,8 @@ std::uint32_t RowHexahedra<Coder>::open_faces_of_others(std::uint32_t slot) cons
 template <class Coder>
 void RowHexahedra<Coder>::code_last_use(Coder& symbols, CellTopology& cell) {
   Record& record = records_[cell.cell_slot];
-  list_candidates();  // gates of the next hexahedron: the vertices that it probably uses stay alive
+  // List gates of the next hexahedron: the vertices that it probably uses stay alive
+  list_candidates();
   const std::uint32_t owner_finals = work_.owner != nullptr ? owner_.finals : 0;
   for (std::uint32_t i = 0; i < 8; ++i) {
     const std::uint32_t b = kCornerBits[i];

@@ -3,15 +3,16 @@
 // keeps: the active surface, a record for each hexahedron on it, the models; the same in encoder
 //        and decoder
 //
-// Every hexahedron has a frame: three axes, carried from one hexahedron to the next across the face
-// that they share. So a side keeps its name along rows and layers, and no rotation is encoded. A
-// hexahedron is encoded in this order:
-//   gate       the active face that it is attached to. Guess: if the hexahedron before was attached
-//              to A, this one is attached to the one that came after A, at the same side.
-//   sides      which of the four faces around the gate are shared: this usually follows from the
-//              fan of hexahedra around the edge
+// Every hexahedron has a frame: three axes that are transferred from one hexahedron to the next
+// across the shared face. So a side keeps its name along rows and layers, and no rotation is
+// encoded. A hexahedron is encoded in this order:
+//   gate       the active face to which the hexahedron is attached. Guess: if the hexahedron before
+//              was attached to hexahedron A, the gate is on the successor of A, at the same side.
+//   sides      which of the four faces around the gate are shared. This usually follows from the
+//              fan of hexahedra around the edge.
 //   far face   the face opposite the gate
-//   corners    those that are still unknown: new, a live vertex nearby, or any live vertex
+//   corners    the corners that are still unknown: each is a new vertex, a live vertex nearby, or
+//              any live vertex
 //   last use   the corners that no later cell uses
 // spec: "Row hexahedra"
 #pragma once
@@ -33,7 +34,7 @@ namespace shm {
 template <class Coder>
 class RowHexahedra {
  public:
-  /// The subject of a decision. Frozen: part of the format.
+  /// The subject of a decision, used as a context. Frozen: part of the format.
   enum Question : std::uint8_t {
     kHit = 0,
     kWhich = 1,
@@ -65,16 +66,18 @@ class RowHexahedra {
     kQuestions = 27
   };
 
-  /// Both must outlive this object. `open`: faces of cells of all shapes; null in meshes of
-  /// hexahedra only.
-  [[gnu::cold]]  // otherwise each of thousands of models is initialized by code of its own
-  explicit RowHexahedra(ActiveSurface& surface, const OpenFaces* open = nullptr)
+  /// Both arguments must outlive this object. `open`: open faces of cells of all shapes; null if
+  /// the mesh has only hexahedra.
+  // otherwise the constructor would contain separate initialization code for thousands of models
+  [[gnu::cold]] explicit RowHexahedra(ActiveSurface& surface, const OpenFaces* open = nullptr)
       : surface_(&surface), open_(open) {}
 
-  /// Codes the corners of one hexahedron, and their order (with `order_matters`; otherwise only its
-  /// handedness), and attaches it to the surface. Returns false only when decoding damaged data.
+  /// Codes the corners of one hexahedron and attaches it to the surface. If `order_matters` is set,
+  /// codes the order of the corners; otherwise codes only the handedness. Returns false only when
+  /// decoding damaged data.
   bool code(Coder& symbols, Coder& corner_order, CellTopology& cell, bool order_matters);
-  /// Call it after everything else of the cell. The caller finalizes the vertices.
+  /// Codes the last uses of a cell. Call it after the rest of the cell has been coded. The caller
+  /// finalizes the vertices.
   void code_last_use(Coder& symbols, CellTopology& cell);
 
  private:
@@ -94,23 +97,24 @@ class RowHexahedra {
   /// Data of a hexahedron, kept while one of its faces is active.
   struct Record {
     std::uint64_t sequence = ~std::uint64_t{0};
-    std::uint32_t successor = kNone;  // cell slot of the hexahedron coded next
+    std::uint32_t successor = kNone;  // cell slot of the next hexahedron in coding order
     std::array<std::uint32_t, 6> face{kNone, kNone, kNone, kNone, kNone, kNone};
     std::uint8_t orientation = 0;  // orientation of the stored corners in the frame
     std::uint8_t shared = 0;       // set of faces that were shared when it was coded
-    std::uint8_t introduced = 0;   // set of corners that it introduced
-    std::uint8_t finals = 0;       // set of corners that it finalized
+    std::uint8_t introduced = 0;   // set of corners that the hexahedron introduced
+    std::uint8_t finals = 0;       // set of corners that the hexahedron finalized
     std::uint8_t repeats = 0;      // set of corners with the vertex of an earlier corner
-    bool guessed = false;          // true: its gate was a candidate
+    bool guessed = false;          // true: its gate was one of the candidates
   };
-  /// The hexahedron across a shared face of the hexahedron coded last, and the side of the face
-  /// there.
+  /// A hexahedron across a shared face of the hexahedron coded last, and the side that the shared
+  /// face is in that neighbour.
   struct Owner {
     std::uint32_t cell = kNone;
     std::uint64_t sequence = 0;
     std::uint8_t side = 0;
   };
-  /// A gate for the encoder: an active face, and the orientation of the hexahedron at it.
+  /// A possible gate that the encoder examines: an active face, and the orientation of the
+  /// hexahedron relative to it.
   struct Fit {
     std::uint32_t face = kNone;
     std::uint8_t orientation = 0;
@@ -118,14 +122,14 @@ class RowHexahedra {
   /// The current hexahedron.
   struct Work {
     Corners corner{};  // vertices of the known corners
-    Corners target{};  // encoder: vertices of all corners, kNone if new
+    Corners target{};  // encoder: vertices of all corners; kNone: new
     std::array<std::uint64_t, 8>
-        number{};  // encoder: numbers of the corners, equal for the same vertex
+        number{};  // encoder: numbers of the corners, equal if their vertices are equal
     std::uint32_t known = 0;
     std::uint8_t introduced = 0;
     std::array<std::uint32_t, 6> shared{kNone, kNone, kNone, kNone, kNone, kNone};
     const Record* owner = nullptr;
-    std::uint32_t gate_side = 0;  // the hexahedron's own face at the gate
+    std::uint32_t gate_side = 0;  // face of the current hexahedron at the gate
     Kind kind = kStart;
   };
   struct Coded {
@@ -135,13 +139,14 @@ class RowHexahedra {
   struct Join {
     std::uint32_t slot = 0, score = 0, met = 0;
   };
-  /// A vertex that closes an open quadrilateral of a cell of another shape together with known
-  /// corners.
+  /// A vertex that, together with known corners, closes an open quadrilateral of a cell that is not
+  /// a hexahedron.
   struct ClosingVertex {
     std::uint32_t slot = kNone;
-    std::uint32_t score =
-        0;  ///< 2 for each edge that it closes this way, 3 if the other three corners are known
-    std::uint32_t others = 0;  ///< number of other vertices that would close one
+    /// Sum over the edges with such a quadrilateral: 2 each, or 3 if the other three corners are
+    /// known
+    std::uint32_t score = 0;
+    std::uint32_t others = 0;  ///< number of other vertices that would close such a quadrilateral
   };
 
   // Gate (row_hexahedra_surface.cpp)
@@ -171,11 +176,12 @@ class RowHexahedra {
   bool code_reference(Coder& symbols, std::uint32_t& slot);
   std::uint32_t count_leads(std::uint32_t corner) const;
   void list_joins(std::uint32_t corner);
-  // Next to cells of other shapes
+  // --- next to cells that are not hexahedra
   ClosingVertex find_closing_vertex(std::uint32_t corner);
   std::uint32_t open_faces_of_others(std::uint32_t slot) const;
 
-  // Contexts of the next decision, for a coder that mixes predictions (row_hexahedra_contexts.cpp)
+  // Set the contexts of the next decision, for a coder that mixes predictions
+  // (row_hexahedra_contexts.cpp)
   void about_candidates(Coder& symbols) const;
   void about_candidate(Coder& symbols, std::uint32_t index) const;
   void about_kind(Coder& symbols) const;
@@ -221,25 +227,25 @@ class RowHexahedra {
   const OpenFaces* open_;
   std::vector<Record> records_;  // records by cell slot
   std::vector<Coded>
-      coded_;  // hexahedra in coding order; those without a record are removed now and then
+      coded_;  // hexahedra in coding order; those without a record are removed from time to time
   Work work_;
   Record owner_;  // a copy of the record of the hexahedron across the gate
 
   // The hexahedron coded last
   std::uint32_t last_cell_ = kNone;
-  std::uint64_t sequence_ = 0;  // of the next hexahedron
+  std::uint64_t sequence_ = 0;  // sequence number of the next hexahedron
   std::array<Owner, 6> owners_{};
   std::uint32_t owner_count_ = 0;
   struct Candidate {
     std::uint32_t face = kNone;
-    std::uint32_t support = 0;  // number of other candidates that meet it at an edge
-    bool guessed = false;       // true: the gate of its hexahedron was a candidate, too
+    std::uint32_t support = 0;  // number of other candidates that share an edge with this candidate
+    bool guessed = false;  // true: the gate of the hexahedron with this face was a candidate, too
   };
   std::array<Candidate, 6> candidates_{};
   std::uint32_t candidate_count_ = 0;
 
-  // Contexts
-  std::uint32_t hits_ = 0;  // last three gates: 1 for a candidate
+  // Contexts of the next decisions
+  std::uint32_t hits_ = 0;  // last three gates, one bit each: 1 if the gate was a candidate
   std::uint32_t kinds_ = 0;
   std::uint32_t gates_ = 0;  // kinds of the last ten gates, three bits each
   std::uint32_t last_gate_side_ = 0, gate_side_before_ = 0;
@@ -249,7 +255,7 @@ class RowHexahedra {
   std::array<std::uint64_t, 8> distances_{};
   std::uint64_t last_reference_ = 0;
 
-  // Models
+  // Adaptive models of the decisions
   std::array<std::array<std::array<std::array<Bit, 2>, 8>, 4>, 7> hit_;
   std::array<std::array<std::array<std::array<std::array<Bit, 2>, 4>, 4>, 4>, 4> which_;
   std::array<Tree<3>, 64> kind_;
@@ -274,14 +280,16 @@ class RowHexahedra {
   std::array<std::array<Tree<2>, 6>, 6> stored_corner_;
   std::array<Bit, 2> turned_;
   std::array<Bit, 2> mirrored_;
-  /// By open faces of other cells, faces, uses, last use in the owner and in the hexahedron coded
-  /// last, candidates that use the vertex.
+  /// Models by: number of open faces of other cells, number of faces, number of uses, whether the
+  /// vertex was a last use in the owner and in the hexahedron coded last, number of candidates that
+  /// use the vertex.
   std::array<std::array<std::array<std::array<std::array<Bit, 3>, 4>, 9>, 8>, 4> final_;
 
   std::vector<std::uint32_t> faces_;
   std::vector<Fit> fits_;
   std::vector<Join> joins_;
-  std::vector<std::uint32_t> join_place_;  // by vertex slot: its possible index in joins_
+  // For each vertex slot: the possible index of the vertex in joins_
+  std::vector<std::uint32_t> join_place_;
 };
 
 extern template class RowHexahedra<RangeEncoder>;

@@ -1,6 +1,7 @@
-// RowHexahedra and the active surface. The first part codes the gate, which is the active face that
-// a hexahedron is attached to. The second part begins when all corners are known: it finds the
-// other shared faces, codes the stored order of the corners, and updates the surface.
+// RowHexahedra: the functions that use the active surface. The first part codes the gate, which is
+// the active face that a hexahedron is attached to. The second part runs when all corners are
+// known: it finds the other shared faces, codes the stored order of the corners, and updates the
+// surface.
 #include <algorithm>
 #include <bit>
 #include <utility>
@@ -146,7 +147,7 @@ bool RowHexahedra<Coder>::code_gate(Coder& symbols, const CellTopology& cell, Fi
     kind = kCandidate;
     return true;
   }
-  std::uint32_t index = 0;  // in the list of its kind
+  std::uint32_t index = 0;  // index in the list of its kind
   kind = kStart;
   if constexpr (!Coder::kDecodes) kind = choose_elsewhere(cell, gate, index);
   if constexpr (Coder::kMixes) about_kind(symbols);
@@ -165,7 +166,8 @@ bool RowHexahedra<Coder>::code_gate(Coder& symbols, const CellTopology& cell, Fi
   }
 }
 
-/// Codes whether the gate is a candidate, and if so which. Encoding: then sets `gate`.
+/// Codes whether the gate is a candidate, and if so, which candidate. Encoding: sets `gate` in this
+/// case.
 template <class Coder>
 bool RowHexahedra<Coder>::code_candidate(Coder& symbols, const CellTopology& cell, Fit& gate) {
   if (candidate_count_ == 0) return false;
@@ -195,8 +197,9 @@ bool RowHexahedra<Coder>::code_candidate(Coder& symbols, const CellTopology& cel
   return true;
 }
 
-/// The encoder's choice if no candidate is shared: the first kind that reaches a shared face. Among
-/// other shared faces it prefers one at a distance used before, then the youngest.
+/// Encoder: chooses the gate if no candidate is shared. Returns the first kind that leads to a
+/// shared face. Among the remaining shared faces, faces at a distance used before are preferred,
+/// then the youngest face.
 template <class Coder>
 auto RowHexahedra<Coder>::choose_elsewhere(const CellTopology& cell, Fit& gate,
                                            std::uint32_t& index) -> Kind {
@@ -234,7 +237,7 @@ bool RowHexahedra<Coder>::code_listed(Coder& symbols, Kind kind, Choice<32>& mod
   return true;
 }
 
-/// Codes one of the active faces of a hexahedron by its side.
+/// Codes one of the active faces of a hexahedron, by its side.
 template <class Coder>
 bool RowHexahedra<Coder>::code_side(Coder& symbols, Question question, std::uint32_t cell,
                                     std::uint32_t& face) {
@@ -254,7 +257,8 @@ bool RowHexahedra<Coder>::code_side(Coder& symbols, Question question, std::uint
   return false;
 }
 
-/// Codes any face: by the number of hexahedra since its owner was coded, and its side.
+/// Codes any face, by the number of hexahedra since its owner was coded and by its side in the
+/// owner.
 template <class Coder>
 bool RowHexahedra<Coder>::code_recent(Coder& symbols, std::uint32_t& face) {
   std::uint64_t distance = 0;
@@ -286,8 +290,8 @@ bool RowHexahedra<Coder>::is_shared(std::uint32_t face) const {
   return std::find(work_.shared.begin(), work_.shared.end(), face) != work_.shared.end();
 }
 
-/// Returns the cell slot of the hexahedron with this number in coding order, kNone if it is
-/// forgotten.
+/// Returns the cell slot of the hexahedron with this number in coding order; kNone if its record
+/// has been removed.
 template <class Coder>
 std::uint32_t RowHexahedra<Coder>::cell_of(std::uint64_t sequence) const {
   const auto found = std::lower_bound(
@@ -329,13 +333,14 @@ void RowHexahedra<Coder>::find_other_shared() {
   }
 }
 
-/// Returns the orientation of the hexahedron across a shared face, moved across this face.
+/// Returns the orientation of the hexahedron across a shared face, transferred across this face.
 template <class Coder>
 std::uint8_t RowHexahedra<Coder>::orientation_across(std::uint32_t side) const {
   const auto& face = surface_->face(work_.shared[side]);
   const auto& stored = kOrientedBits[records_[face.cell].orientation];
   std::array<std::uint32_t, 4> here{},
-      there{};  // here: corner bits in this frame; there: corner bits as stored in that cell
+      // Corner bits in the frame (here), and corner bits as stored in the neighbour (there)
+      there{};
   for (std::uint32_t i : {0u, 1u, 3u}) {
     here[i] = 8;
     for (std::uint32_t b : kFaceBits[side])
@@ -365,8 +370,8 @@ bool RowHexahedra<Coder>::code_orientation(Coder& corner_order, Coder& symbols, 
     orientation = flip ? kMirrorX : 0;
     return true;
   }
-  // Orientations expected from the hexahedra across shared faces, most votes first; on a tie that
-  // of the gate's owner.
+  // Orientations expected from the hexahedra across shared faces, most votes first. On a tie, the
+  // orientation expected from the gate's owner comes first.
   struct Vote {
     std::uint8_t orientation = 0, count = 0;
   };
@@ -399,8 +404,9 @@ bool RowHexahedra<Coder>::code_orientation(Coder& corner_order, Coder& symbols, 
   return code_orientation_at_gate(corner_order, orientation);
 }
 
-/// Codes the orientation by how the stored faces meet at the gate: which stored face of this
-/// hexahedron is there, and at which of its corners the lowest corner of the owner's face is.
+/// Codes the orientation by how the stored faces coincide at the gate: which stored face of this
+/// hexahedron is at the gate, and which corner of that face coincides with the lowest corner of the
+/// owner's face.
 template <class Coder>
 bool RowHexahedra<Coder>::code_orientation_at_gate(Coder& corner_order, std::uint8_t& orientation) {
   const auto face_of = [](std::uint32_t o, std::uint32_t side) {
@@ -409,7 +415,7 @@ bool RowHexahedra<Coder>::code_orientation_at_gate(Coder& corner_order, std::uin
     const std::uint32_t axis = 7u & ~((s[q[0]] ^ s[q[1]]) | (s[q[0]] ^ s[q[3]]));
     return kFaceAt[axis][(s[q[0]] & axis) != 0];
   };
-  const std::uint32_t side = kOppositeFace[work_.gate_side];  // of the owner
+  const std::uint32_t side = kOppositeFace[work_.gate_side];  // the side of the owner at the gate
   const std::uint32_t theirs = face_of(owner_.orientation, side);
   std::uint32_t lowest = 0;
   for (std::uint32_t i = 1; i < 4; ++i)
@@ -445,7 +451,8 @@ bool RowHexahedra<Coder>::code_orientation_at_gate(Coder& corner_order, std::uin
 template <class Coder>
 void RowHexahedra<Coder>::attach(CellTopology& cell) {
   const auto& v = work_.corner;
-  // The next hexahedron is probably next to the hexahedra across shared faces: oldest first.
+  // Remember the hexahedra across shared faces, oldest first: the next hexahedron is probably
+  // adjacent to them.
   owner_count_ = 0;
   std::uint8_t shared_mask = 0;
   for (std::uint32_t k = 0; k < 6; ++k) {
@@ -500,7 +507,7 @@ void RowHexahedra<Coder>::attach(CellTopology& cell) {
     if (work_.shared[k] != kNone) surface_->remove_face(work_.shared[k]);
 }
 
-/// Makes the faces at both ends of the fan around each of the 12 edges mates.
+/// Links the two faces at both ends of the fan around each of the 12 edges as mates.
 template <class Coder>
 void RowHexahedra<Coder>::link_edges(const std::array<std::uint32_t, 6>& face) {
   const auto& v = work_.corner;
@@ -528,12 +535,12 @@ void RowHexahedra<Coder>::link_edges(const std::array<std::uint32_t, 6>& face) {
         end[n] = face[k] * 4 + i;
         continue;
       }
-      // The same edge on the shared face, and its mate.
+      // Find the same edge on the shared face, and its mate.
       mine[n] = face[k] * 4 + (first[k] + i * step[k]) % 4;
       end[n] = surface_->mate(mine[n]);
       fan += surface_->fan(mine[n]);
     }
-    // Two shared faces that are mates here close around the edge. Both are removed soon.
+    // Two shared faces that are mates at this edge close the fan around it. Both are removed soon.
     const bool closed = mine[0] != kNone && mine[1] != kNone && end[0] == mine[1];
     if (!closed) surface_->join(end[0], end[1], fan);
   }

@@ -6,8 +6,8 @@
 #include "mesh/hexahedron.h"
 
 namespace shm {
-/// Returns the side of the frame towards which the vertex lies, seen from the vertex that it is
-/// copied from; kNone if its stencil is not a copy.
+/// Returns the side of the frame that faces the new vertex, seen from the vertex whose number is
+/// copied; kNone if the stencil is not a copy.
 template <class Coder>
 std::uint32_t VertexNumbers<Coder>::direction_of(const CellTopology& cell, std::uint32_t position,
                                                  const Stencil& stencil) {

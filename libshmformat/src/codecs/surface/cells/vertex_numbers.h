@@ -1,7 +1,7 @@
-// Vertex numbers: codes the source's own number of each vertex (Order::keep). Vertices are visited
-// in the order in which their cell stores its corners. Most files number vertices in that order, so
-// a number is often the last number plus 1 or the largest plus 1. On lattices a number follows from
-// its neighbours by the rule that predicts coordinates.
+// Vertex numbers: codes the source's number of each vertex (Order::keep). Vertices are visited in
+// the order in which their cell stores its corners. Most files number vertices in this order, so a
+// number is often the last number plus 1 or the largest number plus 1. On lattices, a number can be
+// predicted from its neighbours by the rule that predicts coordinates.
 // spec: "Vertex numbers"
 #pragma once
 
@@ -20,10 +20,10 @@ template <class Coder>
 class VertexNumbers {
  public:
   /// Codes the numbers of the vertices that `cell` introduces at positions from `first` on.
-  /// number(position) returns a reference: read when encoding, set when decoding.
+  /// number(position) returns a reference, which is read when encoding and set when decoding.
   template <class Number>
   void code_cell(Coder& coder, const CellTopology& cell, Number&& number, std::uint32_t first = 0);
-  /// Adds a vertex whose number is coded elsewhere.
+  /// Adds a vertex whose number is coded in another stream.
   void add(std::uint32_t slot, std::uint64_t number);
   /// Codes the number of a vertex that no cell uses.
   std::uint64_t code_unused(Coder& coder, std::uint32_t slot, std::uint64_t number) {
@@ -32,12 +32,13 @@ class VertexNumbers {
 
  private:
   static constexpr std::uint32_t kKinds = 3 + MidNode::kKinds;
-  /// Expected values of a number, and the contexts to code it.
+  /// Expected values of a number, and the contexts for coding it.
   struct Expectation {
-    std::uint64_t near = 0, second = 0;  // second: may equal near
+    std::uint64_t near = 0, second = 0;  // second may equal near
     std::uint32_t kind = 0;
     std::uint32_t direction = kNone;
-    std::uint32_t from = kNone;  // slot of the vertex it is predicted from, if there is a direction
+    // Slot of the vertex from which the number is copied along a direction; otherwise kNone
+    std::uint32_t from = kNone;
   };
 
   Expectation expect(const CellTopology& cell, std::uint32_t position, const Stencil& stencil,
@@ -49,12 +50,15 @@ class VertexNumbers {
 
   std::vector<std::uint64_t> numbers_;  // numbers by vertex slot
   std::uint64_t last_ = ~std::uint64_t{0},
-                largest_ = ~std::uint64_t{0};  // -1 before the first vertex
+                largest_ = ~std::uint64_t{0};  // largest number so far; -1 before the first vertex
   std::array<std::uint64_t, 6> stride_{1, 1, 1,
-                                       1, 1, 1};  // last step of the numbers along each side
+                                       // Last difference between the numbers of neighbours, by side
+                                       1, 1, 1};
   MidNodeNumbers mid_node_numbers_;
   std::array<std::uint64_t, kKinds> miss_{};  // last error of `near`, by kind
-  std::array<std::uint32_t, 2> history_{};    // history of other vertices, of mid nodes
+
+  // History of vertices that are not mid nodes, and of mid nodes
+  std::array<std::uint32_t, 2> history_{};
   std::array<std::array<std::array<AdaptiveBit, 4>, 64>, kKinds> guess_;
   std::array<std::array<AdaptiveBit, 4>, kKinds> missed_as_before_;
   std::array<SignedModel<NumberModel>, kKinds> residual_;

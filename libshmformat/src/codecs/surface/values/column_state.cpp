@@ -78,8 +78,8 @@ std::uint64_t ColumnState::bytes_of_slots(std::size_t slots) const {
   return std::uint64_t{slots} * each;
 }
 
-/// Must hold: the column does not borrow. A slot within the allocated range was used by an earlier
-/// element; slots beyond it hold nothing that is read.
+/// Allocates memory for a slot. Must hold: the column does not borrow. Slots within the allocated
+/// range belong to earlier elements; slots beyond it contain nothing that is read.
 bool ColumnState::make_room_in_memory(std::uint32_t slot) {
   if (memory_->is_refused()) return false;
   if (is_folded_) {
@@ -96,7 +96,7 @@ bool ColumnState::make_room_in_memory(std::uint32_t slot) {
   return true;
 }
 
-/// Stores the slots as common contents and a short list of exceptions. Returns false, without any
+/// Replaces the slots by common contents and a short list of exceptions. Returns false, without any
 /// change, if there are too many exceptions.
 bool ColumnState::fold() {
   const std::size_t count = slots_.states.size();
@@ -118,7 +118,7 @@ bool ColumnState::fold() {
   return true;
 }
 
-/// Allocates all slots again, unless the memory is refused.
+/// Allocates all slots again, unless the memory budget refuses.
 void ColumnState::unfold() {
   if (!memory_->take(bytes_of_slots(folded_slots_))) return;
   is_folded_ = false;
@@ -131,7 +131,7 @@ void ColumnState::unfold() {
   apart_.clear();
 }
 
-/// Borrows a set of slots, and fills in the slots of these items and of their neighbours.
+/// Borrows a set of slots. Sets the slots of these items and of their neighbours.
 void ColumnState::borrow_slots(std::span<const Neighbourhood> items) {
   slots_ = std::move(memory_->for_tile_);
   borrows_ = true;
@@ -151,7 +151,7 @@ bool ColumnState::give_slots_back(std::span<const Neighbourhood> items) {
   borrows_ = false;
   ColumnSlots borrowed = std::move(slots_);
   slots_ = {};
-  // After the first tile, the last element serves as the common contents.
+  // After the first tile, the contents of the last element become the common contents.
   if (elements_ == items.size() && !items.empty()) common_ = borrowed.at(items.back().self);
   for (const Neighbourhood& item : items) {
     const KeptElement kept = borrowed.at(item.self);

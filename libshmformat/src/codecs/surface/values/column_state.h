@@ -1,6 +1,6 @@
-// ColumnState: what one component remembers of the elements coded so far: the numbers from which
-// later elements are predicted, and the sizes of the residuals. Encoder and decoder update it in
-// the same way.
+// ColumnState: the data that one component stores about the elements coded so far, namely the
+// states from which later elements are predicted, and the sizes of the residuals. Encoder and
+// decoder update it in the same way.
 //   state      the double that predictions use: the value, or its index if the domain is linear
 //   third      the residual of the lattice prediction at an element
 //   reference  state and third of the reference value of an element, if the array has references
@@ -23,15 +23,16 @@
 
 namespace shm {
 
-/// Limit on the work of translating states into other domains: slots translated, per element of the
-/// column. A reader refuses more. Writers stay below half, since they may keep fewer slots.
+/// Limit on the work of translating states into other domains: largest number of translated slots
+/// per element of the column. A reader refuses columns above this limit. Writers stay below half of
+/// it, since a reader may store more slots than the writer.
 /// spec: "Limits"
 inline constexpr std::uint64_t kMostMovesForEach = 4096;
 
-/// Size of a residual: its bit length plus the scale of the prediction; 0 if the residual is 0.
+/// Size of a residual: its bit length plus the scale of the prediction; 0 for a zero residual.
 using ResidualSize = std::uint16_t;
 
-/// The last tile of a component, by element.
+/// The values and residual sizes of a component's last tile, by element.
 struct CodedTile {
   std::vector<double> values;
   std::vector<ResidualSize> sizes;
@@ -39,15 +40,18 @@ struct CodedTile {
 
 /// One component of a tile, without its values.
 struct ColumnTile {
-  std::span<const Neighbourhood> items;      ///< shared by all components
-  TileClasses classes;                       ///< the same for all components
-  std::span<const CodedTile* const> before;  ///< the same tile of the previous components
-  /// Reference values, as bits; empty unless use_reference() was called.
+  /// Neighbourhoods of the elements, the same for all components
+  std::span<const Neighbourhood> items;
+  TileClasses classes;  ///< classes of the elements, the same for all components
+  std::span<const CodedTile* const> before;  ///< the same tile of the components coded before
+
+  /// Reference values, as bits; empty unless use_reference() was called
   std::span<const std::uint64_t> reference;
-  /// For each element the distance to the earlier element that it copies; 0: not a copy. Empty if
-  /// the tile has no copies.
+  /// For each element: distance to the earlier element of which it is a copy; 0: not a copy; empty
+  /// if the tile has no copies
   std::span<const std::uint32_t> back;
-  /// Decoding, if `back` is not empty: bits of the elements before the tile, the most recent last.
+  /// Decoding, if `back` is not empty: bits of the elements before the tile, the most recent
+  /// element last
   std::span<const std::uint64_t> history;
 };
 
@@ -56,35 +60,42 @@ struct TileElement {
   const ColumnTile& tile;
   std::size_t i;
   const Neighbourhood& item = tile.items[i];
-  MatchTables::Places places{};  ///< from ColumnState::find_matches()
-  /// From ColumnState::find_partner(): the reference of this element, if it can have a partner.
+  MatchTables::Places places{};  ///< result of ColumnState::find_matches()
+
+  /// Result of ColumnState::find_partner(): data of this element's reference, if the element can
+  /// have a partner.
   struct Key {
     std::uint64_t magnitude = 0;
     bool is = false, negative = false;
   } key{};
   struct Partner {
     bool is = false;
-    double state = 0.0, then = 0.0;  ///< states of its value and of its reference
+    /// State of the partner's value, and state of the partner's reference
+    double state = 0.0, then = 0.0;
   } partner{};
 
   std::uint32_t of_class() const { return tile.classes.of_item[i]; }
   std::uint32_t back() const { return tile.back.empty() ? 0 : tile.back[i]; }
 };
 
-/// How large a residual is likely to be, given the sizes of other residuals relative to the scale
-/// of this prediction.
+/// Expected size of a residual, derived from the sizes of earlier residuals relative to the scale
+/// of the current prediction.
 struct ResidualContext {
-  std::uint32_t mean = 0;    ///< mean size at the near elements
-  std::uint32_t before = 0;  ///< previous component: 0: none, 1: its size is 0, 2: larger
+  std::uint32_t mean = 0;  ///< mean size of the residuals at the near elements
+
+  /// Residual of the previous component: 0: none, 1: its size is 0, 2: its size is larger
+  std::uint32_t before = 0;
 };
-/// The same in detail: each size plus one, or 0 if there is none.
+/// The sizes of the earlier residuals, each plus one; 0 if there is no such residual.
 struct SizesAround {
-  std::array<std::uint32_t, 3> near{};  ///< at the near elements
-  std::uint32_t last = 0;  ///< of the element coded last: the size itself, not plus one
-  std::uint32_t before = 0, two_before = 0;  ///< in the previous components
+  std::array<std::uint32_t, 3> near{};  ///< sizes at the near elements
+  std::uint32_t last = 0;               ///< size at the element coded last, without the plus one
+
+  /// Sizes in the previous component, and in the component before that
+  std::uint32_t before = 0, two_before = 0;
 };
 
-/// The values that a column keeps for one element.
+/// The values that a column stores for one element.
 struct KeptElement {
   struct Reference {
     double state = 0, third = 0;
@@ -95,7 +106,7 @@ struct KeptElement {
   Reference reference;
 };
 
-/// The values that a column keeps, by slot.
+/// The values that a column stores for all elements, by slot.
 struct ColumnSlots {
   std::vector<double> states, thirds;
   std::vector<ResidualSize> sizes;
@@ -117,9 +128,9 @@ struct ColumnSlots {
 };
 
 /// Decoding: the memory budget that all columns of a segment share. If memory becomes tight, a
-/// column whose slots are all equal except a few stores only these few, and borrows a full set of
-/// slots for the current tile. Requests beyond the limit are refused. The budget has no effect on
-/// the decoded values.
+/// column whose slots are equal with few exceptions stores only the exceptions, and borrows a full
+/// set of slots for the current tile. Requests beyond the limit are refused. The budget does not
+/// affect the decoded values.
 class ColumnMemory {
  public:
   /// Sets the limit in bytes, including the memory that is already in use. Memory is tight once
@@ -129,7 +140,7 @@ class ColumnMemory {
     plenty_ = plenty;
   }
   bool is_tight() const { return taken_ >= plenty_; }
-  /// Reserves memory. Returns false if the limit would be exceeded, and on every call after that.
+  /// Reserves memory. Returns false if the limit would be exceeded, and in all later calls.
   bool take(std::uint64_t bytes) {
     if (bytes > most_ - std::min(taken_, most_)) is_refused_ = true;
     if (!is_refused_) taken_ += bytes;
@@ -161,7 +172,7 @@ class ColumnState {
   void use_matches(bool uses) { uses_matches_ = uses; }
 
   /// Returns true if the column may change to `domain`. The total number of translated slots must
-  /// stay proportional to the number of elements, so that a file of many tiny groups cannot demand
+  /// remain proportional to the number of elements, so that a file of many tiny groups cannot cause
   /// unbounded work.
   bool may_change_to(const ValueDomain& domain, std::uint64_t most_moves_for_each) const {
     return domain.has_states_of(domain_) || moved_ <= elements_ * most_moves_for_each;
@@ -171,32 +182,34 @@ class ColumnState {
   /// Decoding: sets the memory budget, which must outlive the column. Call it before the first
   /// element.
   void use_memory(ColumnMemory& memory) { memory_ = &memory; }
-  /// Makes room for a slot. Returns false if the memory is refused.
+  /// Allocates memory for a slot. Returns false if the memory budget refuses.
   bool make_room(std::uint32_t slot) {
     if (slot < slots_.states.size()) return true;
     if (memory_ != nullptr) return make_room_in_memory(slot);
     slots_.make_room(slot, has_reference_);
     return true;
   }
-  // Account for elements that a sparse reader leaves out because no covered element depends on
-  // them: the counts become those of a reader that skips them.
+  // These functions account for elements that a sparse reader leaves out because no covered element
+  // depends on them. The counts become the same as in a reader that visits these elements and skips
+  // them.
   void count_left_out(std::uint64_t elements) { elements_ += elements; }
   void count_room(std::uint32_t slot) { room_ = size_with_room(room_, slot); }
 
-  /// Passes over an element that the array does not cover: its state becomes the state of the last
+  /// Skips an element that the array does not cover: its state becomes the state of the last
   /// element.
   void skip(const Neighbourhood& item) {
     ++elements_;
     stand_in(item);
   }
-  /// The same without counting the element. For trials that need the state of the neighbours.
+  /// Does the same without counting the element, for trials that need the states of neighbours.
   void stand_in(const Neighbourhood& item);
-  /// Keeps values that were coded in another codec.
+  /// Stores values that were coded in another codec.
   void keep_values(std::span<const Neighbourhood> items, std::span<const std::uint64_t> bits);
 
-  /// Returns false if the memory for the tile is refused.
+  /// Begins a tile. Returns false if the memory budget refuses the memory for the tile.
   bool begin_tile(const ColumnTile& tile);
-  /// Decoding: ends a tile, after its values. Returns false if the memory is refused.
+  /// Decoding: ends a tile, after its values have been stored. Returns false if the memory budget
+  /// refuses.
   bool end_tile(std::span<const Neighbourhood> items) {
     return !borrows_ || give_slots_back(items);
   }
@@ -206,30 +219,30 @@ class ColumnState {
 
   /// Finds the entries of the match tables for an element. Call it before feature() and features().
   void find_matches(TileElement& element) const;
-  /// Returns true if elements with references of these magnitudes may be partners: the bits of the
-  /// magnitudes, as integers, differ by no more than a fixed limit.
+  /// Returns true if elements whose references have these magnitudes may be partners: the bits of
+  /// the magnitudes, read as integers, differ by at most a fixed limit.
   static bool may_be_partners(ScalarType type, std::uint64_t one, std::uint64_t other);
-  /// Finds the partner of an element. Call it before feature() and features(). `reference`: the
-  /// reference of the element, as bits.
+  /// Finds the partner of an element. Call it before feature() and features(). `reference`:
+  /// reference value of the element, as bits.
   void find_partner(TileElement& element, std::uint64_t reference) const;
   /// Returns the state of a feature, which must be known.
   double feature(const TileElement& element, std::uint32_t feature) const {
     return feature < kFThird ? slots_.states[element.item.at[feature]]
                              : farther_feature(element, feature);
   }
-  /// Stores the features of an element in `states`. Of the features of the neighbourhood only those
-  /// in `known` are stored; the others keep their old values.
+  /// Stores the features of an element in `states`. Features of the neighbourhood are stored only
+  /// if they are in `known`; the remaining entries of `states` do not change.
   void features(const TileElement& element, std::uint32_t known,
                 std::array<double, kFeatures>& states) const;
-  /// Returns the state of a reference. The argument may be any bit pattern; the result is the same
+  /// Returns the state of a reference value. `bits` may be any bit pattern; the result is the same
   /// on all machines.
   double reference_state(std::uint64_t bits) const {
     const double state = translator_.from_value(scalar_as_double(info_->type, bits));
     return is_finite(state) ? state : last_reference_;
   }
-  /// Returns the number that is subtracted from a feature to form a difference. Not for the feature
-  /// of the partner. Features without a reference of their own use `own`, which is the element's
-  /// reference_state().
+  /// Returns the reference state that is subtracted from a feature to form a difference. Must hold:
+  /// `feature` is not the feature of the partner. `own`: reference_state() of the element, which is
+  /// used for features without a separate reference.
   double reference_feature(const Neighbourhood& item, std::uint32_t feature, double own) const {
     if (feature < kFThird) return slots_.references[item.at[feature]].state;
     if (feature < kFLast) return slots_.references[item.at[feature - kFThird]].third;
@@ -239,10 +252,10 @@ class ColumnState {
 
   // --- sizes of residuals
 
-  // `scale`: scale of the prediction, see the value spaces in value_domain.h.
+  // `scale`: scale of the prediction, see the scale() functions in value_domain.h.
   ResidualContext residual_context(const TileElement& element, std::int32_t scale) const;
   SizesAround sizes_around(const TileElement& element, std::int32_t scale) const;
-  /// Returns the number of near elements that took the second mode of their class.
+  /// Returns the number of near elements that their second mode predicted.
   std::uint32_t seconds_near(const Neighbourhood& item) const {
     std::uint32_t count = 0;
     for (std::uint32_t a = 0; a < 3; ++a)
@@ -256,7 +269,7 @@ class ColumnState {
       if ((item.known >> a & 1) != 0 && (slots_.marks[item.at[a]] & kRecalled) != 0) ++count;
     return count;
   }
-  /// The values coded so far, if the domain recalls values.
+  /// Returns the values coded so far; they are stored if the domain recalls values.
   RecalledValues& values_so_far() { return so_far_; }
   void add_to_values_so_far(double state) {
     so_far_.add(SortedValues::magnitude_of(translator_.as_value(state)));
@@ -264,10 +277,11 @@ class ColumnState {
 
   // --- updates after an element
 
-  /// Keeps the state of a coded element. `lattice`: the lattice prediction for it.
+  /// Stores the state of a coded element. `lattice`: lattice prediction of the element.
   void keep(const TileElement& element, double state, double lattice);
   void keep_reference(const Neighbourhood& item, double state);
-  /// Updates the marks for a copied element. Its size is the size of the element coded last.
+  /// Stores the marks of a copied element. Its residual size becomes the size of the element coded
+  /// last.
   void keep_copied(const TileElement& element) { keep_residual(element, last_size_, false, false); }
   void keep_residual(const TileElement& element, ResidualSize size, bool second, bool recalled) {
     slots_.marks[element.item.self] =
@@ -276,13 +290,14 @@ class ColumnState {
     coded_.sizes[element.i] = last_size_ = size;
   }
 
-  /// Lends the slots, which are large, to a copy of this state, and afterwards restores the slots
-  /// of the given items. The lender must not be used in the meantime.
+  /// Lends the large slots of a state to a copy of this state, and later restores the slots of the
+  /// given items. The lender must not be used while the loan lasts.
   class Loan;
 
  private:
   using Reference = KeptElement::Reference;
-  // Bits of the marks: the second mode predicted the value; the value was recalled.
+  // Bits of the marks: the second mode predicted the value (kSecond); the value was recalled
+  // (kRecalled).
   static constexpr std::uint32_t kSecond = 1, kRecalled = 2;
 
   bool make_room_in_memory(std::uint32_t slot);
@@ -297,7 +312,8 @@ class ColumnState {
   double match(std::uint32_t kind, const TileElement& element) const {
     return uses_matches_ ? translator_.from_value(matches_.find(kind, element.places[kind])) : 0.0;
   }
-  /// Returns the value of the previous component at this element, as a state of this domain.
+  /// Returns the value of the previous component at this element, as a state in this component's
+  /// domain.
   double other_value(const TileElement& element) const {
     const auto before = element.tile.before;
     return before.empty() || !uses_matches_
@@ -310,25 +326,26 @@ class ColumnState {
   ValueDomain domain_;
   ValueTranslator translator_;
   bool has_reference_ = false, uses_matches_ = true;
-  std::uint64_t elements_ = 0;  // so far
-  std::size_t room_ = 0;        // slots of all elements, if some are left out
-  std::uint64_t moved_ = 0;     // slots translated into other domains, in total
+  std::uint64_t elements_ = 0;  // number of elements so far
+  std::size_t room_ = 0;        // number of slots of all elements, if some elements are left out
+  std::uint64_t moved_ = 0;     // total number of slots translated into other domains
 
   ColumnSlots slots_;
-  // Tight memory: whether all slots but a few are equal, the common contents, and the number of
-  // slots.
+  // Data for tight memory: the budget, whether only exceptions are stored, the contents of all
+  // other slots, the exceptions, and the number of slots.
   ColumnMemory* memory_ = nullptr;
   bool is_folded_ = false, borrows_ = false;
   KeptElement common_;
   std::vector<std::pair<std::uint32_t, KeptElement>>
-      apart_;  // slots that differ from common_, ascending
+      apart_;  // slots that differ from common_, by ascending slot
   std::size_t folded_slots_ = 0;
   CodedTile coded_;
   MatchTables matches_;
   RecalledValues so_far_;
-  SortedValues references_so_far_;  // key: magnitude of a reference; value: the value of its
-                                    // element, negated if the reference is negative
-  // state of the elements coded last
+  // Keys: magnitudes of references; values: the value of the element, negated if the reference is
+  // negative
+  SortedValues references_so_far_;
+  // States of the two elements coded last
   double last_ = 0, before_last_ = 0;
   double last_reference_ = 0, before_last_reference_ = 0;
   ResidualSize last_size_ = 0;
@@ -337,14 +354,14 @@ class ColumnState {
 class ColumnState::Loan {
  public:
   Loan(ColumnState& lender, std::span<const Neighbourhood> items);
-  /// Moves the slots to a copy of the lender.
+  /// Moves the slots to `borrower`, which is a copy of the lender.
   void lend(ColumnState& borrower) { borrower.slots_ = std::move(slots_); }
   void give_back(ColumnState& borrower);
 
  private:
   ColumnState& lender_;
   std::span<const Neighbourhood> items_;
-  std::vector<KeptElement> kept_;  // by item: the slots before the trial
+  std::vector<KeptElement> kept_;  // by item: contents of the slots before the trial
   ColumnSlots slots_;
 };
 

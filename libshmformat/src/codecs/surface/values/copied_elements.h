@@ -1,7 +1,7 @@
-// CopiedElements: codes which elements of a tile equal an earlier element in all components, and
-// how many elements back their source is. In a mesh whose cells share no vertices, most vertices
-// are such copies: a corner of an earlier cell had the same coordinates, and the source of the next
-// copy at the same corner is usually the element after the last source.
+// CopiedElements: codes which elements of a tile equal an earlier element (the source) in all
+// components, and how many elements before the copy the source is. In a mesh whose cells share no
+// vertices, most vertices are such copies: a corner of an earlier cell had the same coordinates.
+// The source of the next copy at the same corner is usually the element after the last source.
 // spec: "Copied elements"
 #pragma once
 
@@ -21,8 +21,8 @@ class CopiedElements {
   /// Largest distance between a copy and its source, in elements. Frozen: part of the format.
   static constexpr std::uint32_t kFarthest = std::uint32_t{1} << 16;
 
-  /// Codes, for each element of a tile with the given classes, the distance to its source; 0 if it
-  /// is not a copy. Returns false if the data is damaged.
+  /// Codes, for each element of a tile with the given classes, the distance to its source. The
+  /// distance is 0 if the element is not a copy. Returns false if the data is damaged.
   bool code(Coder& coder, std::span<const std::uint16_t> classes, std::span<std::uint32_t> back) {
     for (std::size_t i = 0; i < classes.size(); ++i)
       if (!code_one(coder, classes[i], back[i])) return false;
@@ -30,11 +30,11 @@ class CopiedElements {
   }
 
  private:
-  /// Not a copy; as far back as the last copy of the class; as far back as the copy before that;
-  /// another distance.
+  /// Result for an element: not a copy (kOwn); a copy at the same distance as the last copy of the
+  /// class (kAgain); at the distance used before that (kBefore); at another distance (kOther).
   enum Outcome : std::uint8_t { kOwn, kAgain, kBefore, kOther };
   struct Class {
-    std::uint32_t last = 0, before_last = 0;  // the last two different distances; 0: none
+    std::uint32_t last = 0, before_last = 0;  // last two different distances; 0: none
     Outcome outcome = kOwn;
   };
   struct Models {
@@ -70,8 +70,8 @@ class CopiedElements {
     ++here_;
     return true;
   }
-  /// Codes a distance relative to the element after the last source. Returns 0 if the data is
-  /// damaged.
+  /// Codes a distance, relative to the distance of the element after the last source. Returns 0 if
+  /// the data is damaged.
   std::uint32_t code_other(Coder& coder, std::uint32_t wanted) {
     const auto by =
         code_signed(coder, other_, static_cast<std::int64_t>(here_ - wanted - following_));
@@ -80,11 +80,11 @@ class CopiedElements {
   }
 
   std::vector<Class> classes_;
-  // by the last outcome in the class, and by the last outcome of all
+  // Models by the last outcome in the class, and by the last outcome in any class
   std::array<std::array<Models, 4>, 4> models_;
   SignedModel<CompactNumberModel> other_;
   Outcome outcome_ = kOwn;
-  // here_: number of elements so far; following_: the element after the last source
+  // here_: number of elements so far; following_: number of the element after the last source
   std::uint64_t here_ = 0, following_ = 0;
 };
 

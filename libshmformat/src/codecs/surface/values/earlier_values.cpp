@@ -12,14 +12,15 @@
 namespace shm {
 namespace {
 
-/// Recalled values or partners are used if they save at least this share of all bits.
+/// Least share of all bits that recalled values or partners must save to be used.
 constexpr double kWorthwhileShare = 0.02;
-constexpr std::uint64_t kFewestHelped = 32;  // and if at least one value in 32 may profit
+constexpr std::uint64_t kFewestHelped = 32;  // at least one value in 32 must profit, too
+
 /// Cost of a partnered value in addition to its residual, in bits.
 constexpr double kPartnerBits = 1.5;
-/// Correction of the estimate for recalled values: their models have to adapt first.
+/// Correction of the estimate for recalled values, whose models have to adapt first.
 constexpr double kRecallTrust = 0.85, kLearningBits = 400.0;
-/// A residual longer than this does not count as a hit.
+/// Longest residual, in bits, that counts as a hit.
 constexpr std::uint32_t kLongestMiss = 40;
 
 /// Returns the index in the domain that is nearest to a value.
@@ -36,8 +37,8 @@ std::int64_t index_of(const ArrayInfo& info, const ValueDomain& domain,
   }
 }
 
-/// Distances from recent values to their sources, and centres of symmetry between them. Several are
-/// kept, since the classes of neighbourhoods alternate.
+/// Distances from recent values to their sources, and centres of symmetry between values and
+/// sources. Several are stored because the classes of neighbourhoods alternate.
 class Ways {
  public:
   bool goes_on(std::uint64_t here, std::uint64_t there) {
@@ -106,13 +107,13 @@ bool EarlierValues::may_help() const {
 
 namespace {
 
-/// Counts of numbers by their length in bits.
+/// Counts of numbers by bit length.
 struct Lengths {
   void add(std::uint32_t length) {
     ++count[length];
     ++all;
   }
-  /// Returns the cost of a number in bits: its own bits plus the entropy of its length.
+  /// Returns the cost of a number in bits: its length plus the entropy of its length.
   double bits(std::uint32_t length) const {
     return static_cast<double>(length) + bits_of_one(count[length], all);
   }
@@ -130,8 +131,9 @@ double EarlierValues::choose(std::span<const Value> values, bool has_table,
   const auto rank_of = [&](std::uint64_t magnitude) {
     return std::lower_bound(ascending.begin(), ascending.end(), magnitude) - ascending.begin();
   };
-  // Decides as the coder will. The true rank differences are not known here, since ranks refer to
-  // the values coded so far: ranks among all values of the group are scaled down instead.
+  // Decide as the coder will decide. The true rank differences are not known here, since the coder
+  // computes ranks among the values coded so far: ranks among all values of the group are scaled
+  // down instead.
   constexpr std::uint32_t kNotRecalled = 255;
   std::vector<std::uint32_t> ranks(values.size(), kNotRecalled);
   Lengths of_ranks, of_followed, of_misses;
@@ -170,7 +172,7 @@ double EarlierValues::choose(std::span<const Value> values, bool has_table,
   domain.partners = by_partners > least;
   const double saved = domain.partners ? by_partners : 0.0;
   if (has_table) return saved;
-  // A value that a partner predicts well gains nothing from being recalled.
+  // A value that a partner predicts well does not profit from being recalled.
   const double by = domain.partners ? by_recall_besides : by_recall;
   const double recalls =
       (by - binary_entropy(of_misses.all, values.size())) * kRecallTrust -
@@ -183,7 +185,7 @@ double EarlierValues::choose(std::span<const Value> values, bool has_table,
 
 namespace {
 
-/// The elements of a group and of its history, numbered through.
+/// The elements of the history and of the group, numbered consecutively.
 class Elements {
  public:
   Elements(std::span<const std::vector<std::uint64_t>> bits,
@@ -215,8 +217,8 @@ class Elements {
   std::size_t before_;
 };
 
-/// Returns, for each element, the next element with the same kind and corner, or the element itself
-/// if there is none.
+/// Returns, for each element, the next element with the same kind and corner; if there is none,
+/// returns the element itself.
 std::vector<std::uint32_t> next_alike(std::span<const std::uint8_t> stands) {
   constexpr std::size_t kPlaces = 64;
   std::vector<std::uint32_t> next(stands.size());
@@ -240,7 +242,7 @@ std::vector<std::uint32_t> find_copies(std::span<const std::uint8_t> stands,
   const Elements all(bits, history);
   std::vector<std::uint32_t> back(stands.size()), wanted(stands.size());
   const std::vector<std::uint32_t> next = next_alike(stands);
-  // Hash chains of earlier elements, the most recent first.
+  // Hash chains of earlier elements, the most recent element first.
   std::vector<std::uint32_t> heads(std::bit_ceil(all.size() + 1), kNone), chain(all.size());
   for (std::size_t i = 0; i < all.size(); ++i) {
     std::uint32_t& head = heads[static_cast<std::size_t>(all.hash(i)) & (heads.size() - 1)];

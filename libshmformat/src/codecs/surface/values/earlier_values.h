@@ -14,49 +14,52 @@ namespace shm {
 
 class EarlierValues {
  public:
-  /// `bits`: all values of one component in a group, in coding order. `reference`: their
-  /// references, or empty. Both are borrowed for the call only.
+  /// `bits`: all values of one component in a group, in coding order. `reference`: their reference
+  /// values, or empty. The constructor does not keep either.
   EarlierValues(const ArrayInfo& info, std::size_t component, const ValueDomain& domain,
                 std::span<const std::uint64_t> bits, std::span<const std::uint64_t> reference);
 
-  /// Returns false if choose() would certainly choose nothing.
+  /// Returns false if choose() would certainly set neither `recalls` nor `partners`.
   bool may_help() const;
-  /// A value of a sample, as it would be coded without recalled values and partners.
+  /// A value of a sample, and how it would be coded without recalled values and partners.
   struct Value {
     std::uint32_t place = 0;   ///< number of the value in the group
     double predicted = 0;      ///< prediction from the neighbours
-    double bits = 0;           ///< estimated cost in bits
-    std::uint32_t length = 0;  ///< length of its residual, in bits
+    double bits = 0;           ///< estimated cost of the value in bits
+    std::uint32_t length = 0;  ///< bit length of its residual
   };
-  /// Sets `recalls` and `partners` of the domain, judging by a sample of the values. `has_table`:
-  /// true if the values are coded as ranks of a table. Returns the estimated number of bits saved
+  /// Sets `recalls` and `partners` of the domain according to a sample of the values. `has_table`:
+  /// true if the values are coded as ranks in a table. Returns the estimated number of bits saved
   /// in the sample.
   double choose(std::span<const Value> values, bool has_table, ValueDomain& domain) const;
 
  private:
-  /// How far off the best earlier value is: lengths of the residuals, in bits.
+  /// Bit lengths of the residuals of a value against the best earlier values: as a recalled value
+  /// and with a partner.
   struct Missed {
     std::uint8_t recalled, partnered;
-    bool follows;  // whether it continues the sequence of the last recalled value
+    bool follows;  // whether the value continues the sequence of the last recalled value
   };
-  static constexpr std::uint8_t kNothing = 255;  // no earlier value
+  static constexpr std::uint8_t kNothing = 255;  // length that means that there is no earlier value
 
-  std::vector<Missed> missed_;             // by value
-  std::vector<std::uint64_t> magnitudes_;  // by value
-  // number of values that could be recalled, or have a partner
+  std::vector<Missed> missed_;             // residual lengths, by value
+  std::vector<std::uint64_t> magnitudes_;  // magnitudes, by value
+
+  // Number of values that could be recalled, and number of values that could have a partner
   std::uint64_t recallable_ = 0, partners_ = 0;
 };
 
-/// Returns the kind and corner of an element. Copies are searched among elements alike in these.
+/// Returns the kind and corner of an element, combined. Copies are searched only among elements
+/// with the same kind and corner.
 inline std::uint8_t stand_of(const Neighbourhood& item) {
   return static_cast<std::uint8_t>((item.corner | item.kind << 3) & 63);
 }
 
 /// Finds, for each element, the distance to an earlier element with the same bits, in the group or
 /// in `history`; 0 if there is none within `farthest`. Prefers the distance of the last element
-/// with the same kind and corner (`stands`); otherwise takes the distance that stays valid for the
-/// longest run of such elements. `bits`, `history`: by component. The history ends at the first
-/// element of the group.
+/// with the same kind and corner (`stands`). Otherwise selects the distance that remains valid for
+/// the longest run of such elements. `bits`, `history`: by component. `history` contains the
+/// elements just before the first element of the group.
 std::vector<std::uint32_t> find_copies(std::span<const std::uint8_t> stands,
                                        std::span<const std::vector<std::uint64_t>> bits,
                                        std::span<const std::vector<std::uint64_t>> history,

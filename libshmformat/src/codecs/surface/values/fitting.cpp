@@ -10,7 +10,7 @@ namespace {
 using Vector = std::array<double, kWeights>;
 using Matrix = std::array<Vector, kWeights>;
 
-/// The equations reduced to the terms that occur in any sample: usually few of the 13.
+/// The equations, reduced to the terms that occur in any sample: usually a few of the 13 terms.
 struct Equations {
   explicit Equations(std::span<const FitSample> samples) {
     std::array<bool, kWeights> any{};
@@ -25,7 +25,7 @@ struct Equations {
   const double* row(std::size_t sample) const { return rows.data() + sample * count; }
 
   std::uint32_t count = 0;
-  std::array<std::uint32_t, kWeights> terms{};  // the terms that occur, ascending
+  std::array<std::uint32_t, kWeights> terms{};  // indices of the terms that occur, ascending
   std::vector<double> rows;
 };
 
@@ -35,7 +35,7 @@ double dot(const double* row, const Vector& x, std::uint32_t count) {
   return sum;
 }
 
-/// Solves a x = b for a symmetric positive definite matrix (Cholesky). Unknowns without data stay
+/// Solves a x = b for a symmetric positive definite matrix (Cholesky). Unknowns without data remain
 /// 0.
 Vector solve(Matrix a, const Vector& b, std::uint32_t count) {
   std::array<bool, kWeights> used{};

@@ -1,5 +1,5 @@
-// Fitting: weights for the fitted predictor, by least squares that is robust against outliers.
-// Encoder only.
+// Fitting: computes weights for the fitted predictor by least squares that are robust against
+// outliers. Encoder only.
 #pragma once
 
 #include <span>
@@ -14,8 +14,9 @@ struct FitSample {
   double target = 0;
 };
 
-/// Returns weights in units of 1 / kWeightParts, all zero if nothing better is found. Samples close
-/// to the current fit count more (iteratively reweighted least squares).
+/// Returns weights in units of 1 / kWeightParts. All weights are zero if no better weights are
+/// found. Samples close to the current fit have more influence (iteratively reweighted least
+/// squares).
 Weights fit_weights(std::span<const FitSample> samples);
 
 }  // namespace shm

@@ -9,14 +9,15 @@
 namespace shm {
 namespace {
 
-// Elements of a class that are tried in each tile before its modes are chosen.
+// Numbers of elements of a class: tried in each tile, used to fit weights, and least number for a
+// fit.
 constexpr std::size_t kLookAt = 256, kFitAt = 256, kFewestToFit = 40;
-// The first round tries all modes on kFirstLooks elements. It keeps the modes that are best by
-// themselves, and those that are best as second modes.
+// The first round tries all modes on kFirstLooks elements. It selects the kKeptAlone modes that are
+// best without a second mode, and the kKeptBeside modes that are best as second modes.
 constexpr std::size_t kFirstLooks = 32, kKeptAlone = 3, kKeptBeside = 2;
-// A large class keeps its modes for at most this number of tiles.
+// Largest number of tiles for which a large class keeps its modes.
 constexpr std::uint32_t kMostTilesKept = 8;
-// Estimated cost in bits of coding another mode, and of coding weights.
+// Estimated cost in bits of coding a different mode, and of coding weights.
 constexpr double kModeBits = 5.0, kWeightsBits = 250.0;
 
 constexpr std::uint32_t kCostParts = 10;
@@ -27,13 +28,14 @@ std::uint32_t cost_of(std::int64_t residual) {
   return length == 0 ? 3 : 17 + length * kCostParts;
 }
 
-/// Access to the features of an element.
+/// Function object that returns features of an element.
 struct FeatureAt {
   const std::array<double, kFeatures>* of = nullptr;
   double operator()(std::uint32_t feature) const { return (*of)[feature]; }
 };
 
-/// Returns true if a mode may differ from the lattice prediction, given which neighbours are known.
+/// Returns true if a mode may predict a value other than the lattice prediction, given which
+/// neighbours are known.
 bool differs_from_lattice(std::uint32_t mode, std::uint32_t known) {
   const auto has = [&](std::uint32_t bits) { return (known & bits) == bits; };
   const auto any = [&](std::uint32_t bits) { return (known & bits) != 0; };
@@ -57,9 +59,9 @@ bool differs_from_lattice(std::uint32_t mode, std::uint32_t known) {
   }
 }
 
-/// Samples sorted into sets, stored one set after the other.
+/// Samples sorted by set; the sets are stored one after another.
 struct Members {
-  /// `set_of`: returns the set of a sample.
+  /// `set_of(sample)` returns the set of a sample.
   template <class SetOf>
   Members(const ModeSamples& all, std::size_t sets, SetOf&& set_of) : begin(sets + 1) {
     for (const ModeSample& sample : all.samples)
@@ -74,12 +76,12 @@ struct Members {
   std::span<const std::uint32_t> of(std::size_t s) const {
     return std::span(order).subspan(begin[s], begin[s + 1] - begin[s]);
   }
-  std::vector<std::size_t> begin;  // by set
+  std::vector<std::size_t> begin;  // by set: position of its first member
   std::vector<std::uint32_t> order;
 };
 
-/// Calls visit(sample, predictor, added) for `count` members, evenly spread, that have an index.
-/// `added`: the state to add to predictions.
+/// Calls visit(sample, predictor, added) for `count` evenly spread members, except members without
+/// an index. `added`: state to add to predictions.
 template <class Visit>
 void for_each_picked(const ModeSamples& all, std::span<const std::uint32_t> members,
                      std::size_t count, std::uint32_t input, Visit&& visit) {
@@ -108,8 +110,8 @@ Weights fit_members(const Space& space, const ModeSamples& all,
   return fit_weights(samples);
 }
 
-/// Fits weights to whole families, for new classes that are too small to be fitted. These classes
-/// share the cost of the weights.
+/// Fits weights to whole families, for new classes that are too small to be fitted separately.
+/// These classes share the cost of the weights.
 template <class Space>
 class FamilyFits {
  public:
@@ -127,12 +129,12 @@ class FamilyFits {
       if (shares(classes.of(c).size(), modes[c])) sharing_[families[c]] += classes.of(c).size();
   }
 
-  /// Returns true if the class shares weights, and the sharing classes have enough elements
-  /// together.
+  /// Returns true if the class shares weights with its family, and the sharing classes together
+  /// have enough elements.
   bool has(std::uint32_t of_class, std::size_t size, const ClassModes& start) const {
     return shares(size, start) && sharing_[families_[of_class]] >= kFewestToFit;
   }
-  /// Returns the share of the class in the cost of the weights, in bits. Must hold: has().
+  /// Returns the part of the cost of the weights that the class bears, in bits. Must hold: has().
   double bits(std::uint32_t of_class, std::size_t size) const {
     return kWeightsBits * static_cast<double>(size) /
            static_cast<double>(sharing_[families_[of_class]]);
@@ -152,19 +154,21 @@ class FamilyFits {
 
   const Space* space_;
   const ModeSamples* all_;
-  std::span<const std::uint16_t> families_;  // by class
+  std::span<const std::uint16_t> families_;  // family of each class
   std::size_t count_;
   Members members_;
-  std::vector<std::size_t> sharing_;                            // members, by family
-  std::array<std::vector<std::optional<Weights>>, 2> weights_;  // by input, by family
+  std::vector<std::size_t> sharing_;  // number of members of the sharing classes, by family
+
+  // Weights of families, by input and family
+  std::array<std::vector<std::optional<Weights>>, 2> weights_;
 };
 
-/// Searches the best modes of one class for one input: tries all modes on a few elements, then the
-/// most promising modes, as first or as second mode, on more elements.
+/// Searches for the best modes of one class with one input. First tries all modes on a few
+/// elements, then the most promising modes, as first or second mode, on more elements.
 template <class Space>
 class Search {
  public:
-  /// `members`: elements of the class, not empty. `start`: its current modes.
+  /// `members`: elements of the class; not empty. `start`: current modes of the class.
   Search(const Space& space, const ModeSamples& all, std::span<const std::uint32_t> members,
          std::uint32_t of_class, const ClassModes& start, std::uint32_t input, bool matches,
          FamilyFits<Space>& families)
@@ -209,7 +213,7 @@ class Search {
     double lattice = 0.0, added = 0.0;  // added: state to add to predictions
   };
 
-  /// Picks members with an index, evenly spread; the first few of them are evenly spread as well.
+  /// Picks evenly spread members that have an index. The first few picks are also evenly spread.
   void pick() {
     const std::size_t most = std::min(members_.size(), kLookAt);
     const std::size_t apart = most > kFirstLooks ? kLookAt / kFirstLooks : 1;
@@ -238,7 +242,8 @@ class Search {
     if (!matches_ && mode >= kMatchMode && mode != kFittedMode) return false;
     return differs_from_lattice(mode, all_->samples[members_[0]].known);
   }
-  /// Computes the residuals of a mode at the current picks, except those that are computed already.
+  /// Computes the residuals of a mode at the current picks, except residuals that are already
+  /// computed.
   void look_on(std::uint32_t mode) {
     Looks& looks = looks_[mode];
     for (; looks.count < looked_; ++looks.count) {
@@ -252,7 +257,8 @@ class Search {
       looks.sum += cost;
     }
   }
-  /// Returns the cost of the class in a mode, in bits, without the cost of coding the mode.
+  /// Returns the estimated cost of the class in bits if it uses this mode, without the cost of
+  /// coding the mode.
   double bits_in(std::uint32_t mode) const { return bits_of(looks_[mode].sum); }
   double bits_of(std::uint64_t looked) const {
     return looked_ == 0 ? 0.0
@@ -260,9 +266,9 @@ class Search {
                               static_cast<double>(members_.size()) / static_cast<double>(looked_);
   }
 
-  /// Tries the fitted mode: with the current weights, with weights fitted to the class, and with
-  /// weights of its family. New weights are skipped if the best other mode is already cheaper than
-  /// coding them.
+  /// Tries the fitted mode with the current weights, with weights fitted to the class, and with the
+  /// weights of its family. Skips new weights if the best other mode costs less than coding the
+  /// weights.
   void fit() {
     double least = 1e300;
     Weights best = chosen_.weights;
@@ -298,7 +304,7 @@ class Search {
       if (tried_[mode] && with_change(mode) < with_change(chosen_.mode)) chosen_.mode = mode;
   }
 
-  /// Residuals if another mode predicts the elements at which it beats the first mode.
+  /// Residuals if a second mode predicts the elements at which it is better than the first mode.
   struct Beside {
     std::uint64_t sum = 0;
     std::size_t taken = 0;
@@ -313,8 +319,8 @@ class Search {
     }
     return beside;
   }
-  /// Keeps the modes with the smallest residuals, those that are best as second modes, and the
-  /// current modes of the class.
+  /// Selects the modes for the second round: the modes with the smallest residuals, the best second
+  /// modes, and the current modes of the class.
   void keep_the_best() {
     std::array<bool, kModes> kept{};
     std::array<std::uint64_t, kModes> sums{};
@@ -338,7 +344,8 @@ class Search {
     keep_least(kKeptBeside);
     tried_ = kept;
   }
-  /// Chooses a second mode, if it saves more than marking the elements that use it costs.
+  /// Chooses a second mode if the mode saves more bits than it costs to mark the elements that use
+  /// it.
   void choose_second() {
     chosen_.second = kNoMode;
     bits_ = bits_in(chosen_.mode) + (chosen_.mode == kFittedMode ? to_code_ : 0.0) +
@@ -364,7 +371,7 @@ class Search {
   struct Looks {
     std::size_t count = 0;
     std::uint64_t sum = 0;
-    std::array<std::uint16_t, kLookAt> missed;  // valid before `count`
+    std::array<std::uint16_t, kLookAt> missed;  // entries before `count` are valid
   };
 
   const Space* space_;
@@ -377,9 +384,9 @@ class Search {
   std::array<Pick, kLookAt> picks_;
   std::size_t picked_ = 0, looked_ = 0;
   ClassModes chosen_;
-  double bits_ = 0.0, to_code_ = 0.0;  // to_code_: cost of coding weights
-  std::array<bool, kModes> tried_{};   // by mode
-  std::array<Looks, kModes> looks_;    // by mode
+  double bits_ = 0.0, to_code_ = 0.0;  // to_code_: cost of coding weights, in bits
+  std::array<bool, kModes> tried_{};   // whether each mode is tried in the current round
+  std::array<Looks, kModes> looks_;    // residuals of each mode
 };
 
 }  // namespace
@@ -436,7 +443,8 @@ bool ModeWatch::begin_tile(std::span<const std::uint16_t> classes, bool hurries)
   return chooses;
 }
 
-/// `count`: number of elements of the current tile, by class.
+/// Returns true if modes should be chosen again for some class. `count`: number of elements of the
+/// current tile, by class.
 bool ModeWatch::does_worse(std::span<const std::uint32_t> count, std::size_t elements) {
   bool worse = false;
   for (std::size_t c = 0; c < count.size(); ++c) {
@@ -457,10 +465,10 @@ bool ModeWatch::does_worse(std::span<const std::uint32_t> count, std::size_t ele
 
 namespace {
 
-/// Cost of an escape in addition to the bits of the value.
+/// Cost in bits of an escape, in addition to the bits of the value.
 constexpr double kEscapeBits = 8.0;
 
-/// Translates the elements of a sample to the states and indices of another domain.
+/// Converts the elements of a sample to the states and indices of another domain.
 template <class Space>
 ModeSamples in_domain(const ArrayInfo& info, std::size_t component, const DomainPlan& plan,
                       const Space& space, const DomainSample& sample) {
@@ -489,9 +497,9 @@ ModeSamples in_domain(const ArrayInfo& info, std::size_t component, const Domain
 /// The residual of an element.
 constexpr std::uint8_t kEscape = 254, kCopied = 255;
 struct ElementMiss {
-  std::uint8_t length = kCopied;  // length of the residual in bits, or kEscape or kCopied
-  bool second = false;            // whether the second mode predicts it
-  bool may_be_second = false;     // whether the choice of the mode is coded
+  std::uint8_t length = kCopied;  // bit length of the residual, or kEscape or kCopied
+  bool second = false;            // whether the second mode predicts the element
+  bool may_be_second = false;     // whether the choice between the two modes is coded
 };
 
 template <class Space>

@@ -9,15 +9,16 @@
 namespace shm {
 namespace {
 
-constexpr std::uint64_t kMostSkipped = 63;  // encoder: entries farther ahead are coded by distance
+// Encoder: entries of `known` that are more than this number ahead are coded by distance
+constexpr std::uint64_t kMostSkipped = 63;
 
 /// Returns the index of the negated value.
 std::int64_t opposite(std::int64_t index, DomainKind kind) {
   return kind == DomainKind::floats || kind == DomainKind::narrow ? ~index : minus(0, index);
 }
 
-/// The last few steps between entries, the most recently used first. Evenly spaced numbers need two
-/// or three alternating steps because of rounding.
+/// The last different distances between consecutive entries, the most recently used first. Evenly
+/// spaced values lead to two or three alternating distances because of rounding.
 class Steps {
  public:
   template <class Coder>
@@ -36,7 +37,7 @@ class Steps {
   }
 
  private:
-  std::array<std::uint64_t, 4> last_{};  // initially one step of 0: consecutive entries
+  std::array<std::uint64_t, 4> last_{};  // initially the single step 0: consecutive entries
   std::size_t count_ = 1;
 };
 
@@ -63,7 +64,7 @@ bool code_rank_table(Coder& coder, RankTableModels& models, DomainKind kind,
   bool mirrors = known.empty();
   table.clear();
   Steps steps;
-  std::size_t next = 0;  // index into `known`
+  std::size_t next = 0;  // index of the next entry in `known`
   std::uint32_t history = 0;
   for (std::size_t i = 0; i < count; ++i) {
     const std::int64_t last = i == 0 ? std::numeric_limits<std::int64_t>::min() : table.back();

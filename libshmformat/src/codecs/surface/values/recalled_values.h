@@ -1,9 +1,10 @@
-// SortedValues: the magnitudes that a component has met so far, in ascending order, each with a
-// value. Finds the entry nearest to a magnitude, and the entry of a given rank. Used for recalled
-// values and for partners.
-// RecalledValues: the earlier values of a component, by magnitude and by number, and for each class
-// the source of its last recalled value. The next recalled value of the class likely follows that
-// source, forwards or backwards.
+// SortedValues: the magnitudes that have occurred so far in a component, in ascending order, each
+// with an associated value. It finds the entry nearest to a magnitude, and the entry with a given
+// rank. It is used for recalled values and for partners.
+//
+// RecalledValues: the earlier values of a component, by magnitude and by number. For each class it
+// also stores the source of the last recalled value: the next recalled value of the class probably
+// continues from this source, forwards or backwards.
 // spec: "Recalled values", "Partners"
 #pragma once
 
@@ -17,13 +18,14 @@ namespace shm {
 
 class SortedValues {
  public:
-  /// Most entries; a full list is emptied before the next one is added. Frozen: part of the format.
+  /// Largest number of entries. A full list is emptied before the next entry is added. Frozen: part
+  /// of the format.
   static constexpr std::size_t kMost = std::size_t{1} << 15;
 
   struct Entry {
-    /// bits of a double without the sign; they ascend with the magnitude
+    /// Bits of a double without the sign bit; these have the order of the magnitudes
     std::uint64_t magnitude = 0;
-    double value = 0.0;  ///< the value that was added last with this magnitude
+    double value = 0.0;  ///< value added most recently with this magnitude
   };
 
   static std::uint64_t magnitude_of(double value) {
@@ -31,13 +33,13 @@ class SortedValues {
   }
 
   std::size_t size() const { return old_.size() + recent_.size(); }
-  /// Returns the number of entries below a magnitude.
+  /// Returns the number of entries whose magnitude is smaller.
   std::size_t rank_of(std::uint64_t magnitude) const {
     return static_cast<std::size_t>(place(old_, magnitude) + place(recent_, magnitude));
   }
-  /// Returns the entry of a rank. Must hold: rank < size().
+  /// Returns the entry with a rank. Must hold: rank < size().
   const Entry& at(std::size_t rank) const {
-    // Finds `low`, the number of recent entries before this rank, by binary search.
+    // Find `low`, the number of recent entries before this rank, by binary search.
     std::size_t low = rank > old_.size() ? rank - old_.size() : 0;
     std::size_t high = std::min(rank, recent_.size());
     while (low < high) {
@@ -52,7 +54,8 @@ class SortedValues {
     if (low == recent_.size()) return old_[in_old];
     return recent_[low].magnitude < old_[in_old].magnitude ? recent_[low] : old_[in_old];
   }
-  /// Returns the nearest entry, the smaller of two equally near; null if the list is empty.
+  /// Returns the entry with the nearest magnitude; of two equally near entries, the smaller.
+  /// Returns null if the list is empty.
   const Entry* nearest(std::uint64_t magnitude) const {
     const Entry* found = nullptr;
     for (const auto* list : {&old_, &recent_}) {
@@ -81,7 +84,7 @@ class SortedValues {
   }
 
  private:
-  using List = std::vector<Entry>;  // ascending, each magnitude once
+  using List = std::vector<Entry>;  // entries in ascending order; each magnitude occurs once
   static constexpr std::size_t kRecent = 256;
 
   static std::ptrdiff_t place(const List& list, std::uint64_t magnitude) {
@@ -103,7 +106,7 @@ class SortedValues {
     recent_.clear();
   }
 
-  List old_, recent_;  // no magnitude occurs in both
+  List old_, recent_;  // no magnitude occurs in both lists
 };
 
 class RecalledValues {
@@ -111,10 +114,10 @@ class RecalledValues {
   bool empty() const { return list_.size() == 0; }
   const SortedValues& list() const { return list_; }
 
-  /// The rank that the rank of a recalled value is coded relative to.
+  /// The expected rank, relative to which the rank of a recalled value is coded.
   struct Start {
     std::size_t rank = 0;
-    bool by_source = false;  ///< whether it is the rank of the value that follows the last source
+    bool by_source = false;  ///< true: rank of the value that follows the last source
   };
   Start start(std::uint32_t of_class, std::uint64_t predicted) const {
     if (of_class < sources_.size() && sources_[of_class].trust >= kTrusted)
@@ -122,8 +125,8 @@ class RecalledValues {
         return {list_.rank_of(*next), true};
     return {list_.rank_of(predicted), false};
   }
-  /// Records that the current value, which is not added yet, was coded relative to the entry of
-  /// `rank`.
+  /// Records that the current value was coded relative to the entry with this rank. Call it before
+  /// add() adds the current value.
   void take(std::uint32_t of_class, std::size_t rank) {
     if (of_class >= sources_.size()) sources_.resize(of_class + std::size_t{1});
     Source& source = sources_[of_class];
@@ -156,17 +159,17 @@ class RecalledValues {
 
  private:
   static constexpr int kTrusted = 2, kMostTrust = 3;
-  /// The number of the last recalled value of a class, and the number of the earlier value that was
-  /// its source.
+  /// The last recalled value of a class (`here`) and the earlier value from which it was recalled
+  /// (`there`), as numbers of values.
   struct Source {
     std::int64_t here = 0, there = 0;
     std::int8_t direction = 1;
-    std::uint8_t trust = 0;  // counter of correct continuations, 0 to kMostTrust
+    std::uint8_t trust = 0;  // counter of correct continuations, from 0 to kMostTrust
     bool known = false;
   };
 
-  /// Returns the magnitude of the current value if the class continues along its last source; null
-  /// if the earlier value is out of range.
+  /// Returns the magnitude that the current value has if the class continues from its last source;
+  /// null if that earlier value is out of range.
   const std::uint64_t* next_of(const Source& source) const {
     const auto here = static_cast<std::int64_t>(count_);
     const std::int64_t next = source.there + source.direction * (here - source.here);
@@ -175,9 +178,9 @@ class RecalledValues {
     return &by_number_[static_cast<std::size_t>(next) % SortedValues::kMost];
   }
 
-  SortedValues list_;                     // value: number of the last element with that magnitude
+  SortedValues list_;  // value of an entry: number of the last element with that magnitude
   std::vector<std::uint64_t> by_number_;  // recent magnitudes, by number modulo kMost
-  std::vector<Source> sources_;           // by class
+  std::vector<Source> sources_;           // sources of the classes, by class
   std::uint64_t count_ = 0;
 };
 

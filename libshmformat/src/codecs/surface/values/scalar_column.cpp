@@ -9,8 +9,8 @@
 namespace shm {
 namespace {
 
-/// Returns the state of a value that has no index or no finite state: the lattice prediction,
-/// rounded to the domain.
+/// Returns the state that represents a value without an index or without a finite state: the
+/// lattice prediction, rounded to the domain.
 double substitute(const auto& space, double lattice) {
   const double state = space.state(space.index(lattice));
   return is_finite(state) ? state : 0.0;
@@ -21,14 +21,14 @@ double state_of(const auto& space, std::int64_t index, double lattice) {
   return is_finite(state) ? state : substitute(space, lattice);
 }
 
-/// Returns the state of a value that is not coded in this domain, and may be outside of it.
+/// Returns the state of a copied value, which is not coded in this domain and may be outside of it.
 double state_of_copy(const auto& space, const ColumnState& column, std::uint64_t bits,
                      double lattice) {
   const double state = column.translator().from_value(scalar_as_double(column.info().type, bits));
   return is_finite(state) ? state : substitute(space, lattice);
 }
 
-/// True if values of this space may be recalled: not if they are ranks of a table.
+/// True if values of this space may be recalled. Values that are ranks in a table are not recalled.
 template <class Space>
 constexpr bool kMayRecall = !requires(const Space& space) {
   space.table;
@@ -186,8 +186,8 @@ auto ScalarColumn<Coder>::code_value(Coder& coder, const Space& space, const Til
   return value;
 }
 
-/// Codes which mode predicts the value: the first mode of the class, or the second mode if that is
-/// better.
+/// Codes which mode predicts the value: the first mode of the class, or the second mode if its
+/// residual is smaller.
 template <class Coder>
 template <class Space, class Predict>
 auto ScalarColumn<Coder>::code_prediction(Coder& coder, const Space& space,
@@ -253,9 +253,9 @@ std::optional<std::int64_t> ScalarColumn<Coder>::code_index(Coder& coder, const 
 }
 
 /// Codes whether the value is recalled, that is, coded relative to an earlier value of about the
-/// same magnitude. If so, codes the rank of that earlier value among all values so far, relative to
-/// the expected rank, and the residual against it. `index`: the index of the value. Returns false
-/// if the data is damaged.
+/// same magnitude. If it is recalled, codes the rank of that earlier value among all values so far,
+/// relative to the expected rank, and the residual against the earlier value. `index`: index of the
+/// value. Returns false if the data is damaged.
 template <class Coder>
 template <class Space>
 bool ScalarColumn<Coder>::code_recalled(Coder& coder, const Space& space,
@@ -307,7 +307,7 @@ bool ScalarColumn<Coder>::code_recalled(Coder& coder, const Space& space,
   return true;
 }
 
-/// Codes the bits of the value that `index` stands for. Returns false if there is no such value.
+/// Codes the bits of the value with this index. Returns false if there is no such value.
 template <class Coder>
 template <class Space>
 bool ScalarColumn<Coder>::code_bits(Coder& coder, const Space& space, std::int64_t index,
@@ -352,7 +352,7 @@ void ScalarColumn<Coder>::look_ahead(const Space& space, const ColumnTile& tile,
             state_.has_reference() ? &differences[i] : nullptr);
 }
 
-/// Does this for one element.
+/// Does the same for one element.
 template <class Coder>
 template <class Space>
 void ScalarColumn<Coder>::look_at(const Space& space, const ColumnTile& tile, std::size_t i,

@@ -1,4 +1,4 @@
-// The columns of static values of a segment, in the order of the schema.
+// The columns of static values in a segment, in the order of the schema.
 // spec: "Value columns"
 #pragma once
 
@@ -11,14 +11,15 @@
 
 namespace shm {
 
-/// Calls visit(info, blocks, traits) with the arguments of each ValueColumn of static values:
-/// geometry, then the static arrays in schema order.
+/// Calls visit(info, blocks, traits) with the constructor arguments of each ValueColumn of static
+/// values: first geometry, then the static arrays in schema order.
 template <class Visit>
 void for_each_static_column(const Schema& schema, Visit&& visit) {
   ColumnTraits traits{.repeats = false, .earlier_values = schema.earlier_values, .copies = true};
   visit(coordinates_info(schema), std::vector<std::uint32_t>(), traits);
   traits.repeats = true;
-  std::uint32_t room = kMostTableComponentsInAll - 3;  // components that may still have tables
+  // Number of components that may still have tables
+  std::uint32_t room = kMostTableComponentsInAll - 3;
   for (const ArrayInfo& info : schema.arrays) {
     if (info.per_step) continue;
     traits.tables = info.components <= std::min(kMostTableComponents, room);

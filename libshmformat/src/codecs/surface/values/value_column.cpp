@@ -14,12 +14,12 @@
 namespace shm {
 namespace {
 
-// Encoder. Looking far must save one byte in kWorthFarShare. A domain is chosen again after
-// kGroupsKept groups.
+// Encoder: far neighbours must save one byte in kWorthFarShare to be used. Domains are chosen again
+// after kGroupsKept groups.
 constexpr std::size_t kWorthFarShare = 20;
 constexpr std::uint32_t kGroupsKept = 8;
 constexpr int kQuickZstd = 9;
-// Copies are tried if at least one element in kFewestCopies can be a copy.
+// Copies are tried if at least one element in kFewestCopies can be a copy of an earlier element.
 constexpr std::size_t kFewestCopies = 8;
 
 std::uint64_t load(const std::byte* at, std::size_t width) {
@@ -43,7 +43,8 @@ void for_each_tile(const TiledItems& elements, Visit&& visit) {
   for (std::size_t t = 0; t < elements.tile_begin.size(); ++t) visit(elements.tile(t));
 }
 
-/// Returns the part of a list that has one entry for each element, or has no entries at all.
+/// Returns a part of a list that has one entry for each element, or no entries. In the second case,
+/// the part is empty.
 template <class T>
 std::span<const T> part_of(const std::vector<T>& all, std::size_t begin, std::size_t count) {
   return std::span<const T>(all).subspan(all.empty() ? 0 : begin, all.empty() ? 0 : count);
@@ -115,7 +116,7 @@ EncodedColumn ValueColumn<Coder>::encode(const TiledItems& elements, const std::
   const Bits references = bits_of(reference, stride, reference == nullptr ? 0 : count);
   const Codec codec = level == Level::best && has_tables_ ? Codec::mixed_columns : Codec::columns;
 
-  // zstd handles runs and repeats better. It is tried if a quick pass suggests that the values
+  // Zstd handles runs and repetitions better. Try it if a quick pass suggests that the values
   // consist mostly of these.
   const std::vector<std::byte> planes = level == Level::best || repeats_
                                             ? shuffled(packed(values, stride, count), width_)
@@ -161,7 +162,7 @@ auto ValueColumn<Coder>::bits_of(const std::byte* values, std::size_t stride,
   return bits;
 }
 
-/// Packs elements that are `stride` bytes apart.
+/// Returns the values of elements that are `stride` bytes apart, without gaps.
 template <class Coder>
 std::vector<std::byte> ValueColumn<Coder>::packed(const std::byte* values, std::size_t stride,
                                                   std::size_t count) const {
@@ -196,7 +197,8 @@ std::optional<std::vector<std::byte>> ValueColumn<Coder>::encode_predicted(
     const TiledItems& elements, Bits& bits, const Bits& reference, Level level) {
   back_ = copies_among(elements, bits);
   if (back_.empty()) return encode_as_told(elements, bits, reference, level);
-  // Encode with and without copies: only the sizes show whether copies are worth their flags.
+  // Encode with and without copies: only the sizes show whether copies save more than their flags
+  // cost.
   State before = state();
   const std::vector<DomainPlan> plans = plans_;
   auto with_copies = encode_as_told(elements, bits, reference, level);
@@ -278,7 +280,7 @@ std::optional<std::vector<std::byte>> ValueColumn<Coder>::encode_as_told(const T
     const auto own = covered_to_try(tile, columns_);
     first.assign(own.begin(), own.end());
   });
-  const ClassNumbers numbers = class_numbers_;  // trials number classes that are never coded
+  const ClassNumbers numbers = class_numbers_;  // trials number classes that may never be coded
   std::vector<DomainPlan> plans;
   for (std::size_t c = 0; c < info_->components; ++c)
     plans.push_back(choose_domain(c, elements, bits[c], reference[c], level));
@@ -312,9 +314,9 @@ std::optional<std::vector<std::byte>> ValueColumn<Coder>::encode_as_told(const T
     return coder_.finish();
 }
 
-/// Far neighbours and matches cost time. Below level best they are used only if they save enough
-/// bytes on the first tile. The first group of a mesh has the full style, since its first tile is
-/// not representative.
+/// Chooses the style. Far neighbours and matches cost time. Below level best they are used only if
+/// they save enough bytes in the first tile. The first group of a mesh uses the full style, since
+/// its first tile is not representative.
 template <class Coder>
 ColumnStyle ValueColumn<Coder>::choose_style(std::span<const Neighbourhood> first_tile,
                                              const Bits& bits, const Bits& reference,
@@ -331,7 +333,7 @@ ColumnStyle ValueColumn<Coder>::choose_style(std::span<const Neighbourhood> firs
   return lean_size <= least || (lean_size - least) * kWorthFarShare <= lean_size ? lean : full;
 }
 
-/// Returns the size of the first tile in a style, without heads.
+/// Returns the encoded size of the first tile in a style, without heads.
 template <class Coder>
 std::size_t ValueColumn<Coder>::size_with(const ColumnStyle& style,
                                           std::span<const Neighbourhood> first_tile,
@@ -392,14 +394,14 @@ bool ValueColumn<Coder>::code_component(std::size_t component, std::span<const N
   return true;
 }
 
-/// Chooses as described in mode_choice.h and earlier_values.h.
+/// Chooses a domain as described in mode_choice.h and earlier_values.h.
 template <class Coder>
 DomainPlan ValueColumn<Coder>::choose_domain(std::size_t component, const TiledItems& elements,
                                              const std::vector<std::uint64_t>& bits,
                                              const std::vector<std::uint64_t>& reference,
                                              Level level) {
   const std::vector<std::uint64_t> coded = coded_ones(bits);
-  // The domain of the previous group usually fits again.
+  // The domain of the previous group usually fits this group, too.
   if (level != Level::best && groups_ % kGroupsKept != 0 && plans_[component].table.empty() &&
       still_fits(*info_, component, plans_[component].domain, coded))
     return plans_[component];
@@ -419,7 +421,7 @@ DomainChoice ValueColumn<Coder>::best_domain(std::size_t component, const TiledI
   std::vector<DomainEstimate> estimates;
   std::vector<ClassModes> modes;
   std::vector<DomainChoice> choices;
-  // best plan without a table: only without one can values be recalled
+  // Best plan without a table; values can be recalled only without a table
   std::size_t best = 0, best_without = plans.size();
   for (std::size_t p = 0; p < plans.size(); ++p) {
     estimates.push_back(estimate_plan(*info_, component, plans[p], sample,
@@ -450,7 +452,8 @@ DomainChoice ValueColumn<Coder>::best_domain(std::size_t component, const TiledI
   return std::move(choices[best]);
 }
 
-/// The estimate ignores copies: elements are copies whatever their neighbours are.
+/// Estimates the size. The estimate ignores copies, since which elements are copies does not depend
+/// on their neighbours.
 template <class Coder>
 std::uint64_t ValueColumn<Coder>::about_bytes(const TiledItems& elements, const std::byte* values,
                                               std::size_t stride,
@@ -476,7 +479,7 @@ std::uint64_t ValueColumn<Coder>::about_bytes(const TiledItems& elements, const 
   return std::min<std::uint64_t>(bytes, zstd_compress(planes, 1).size());
 }
 
-/// Adapts the estimate to these elements.
+/// Adapts the estimate of a domain choice to these elements.
 template <class Coder>
 void ValueColumn<Coder>::rescale(DomainChoice& choice, std::size_t component,
                                  const TiledItems& elements,
@@ -505,7 +508,8 @@ std::uint64_t ValueColumn<Coder>::bytes_if_coded(const TiledItems& elements,
   return bytes;
 }
 
-/// Returns the elements of the sample that are coded, numbered among all coded elements.
+/// Returns the elements of the sample that are coded. Their places are counted among all coded
+/// elements.
 template <class Coder>
 std::vector<EarlierValues::Value> ValueColumn<Coder>::coded_values(
     const DomainSample& sample, const DomainEstimate& estimate) const {
@@ -520,7 +524,7 @@ std::vector<EarlierValues::Value> ValueColumn<Coder>::coded_values(
   return values;
 }
 
-/// Returns a sample of the elements of the group, as the component sees them.
+/// Returns a sample of the elements of the group for the component.
 template <class Coder>
 DomainSample ValueColumn<Coder>::survey(std::size_t component, const TiledItems& elements,
                                         const std::vector<std::uint64_t>& bits,

@@ -1,9 +1,10 @@
 // Value predictor: computes predictions for the next value of a column.
 //   ClassNumbers  groups similar neighbourhoods into classes, which share one predictor
-//   Predictor     all predictors, computed from the states of a neighbourhood. A *mode* is one of
-//                 them; the encoder chooses a mode for each class, and the decoder uses that mode
-//   MatchTables   finds earlier values that occurred among the same neighbouring values
-// Double arithmetic, + - * / in the order written.
+//   Predictor     computes all predictions from the states of a neighbourhood. A *mode* is one of
+//                 these predictions; the encoder chooses a mode for each class, and the decoder
+//                 uses that mode
+//   MatchTables   finds earlier values that occurred next to the same neighbouring values
+// All computations use double arithmetic, with + - * / in the order written.
 // spec: "Predictors", "Classes", "Matches"
 #pragma once
 
@@ -33,7 +34,8 @@ class ClassNumbers {
  public:
   static constexpr std::uint32_t kMost = 65535;
 
-  /// Returns the class of an element. `counts`: bits of Neighbourhood::known that count.
+  /// Returns the class of an element. `counts`: bits of Neighbourhood::known that distinguish
+  /// classes.
   std::uint16_t of(const Neighbourhood& item, std::uint32_t counts) {
     const std::uint32_t key = key_of(item, counts);
     std::size_t index = place(key);
@@ -43,7 +45,7 @@ class ClassNumbers {
     }
     return entries_[index].number;
   }
-  /// By class: the number of its family.
+  /// Returns the number of the family, by class.
   std::span<const std::uint16_t> families() const { return families_; }
 
  private:
@@ -53,13 +55,13 @@ class ClassNumbers {
     std::uint16_t number = 0;
   };
 
-  /// Combines the known neighbours except the farther ones, the corner and the kind.
+  /// Combines the corner, the kind and the known neighbours, except the farther neighbours.
   static std::uint32_t key_of(const Neighbourhood& item, std::uint32_t counts) {
     const std::uint32_t known = item.traits(counts);
     return (known & 0x3ffu) | (known >> 13 & 7u) << 10 | std::uint32_t{item.corner} << 13 |
            std::uint32_t{item.kind} << 16;
   }
-  /// Combines the known neighbours within the hexahedron, the corner and the kind: 13 bits.
+  /// Combines the corner, the kind and the known neighbours within the hexahedron: 13 bits.
   static std::uint16_t family_key(std::uint32_t key) {
     return static_cast<std::uint16_t>((key & Neighbourhood::kLattice) | (key >> 13 & 63u) << 7);
   }
@@ -89,8 +91,8 @@ class ClassNumbers {
   }
 
   std::vector<Entry> entries_ = std::vector<Entry>(64);
-  std::vector<std::uint16_t> families_;     // by class
-  std::vector<std::uint16_t> family_keys_;  // by family: at most 8192
+  std::vector<std::uint16_t> families_;     // family number of each class
+  std::vector<std::uint16_t> family_keys_;  // keys of the families, at most 8192
   std::uint32_t count_ = 0;
   std::size_t used_ = 0;
 };
@@ -99,7 +101,7 @@ class ClassNumbers {
 
 /// States around an element, in this order: near 0-2, diagonal 3-5, opposite 6, beyond 7-9, farther
 /// 10-12, thirds 13-15 (residuals of the lattice prediction at near 0-2), the two elements coded
-/// last in the column, matches, the previous component, the partner.
+/// last in the column, matches, the previous component at this element, the partner.
 enum Feature : std::uint32_t {
   kFNear = 0,
   kFDiagonal = 3,
@@ -110,19 +112,19 @@ enum Feature : std::uint32_t {
   kFLast = 16,
   kFBeforeLast = 17,
   kFMatch = 18,    // 18-20: matches by near values, by the last values, by other components
-  kFOther = 21,    // the previous component at this element
-  kFPartner = 22,  // the component at the partner
+  kFOther = 21,    // value of the previous component at this element
+  kFPartner = 22,  // value of this component at the partner
   kFeatures = 23
 };
 
 enum Mode : std::uint32_t {
-  kLattice = 0,         // the best rule that the known corners allow
-  kNearMode = 1,        // 1..3: a copy along one axis
-  kLineMode = 4,        // 4..6: a straight line along one axis
-  kCurveMode = 7,       // 7..9: a parabola along one axis
-  kFaceMode = 10,       // 10..12: a parallelogram
-  kThirdMode = 13,      // 13..15: the lattice, corrected by its residual at one neighbour
-  kMeanThirdMode = 16,  // the lattice, corrected by the mean of these residuals
+  kLattice = 0,         // prediction by the best rule that the known corners allow
+  kNearMode = 1,        // 1..3: the near value along one axis
+  kLineMode = 4,        // 4..6: extrapolation by a straight line along one axis
+  kCurveMode = 7,       // 7..9: extrapolation by a parabola along one axis
+  kFaceMode = 10,       // 10..12: the parallelogram rule in one face
+  kThirdMode = 13,      // 13..15: the lattice prediction plus its residual at one neighbour
+  kMeanThirdMode = 16,  // lattice prediction plus the mean of these residuals
   kMeanNearMode = 17,
   kMeanLineMode = 18,
   kMeanFaceMode = 19,
@@ -131,23 +133,23 @@ enum Mode : std::uint32_t {
   kMatchMode = 22,   // 22..24: matches by near values, by the last values, by other components
   kOtherMode = 25,   // 25, 26: the previous component at this element, or its negative
   kFittedMode = 27,  // linear combination with weights fitted by the encoder
-  kStayMode = 28,    // 0: the reference itself, for differences only
+  kStayMode = 28,    // prediction 0, which means the reference value; for differences only
   kPartnerMode = 29,
   kModes = 30
 };
 
-/// Input of a mode. Only arrays with a reference have a choice.
+/// Input of a mode. Only arrays with a reference may use differences.
 enum PredictorInput : std::uint32_t {
   kStates = 0,
-  kDifferences = 1,  // the states minus those of the reference
+  kDifferences = 1,  // the states minus the states of the reference
 };
 
-/// No second mode.
+/// Mode number that means that there is no second mode.
 inline constexpr std::uint32_t kNoMode = 31;
 
 inline constexpr std::uint32_t kWeights = 13;
-/// Unit of the weights: 1 / 36864. Halves, thirds, quarters and ninths are exact; vertices in the
-/// middle of edges, faces and cells are such fractions of their neighbours.
+/// The unit of the weights is 1 / 36864. Halves, thirds, quarters and ninths are exact: a vertex in
+/// the middle of an edge, face or cell is a combination of its neighbours with such weights.
 inline constexpr double kWeightParts = 36864.0;
 inline constexpr std::int32_t kMostWeight = 16 * 36864 - 1;
 using Weights = std::array<std::int32_t, kWeights>;
@@ -158,21 +160,21 @@ inline constexpr std::array<std::uint32_t, kWeights> kTermFeatures = {
 /// How a class of neighbourhoods is predicted.
 struct ClassModes {
   std::uint32_t mode = kLattice;
-  std::uint32_t second = kNoMode;  ///< used at elements where the first mode is wrong
+  std::uint32_t second = kNoMode;  ///< used at elements for which the first mode predicts badly
   std::uint32_t input = kStates;
   Weights weights{};
 };
 
-/// Axes of each parallelogram, as indices of near; face i has diagonal i.
+/// Axes of each parallelogram, as indices of near elements; face i contains diagonal i.
 inline constexpr std::array<std::array<std::uint32_t, 2>, 3> kFaceAxes = {{{0, 1}, {0, 2}, {1, 2}}};
 
-/// `known`: Neighbourhood::traits(). `at(feature)` returns the state of a feature; it is called for
-/// known features only.
+/// Computes predictions. `known`: result of Neighbourhood::traits(). `at(feature)` returns the
+/// state of a feature; it is called for known features only.
 template <class At>
 class Predictor {
  public:
   Predictor(std::uint32_t known, const At& at) : known_(known), at_(at), lattice_(find_lattice()) {}
-  /// For a known result of lattice().
+  /// Constructs a predictor with a known result of lattice().
   Predictor(std::uint32_t known, const At& at, double lattice)
       : known_(known), at_(at), lattice_(lattice) {}
 
@@ -215,7 +217,8 @@ class Predictor {
   }
 
   double lattice() const { return lattice_; }
-  /// Returns the factors of the weights, relative to `base`; 0.0 for unknown features.
+  /// Returns the features by which the weights are multiplied, relative to `base`; 0.0 for unknown
+  /// features.
   std::array<double, kWeights> terms(double base) const {
     std::array<double, kWeights> x{};
     for (std::uint32_t i = 0; i < kWeights; ++i) x[i] = term(i, base);
@@ -234,7 +237,7 @@ class Predictor {
       if (has(a)) return at_(a);
     return at_(kFLast);
   }
-  /// Returns the kind; lattice also for kinds that use the same rule.
+  /// Returns the kind of the neighbourhood. It is `lattice` also for kinds that use the same rule.
   std::uint32_t kind() const { return known_ >> Neighbourhood::kKindShift; }
   bool is_mid_node() const {
     return kind() == Neighbourhood::midpoint || kind() == Neighbourhood::centre;
@@ -243,8 +246,8 @@ class Predictor {
     return mean([&](std::uint32_t a) { return has(a); }, [&](std::uint32_t a) { return at_(a); },
                 none);
   }
-  /// Extrapolates across a face: from its middle, half the distance to the vertices on its other
-  /// side.
+  /// Extrapolates across a face: starts at the middle of the face, and adds half of the difference
+  /// between this middle and the vertices on the other side.
   double behind_face() const {
     const double middle = mean_near(at_(kFLast));
     if (has(kFOpposite)) return middle + (middle - at_(kFOpposite)) * 0.5;
@@ -253,8 +256,8 @@ class Predictor {
                                [&](std::uint32_t a) { return at_(kFBeyond + a); }, 0.0);
     return middle + (middle - behind) * 0.5;
   }
-  /// The middle of an edge from its ends; the middle of a face from its edges (transfinite
-  /// interpolation).
+  /// Returns the middle of an edge, computed from its ends, or the middle of a face, computed from
+  /// its edges (transfinite interpolation).
   double middle() const {
     if (kind() == Neighbourhood::midpoint) return (at_(kFDiagonal) + at_(kFDiagonal + 1)) * 0.5;
     const std::uint32_t edge = kFDiagonal, corner = kFBeyond;
@@ -289,7 +292,7 @@ class Predictor {
     const std::uint32_t feature = kTermFeatures[i];
     if (!has(feature)) return 0.0;
     if (feature >= kFThird) return at_(feature);
-    // If the whole lattice is known, the other terms determine the opposite vertex.
+    // If the whole lattice is known, the terms of the other features determine the opposite vertex.
     if (feature == kFOpposite && knows_lattice()) return 0.0;
     return at_(feature) - base;
   }
@@ -317,8 +320,8 @@ class Predictor {
   double lattice_;
 };
 
-/// Computes the predictions of a class for one element. `at`, `difference_at`: features for both
-/// inputs. `reference`: state of the reference, if there is one.
+/// Computes the predictions of a class for one element. `at`, `difference_at`: functions that
+/// return features for the two inputs. `reference`: state of the reference, if there is one.
 template <class At, class DifferenceAt>
 class ClassPredictor {
  public:
@@ -347,22 +350,22 @@ class ClassPredictor {
 
 // --- matches
 
-/// Keys of the lookup: the near values, the last two values, the other components.
+/// Number of key types for lookups: the near values, the last two values, the other components.
 inline constexpr std::uint32_t kMatchKinds = 3;
 
-/// Finds values that were coded among the same values, as in parts of a mesh that repeat or mirror
-/// each other. Keys compare magnitudes without their last bits; the sign of the result follows the
-/// sign of the key.
+/// Finds values that were coded next to the same values, as in parts of a mesh that repeat or
+/// mirror each other. Keys compare magnitudes without their last bits. The sign of the result
+/// depends on the sign of the key.
 class MatchTables {
  public:
-  /// Entry of a key in a table, and the sign of the key.
+  /// Position of a key in a table, and the sign of the key.
   struct Place {
     std::uint32_t at = 0;
     bool negative = false;
   };
   using Places = std::array<Place, kMatchKinds>;
 
-  /// A set of any number of magnitudes, in any order.
+  /// Hash of a set of magnitudes, which does not depend on their order.
   class Key {
    public:
     void add(double value) {
@@ -383,7 +386,7 @@ class MatchTables {
     bool any_ = false, negative_ = false;
   };
 
-  /// Prepares for `values` more values. Growing clears the tables.
+  /// Prepares the tables for `values` more values. If the tables grow, they are cleared.
   void expect(std::size_t values) {
     values_ += values;
     const int wanted = std::clamp<int>(static_cast<int>(std::bit_width(8 * values_)), 8, kMostBits);
@@ -406,7 +409,8 @@ class MatchTables {
   static constexpr int kMostBits = 15;
   std::size_t values_ = 0;
   int bits_ = 0;
-  std::array<std::vector<double>, kMatchKinds> tables_;  // values, negated if the key was negative
+  // Values, negated if their key was negative
+  std::array<std::vector<double>, kMatchKinds> tables_;
 };
 
 }  // namespace shm
