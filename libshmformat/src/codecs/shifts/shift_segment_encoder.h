@@ -14,6 +14,8 @@
 #include "codecs/shifts/difference_column.h"
 #include "codecs/shifts/shift_neighbours.h"
 #include "codecs/shifts/shifts.h"
+#include "codecs/surface/values/value_column.h"
+#include "entropy/range_coder.h"
 
 namespace shm {
 
