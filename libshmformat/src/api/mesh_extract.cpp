@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "base/errors.h"
-#include "pipeline/segment_decoder.h"
+#include "pipeline/mesh_decoder.h"
 #include "random/indexed_file.h"
 #include "random/piece_picker.h"
 #include "random/piece_request.h"

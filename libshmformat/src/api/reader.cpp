@@ -10,7 +10,6 @@
 #include "base/binary.h"
 #include "base/errors.h"
 #include "base/packing.h"
-#include "format/chunk_list.h"
 #include "format/chunk_reader.h"
 #include "format/format.h"
 #include "format/schema.h"

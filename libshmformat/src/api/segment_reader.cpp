@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "base/errors.h"
-#include "pipeline/segment_decoder.h"
+#include "pipeline/mesh_decoder.h"
 #include "random/indexed_file.h"
 
 namespace shm {

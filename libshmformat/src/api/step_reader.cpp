@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "base/errors.h"
-#include "codecs/shared/group_parts.h"
+#include "format/schema.h"
 #include "random/indexed_file.h"
 #include "random/indexed_topology.h"
 #include "random/segment_steps.h"

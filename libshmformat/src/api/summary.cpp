@@ -7,8 +7,8 @@
 
 #include "base/errors.h"
 #include "codecs/registry.h"
-#include "codecs/shared/group_parts.h"
 #include "format/random_chunks.h"
+#include "format/schema.h"
 #include "random/indexed_file.h"
 #include "random/step_index.h"
 

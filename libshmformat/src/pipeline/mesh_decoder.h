@@ -1,24 +1,151 @@
-// MeshDecoder: converts chunk groups to blocks of vertices and cells in coding order. It joins the
-// segments: numbers continue from segment to segment, and a vertex that a segment imports must be
-// left alive by an earlier segment. Segments are decoded one after the other, or in advance by
-// threads. mesh_encoder.h is the counterpart.
+// SegmentDecoder: converts the groups of one segment, as the file stores them, to blocks of
+// vertices and cells. It checks the header of a group before the group decoder reads it. It needs
+// no data of other segments, so several segments can be decoded in parallel: DecodingQueue does
+// that.
 // spec: "Segments", "Decoding a group"
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <unordered_map>
 #include <vector>
 
-#include "pipeline/segment_decoder.h"
+#include "base/ordered_tasks.h"
+#include "codecs/shared/group_decoder.h"
 #include "shm/blocks.h"
 #include "shm/limits.h"
 
 namespace shm {
 
+class SegmentDecoder {
+ public:
+  /// `schema` has passed check_schema() and must outlive the decoder. Streams of values outside
+  /// `parts` are ignored.
+  SegmentDecoder(const Schema& schema, const ReadLimits& limits, std::uint32_t segment,
+                 DecodedParts parts = {});
+  SegmentDecoder(const SegmentDecoder&) = delete;  // decoder_ borrows group_
+  SegmentDecoder& operator=(const SegmentDecoder&) = delete;
+
+  /// Begins the next group. The offset and the number of the group are used only in error messages.
+  Result<void> begin_group(container::GroupChunk chunk);
+  bool in_group() const { return in_group_; }
+  /// Decodes the next block, of some thousand cells at most. Must hold: in_group(). `room` is a
+  /// block whose memory may be reused.
+  Result<DecodedBlock> next_block(MeshBlock&& room = {});
+
+  /// The header of the current or last group.
+  const container::GroupHeader& group() const { return group_; }
+  /// The start of the segment according to the header of its first group. Must hold: begin_group()
+  /// succeeded once.
+  const SegmentStart& start() const { return start_; }
+  /// Returns the numbers of own vertices that are not finalized yet.
+  std::vector<std::uint64_t> alive() const;
+
+ private:
+  Result<void> check_header();
+  Result<void> begin_streams();
+  Error damaged(std::string detail, ErrorCode code = ErrorCode::corrupt) const;
+  /// Adds the position of the group to an error of the group decoder.
+  Error placed(const Error& error) const { return damaged(error.detail, error.code); }
+
+  const Schema* schema_;
+  ReadLimits limits_;
+  DecodedParts parts_;
+  SegmentStart start_;
+  std::unique_ptr<GroupDecoder> decoder_;  // created with the first group
+
+  std::vector<std::byte> payload_;
+  container::GroupHeader group_;
+  std::size_t header_bytes_ = 0;
+  std::uint64_t segment_bytes_ = 0;  // payload bytes of the groups of the segment so far
+  bool in_group_ = false;
+  std::uint64_t group_offset_ = 0, group_number_ = 0;
+  std::map<std::string, std::uint64_t> stream_bytes_;
+
+  std::uint64_t next_cell_ = 0, next_vertex_ = 0;
+};
+
+/// DecodingQueue: decodes the groups of several segments, segment after segment, and returns blocks
+/// and ends of segments in the same order. Without threads, it decodes when blocks are taken. With
+/// threads, it decodes several segments in parallel and in advance. The output is the same. With
+/// threads, it holds waiting groups and blocks, within limits.
+class DecodingQueue {
+ public:
+  /// Either a block, or the end of its segment.
+  struct Output {
+    std::size_t segment = 0;  ///< the number passed to begin_segment()
+    std::uint64_t group = 0;  ///< number of the group of a block
+    std::optional<DecodedBlock> block;
+    std::vector<std::uint64_t>
+        left_alive;  ///< numbers of the vertices that are not finalized at the end of the segment
+  };
+
+ private:
+  using Tasks = OrderedTasks<container::GroupChunk, Output>;
+
+ public:
+  /// Checks a group's header before its blocks are decoded. May be called in any thread.
+  using Check =
+      std::function<Result<void>(std::uint64_t group, const container::GroupHeader& header)>;
+
+  /// `schema` has passed check_schema() and must outlive the queue.
+  DecodingQueue(const Schema& schema, const ReadLimits& limits, const ReadOptions& options,
+                Check check = {});
+  DecodingQueue(const DecodingQueue&) = delete;  // its tasks hold a pointer to it
+  DecodingQueue& operator=(const DecodingQueue&) = delete;
+
+  /// Begins the next segment. The outputs of the segment contain `segment`; `number` is the number
+  /// of the segment in the file.
+  void begin_segment(std::size_t segment, std::uint32_t number, DecodedParts parts = {});
+  /// Returns true if another group may be added before all blocks have been taken.
+  bool wants_group() const;
+  /// Adds the next group of the segment. Must hold: wants_group().
+  Result<void> add_group(container::GroupChunk chunk);
+  /// Call it after the last segment.
+  void end();
+  /// Returns true if outputs are available, or will be without further groups.
+  bool is_busy() const;
+
+  using Wait = Tasks::Wait;
+  /// Returns the next output. Returns nullopt if `wait` is no and no output is available yet, if
+  /// another group may be added, or if there are no more outputs.
+  Result<std::optional<Output>> next(Wait wait);
+  /// Reuses the memory of a block that the caller has finished with. Does nothing if there are
+  /// threads.
+  void reuse(MeshBlock&& block) {
+    if (!tasks_) room_ = std::move(block);
+  }
+
+ private:
+  class SegmentTask;
+  /// The segment that is being decoded without threads.
+  struct Segment {
+    std::size_t segment;
+    SegmentDecoder decoder;
+    std::uint64_t group = 0;
+  };
+
+  void leave_segment();
+
+  const Schema* schema_;
+  ReadLimits limits_;
+  Check check_;
+  std::unique_ptr<Segment> segment_;  // the current segment; used without threads
+  std::optional<Output> left_;    // an output that has not been returned yet: the end of the last
+                                  // segment; used without threads
+  MeshBlock room_;                // block whose memory may be reused; used without threads
+  std::unique_ptr<Tasks> tasks_;  // used with threads
+};
+
+/// MeshDecoder: converts chunk groups to blocks of vertices and cells in coding order. It joins the
+/// segments: numbers continue from segment to segment, and a vertex that a segment imports must be
+/// left alive by an earlier segment. Segments are decoded one after the other, or in advance by
+/// threads. mesh_encoder.h is the counterpart.
 class MeshDecoder {
  public:
   /// `schema` has passed check_schema() and must outlive the decoder.

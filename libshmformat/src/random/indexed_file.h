@@ -18,8 +18,8 @@
 #include "base/binary.h"
 #include "base/errors.h"
 #include "base/packing.h"
-#include "codecs/shared/group_parts.h"
 #include "format/format.h"
+#include "format/schema.h"
 #include "repair/decodable_parts.h"
 
 namespace shm {

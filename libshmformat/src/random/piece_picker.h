@@ -10,7 +10,7 @@
 #include <unordered_set>
 #include <vector>
 
-#include "codecs/shared/group_parts.h"
+#include "format/schema.h"
 #include "random/indexed_file.h"
 #include "random/number_set.h"
 #include "random/piece_request.h"

@@ -5,7 +5,6 @@
 
 #include "base/binary.h"
 #include "base/errors.h"
-#include "format/chunk_list.h"
 #include "format/chunk_reader.h"
 #include "format/random_chunks.h"
 

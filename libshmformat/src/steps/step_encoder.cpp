@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "base/errors.h"
-#include "codecs/shared/group_parts.h"
 #include "codecs/shared/shuffled_zstd.h"
+#include "format/schema.h"
 
 namespace shm {
 namespace {

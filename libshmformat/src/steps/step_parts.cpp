@@ -2,8 +2,8 @@
 
 #include <utility>
 
-#include "codecs/shared/group_parts.h"
 #include "codecs/shared/shuffled_zstd.h"
+#include "format/schema.h"
 
 namespace shm {
 

@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "codecs/surface/values/static_columns.h"
+#include "codecs/surface/mesh_streams.h"
 
 namespace shm {
 

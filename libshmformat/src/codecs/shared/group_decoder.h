@@ -15,7 +15,6 @@
 #include <utility>
 #include <vector>
 
-#include "codecs/shared/group_parts.h"
 #include "codecs/shared/neighbourhood.h"
 #include "format/schema.h"
 #include "shm/blocks.h"

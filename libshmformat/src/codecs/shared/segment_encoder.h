@@ -12,10 +12,10 @@
 #include <vector>
 
 #include "base/lists.h"
-#include "codecs/shared/group_parts.h"
 #include "codecs/shared/stencil.h"
 #include "codecs/shared/value_domain.h"
 #include "format/format.h"
+#include "format/schema.h"
 #include "shm/result.h"
 #include "shm/schema.h"
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "codecs/shifts/difference_column.h"
-#include "codecs/surface/values/static_columns.h"
+#include "codecs/surface/mesh_streams.h"
 #include "format/format.h"
 #include "shm/schema.h"
 

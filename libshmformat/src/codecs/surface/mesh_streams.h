@@ -4,6 +4,7 @@
 // spec: "Segments", "Group", "Tiles", "Value columns", "Decoding a group"
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -14,17 +15,33 @@
 #include <vector>
 
 #include "base/lists.h"
-#include "codecs/shared/group_parts.h"
 #include "codecs/surface/cells/connectivity.h"
 #include "codecs/surface/cells/imports.h"
 #include "codecs/surface/cells/number_column.h"
 #include "codecs/surface/cells/vertex_numbers.h"
-#include "codecs/surface/values/static_columns.h"
 #include "codecs/surface/values/value_column.h"
 #include "format/format.h"
+#include "format/schema.h"
 #include "shm/schema.h"
 
 namespace shm {
+
+/// Calls visit(info, blocks, traits) with the constructor arguments of each ValueColumn of static
+/// values: first geometry, then the static arrays in schema order.
+template <class Visit>
+void for_each_static_column(const Schema& schema, Visit&& visit) {
+  ColumnTraits traits{.repeats = false, .earlier_values = schema.earlier_values, .copies = true};
+  visit(coordinates_info(schema), std::vector<std::uint32_t>(), traits);
+  traits.repeats = true;
+  // Number of components that may still have tables
+  std::uint32_t room = kMostTableComponentsInAll - 3;
+  for (const ArrayInfo& info : schema.arrays) {
+    if (info.per_step) continue;
+    traits.tables = info.components <= std::min(kMostTableComponents, room);
+    if (traits.tables) room -= info.components;
+    visit(info, info.blocks, traits);
+  }
+}
 
 /// Coordinates and static arrays of one segment, each in its own bitstream. The caller visits the
 /// mesh cell by cell, and this class collects the neighbourhoods of new vertices and cells. One
