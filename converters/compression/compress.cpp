@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "base/failure.h"
-#include "compression/mesh_feeder.h"
+#include "compression/compress.h"
 #include "compression/step_feeder.h"
 #include "formats/formats.h"
 #include "interface/format.h"

@@ -7,13 +7,21 @@
 // is the same in both cases. See free_order.h.
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <optional>
+#include <span>
+#include <utility>
+#include <vector>
 
+#include "base/failure.h"
 #include "base/progress.h"
 #include "base/spool.h"
 #include "mesh/lossy.h"
 #include "mesh/mesh_source.h"
+#include "mesh/vertex_compaction.h"
 #include "order/cell_orders.h"
 #include "shm/writer.h"
 
@@ -71,5 +79,149 @@ std::optional<std::uint64_t> bytes_in_free_order(MeshSource& mesh, const Compres
 // Repeats the encoding of vertices and cells, without other data, to determine the coding order.
 // `of` is the MeshInfo recorded in a .shm file; it contains the order, delay and segments.
 void replay_coding_order(MeshSource& mesh, const MeshInfo& of, CodingOrder& out, Spool& spool);
+
+// MeshFeeder: passes the vertices and cells of a mesh, with their static data, to a writer of the
+// library.
+// Returns the value of a library result, or throws its error. If the library refuses a call as
+// misuse, the cause is the mesh and not the user, so the error becomes unsupported.
+template <class T>
+T checked(Result<T> result) {
+  if (!result && result.error().code == ErrorCode::misuse) {
+    Error error = result.error();
+    error.code = ErrorCode::unsupported;
+    throw Failure(std::move(error));
+  }
+  return unwrap(std::move(result));
+}
+
+// A static array, with the size of an element and the number of elements read so far.
+struct StaticArray {
+  std::size_t index;
+  std::size_t stride;
+  std::vector<bool> covers;  // true for each block that the array covers; cell arrays only
+  std::uint64_t next = 0;
+  std::vector<std::byte> batch;  // values of the covered cells of the current batch
+};
+
+inline std::vector<StaticArray> static_arrays(const MeshInfo& info, const Schema& schema,
+                                              Location location) {
+  std::vector<StaticArray> arrays;
+  for (std::size_t a = 0; a < schema.arrays.size(); ++a) {
+    const ArrayInfo& array = schema.arrays[a];
+    if (array.location != location || array.per_step) continue;
+    StaticArray entry{a, info.array_stride(a), {}, 0, {}};
+    if (location == Location::cell)
+      for (std::uint32_t b = 0; b < schema.blocks.size(); ++b)
+        entry.covers.push_back(schema.array_covers(a, b));
+    arrays.push_back(std::move(entry));
+  }
+  return arrays;
+}
+
+// Passes the vertices and cells of a mesh, with their static data, to a Writer. Out is a Writer, or
+// a PartWriter for some cells of the mesh.
+template <class Out>
+class MeshFeeder : public CompactedMesh {
+ public:
+  // `schema` is the Writer's schema; its arrays must be those of the mesh, or it must have no
+  // arrays.
+  MeshFeeder(MeshSource& mesh, const Schema& schema, Out& writer, std::size_t cache_bytes)
+      : mesh_(&mesh),
+        writer_(&writer),
+        point_arrays_(static_arrays(mesh.info(), schema, Location::point)),
+        cell_arrays_(static_arrays(mesh.info(), schema, Location::cell)),
+        xyz_bytes_(3 * scalar_bytes(mesh.info().schema.coordinate_type)),
+        record_bytes_(xyz_bytes_ + data_bytes(point_arrays_)),
+        records_(mesh.info().vertices, record_bytes_, cache_bytes,
+                 [this](std::uint64_t first, std::uint64_t count, std::byte* out) {
+                   fetch_records(first, count, out);
+                 }) {}
+
+  void begin_batch(const CellBatch& batch, std::uint64_t) override {
+    for (StaticArray& array : cell_arrays_) {
+      const auto covered = static_cast<std::uint64_t>(
+          std::count_if(batch.blocks.begin(), batch.blocks.end(),
+                        [&](std::uint32_t block) { return array.covers[block]; }));
+      array.batch.resize(covered * array.stride);
+      mesh_->read_array(array.index, 0, array.next, covered, array.batch.data());
+      array.next += covered;
+    }
+    array_place_.assign(cell_arrays_.size(), 0);
+  }
+
+  void vertex(std::uint64_t number, std::uint64_t last_cell) override {
+    const Record record = record_of(number);
+    checked(last_cell == kNeverUsed ? writer_->add_unused_vertex(number, record.xyz, record.data)
+                                    : writer_->add_vertex(number, record.xyz, record.data));
+  }
+  // Passes an imported vertex to a PartWriter. Other writers do not import vertices.
+  void imported_vertex(std::uint64_t number) {
+    const Record record = record_of(number);
+    checked(writer_->add_imported_vertex(number, record.xyz, record.data));
+  }
+  // Skips the given number of cells of each block. The first batch begins after them.
+  void skip_cells(const std::vector<std::uint64_t>& block_cells) {
+    for (StaticArray& array : cell_arrays_)
+      for (std::size_t b = 0; b < block_cells.size(); ++b)
+        if (array.covers[b]) array.next += block_cells[b];
+  }
+
+  void cell(const CellBatch& batch, std::size_t index, std::uint64_t last_use,
+            std::uint64_t) override {
+    const std::uint32_t block = batch.blocks[index];
+    cell_data_.clear();
+    for (std::size_t a = 0; a < cell_arrays_.size(); ++a) {
+      const StaticArray& array = cell_arrays_[a];
+      if (!array.covers[block]) continue;
+      const std::byte* value = array.batch.data() + array_place_[a];
+      cell_data_.insert(cell_data_.end(), value, value + array.stride);
+      array_place_[a] += array.stride;
+    }
+    checked(writer_->add_cell(block, batch.cell(index), last_use, cell_data_));
+  }
+
+ private:
+  // A view of a record, valid until the next call of record_of().
+  struct Record {
+    std::span<const std::byte> xyz, data;
+  };
+  Record record_of(std::uint64_t number) {
+    const std::byte* record = records_[number];
+    return {{record, xyz_bytes_}, {record + xyz_bytes_, record_bytes_ - xyz_bytes_}};
+  }
+  static std::size_t data_bytes(const std::vector<StaticArray>& arrays) {
+    std::size_t sum = 0;
+    for (const StaticArray& array : arrays) sum += array.stride;
+    return sum;
+  }
+
+  // Fetches records. A record consists of the coordinates of a vertex, followed by its values of
+  // each static array, packed.
+  void fetch_records(std::uint64_t first, std::uint64_t count, std::byte* out) {
+    if (point_arrays_.empty()) return mesh_->read_points(first, count, out);
+    column_.resize(count * record_bytes_);
+    mesh_->read_points(first, count, column_.data());
+    scatter_column(count, xyz_bytes_, out);
+    std::byte* place = out + xyz_bytes_;
+    for (const StaticArray& array : point_arrays_) {
+      mesh_->read_array(array.index, 0, first, count, column_.data());
+      scatter_column(count, array.stride, place);
+      place += array.stride;
+    }
+  }
+  void scatter_column(std::uint64_t count, std::size_t bytes, std::byte* out) const {
+    for (std::uint64_t i = 0; i < count; ++i)
+      std::memcpy(out + i * record_bytes_, column_.data() + i * bytes, bytes);
+  }
+
+  MeshSource* mesh_;
+  Out* writer_;
+  std::vector<StaticArray> point_arrays_, cell_arrays_;
+  std::size_t xyz_bytes_, record_bytes_;
+  PageCache records_;
+  std::vector<std::byte> column_, cell_data_;
+  // Offset of the next unread byte in the batch of each cell array.
+  std::vector<std::size_t> array_place_;
+};
 
 }  // namespace shm::converters

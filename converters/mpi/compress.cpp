@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "base/spool.h"
-#include "compression/mesh_feeder.h"
+#include "compression/compress.h"
 #include "exodus/parts/owners.h"
 #include "mesh/coding_order.h"
 #include "mpi/uses.h"

@@ -85,7 +85,7 @@ std::uint64_t read_steps(const Bytes& file) {
 template <class Read>
 double seconds_a_byte(const Bytes& file, const Read& read) {
   double least = std::numeric_limits<double>::max(), all = 0;
-  for (int run = 0; run < 10 && all < .5; ++run) {
+  for (int run = 0; run < 100 && all < .5; ++run) {
     const double begin = processor_seconds();
     const std::uint64_t out = read(file);
     const double took = processor_seconds() - begin;

@@ -9,7 +9,7 @@
 #include "base/packing.h"
 #include "codecs/shared/shuffled_zstd.h"
 #include "codecs/shared/value_domain.h"
-#include "codecs/surface/values/recalled_values.h"
+#include "codecs/surface/values/earlier_values.h"
 
 namespace shm {
 namespace {

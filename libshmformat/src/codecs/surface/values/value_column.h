@@ -13,8 +13,8 @@
 
 #include "codecs/shared/codec_id.h"
 #include "codecs/surface/values/copied_elements.h"
+#include "codecs/surface/values/earlier_values.h"
 #include "codecs/surface/values/mode_choice.h"
-#include "codecs/surface/values/recalled_values.h"
 #include "codecs/surface/values/scalar_column.h"
 #include "codecs/surface/values/value_predictor.h"
 

@@ -1,4 +1,4 @@
-#include "codecs/surface/values/recalled_values.h"
+#include "codecs/surface/values/earlier_values.h"
 
 #include <algorithm>
 #include <array>
