@@ -5,7 +5,7 @@
 #include <iterator>
 #include <span>
 
-#include "format/format.h"
+#include "codecs/registry.h"
 
 /// Takes bytes from the input; returns zeros after its end.
 class Choices {
