@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <iterator>
 #include <span>
 
 #include "codecs/registry.h"
@@ -31,6 +30,6 @@ class Choices {
 
 /// Returns automatic, or any codec of cells.
 inline shm::ConnectivityCodec any_codec(Choices& in) {
-  const std::uint32_t n = in.below(1 + shm::cell_codecs().size());
+  const std::uint32_t n = in.below(1 + static_cast<std::uint32_t>(shm::cell_codecs().size()));
   return n == 0 ? shm::ConnectivityCodec::automatic : shm::cell_codecs()[n - 1].name;
 }
