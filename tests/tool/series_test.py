@@ -146,7 +146,7 @@ class Files(SeriesTest):
             for name in ("a_%04d.vtu", "a %d.vtk", "100%%_%3d.vtu", "%02d"):
                 before = self.listed()
                 words = ["--format", "vtu"] if "." not in name else []
-                out = self.shm(*command, name, *words, stderr="which blocks")
+                out = self.shm(*command, name, *words, stderr="blocks that array")
                 self.assertIn(f"{name % 0} to {name % 11}: 27 vertices, 8 hexahedra, ", out)
                 self.assertIn("12 time steps", out)
                 made = [name % step for step in range(12)]
@@ -160,8 +160,8 @@ class Files(SeriesTest):
         self.exodus("run.e", range(6))
         self.write("a_0000.vtu.bak", "old")
         self.write("a_000.vtu", "old")
-        self.shm("convert", "run.e", "a_%04d.vtu", "-q", "--step", "2:4", stderr="which blocks")
-        self.shm("convert", "run.e", "a_%04d.vtu", "-q", "--time", "2.5", "-f", stderr="which blocks")
+        self.shm("convert", "run.e", "a_%04d.vtu", "-q", "--step", "2:4", stderr="blocks that array")
+        self.shm("convert", "run.e", "a_%04d.vtu", "-q", "--time", "2.5", "-f", stderr="blocks that array")
         self.assertEqual(self.listed(), ["a_000.vtu", "a_0000.vtu.bak", "a_0002.vtu", "a_0003.vtu",
                                          "a_0005.vtu", "run.e"])
         for step in (2, 3, 5):
@@ -196,14 +196,14 @@ class Files(SeriesTest):
         self.exodus("run.e", range(6))
         os.mkdir(self.path("of <R&D>"))
         for name, stem in (("run.pvd", "run"), ("of <R&D>/a&b.PVD", "a&b")):
-            self.shm("convert", "run.e", name, "-q", stderr="which blocks")
+            self.shm("convert", "run.e", name, "-q", stderr="blocks that array")
             self.assertEqual(self.collection(name),
                              [(step / 2, f"{stem}/{stem}_000{step}.vtu") for step in range(6)])
             folder = os.path.dirname(name)
             for step in range(6):
                 self.assert_step(os.path.join(folder, stem, f"{stem}_000{step}.vtu"), step)
         self.shm("convert", "run.e", "run.pvd", "-q", "--step", "last", code=4, stderr="5 more of run.pvd")
-        self.shm("convert", "run.e", "run.pvd", "-q", "-f", "--step", "last", stderr="which blocks")
+        self.shm("convert", "run.e", "run.pvd", "-q", "-f", "--step", "last", stderr="blocks that array")
         self.assertEqual(self.collection("run.pvd"), [(2.5, "run/run_0005.vtu")])
         self.shm("convert", "run.e", "x.pvd", "--format", "vtk", code=2, stderr="of VTU files")
         self.write("y", "a file")
