@@ -201,7 +201,7 @@ class StepJoiner {
   const MeshInfo& old_;
   ByKey old_keys_, new_keys_;
   Skeleton old_skeleton_, new_skeleton_, grown_;
-  // Grown extras, by the key of the old extra.
+  // Extras to which steps were added, by the key of the old extra that they replace.
   std::map<std::string, std::vector<Extra>> grown_parts_;
   std::set<std::string> joined_;  // keys of the new extras that have been joined
 };

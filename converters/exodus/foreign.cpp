@@ -502,8 +502,8 @@ class ForeignWriter {
       }
       return;
     }
-    std::vector<std::uint64_t> begin(
-        1);  // first element of each group, followed by the number of elements
+    // For each group, the number of its first element; at the end, the number of all elements.
+    std::vector<std::uint64_t> begin(1);
     for (const CellGroup& group : grouping_.groups()) begin.push_back(begin.back() + group.cells);
     grouping_.deal_values(
         mesh_, array, 0,
@@ -521,7 +521,8 @@ class ForeignWriter {
                  "variable '" + name + "'");
   }
 
-  // Returns component `column.component` of `count` elements whose values are given.
+  // Copies one component of an array to `out` and returns `out`. `values` contains `count` elements
+  // with all components.
   template <class Real>
   const std::vector<Real>& component(const Column& column, std::uint64_t count,
                                      const std::byte* values, std::vector<Real>& out) const {

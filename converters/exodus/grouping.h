@@ -49,7 +49,7 @@ class CellGrouping {
  private:
   // Consecutive cells that belong to the same group.
   struct Run {
-    std::uint64_t first_cell;  // mesh number of the first cell of the run
+    std::uint64_t first_cell;  // number that the run's first cell has in the mesh
     std::uint64_t in_group;
     std::uint64_t group;
   };

@@ -51,7 +51,7 @@ struct ArrayLayout {
   // Description of the array; its name is empty if a table of the file contains the name.
   ArrayInfo info;
   std::vector<ArrayPart> parts;  // parts of the array, in the order of blocks
-  int field = 0;                 // number of the nodal or element variable, from 1
+  int field = 0;                 // number of the nodal or element variable in the file, from 1
 
   // Number of dimensions between the dimension of steps and the dimension of elements, and the
   // index of the array in these dimensions. Needed for the single variable of all nodal fields in

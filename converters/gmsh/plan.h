@@ -67,7 +67,8 @@ class GmshExtras {
   GmshExtras(const MeshInfo& info, std::string path);
   const Extra* find(const std::string& key) const;
   std::string text(const std::string& key) const;
-  // Returns the values of an extra that must exist. The number of values is a multiple of `width`.
+  // Returns the values of an extra. Throws Failure unless the extra exists and its number of values
+  // is a multiple of `width`.
   std::vector<std::int64_t> integers(const std::string& key, std::uint64_t width = 1) const;
   std::vector<double> reals(const std::string& key) const;
   [[noreturn]] void fail(const std::string& key, const char* what) const;

@@ -7,7 +7,8 @@
 namespace shm::converters {
 namespace {
 
-constexpr std::size_t kMaxTagBlocks = 1024;  // largest number of blocks by tags (see gmsh.h)
+// Largest number of blocks for combinations of tags (see gmsh.h).
+constexpr std::size_t kMaxTagBlocks = 1024;
 
 // Largest number of entity blocks, far above the number in real models.
 constexpr std::uint64_t kMaxEntityBlocks = 1u << 20;

@@ -47,8 +47,9 @@ struct Capabilities {
   // Whether arrays may have several components; if false, each component becomes a separate array,
   // such as v_x, v_y, v_z.
   bool vectors = true;
-  bool padded_vectors = false;  // vectors are padded with zeros to an allowed number of components
-  bool unique_names = false;    // array names are unique: the second "v" becomes "v (2)"
+  // True: vectors are padded with zeros to an allowed number of components.
+  bool padded_vectors = false;
+  bool unique_names = false;  // true: array names are unique, so the second "v" becomes "v (2)"
 
   // Whether arrays may have integer values; if false, all values are floating-point.
   bool integers = true;
@@ -67,7 +68,8 @@ struct Capabilities {
   MostNumbers (*most_numbers)(const MeshInfo& info) = nullptr;
   bool times = true;  // true: step times are stored even if no array has steps
   std::size_t title_bytes = ~std::size_t{0};  // maximum length of the title in bytes
-  const NumberMaps* maps = nullptr;           // arrays that are number maps in this format too
+  // The arrays that are number maps in this format; null if there are none.
+  const NumberMaps* maps = nullptr;
 
   // Returns true if the format can represent the cells of the block. A null pointer means that the
   // format can represent all cells.
@@ -116,6 +118,7 @@ class SourceFormat {
   // sets() returns sets in addition to those of shm/sets.h. The functions add the keys of the
   // extras from which they took data to `used`.
   virtual std::vector<MeshSet> sets(const MeshInfo&, Keys& /*used*/) const { return {}; }
+
   // Returns groups other than node sets, side sets and element sets.
   virtual std::vector<NamedGroup> named_groups(const MeshInfo&) const { return {}; }
   virtual std::optional<double> time(const MeshInfo&, Keys& /*used*/) const { return {}; }
@@ -134,17 +137,20 @@ class SourceFormat {
                                                             StepRange /*steps*/) const {
     return info.extras;
   }
+
   // The next two functions are for meshes of a series of files, each of which contains one step.
   // extras_of_series() returns the extras without data about the step (its time, ranges of values),
   // so that the result is valid for all files of the series. is_about_file() returns true if an
   // extra describes one file and may differ in the other files.
   virtual std::vector<Extra> extras_of_series(const MeshInfo& info) const { return info.extras; }
   virtual bool is_about_file(std::string_view /*key*/) const { return false; }
+
   // Returns the index of the array that contains the points at a time step. Returns nothing if the
   // mesh has the same points at every step.
   virtual std::optional<std::size_t> points_of_step(const MeshInfo&, std::uint64_t /*step*/) const {
     return {};
   }
+
   // Returns true if the mesh is two-dimensional, so that the sides of its triangles and quads are
   // edges.
   virtual bool is_flat(const MeshInfo&) const { return false; }

@@ -26,7 +26,8 @@ class SetCells final : public ForwardingMesh {
 
  private:
   struct Side {
-    std::uint64_t cell, side, place;  // place: position among the members of all sets
+    // `place` is the position of the side among the members of all sets.
+    std::uint64_t cell, side, place;
   };
   void leave_arrays_on_own_blocks();
   void add_nodes(const MeshSet& set);

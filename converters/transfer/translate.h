@@ -1,9 +1,9 @@
 // Translation: adapts a mesh of one format to the writer of another format so that as much data as
 // possible is retained, and lists the losses. A sibling format (Capabilities::sibling) is an
-// exception: its writer accepts meshes of the source format unchanged. It receives the mesh with
-// its extras, reduced to one step if the target's files contain one step.
+// exception: its writer accepts meshes of the source format unchanged. Such a writer receives the
+// mesh with its extras, reduced to one step if the target's files contain one step.
 //
-// Extras of the result that any writer may use:
+// Extras of the translated mesh that the writers of all formats may use:
 //   mesh/title               text
 //   mesh/node_set/..., mesh/side_set/..., mesh/element_set/...   see transfer_sets.h
 #pragma once

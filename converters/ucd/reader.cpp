@@ -350,7 +350,7 @@ std::unique_ptr<MeshSource> open_ucd(const std::string& path, Spool& spool) {
     std::byte first{};
     if (!input.at_end()) input.bytes(&first, 1);
     if (first == std::byte{kBinaryMagic})
-      input.fail(ErrorCode::unsupported, "binary UCD files are not read, only text");
+      input.fail(ErrorCode::unsupported, "binary UCD files cannot be read, only text files");
   }
   return std::make_unique<UcdMesh>(path, spool);
 }

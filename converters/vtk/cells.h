@@ -74,7 +74,7 @@ class CellTable {
   EntryKind list_ = EntryKind::cells;
   Values rows_, offsets_, types_;  // rows_ contains the connectivity if has_offsets_
   IntegerCursor row_{rows_}, offset_{offsets_}, type_cursor_{types_};
-  std::int64_t begin_ = 0;  // begin of the current cell, from the offsets
+  std::int64_t begin_ = 0;  // position in the connectivity at which the current cell begins
   std::uint8_t type_ = 0;
   std::vector<std::uint64_t> nodes_;
   std::vector<std::int64_t> face_sizes_;  // face sizes of the current polyhedron

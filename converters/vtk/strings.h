@@ -28,8 +28,8 @@ StringForm string_form(ValueForm form, bool binary);
 // Splits a list into its strings; each string includes its terminator or its length. Returns
 // nothing if the list ends within a string.
 std::optional<std::vector<std::string_view>> split_strings(std::string_view list, StringForm form);
-// Returns a string, as split_strings() returns it, as plain text. A variant is returned as its
-// whole line.
+// Converts a string that split_strings() returned to plain text. A variant is returned as its whole
+// line.
 std::string plain_string(std::string_view piece, StringForm form);
 // Appends a string to a list of the form `lengths` or `zeros`. In the form `zeros`, the string is
 // cut at its first zero byte.

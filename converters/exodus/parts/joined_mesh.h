@@ -63,7 +63,7 @@ class JoinedMesh : public MeshSource {
   // Consecutive values of an array in a part, and the cells to which they belong.
   struct Piece {
     std::size_t array = 0;    // index of the array among the arrays of the part
-    std::uint64_t first = 0;  // first element of the array in the part
+    std::uint64_t first = 0;  // index of the first of these values in the array of the part
     std::uint64_t cell = 0;   // cell of the part to which the first of these elements belongs
     std::uint64_t count = 0;
   };

@@ -49,7 +49,7 @@ inline constexpr std::string_view kLegacyTime = "TIME", kXmlTime = "TimeValue", 
 // Extras that a plan of a file derives from the extras of its mesh, because the file's format needs
 // the values in another form.
 struct MadeExtras {
-  std::deque<Extra> data;     // values that the plan calls x0, x1, ...
+  std::deque<Extra> data;     // values of the arrays that the plan calls x0, x1, ...
   std::deque<Extra> strings;  // lists of strings of arrays
   void register_in(std::map<std::string, const Extra*>& extras) const {
     for (const auto* made : {&data, &strings})

@@ -16,7 +16,7 @@ namespace shm::converters::vtk {
 // the mesh need.
 struct LegacyParts {
   Skeleton skeleton;
-  std::set<std::size_t> placed;  // arrays of the mesh that have a place in the skeleton
+  std::set<std::size_t> placed;  // indices of the mesh's arrays to which the skeleton refers
   MadeExtras made;
 };
 // Converts the skeleton of an XML file to that of a legacy file. Adds the data that the legacy file

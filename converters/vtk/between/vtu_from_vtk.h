@@ -16,7 +16,7 @@ struct XmlParts {
   Node field = element("FieldData"), point_data = element("PointData"),
        cell_data = element("CellData"), points = element("Points");
   std::string version = "1.0";   // version of the XML file that the cells need
-  std::set<std::size_t> placed;  // arrays of the mesh that have a place in the tree
+  std::set<std::size_t> placed;  // indices of the mesh's arrays to which the tree refers
   vtk::MadeExtras made;
 };
 

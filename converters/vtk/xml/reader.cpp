@@ -430,7 +430,8 @@ void Parser::load_strings(Location location, const std::vector<std::pair<Column,
     const auto end_of_string = [&] {
       const auto place = strings.place_of(one);
       if (!place)
-        loader_.fail(ErrorCode::unsupported, node, "has more different strings than 1 GiB holds");
+        loader_.fail(ErrorCode::unsupported, node,
+                     "has distinct strings of more than 1 GiB in total");
       if (found++ == wanted)
         loader_.fail(ErrorCode::corrupt, node,
                      "has more than the expected " + std::to_string(wanted) + " strings");
