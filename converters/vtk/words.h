@@ -71,7 +71,7 @@ enum class EntryKind : std::uint8_t {
   dimensions,
   extent,
   spacing,
-  aspect_ratio,  // name of the spacing in versions before 3.0
+  aspect_ratio,  // the name of SPACING in file versions before 3.0
   origin,
   vertices,
   lines,

@@ -305,7 +305,7 @@ Values Parser::cell_numbers(const char* keyword, std::string& word, std::uint64_
   if (!type || is_float(*type))
     input_.fail(ErrorCode::corrupt, "'" + word.substr(0, 40) + "' is not a type of cell numbers");
   Values result = column(*type, count);
-  std::string ignored;  // ranges of the numbers, which VTK computes itself
+  std::string ignored;  // metadata with ranges, which VTK computes itself
   metadata(1, ignored);
   return result;
 }
