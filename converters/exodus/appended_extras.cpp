@@ -25,8 +25,8 @@ ByKey by_key(const std::vector<Extra>& extras) {
   return map;
 }
 
-// Returns the rows of a variable, joined from the extras that store the variable. Returns nothing
-// if such an extra is missing.
+// Returns all rows of a variable, which one or several extras store. Returns nothing if such an
+// extra is missing.
 std::optional<std::vector<std::byte>> rows_of(const ByKey& extras, const Skeleton& skeleton,
                                               const Variable& variable) {
   const std::string key = extra_key(variable.name);
@@ -42,14 +42,15 @@ std::optional<std::vector<std::byte>> rows_of(const ByKey& extras, const Skeleto
   return rows;
 }
 
-// Combines the extras of two Exodus files, one of which continues after the end of the other. Can
-// also select some of the steps.
+// Appends the time steps of one Exodus file to the extras of another. Can also reduce the extras to
+// some of the steps.
 class StepJoiner {
  public:
   explicit StepJoiner(const MeshInfo& old) : old_(old), old_keys_(by_key(old.extras)) {
     old_skeleton_ = skeleton_of(old_keys_);
     if (old_skeleton_.length_of(kStepDimension) != old.step_times.size())
-      does_not_fit(kSkeletonKey, "has a number of steps that differs from the number of times");
+      does_not_fit(kSkeletonKey,
+                   "states a number of steps that differs from the number of step times");
   }
 
   AppendedExtras join(const MeshInfo& more, const std::vector<Extra>& extras,
@@ -57,7 +58,8 @@ class StepJoiner {
     new_keys_ = by_key(extras);
     new_skeleton_ = skeleton_of(new_keys_);
     if (new_skeleton_.length_of(kStepDimension) != more.step_times.size())
-      does_not_fit(kSkeletonKey, "has a number of steps that differs from the times in SOURCE");
+      does_not_fit(kSkeletonKey,
+                   "states a number of steps that differs from the step times in SOURCE");
     set_steps(old_.step_times.size() + steps.size());
     for (const Variable& variable : old_skeleton_.variables)
       if (has_steps(old_skeleton_, variable)) grow(variable, steps);
@@ -66,7 +68,7 @@ class StepJoiner {
     return out;
   }
 
-  // Returns the extras of the old file for a selection of its steps.
+  // Returns the extras of the old file, reduced to some of its steps.
   std::optional<std::vector<Extra>> chosen(StepRange steps) {
     set_steps(steps.size());
     for (const Variable& variable : old_skeleton_.variables) {
@@ -101,7 +103,7 @@ class StepJoiner {
     grown_.dimensions[static_cast<std::size_t>(dimension)].length = steps;
   }
 
-  // Returns the old extras. Extras to which steps were added are replaced by the longer ones.
+  // Returns the old extras, in which longer extras replace those to which steps were added.
   AppendedExtras result() {
     AppendedExtras out;
     out.changed = true;
@@ -135,12 +137,12 @@ class StepJoiner {
     return !variable.dimensions.empty() && skeleton.dimension_name(variable, 0) == kStepDimension;
   }
 
-  // Appends the rows of the new steps to a variable that is stored as an extra.
+  // Appends the values of the new steps to a variable that is stored as an extra.
   void grow(const Variable& variable, std::span<const std::uint64_t> steps) {
     const std::string key = extra_key(variable.name);
     if (!old_keys_.contains(key)) {
-      // The variable is not an extra of the old file: it is an array, contains the times
-      // themselves, or has no rows yet.
+      // The variable is not an extra of the old file: it is an array of the mesh, contains the step
+      // times, or has no rows yet.
       if (new_keys_.contains(key)) does_not_fit(key, "has values at the new steps only");
       return;
     }
@@ -176,7 +178,8 @@ class StepJoiner {
       parts.push_back(std::move(part));
     }
     for (std::size_t p = 1; old_keys_.contains(part_key(key, p)); ++p)
-      grown_parts_[part_key(key, p)];  // this part is stored together with the first part
+      // An empty list, because the list of the first part contains this part.
+      grown_parts_[part_key(key, p)];
     for (std::size_t p = 0; new_keys_.contains(part_key(key, p)); ++p)
       joined_.insert(part_key(key, p));
   }
@@ -198,7 +201,7 @@ class StepJoiner {
   const MeshInfo& old_;
   ByKey old_keys_, new_keys_;
   Skeleton old_skeleton_, new_skeleton_, grown_;
-  // Grown extras, by the key of the old extra.
+  // Extras to which steps were added, by the key of the old extra that they replace.
   std::map<std::string, std::vector<Extra>> grown_parts_;
   std::set<std::string> joined_;  // keys of the new extras that have been joined
 };

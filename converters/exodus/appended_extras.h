@@ -1,5 +1,5 @@
-// The extras of an Exodus mesh after time steps have been appended, or after a selection of its
-// steps.
+// Computes the extras of an Exodus mesh to which time steps are appended, or of which only some
+// time steps are selected.
 #pragma once
 
 #include <cstdint>
@@ -13,22 +13,23 @@
 
 namespace shm::converters::exodus {
 
-// Returns true if the extras contain the number of steps.
+// Returns true if the extras of a mesh contain the number of steps.
 bool counts_steps(const MeshInfo& info);
 
-// Returns the extras of `old` after the steps of a file `more` have been appended: values for each
-// step are appended to the old values, and the number of steps grows. `extras` are the extras of
-// `more` in the numbering of `old`. `steps` lists the steps of `more` that are appended. Throws
-// Failure (unsupported) if the extras cannot be combined.
+// Returns the extras of `old` after steps of a file `more` have been appended. Values for each step
+// are appended to the old values, and the number of steps grows. `extras` are the extras of `more`
+// in the numbering of `old`. `steps` lists the steps of `more` to append. Throws Failure
+// (unsupported) if the extras cannot be combined.
 AppendedExtras joined_extras(const MeshInfo& old, const MeshInfo& more,
                              const std::vector<Extra>& extras,
                              std::span<const std::uint64_t> steps);
 
-// Returns the extras of `old` after `steps` steps have been appended from a file without such
-// extras.
+// Returns the extras of `old` after `steps` steps have been appended from a file of another format,
+// which has no such extras.
 AppendedExtras lengthened_extras(const MeshInfo& old, std::uint64_t steps);
 
-// Returns the extras for a selection of steps. Returns nothing if values at steps are not numbers.
+// Returns the extras of a mesh that is reduced to the steps `steps`. Returns nothing if a variable
+// with values for each step contains strings, or if some of its values are missing.
 std::optional<std::vector<Extra>> extras_of_steps(const MeshInfo& info, StepRange steps);
 
 }  // namespace shm::converters::exodus

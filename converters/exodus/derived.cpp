@@ -1,5 +1,5 @@
-// Derives the variables that are determined by the rest of a mesh, so that they need not be stored.
-// Converts values of variables and extras.
+// Derives the values of variables that are determined by the rest of a mesh, so that these
+// variables need not be stored. Also converts values of variables and extras.
 #include <netcdf.h>
 
 #include <algorithm>
@@ -13,7 +13,7 @@
 namespace shm::converters::exodus {
 namespace {
 
-// Appends `value` as `type`; returns false if the type cannot hold it.
+// Appends `value` as a value of `type`. Returns false if the type cannot represent the value.
 template <class T, class From>
 bool append_value(std::vector<std::byte>& out, From value) {
   if constexpr (std::is_integral_v<T> && std::is_integral_v<From>)
@@ -94,8 +94,8 @@ class Deriver {
     }
     return true;
   }
-  // Derives the names of fields. They can be derived only if the i-th field of the file is the i-th
-  // field of the mesh.
+  // Derives the names of nodal or element variables (fields). This is possible only if the i-th
+  // field of the file is the i-th field of the mesh.
   bool field_names(Location location) {
     std::vector<std::string> fields;
     for (std::size_t a = 0; a < layout_.arrays.size() && a < info_.schema.arrays.size(); ++a) {
@@ -134,10 +134,10 @@ class Deriver {
     }
     return false;
   }
-  // Derives distribution factors of 1. The extras contain the number of members, which limits the
-  // number of factors.
+  // Derives distribution factors, all of which are 1. The extras contain the number of members of
+  // the set, which limits the number of factors.
   bool ones(const SetFactors& factors) {
-    // Largest number of nodes of a side: that of a hexahedron with 27 nodes.
+    // Largest number of nodes of a side, which a hexahedron with 27 nodes has.
     constexpr std::uint64_t kMostNodesOfSide = 9;
     const std::uint64_t members = set_members(*factors.kind, factors.index);
     if (shape_.size() != 1 || shape_[0] == 0) return false;
@@ -155,7 +155,8 @@ class Deriver {
       members += extra->data.size() / std::max<std::size_t>(scalar_bytes(extra->type), 1);
     return members;
   }
-  // Returns 1 if the set has members, and 0 if not. Returns nothing if the set has no extras.
+  // Returns 1 if the set has members, and 0 if it has none. Returns nothing if the mesh has no
+  // extras for the set.
   std::optional<std::int64_t> set_status(const SetKind& kind, std::size_t index) const {
     if (set_members(kind, index) > 0) return 1;
     if (extras_.find(set_key(kind, index, "id")) == nullptr) return std::nullopt;
@@ -163,7 +164,7 @@ class Deriver {
   }
   std::optional<std::int64_t> set_id(const SetKind& kind, std::size_t index) const {
     const Extra* extra = extras_.find(set_key(kind, index, "id"));
-    // A set without an id has the default id of shm/sets.h.
+    // A set without a stored id has the default id of shm/sets.h, which is its number plus one.
     if (extra == nullptr && kind.neutral && set_members(kind, index) > 0)
       return static_cast<std::int64_t>(index) + 1;
     if (extra == nullptr || extra->data.size() != scalar_bytes(extra->type)) return std::nullopt;

@@ -13,11 +13,11 @@
 namespace shm::converters::exodus {
 namespace {
 
-// Largest number of sets, since each set needs several extras.
+// Largest number of sets of one kind. The number is limited because each set needs several extras.
 constexpr std::uint64_t kMostSets = 1 << 16;
 
-// Converts file numbers, which start at 1, to references, which start at 0. Returns false if a
-// number is neither 0 nor in 1..count.
+// Converts the numbers of an extra, which start at 1 in the file, to references, which start at 0.
+// Returns false if a number is neither 0 nor in 1..count.
 bool refer_from_zero(Extra& extra, Reference refers, std::uint64_t count) {
   const auto numbers = integers_of(extra.type, extra.data);
   if (!numbers) return false;
@@ -54,7 +54,7 @@ class Description {
   std::vector<std::byte> whole(int index) const {
     return whole_variable(skeleton_, values_, index);
   }
-  // Returns true if the variable is a plain list of `length` numbers.
+  // Returns true if the variable has one dimension of length `length` and contains numbers.
   bool is_list(int index, std::uint64_t length) const {
     return index >= 0 && variable(index).type != NC_CHAR && variable(index).type != NC_STRING &&
            skeleton_.shape(variable(index)) == std::vector<std::uint64_t>{length};
@@ -99,7 +99,7 @@ std::vector<std::int64_t> Description::ids(int index) const {
   return numbers;
 }
 
-// Returns the first rows of a table of names, at most `count`.
+// Returns the first `count` rows of a table of names, or all rows if the table has fewer.
 std::vector<std::string> Description::names(std::string_view table, std::uint64_t count) const {
   const int index = skeleton_.find_variable(table);
   if (index < 0 || variable(index).type != NC_CHAR) return {};
@@ -158,7 +158,8 @@ void Description::describe_times() {
     info_.step_times[step] = as_double(values.data() + step * scalar_bytes(type), type);
 }
 
-// Does not store an id that is derived from the number of its set, as in shm/sets.h.
+// Reads the ids and names of sets. Does not store an id if it is the default id of shm/sets.h,
+// which is derived from the number of the set.
 void Description::read_set_labels(std::vector<Extra>& extras, const ExtraIndex& members) const {
   for (const SetKind& kind : kSetKinds) {
     const int table = skeleton_.find_variable(std::string(kind.prefix) + "_prop1");
@@ -199,8 +200,8 @@ void Description::read_extras() {
                     Reference::nothing,
                     {text.size()},
                     {bytes, bytes + text.size()}});
-  // First reads the extras from which other variables may be derived. The result is in the order of
-  // the variables.
+  // The members of sets are read first, because other variables may be derived from them. The
+  // result is in the order of the variables.
   std::vector<std::vector<Extra>> values(skeleton_.variables.size());
   ExtraIndex known;
   const auto read_all = [&](bool members) {
@@ -219,8 +220,8 @@ void Description::read_extras() {
                         std::make_move_iterator(list.end()));
 }
 
-// Returns a variable as extras. A large variable becomes several extras of some rows each. A
-// variable that is derived from the rest of the mesh becomes none.
+// Reads a variable and returns it as extras. A large variable becomes several extras, each with
+// some of the rows. Returns an empty list if the variable can be derived from the rest of the mesh.
 std::vector<Extra> Description::read_variable(std::size_t v, const ExtraIndex& known) const {
   const Variable& one = skeleton_.variables[v];
   const Reference refers = reference_of(one.name);
@@ -235,8 +236,8 @@ std::vector<Extra> Description::read_variable(std::size_t v, const ExtraIndex& k
       return {};
     parts.push_back(std::move(part));
     if (referring && !refer_from_zero(parts.back(), refers, count)) {
-      // If one part does not consist of valid references, none of the parts is converted to
-      // references.
+      // If one part contains invalid references, the parts are read again, and none of them is
+      // converted to references.
       referring = false;
       parts.clear();
       i = std::size_t(-1);
@@ -248,7 +249,8 @@ std::vector<Extra> Description::read_variable(std::size_t v, const ExtraIndex& k
   return parts;
 }
 
-// Reads rows of a variable, i.e. along its first dimension.
+// Reads `count` rows of a variable, starting at row `first`. Rows are counted along the first
+// dimension.
 Extra Description::read_rows(int index, std::uint64_t first, std::uint64_t count) const {
   const Variable& one = variable(index);
   Extra extra{{}, scalar_of(one.type), Reference::nothing, skeleton_.shape(one), {}};

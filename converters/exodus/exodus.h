@@ -1,79 +1,85 @@
 // Exodus II files (versions 2.02 to 9; netCDF classic, 64-bit offset, CDF-5 and netCDF-4) as
 // meshes.
 //
-// In the model, each element block is one block, in file order. Cells of known element types
-// (hexahedra, wedges and so on) have VTK's node order. HEX9, HEX16 ... are hexahedra too; other
+// Each element block becomes one block of the mesh, in file order. Cells of known element types
+// (hexahedra, wedges and so on) have VTK's node order. HEX9, HEX16 ... are hexahedra, too; other
 // elements (BEX_HEX, TETRA14 ...) have shape `other`. Both keep the node order of the file. NSIDED
-// blocks are polygons. NFACED blocks have the shape `faces` if all faces are used and no two are
-// equal; otherwise they are polyhedra, and their faces are extras. Missing coordinates are 0.
+// blocks become polygons. NFACED blocks have the shape `faces` if all faces are used and no two
+// faces are equal; otherwise their cells are polyhedra, and their faces are extras. Missing
+// coordinates become 0.
 //
 // A variable of numbers or characters becomes an array of its stored type if one of its dimensions
 // counts all nodes, all elements, or all elements of a block. If other dimensions precede this
 // dimension, each index into them becomes a separate array. The arrays have these roles:
 //   role ""                  nodal and element variables, per step
-//   "exodus:attribute"       attrib<b>: components = attributes, on one block
+//   "exodus:attribute"       attrib<b>, on one block; the components are the attributes
 //   "exodus:node_attribute"  nattrb
-//   "exodus:connectivity"    columns of a connectivity after the nodes (BEX_HEX ...), one block
-//   "exodus:polyhedron"      of a block of polyhedra: index of the polyhedron in the file, from 0
+//   "exodus:connectivity"    the columns of a connectivity that are not nodes (BEX_HEX ...), on one
+//                            block
+//   "exodus:polyhedron"      on a block of polyhedra: index of each polyhedron in the file, from 0
 //   "exodus:<variable>"      node_num_map, elem_num_map, elem_map, node_map<i>, elem_map<i> and
 //                            any other variable of that shape; the array has the variable's name,
-//                            with #1, #2, ... for indices into dimensions before
+//                            followed by #1, #2, ... for the index into preceding dimensions
 //
 // Extras:
-//   exodus/skeleton              text: the netCDF structure in file order (below)
+//   exodus/skeleton              text: the netCDF structure in file order (see below)
 //   mesh/node_set/<i>/..., mesh/side_set/<i>/..., mesh/element_set/<i>/...
 //                                as in shm/sets.h and spec/registry.md; each list has the type that
-//                                it has in the file (members int32, or int64 if that is wider)
+//                                it has in the file (members: int32, or int64 if the type is wider)
 //   exodus/edge_set/<i>/..., exodus/face_set/<i>/...    i counts from 0
 //     id                         integer [1]
-//     name                       text, if there is one
-//     edges, faces               members as they are in the file (from 1)
+//     name                       text; exists only if the set has a name
+//     edges, faces               members with the numbers that the file contains (from 1)
 //     sides                      orientation of each edge or face
 //     factors                    distribution factors
 //   exodus/shared_faces_first    int32[1], and
 //   exodus/face_numbers          int32 or int64: the numbers of the faces of polyhedra, in an order
-//                                derived from the cells (polyhedra.h); 1, 2, 3, ... if missing
+//                                that is derived from the cells (polyhedra.h); if this extra is
+//                                missing, the numbers are 1, 2, 3, ...
 //   exodus/variable/<name>       any other netCDF variable, row-major, in its own type: QA and info
 //                                records, coordinate names, properties, attribute names, global and
 //                                set variables, edge and face blocks, assemblies, blobs, Nemesis
-//                                data. Text as uint8; netCDF strings as uint8, each terminated by a
-//                                zero. With a reference: vertices or cells from 0, as above
-//   .../1, .../2, ...            further rows of a variable of more than 16 MiB, after the first
-//                                rows
+//                                data. Text is stored as uint8; netCDF strings as uint8, each
+//                                terminated by a zero. References to vertices or cells count from 0
+//   .../1, .../2, ...            further rows of a variable of more than 16 MiB; the extra without
+//                                a number contains the first rows
 //
-// A variable is not stored as an extra if its values can be derived from the rest of the mesh: ids
-// and names of blocks and sets, whether they have members (eb_status ...), distribution factors of
-// 1, names of nodal and element variables, their truth table, times, node counts of polygons, faces
-// of polyhedra. Files before 0.10 have sets under keys of Exodus, and store more of these variables
-// (old_extras.cpp). If members of a set are not numbers of existing vertices or cells, their
-// variable becomes a plain exodus/variable. README.md lists the features of a file that are kept.
+// A variable is not stored as an extra if its values can be derived from the rest of the mesh. This
+// is possible for ids and names of blocks and sets, flags that state whether blocks and sets have
+// members (eb_status ...), distribution factors of 1, names of nodal and element variables, their
+// truth table, times, node counts of polygons, and faces of polyhedra. .shm files before 0.10 have
+// sets under keys of Exodus, and store more of these variables (old_extras.cpp). If the members of
+// a set are not numbers of existing vertices or cells, their variable becomes a plain
+// exodus/variable. README.md lists the features of a file that are kept.
 //
 // The skeleton (exodus/skeleton) has a line for each item. Fields are separated by tabs; names and
 // text are %-encoded:
 //   K  kind                      classic, 64-bit-offset, cdf5, netcdf4 or netcdf4-classic
 //   D  name  length  [unlimited]
-//   A  name  type  value...      attribute of the variable above; before the first V: of the file.
-//                                Text is one value; floats are shortest decimals, or x and bits
+//   A  name  type  value...      attribute of the variable in the preceding V line; before the
+//   first
+//                                V line: attribute of the file. Text is one value; floats are
+//                                shortest decimals, or x followed by their bits
 //   V  name  type  dimension...  variable; its dimensions are names of D lines
-// In netCDF-4 files, lines for the storage of the variable above follow:
-//   S  level  shuffle  checksum  chunk...   if chunked
+// In netCDF-4 files, a V line is followed by lines for the storage of the variable:
+//   S  level  shuffle  checksum  chunk...   only if the variable is chunked
 //   F  filter  parameter...      another filter of HDF5
 //   O  word...                   compact, big-endian, filled (before values are written)
 //
 // A '#' replaces a number in a name, so that files with different numbers of items have the same
-// lines. A number is a maximal run of digits of the %-encoded name, in which a '#' of the name
-// itself is encoded as %23. A '#' means:
+// lines. A number is a maximal run of digits of the %-encoded name; a '#' in the name itself is
+// encoded as %23. A '#' means:
 //   in a name of a D or V line   one more than the number at the same place of the previous name
 //                                that differs only in numbers; 1 in the first such name
 //   in a dimension of a V line   the last number of the variable's name
 // The writer uses '#' wherever it is possible, except for a last number of more than 20 digits. For
 // example:
-//   D  num_side_ss#  9        num_side_ss1
-//   D  num_side_ss#  6        num_side_ss2
+//   D  num_side_ss#  9        means num_side_ss1
+//   D  num_side_ss#  6        means num_side_ss2
 //   V  elem_ss#  int  num_side_ss#
-// Skeletons of files before 0.10 (and of drafts of 0.10) begin with N instead of K, and names
-// contain the numbers themselves. V lines refer to D lines by number, from 0. They can still be
-// read.
+// Skeletons of .shm files before 0.10 (and of drafts of 0.10) begin with N instead of K. Their
+// names contain the numbers themselves, and V lines refer to D lines by number, from 0. Such
+// skeletons can still be read.
 #pragma once
 
 #include <cstddef>
@@ -87,17 +93,17 @@
 
 namespace shm::converters {
 
-// Recognizes files by their content: `head` is the beginning of the file, up to 4096 bytes. Returns
-// true for any netCDF or HDF5 file; open_exodus() checks whether the file is an Exodus file.
+// Returns true if a file is a netCDF or HDF5 file. `head` is the beginning of the file, up to 4096
+// bytes. open_exodus() checks whether it is an Exodus file.
 bool looks_like_exodus(std::span<const std::byte> head);
 
-// Opens an Exodus file. Arrays and cells stay in the file, which must not change; extras are read
-// immediately. `spool` must outlive the mesh. Throws Failure.
+// Opens an Exodus file. Reads extras immediately; arrays and cells stay in the file, which must not
+// change. `spool` must outlive the mesh. Throws Failure.
 std::unique_ptr<MeshSource> open_exodus(const std::string& path, Spool& spool);
 
-// Number maps of Exodus; their numbers count from 1. If the mesh is a part of a decomposed mesh,
-// the numbers of the whole mesh are written as a map called original_global_id_map, as nem_spread
-// does: one integer per vertex or cell.
+// The number maps of Exodus, which count from 1. If the mesh is a part of a decomposed mesh, the
+// numbers in the whole mesh are written as a map called original_global_id_map, as nem_spread does.
+// Such a map has one integer per vertex or cell.
 inline constexpr NumberMaps kExodusMaps = {.vertices = "node_num_map",
                                            .cells = "elem_num_map",
                                            .vertices_role = "exodus:node_num_map",
@@ -107,8 +113,9 @@ inline constexpr NumberMaps kExodusMaps = {.vertices = "node_num_map",
 // Writes a mesh.
 // - If the mesh came from Exodus, the file has the netCDF structure of its source.
 // - Any other mesh becomes a 64-bit offset file, or netCDF-4 if a variable is too large for that.
-// Each block, and each number of nodes in it, becomes an element block; polygons become NSIDED
-// blocks. Floats have 32 bits if 32-bit floats can represent all values, otherwise 64.
+// Each block becomes an element block; if the cells of a block have different numbers of nodes,
+// each number becomes an element block. Polygons become NSIDED blocks. Floats have 32 bits if
+// 32-bit floats can represent all values, otherwise 64.
 // - Arrays without a role become variables, one per component (name_x, name_y, name_z or name_1,
 // ...). Static arrays have the same values at every step. Arrays with the roles of kExodusMaps
 // become maps.

@@ -1,5 +1,5 @@
-// Reads the header of a netCDF file to find the positions of its values, in order to check that the
-// values are inside the file, and to find the gaps between them.
+// Checks a netCDF file before netCDF opens it, and finds the gaps between its values. Reads the
+// positions of the values from the header, and checks that the values are inside the file.
 //
 // Classic files (CDF-1, CDF-2, CDF-5) have big-endian numbers; names and attributes are padded to 4
 // bytes. netCDF-4 files are HDF5 files, which are little-endian. netCDF does not check lengths of
@@ -36,8 +36,8 @@ std::uint64_t padded(std::uint64_t bytes) {
   return bytes > kHuge - 3 ? kHuge : (bytes + 3) & ~3ULL;
 }
 
-// Returns the size in bytes of a value of a classic type (1..6) or CDF-5 type (7..11). Returns 0 if
-// the type is invalid.
+// Returns the size in bytes of a value of a netCDF type: 1..6 are the classic types, 7..11 the
+// types of CDF-5. Returns 0 if the type is invalid.
 std::uint64_t type_bytes(std::uint64_t type) {
   constexpr std::array<std::uint8_t, 12> kBytes{0, 1, 1, 2, 4, 4, 8, 1, 2, 4, 8, 8};
   return type < kBytes.size() ? kBytes[type] : 0;
@@ -63,7 +63,8 @@ class Header {
     version_ = magic[3];
     if (version_ != 1 && version_ != 2 && version_ != 5) return false;
     const std::uint64_t records = count();
-    // If all bits are 1, the writer was streaming and did not know the number of records.
+    // If all bits of the number of records are 1, the program that wrote the file was streaming and
+    // did not know the number.
     if (records != (version_ == 5 ? kHuge : 0xffffffffU)) records_ = records;
 
     const std::uint64_t dimensions = list(10, "dimensions");
@@ -77,8 +78,8 @@ class Header {
     return true;
   }
 
-  // Checks that the values of each variable are inside the file. A record variable may begin beyond
-  // the end of the file if the file has no records.
+  // Checks that the values of each variable are inside the file. The values of a record variable
+  // may begin after the end of the file if the file has no records.
   void check_variables() {
     for (const Extent& extent : extents_) {
       if (extent.record && records_ == 0) continue;
@@ -115,7 +116,8 @@ class Header {
   struct Extent {
     std::string name;
     std::uint64_t begin;
-    std::uint64_t bytes;  // size in bytes of one record of the variable, or of the whole variable
+    std::uint64_t bytes;  // size in bytes of a record of the variable, or of the whole variable if
+                          // it has no records
     bool record;
   };
 
@@ -150,7 +152,8 @@ class Header {
     return value;
   }
   std::uint64_t count() { return number(version_ == 5 ? 8 : 4); }
-  // Returns the number of entries of a list. Each entry needs at least 8 bytes.
+  // Reads the number of entries of a list and returns it. Checks that the file is long enough: each
+  // entry needs at least 8 bytes.
   std::uint64_t list(std::uint64_t expected_tag, const char* what) {
     const std::uint64_t tag = number(4);
     const std::uint64_t entries = count();
@@ -175,8 +178,8 @@ class Header {
     skip(padded(length) - length);
     return text;
   }
-  // Checks the end of the file, which the HDF5 superblock states at these offsets if addresses have
-  // 8 bytes.
+  // Checks the size of an HDF5 file. The HDF5 superblock states the end of the file at these
+  // offsets if addresses have 8 bytes.
   void check_hdf5() {
     constexpr std::uint64_t kVersion = 8, kOldEnd = 40, kNewEnd = 28;
     skip(kVersion - at_);
@@ -226,13 +229,13 @@ class Header {
     if (bytes == 0)
       fail(ErrorCode::corrupt, "netCDF header", "variable '" + extent.name + "' has no known type");
     extent.bytes = product(extent.bytes, bytes);
-    count();  // The stated size is redundant, and wrong for variables beyond 4 GiB.
+    count();  // Skips the stated size, which is redundant, and wrong for variables beyond 4 GiB.
     extent.begin = number(version_ == 1 ? 4 : 8);
     extents_.push_back(std::move(extent));
   }
 
-  // Returns the size of a record in bytes. A record contains one set of values for each record
-  // variable, padded unless there is only one such variable.
+  // Returns the size of a record in bytes. A record contains one row of each record variable. The
+  // rows are padded unless there is only one record variable.
   std::uint64_t record_bytes() const {
     std::uint64_t all = 0, last = 0;
     std::size_t variables = 0;

@@ -22,8 +22,8 @@
 namespace shm::converters::exodus {
 namespace {
 
-// Returns the largest block and set numbers that can be kept. Half of the block numbers are
-// reserved for new blocks.
+// Returns the largest numbers that blocks and sets can keep in the file. Half of the block numbers
+// are reserved for new blocks. `is_wide`: true if the file has 64-bit integers.
 Capabilities::MostNumbers most_numbers_of(bool is_wide) {
   constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max() / 2;
   constexpr std::int64_t kNarrow = std::numeric_limits<std::int32_t>::max();
@@ -31,19 +31,20 @@ Capabilities::MostNumbers most_numbers_of(bool is_wide) {
                  : Capabilities::MostNumbers{kNarrow / 2, kNarrow};
 }
 
-// Largest size in bytes of a variable in 64-bit offset files (per record, if the variable has
-// records): less than 4 GiB.
+// Largest size in bytes of a variable in a 64-bit offset file: less than 4 GiB. If the variable has
+// records, the limit applies to each record.
 constexpr std::uint64_t kMostVariableBytes = (std::uint64_t{1} << 32) - 4;
 constexpr std::size_t kShortNames = 32;  // longest name that every reader supports
 
-// One component of an array of the mesh; it becomes a nodal or element variable.
+// One component of an array of the mesh. It becomes a nodal or element variable.
 struct Column {
   std::size_t array;
   std::uint32_t component;
   std::string name;
 };
 
-// Returns true for float32, and for integers whose values a float can hold.
+// Returns true if a float can hold all values of the type: float32, and integers of at most 2
+// bytes.
 bool fits_float(ScalarType type) { return type == ScalarType::float32 || scalar_bytes(type) <= 2; }
 
 bool is_float_value(double value) {
@@ -82,18 +83,18 @@ bool is_polyhedron(CellShape shape) {
   return shape == CellShape::polyhedron || shape == CellShape::faces;
 }
 
-// Returns names as the pointers to non-const characters that the library expects. The library does
-// not change the characters.
+// Returns pointers to the names. The Exodus library requires pointers to non-const characters, but
+// does not change the characters.
 std::vector<char*> pointers(std::vector<std::string>& names) {
   std::vector<char*> list;
   for (std::string& name : names) list.push_back(name.data());
   return list;
 }
 
-// Hands out unused numbers.
+// Finds numbers that are not used yet, and marks them as used.
 class FreeNumbers {
  public:
-  // Returns the first unused number, starting at `wanted`.
+  // Returns the first unused number that is not less than `wanted`.
   std::int64_t take(std::int64_t wanted) {
     std::vector<std::int64_t> passed;
     std::int64_t number = wanted;
@@ -102,18 +103,18 @@ class FreeNumbers {
       number = found->second;
     }
     next_[number] = number + 1;
-    // The next search skips these numbers.
+    // Later searches continue after these numbers.
     for (const std::int64_t taken : passed) next_[taken] = number + 1;
     return number;
   }
 
  private:
-  // For each used number: the number at which to continue the search.
+  // For each used number, the number at which the search continues.
   std::map<std::int64_t, std::int64_t> next_;
 };
 
-// Returns the sets of the mesh. Distribution factors are dropped unless their number is usual,
-// because the library refuses any other number.
+// Returns the sets of the mesh. Drops distribution factors unless there is one per member or one
+// per node of each side, because the Exodus library refuses any other number.
 std::vector<MeshSet> sets_to_write(const MeshInfo& info) {
   std::vector<MeshSet> sets = sets_of_extras(info);
   for (MeshSet& set : sets)
@@ -123,7 +124,7 @@ std::vector<MeshSet> sets_to_write(const MeshInfo& info) {
 
 class ForeignWriter {
  public:
-  // Returns true if the maps need a file with 64-bit integers.
+  // Returns true if number maps of the mesh need a file with 64-bit integers.
   static bool has_wide_maps(const MeshInfo& info) {
     return std::any_of(
         info.schema.arrays.begin(), info.schema.arrays.end(), [](const ArrayInfo& array) {
@@ -173,8 +174,8 @@ class ForeignWriter {
     if (status < 0) place_.fail(ErrorCode::output, section, "the Exodus library fails to write it");
   }
 
-  // Refuses too many blocks and sets. The library rewrites the header for each block and set, which
-  // takes some minutes for kMost of them.
+  // Throws Failure if there are too many blocks and sets. The Exodus library rewrites the header
+  // for each block and set, which takes some minutes for kMost of them.
   void check_counts() const {
     constexpr std::size_t kMost = 1 << 14;
     const std::size_t count = grouping_.groups().size() + sets_.size();
@@ -190,7 +191,7 @@ class ForeignWriter {
                     "polyhedra can be written to Exodus only if they came from an Exodus file");
   }
 
-  // Returns true for arrays with one integer per node or element.
+  // Returns true if the array has one integer per node or element.
   static bool is_of_numbers(const ArrayInfo& array) {
     return array.components == 1 && !array.per_step && array.blocks.empty() &&
            (array.type == ScalarType::int32 || array.type == ScalarType::int64);
@@ -281,7 +282,8 @@ class ForeignWriter {
     check(ex_put_coord_names(exoid_, pointers(axes).data()), "coordinate names");
   }
 
-  // Keeps the source's ids if they are positive and unique; otherwise chooses new ids.
+  // Chooses the ids of the element blocks: the ids of the source if they are positive and unique,
+  // otherwise new ids.
   void choose_ids() {
     const std::int64_t most = most_numbers_of(wide_).block;
     std::int64_t highest = 0;
@@ -435,7 +437,8 @@ class ForeignWriter {
               static_cast<std::int64_t>(corners[begin + i]) + 1;
       if (corners.empty()) return;
       if (is_polygons(group)) {
-        // The library accepts node counts only for a whole block, so netCDF writes them.
+        // The Exodus library writes node counts only for a whole block at once, so netCDF writes
+        // them piece by piece.
         put_integers("ebepecnt", g, first, {sizes.begin(), sizes.end()});
         put_integers("connect", g, next_node[g], {nodes.begin(), nodes.end()});
         next_node[g] += nodes.size();
@@ -468,8 +471,9 @@ class ForeignWriter {
           info.name);
   }
 
-  // Defines at most one map for nodes and one map for elements. They hold the numbers that the mesh
-  // had before it was decomposed, under the name that nem_spread uses.
+  // Defines one map for nodes and one map for elements, if the mesh has them. The maps contain the
+  // numbers that a part's nodes and elements have in the whole mesh, under the name that nem_spread
+  // uses.
   void define_original_maps() {
     int counts[2] = {0, 0};
     for (const std::size_t map : maps_) {
@@ -498,8 +502,8 @@ class ForeignWriter {
       }
       return;
     }
-    std::vector<std::uint64_t> begin(
-        1);  // first element of each group, followed by the number of elements
+    // For each group, the number of its first element; at the end, the number of all elements.
+    std::vector<std::uint64_t> begin(1);
     for (const CellGroup& group : grouping_.groups()) begin.push_back(begin.back() + group.cells);
     grouping_.deal_values(
         mesh_, array, 0,
@@ -517,7 +521,8 @@ class ForeignWriter {
                  "variable '" + name + "'");
   }
 
-  // Returns component `column.component` of `count` elements.
+  // Copies one component of an array to `out` and returns `out`. `values` contains `count` elements
+  // with all components.
   template <class Real>
   const std::vector<Real>& component(const Column& column, std::uint64_t count,
                                      const std::byte* values, std::vector<Real>& out) const {
@@ -532,7 +537,7 @@ class ForeignWriter {
   std::uint64_t source_step(const Column& column, std::size_t step) const {
     return info_.schema.arrays[column.array].per_step ? step : 0;
   }
-  // Returns true if the column has values. A stepped array of a mesh without steps has none.
+  // Returns true if the column has values. A stepped array has no values if the mesh has no steps.
   bool has_values(const Column& column) const {
     return !info_.schema.arrays[column.array].per_step || !info_.step_times.empty();
   }

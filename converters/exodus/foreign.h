@@ -1,4 +1,4 @@
-// Writes meshes of other formats as Exodus files, through the Exodus library.
+// Writes meshes of other formats as Exodus files, by means of the Exodus library.
 #pragma once
 
 #include <cstddef>
@@ -12,11 +12,11 @@ namespace shm::converters::exodus {
 
 inline constexpr std::size_t kLongestName = 255;
 
-// Returns the largest block and set numbers that such a mesh can keep in an Exodus file. Larger
-// numbers are replaced.
+// Returns the largest numbers that blocks and sets of a mesh of another format can keep in an
+// Exodus file. Larger numbers are replaced by new numbers.
 Capabilities::MostNumbers most_numbers(const MeshInfo& info);
 
-// Writes a mesh that has no Exodus structure; called by write_exodus.
+// Writes a mesh that has no Exodus structure. Called by write_exodus().
 void write_foreign(MeshSource& mesh, const std::string& path, Spool& spool);
 
 }  // namespace shm::converters::exodus

@@ -1,4 +1,5 @@
-// The Format of Exodus files, and the interpretation of meshes that came from them.
+// The Format of Exodus files, and functions that interpret the extras of meshes that came from
+// them.
 #include <algorithm>
 #include <string_view>
 
@@ -20,7 +21,7 @@ namespace {
 constexpr std::string_view kVariable = "exodus/variable/";
 constexpr const char* kSkeleton = "exodus/skeleton";
 
-// Describes the set to which a key such as "exodus/edge_set/0/edges" belongs, by its kind, id and
+// Describes the set to which a key such as "exodus/edge_set/0/edges" belongs by its kind, id and
 // name. Returns an empty string if the key does not belong to a set.
 std::string set_of_key(const ExtraIndex& extras, const std::string& key) {
   const auto set = set_folder_of(key);
@@ -37,8 +38,8 @@ std::string set_of_key(const ExtraIndex& extras, const std::string& key) {
   return kind;
 }
 
-// Returns true if the values of a variable are those that every file of its kind has: empty names,
-// coordinate names x y z, status of existing entities.
+// Returns true if a variable has the values that it has in every usual file: empty names, the
+// coordinate names x y z, or the status of existing entities.
 bool is_usual(const Extra& variable) {
   const std::string name = variable.key.substr(kVariable.size());
   if (name.ends_with("_status")) return true;
@@ -80,7 +81,8 @@ class ExodusSource final : public SourceFormat {
            text_of_extra(*skeleton).find("\nD\tnum_dim\t2\n") != std::string::npos;
   }
 
-  // Sides of a side set whose members are not elements of the mesh.
+  // Returns true if a side set is stored as plain variables, because some of its members are not
+  // elements of the mesh.
   bool needs_corner_order(const MeshInfo& info) const override {
     return std::any_of(info.extras.begin(), info.extras.end(), [](const Extra& extra) {
       return extra.key.starts_with("exodus/variable/side_ss");
@@ -125,11 +127,12 @@ bool is_short_enough(const std::string& name) {
 }
 
 constexpr ExodusSource kSource;
-constexpr Role kRoles[] = {{.name = kExodusMaps.vertices_role, .is_number_map = true},
-                           {.name = kExodusMaps.cells_role, .is_number_map = true},
-                           // The edges and faces of the elements of a block.
-                           {.name = "exodus:edgconn", .is_numbered = true, .is_by_place = true},
-                           {.name = "exodus:facconn", .is_numbered = true, .is_by_place = true}};
+constexpr Role kRoles[] = {
+    {.name = kExodusMaps.vertices_role, .is_number_map = true},
+    {.name = kExodusMaps.cells_role, .is_number_map = true},
+    // Roles of the arrays with the edges and the faces of the elements of a block.
+    {.name = "exodus:edgconn", .is_numbered = true, .is_by_place = true},
+    {.name = "exodus:facconn", .is_numbered = true, .is_by_place = true}};
 
 }  // namespace
 }  // namespace exodus
@@ -157,8 +160,8 @@ constinit const Format kExodusFormat = {
     .roles = exodus::kRoles,
     .source = &exodus::kSource,
     .translate_old_extras = exodus::translate_old_extras,
-    // HDF5 follows the link in /proc to the file itself, so temporary files of this format need a
-    // name.
+    // Temporary files of this format need a name: HDF5 follows the link in /proc to the file
+    // itself, so a file without a name cannot be used.
     .temporary = FileSink::Temporary::named,
     .load = [] { exodus::netcdf(); }};
 

@@ -43,7 +43,7 @@ CellGrouping::CellGrouping(MeshSource& mesh, Spool& spool, bool keep_whole)
 }
 
 std::uint64_t CellGrouping::position(std::uint64_t cell) {
-  std::uint64_t low = 0, high = runs_.size();  // the begin of the run is in [low, high)
+  std::uint64_t low = 0, high = runs_.size();  // the index of the cell's run is in [low, high)
   while (high - low > 1) {
     const std::uint64_t middle = low + (high - low) / 2;
     (runs_.get<Run>(middle).first_cell <= cell ? low : high) = middle;

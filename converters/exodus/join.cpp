@@ -29,8 +29,8 @@ bool is_nemesis(std::string_view dimension) {
          kNemesisDimensions.end();
 }
 
-// Returns the digits after `prefix`. Returns an empty string if `name` does not consist of `prefix`
-// and digits.
+// Returns the digits that follow `prefix` in `name`. Returns an empty string if `name` is not
+// `prefix` followed by digits.
 std::string_view number_behind(std::string_view name, std::string_view prefix) {
   if (prefix.empty() || !name.starts_with(prefix)) return {};
   name.remove_prefix(prefix.size());
@@ -38,8 +38,8 @@ std::string_view number_behind(std::string_view name, std::string_view prefix) {
   return digits ? name : std::string_view();
 }
 
-// Returns the number at the end of a name, or 0 if there is none. Names of blocks, sets and fields
-// are ordered by this number.
+// Returns the number at the end of a name, or 0 if the name does not end with a number. Names of
+// blocks, sets and fields are sorted by this number.
 std::uint64_t number_at_end(std::string_view name) {
   const std::size_t last = name.find_last_not_of("0123456789");
   std::uint64_t number = 0;
@@ -48,9 +48,9 @@ std::uint64_t number_at_end(std::string_view name) {
   return number;
 }
 
-// Returns the position at which a new name of a part is inserted into the list: after the names
-// before it in the part (`next`), before the names after it in the part (`end`), and between these
-// by the number at the end of the name.
+// Returns the position in the list at which a new name of a part is inserted. `next` is the
+// position after the names that precede it in the part, and `end` the position of the first known
+// name that follows it in the part. Between the two, names are sorted by the number at their end.
 template <class Item, class Name>
 typename std::list<Item>::iterator place_for(std::string_view name,
                                              typename std::list<Item>::iterator next,
@@ -60,8 +60,8 @@ typename std::list<Item>::iterator place_for(std::string_view name,
   return next;
 }
 
-// For each name of a part, finds the first of this name and the names after it that is in the list
-// already.
+// For each name of a part, finds the first name that is already in the list, among this name and
+// the later names of the part.
 template <class Items, class Iterator, class Name>
 std::vector<Iterator> next_known(const Items& items, const std::map<std::string, Iterator>& known,
                                  Iterator end, Name&& name_of) {
@@ -78,7 +78,8 @@ bool is_number_map(std::string_view name) {
   return name == "node_num_map" || name == "elem_num_map" || name == "elem_map";
 }
 
-// Returns true for dimensions of edges and faces, which have no numbers common to all parts.
+// Returns true for dimensions that count edges or faces. Edges and faces have no numbers common to
+// all parts.
 bool is_of_edges_or_faces(std::string_view dimension) {
   for (const std::string_view prefix :
        {"num_edge", "num_face", "num_ed_", "num_fa_", "num_df_es", "num_df_fs"})
@@ -86,8 +87,8 @@ bool is_of_edges_or_faces(std::string_view dimension) {
   return false;
 }
 
-// Returns true if the variable holds the nodes of all polygons of a block. The length of its only
-// dimension is then the sum over the parts.
+// Returns true if the variable contains the nodes of all polygons of a block. The length of its
+// only dimension is then the sum of the lengths in the parts.
 bool is_of_polygons(const Skeleton& skeleton, const Variable& variable) {
   const std::string_view number = number_behind(variable.name, "connect");
   return !number.empty() && variable.dimensions.size() == 1 &&
@@ -104,13 +105,13 @@ bool is_factors(std::string_view dimension) {
   });
 }
 
-// Returns true for dimensions of sets, whose length is at most the sum over all parts.
+// Returns true for dimensions of sets. Their length is at most the sum of the lengths in all parts.
 bool is_of_set(std::string_view dimension) {
   std::string number;
   return set_dimension(dimension, number) != nullptr || is_factors(dimension);
 }
 
-// Returns true for dimensions whose length is taken from the first part.
+// Returns true for dimensions whose length is that in the first part.
 bool is_of_first(std::string_view dimension) {
   return dimension == "num_info" || dimension == "num_qa_rec";
 }
@@ -121,8 +122,8 @@ bool uses(const Skeleton& skeleton, const Variable& variable, bool (*is_it)(std:
   return false;
 }
 
-// Returns the kind of netCDF file that can hold the values: the kind of the parts, or one for
-// larger files.
+// Returns the kind of netCDF file that can store the variables: the kind of the parts, or a kind
+// for larger files if that is needed.
 Kind kind_for(const Skeleton& skeleton) {
   constexpr std::uint64_t kClassic = (std::uint64_t{1} << 31) - 4,
                           kOffset64 = (std::uint64_t{1} << 32) - 4;
@@ -225,8 +226,8 @@ void SkeletonJoin::add(const Skeleton& part, const std::string& file) {
   }
 }
 
-// Adds a dimension of a part. `next` is the insertion point for a new dimension; afterwards, it is
-// the position after the dimension.
+// Adds a dimension of a part. A new dimension is inserted at `next`. Afterwards `next` is the
+// position after the dimension.
 void SkeletonJoin::add_dimension(const Dimension& dimension, bool is_sum, const std::string& file,
                                  std::list<Dimension>::iterator& next) {
   if (is_nemesis(dimension.name)) return;
@@ -255,7 +256,7 @@ void SkeletonJoin::add_variable(const Skeleton& part, const Variable& variable,
   const std::string section = "variable '" + variable.name + "'";
   if (uses(part, variable, is_of_edges_or_faces))
     refuse(file, ErrorCode::unsupported, section,
-           "has edges or faces, for which the parts have no common numbers");
+           "has edges or faces, which have no numbers common to all parts");
   Named named{variable, {}};
   for (std::size_t d = 0; d < variable.dimensions.size(); ++d)
     named.dimensions.push_back(part.dimension_name(variable, d));
@@ -268,7 +269,7 @@ void SkeletonJoin::add_variable(const Skeleton& part, const Variable& variable,
   }
   next = std::next(found->second);
   const Named& known = *found->second;
-  // Compare the element types, since the type defines the meaning of a block's nodes.
+  // The element types are compared because the type defines the meaning of the nodes of a block.
   const bool typed = variable.name.starts_with("connect");
   if (known.variable.type != variable.type || known.dimensions != named.dimensions ||
       (typed && known.variable.attributes != variable.attributes))

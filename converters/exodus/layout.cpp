@@ -13,8 +13,7 @@ namespace {
 constexpr std::uint64_t kMaxComponents = 65535;
 constexpr std::uint64_t kMaxBlocks = 1 << 20;
 
-// Returns the number N (at least 1) of a name "prefixN". Returns 0 if `name` does not have that
-// form.
+// Returns the number N (at least 1) if `name` has the form "prefixN"; otherwise returns 0.
 std::uint32_t number_after(std::string_view name, std::string_view prefix) {
   if (name.substr(0, prefix.size()) != prefix) return 0;
   name.remove_prefix(prefix.size());
@@ -24,7 +23,7 @@ std::uint32_t number_after(std::string_view name, std::string_view prefix) {
   return whole && !name.empty() && name.front() != '0' ? number : 0;
 }
 
-// Returns the numbers k and b of a name "vals_elem_var<k>eb<b>".
+// Returns the numbers k and b if `name` has the form "vals_elem_var<k>eb<b>".
 std::optional<std::pair<std::uint32_t, std::uint32_t>> element_variable(std::string_view name) {
   const std::size_t split = name.rfind("eb");
   if (split == std::string_view::npos) return std::nullopt;
@@ -103,7 +102,7 @@ class Surveyor {
     const std::uint64_t dimension = skeleton_.length_of("num_dim");
     if (dimension > 3)
       place_.fail(ErrorCode::corrupt, "dimension 'num_dim'",
-                  "states " + std::to_string(dimension) + " coordinates; there are 1 to 3");
+                  "states " + std::to_string(dimension) + " coordinates; a mesh has 1 to 3");
     const int together = skeleton_.find_variable("coord");
     if (take(together, {"num_dim", "num_nodes"})) {
       out_.coordinates_together = true;
@@ -230,7 +229,7 @@ class Surveyor {
       array.info.per_step = true;
       array.field = static_cast<int>(field);
       for (const auto& [block, v] : by_block) {
-        if (variable(v).type != type) continue;  // a variable of a different type stays an extra
+        if (variable(v).type != type) continue;  // a variable of a different type remains an extra
         array.parts.push_back({block, v});
         array.info.blocks.push_back(block);
         use(v, Use::array);
@@ -240,8 +239,8 @@ class Surveyor {
     }
   }
 
-  // Finds other variables with a value for each node or element. They become arrays, so that their
-  // values are reordered together with nodes or elements.
+  // Finds other variables with a value for each node or element. They become arrays so that their
+  // values are reordered together with the nodes or elements.
   void find_other_arrays() {
     for (std::size_t i = 0; i < skeleton_.variables.size(); ++i) {
       const Variable& v = skeleton_.variables[i];
@@ -252,7 +251,8 @@ class Surveyor {
           break;
         }
     }
-    // The faces of polyhedra are one list in file order, so an array keeps the order of polyhedra.
+    // The faces of all polyhedra of a block are one list in file order. An array therefore stores
+    // the order that the polyhedra had in the file.
     for (std::uint32_t b = 0; b < out_.blocks.size(); ++b) {
       if (out_.blocks[b].faces < 0) continue;
       ArrayLayout array;
@@ -280,7 +280,8 @@ class Surveyor {
     return std::nullopt;
   }
 
-  // Adds an array for each index into the dimensions that precede the dimension of elements.
+  // Adds the arrays of a variable: one array for each index into the dimensions that precede the
+  // dimension of elements.
   void add_planes(int index, std::size_t elements_at, const Elements& elements) {
     constexpr std::uint64_t kMostPlanes = 1024;
     const Variable& v = variable(index);
@@ -304,7 +305,8 @@ class Surveyor {
     }
   }
 
-  // Returns the product of the dimensions from `first` on, or 0 if the product is too large.
+  // Returns the product of the lengths of the dimensions from `first` on, or 0 if the product is
+  // too large.
   std::uint32_t components_of(const Variable& v, std::size_t first) const {
     std::uint64_t product = 1;
     for (std::size_t d = first; d < v.dimensions.size(); ++d) {
@@ -408,7 +410,7 @@ CellShape shape_of(std::string_view element_type, std::uint32_t nodes) {
     std::array<std::uint32_t, 3> nodes;
   };
   // The first matching entry is used. Shells and triangles are distinguished by the number of
-  // nodes, since SHELL may have three nodes.
+  // nodes, since an element of type SHELL may have three nodes.
   static constexpr std::array<Family, 16> kFamilies{{
       {"HEX", CellShape::hexahedron, {8, 20, 27}},
       {"TET", CellShape::tetrahedron, {4, 10, 10}},
@@ -432,8 +434,8 @@ CellShape shape_of(std::string_view element_type, std::uint32_t nodes) {
     if (type.rfind(family.prefix, 0) == 0 &&
         std::find(family.nodes.begin(), family.nodes.end(), nodes) != family.nodes.end())
       return family.shape;
-  // HEX9, HEX16 and similar elements: the corners come first. With 24 nodes, the cell would be
-  // mistaken for VTK's hexahedron of 24 nodes.
+  // HEX9, HEX16 and similar elements are hexahedra whose corners come first. Elements of 24 nodes
+  // are excluded, because they would be mistaken for VTK's hexahedron of 24 nodes.
   if (type.rfind("HEX", 0) == 0 && nodes > 8 && nodes != 24) return CellShape::hexahedron;
   return CellShape::other;
 }
@@ -444,7 +446,7 @@ std::vector<std::uint8_t> node_places(CellShape shape, std::uint32_t nodes) {
   const auto identity = [&] {
     for (std::uint8_t i = 0; i < nodes; ++i) places.push_back(i);
   };
-  // Order of edge nodes in Exodus: edges of the bottom, upright edges, edges of the top. In VTK:
+  // Exodus lists the edge nodes in the order bottom edges, upright edges, top edges. VTK's order is
   // bottom, top, upright.
   if (shape == CellShape::hexahedron && (nodes == 20 || nodes == 27)) {
     identity();
@@ -453,8 +455,8 @@ std::vector<std::uint8_t> node_places(CellShape shape, std::uint32_t nodes) {
       places[16U + i] = static_cast<std::uint8_t>(12 + i);
     }
     if (nodes == 27) {
-      // Order of the last nodes in Exodus: centre, then the faces -z +z -x +x -y +y. In VTK: -x +x
-      // -y +y -z +z, then the centre.
+      // Exodus lists the last nodes in the order centre, then the faces -z +z -x +x -y +y. VTK's
+      // order is -x +x -y +y -z +z, then the centre.
       constexpr std::array<std::uint8_t, 7> kLast{23, 24, 25, 26, 21, 22, 20};
       std::copy(kLast.begin(), kLast.end(), places.begin() + 20);
     }
@@ -530,8 +532,8 @@ std::string extra_key(std::string_view name) {
 Reference reference_of(std::string_view name) {
   std::uint32_t number = 0;
   if (const Member* member = member_of(name, number)) return member->refers;
-  // Node numbers are also stored by edge and face blocks, and by the lists of local nodes and
-  // elements of Nemesis.
+  // Edge blocks, face blocks, and Nemesis lists of local nodes and elements also store node
+  // numbers.
   if (number_after(name, "ebconn") > 0 || number_after(name, "fbconn") > 0 || name == "node_mapi" ||
       name == "node_mapb" || name == "node_mape" || name == "n_comm_nids")
     return Reference::vertex;

@@ -1,5 +1,5 @@
-// ExodusMesh: an Exodus file as a mesh (exodus.h describes the conversion), and as the netCDF
-// variables that the file contains.
+// ExodusMesh: an Exodus file, accessed as a mesh (exodus.h describes the conversion) and as netCDF
+// variables.
 #pragma once
 
 #include <cstddef>
@@ -15,7 +15,7 @@
 
 namespace shm::converters::exodus {
 
-// Owner of an open netCDF file, or of no file.
+// Owner of an open netCDF file; it may also own no file.
 struct NetcdfFile {
   NetcdfFile() = default;
   NetcdfFile(const NetcdfFile&) = delete;
@@ -45,16 +45,18 @@ class ExodusMesh final : public MeshSource, public VariableValues {
   const Skeleton& skeleton() const { return skeleton_; }
   const Layout& layout() const { return layout_; }
   std::vector<std::byte> rows(int index, std::uint64_t first, std::uint64_t count) const override;
-  // Returns `count` integers of a variable with one dimension, starting with value `first`.
+  // Returns `count` integers of a variable with one dimension, starting with the value number
+  // `first`.
   std::vector<std::int64_t> integers(int index, std::uint64_t first, std::uint64_t count) const;
 
  private:
-  // Position at which next_cells continues.
+  // Position at which next_cells() continues to read.
   struct Position {
     std::uint32_t block = 0;
     std::uint64_t cell = 0;  // index of the cell in its block
 
-    // Index into the block's connectivity (polygons) or list of faces (polyhedra).
+    // Index of the cell's first node in the block's connectivity (polygons), or of its first face
+    // in the block's list of faces (polyhedra).
     std::uint64_t node = 0;
   };
 
@@ -62,8 +64,8 @@ class ExodusMesh final : public MeshSource, public VariableValues {
   void check_sizes();
   void find_nodes();
   void read_faces();
-  // Faces in the order in which they first occur, with their numbers and the number of times that
-  // each face occurs.
+  // Numbers of the faces in the order of their first use by a polyhedron, and the number of uses of
+  // each face.
   struct FaceUses {
     std::vector<std::int64_t> numbers;
     std::vector<std::uint32_t> uses;
@@ -95,14 +97,17 @@ class ExodusMesh final : public MeshSource, public VariableValues {
   Skeleton skeleton_;
   Layout layout_;
   MeshInfo info_;
-  std::uint64_t most_bytes_ = 0;  // maximum size of a variable's values in a file of this size
-  std::vector<std::vector<std::uint8_t>> places_;  // positions of the nodes of a cell, by block
+  // Maximum size in bytes of a variable's values in a file of this size.
+  std::uint64_t most_bytes_ = 0;
+  // For each block, the positions of the nodes of a cell (node_places()).
+  std::vector<std::vector<std::uint8_t>> places_;
 
-  // Index of the first node of each face; only with polyhedra.
+  // Index of the first node of each face in face_nodes_; empty if the mesh has no polyhedra.
   std::vector<std::uint64_t> face_begin_;
   std::vector<std::int64_t> face_nodes_;
   Position at_;
-  // Number of nodes of all polyhedra before at_, counted face by face.
+  // Number of nodes of all polyhedra before at_. A node is counted once for each face that contains
+  // it.
   std::uint64_t polyhedron_nodes_ = 0;
   std::vector<std::int64_t> nodes_;
 };

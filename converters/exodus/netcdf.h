@@ -1,7 +1,7 @@
 // The functions of netCDF and of the Exodus library under their own names. Calls look as in the
 // manuals, but use the libraries that open_netcdf() and open_exodus_library() load at run time (see
-// base/loaded_library.h). Linking them would also load sixty other libraries (HDF5, MPI, libraries
-// that fetch files from servers) at every start.
+// base/loaded_library.h). If the program were linked to them, every start would also load sixty
+// other libraries (HDF5, MPI, libraries that fetch files from servers).
 #pragma once
 
 #include <exodusII.h>
@@ -51,13 +51,14 @@ struct ExodusFunctions {
 };
 #undef SHM_POINTER
 
-// Returns the functions. The first call loads the library. Throws Failure, without a file name, as
-// LoadedLibrary does.
+// netcdf() and exodus_library() return the functions of a library. The first call loads the
+// library. They throw Failure, without a file name, as LoadedLibrary does.
 const NetcdfFunctions& netcdf();
 const ExodusFunctions& exodus_library();
 
-// Load a library. Call these before opening or creating a file, and before any other function of
-// the library. Throw Failure with this `code` and `file` if the library cannot be loaded.
+// open_netcdf() and open_exodus_library() load a library. Call them before opening or creating a
+// file, and before any other function of the library. They throw Failure with `code` and `file` if
+// the library cannot be loaded.
 void open_netcdf(const std::string& file, ErrorCode code);
 void open_exodus_library(const std::string& file, ErrorCode code);
 

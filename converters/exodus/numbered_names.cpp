@@ -8,7 +8,7 @@ namespace {
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
-// Returns `text` with each run of digits and each '#' replaced by the result of `change`.
+// Returns `text` in which each run of digits and each '#' is replaced by the result of `change`.
 template <class Change>
 std::string with_numbers_changed(std::string_view text, Change&& change) {
   std::string out;
@@ -23,7 +23,7 @@ std::string with_numbers_changed(std::string_view text, Change&& change) {
   return out;
 }
 
-// Returns the value of `digits`, or 0 if `digits` is not a number or too large.
+// Returns the value of `digits`. Returns 0 if `digits` is not a number or is too large.
 std::uint64_t number_of(std::string_view digits) {
   std::uint64_t number = 0;
   std::from_chars(digits.data(), digits.data() + digits.size(), number);

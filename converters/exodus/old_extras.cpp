@@ -23,8 +23,7 @@ constexpr OldKind kOldKinds[] = {{"node_set", "vertices", &kSetKinds[0]},
                                  {"side_set", "cells", &kSetKinds[1]},
                                  {"elem_set", "cells", &kSetKinds[4]}};
 
-// Returns the new key of an extra with an old key. Returns an empty string if the key has not
-// changed.
+// Returns the key that now replaces an old key. Returns an empty string if the key has not changed.
 std::string new_key(std::string_view key) {
   if (!key.starts_with("exodus/")) return {};
   const auto set = set_folder_of(key);
@@ -35,7 +34,7 @@ std::string new_key(std::string_view key) {
         key.substr(set->format.size() + set->kind.size() + set->number.size() + 3);
     std::string now(old.now->folder);
     now.append(set->number).append("/");
-    if (field.starts_with(old.members)) {  // also matches keys of parts, such as "cells/1"
+    if (field.starts_with(old.members)) {  // true also for keys of further parts, such as "cells/1"
       now.append(kMembersField);
       field.remove_prefix(old.members.size());
     }
@@ -44,19 +43,19 @@ std::string new_key(std::string_view key) {
   return {};
 }
 
-// Converts a skeleton from before 0.10, whose variables refer to dimensions by index. An invalid
-// skeleton stays unchanged.
+// Converts a skeleton from before 0.10, whose variables refer to dimensions by index, to the
+// current form. An invalid skeleton stays unchanged.
 void renew_skeleton(Extra& skeleton) {
   const std::string text = text_of_extra(skeleton);
   if (!text.starts_with("N\t")) return;
   try {
     skeleton = text_extra(skeleton.key, to_text(from_text(text, {{}, ErrorCode::corrupt})));
-  } catch (const Failure&) {  // the writer reports the error
+  } catch (const Failure&) {  // the writer reports this error later
   }
 }
 
-// Returns the keys of extras whose variables have been derived from the rest of the mesh since
-// 0.10.
+// Returns the keys of extras that are no longer stored since 0.10, because their variables are
+// derived from the rest of the mesh.
 std::vector<std::string> keys_that_follow(const MeshInfo& info, const Extra& text) {
   const Place nowhere{{}, ErrorCode::corrupt};
   std::vector<std::string> keys;
@@ -72,8 +71,8 @@ std::vector<std::string> keys_that_follow(const MeshInfo& info, const Extra& tex
       if (!set_factors_of(name) && !name.ends_with("_status")) continue;
       const std::string key = extra_key(name);
       const Extra* extra = extras.find(key);
-      // Derive each variable only once, and only if it has exactly the number of values that the
-      // extra holds.
+      // Each variable is derived only once, and only if its number of values equals the number of
+      // values in the extra.
       if (extra == nullptr || !asked.insert(key).second ||
           skeleton.size(skeleton.variables[v]) != extra->data.size() / scalar_bytes(extra->type))
         continue;
@@ -81,15 +80,15 @@ std::vector<std::string> keys_that_follow(const MeshInfo& info, const Extra& tex
           derived_values(skeleton, layout, v, info, extras) == extra->data)
         keys.push_back(key);
     }
-  } catch (const Failure&) {  // the writer reports the error
+  } catch (const Failure&) {  // the writer reports this error later
     return {};
   }
   std::sort(keys.begin(), keys.end());
   return keys;
 }
 
-// Returns true for a key such as "mesh/side_set/3/id" if the set has members, and its id is the
-// default id of its number.
+// Returns true for a key such as "mesh/side_set/3/id" if the set has members and the default id,
+// which is its number plus one.
 bool is_id_that_follows(const Extra& extra, const ExtraIndex& extras) {
   const auto set = set_folder_of(extra.key);
   if (!set || set->format != "mesh" || !extra.key.ends_with("/id")) return false;

@@ -14,22 +14,23 @@
 namespace shm::converters::exodus {
 namespace {
 
-// Largest count of node numbers that are read by one call.
+// Largest number of node numbers that one call reads.
 constexpr std::uint64_t kPieceNodes = std::uint64_t{1} << 18;
 constexpr std::uint64_t kPieceCells = std::uint64_t{1} << 15;
 constexpr std::uint64_t kPiecePoints = std::uint64_t{1} << 15;
 // Limits for the size of values relative to the size of the file. Deflate expands a byte to at most
-// 1032 bytes; values that repeat by default allow somewhat more. Chunks that were never written
-// need no space in the file, so kMostUnwritten limits the sum of their values.
+// 1032 bytes; default values that repeat expand somewhat more. Chunks that were never written need
+// no space in the file, so kMostUnwritten limits the total size of their values.
 constexpr std::uint64_t kMostExpansion = 2048;
-// Limits for the uses of faces. A face usually belongs to two polyhedra, and rarely to more. Each
-// polyhedron may have the nodes of many faces.
+// Limits for the number of nodes of all polyhedra. A face usually belongs to two polyhedra, and
+// rarely to more; on average, it may belong to kMostFaceUses polyhedra. kFewFaceNodes more nodes
+// are always allowed.
 constexpr std::uint64_t kMostFaceUses = 16, kFewFaceNodes = 1 << 20;
-// Largest number of faces of a cell from which faces are derived.
+// Largest number of faces of a cell from which faces can be derived.
 constexpr std::uint64_t kMostCellFaces = kMaxNodesPerCell / 2;
 constexpr std::uint64_t kMostUnwritten = std::uint64_t{1} << 30;
 
-// Writes `count` consecutive numbers, beginning with `first`.
+// Stores `count` consecutive numbers of type `type` at `out`, beginning with `first`.
 void write_numbers(ScalarType type, std::uint64_t first, std::uint64_t count, std::byte* out) {
   std::vector<std::byte> values;
   for (std::uint64_t i = 0; i < count; ++i)
@@ -65,8 +66,8 @@ void ExodusMesh::read_structure() {
   layout_ = lay_out(skeleton_, place_);
 }
 
-// Throws Failure if a variable states more values than a file of this size can hold, because these
-// numbers determine allocations and loops from here on.
+// Throws Failure if a variable states more values than a file of this size can contain. From here
+// on, these numbers determine the size of allocations and the length of loops.
 void ExodusMesh::check_sizes() {
   struct stat status {};
   if (::stat(place_.file.c_str(), &status) != 0) place_.fail(ErrorCode::io, "", "cannot be read");
@@ -92,7 +93,7 @@ void ExodusMesh::check_sizes() {
   }
 }
 
-// Finds the columns of connectivities that are nodes. In elements of unknown types, the last
+// Finds the columns of each connectivity that are nodes. If the element type is unknown, the last
 // columns may contain other numbers.
 void ExodusMesh::find_nodes() {
   for (std::uint32_t b = 0; b < layout_.blocks.size(); ++b) {
@@ -114,7 +115,7 @@ void ExodusMesh::find_nodes() {
   }
 }
 
-// Reads the node columns of some cells of a block with a rectangular connectivity into nodes_.
+// Reads the node columns of `cells` cells of a block with a rectangular connectivity into nodes_.
 void ExodusMesh::read_connectivity(const BlockLayout& block, std::uint64_t first,
                                    std::uint64_t cells) {
   const std::uint64_t nodes = block.nodes_per_cell;
@@ -168,8 +169,8 @@ std::vector<std::byte> ExodusMesh::rows(int index, std::uint64_t first, std::uin
   return values;
 }
 
-// Reads the nodes of all faces. Faces are numbered consecutively over all face blocks, and
-// polyhedra refer to these numbers.
+// Reads the nodes of all faces. Faces are numbered consecutively over all face blocks; polyhedra
+// refer to faces by these numbers.
 void ExodusMesh::read_faces() {
   const bool wanted = std::any_of(layout_.blocks.begin(), layout_.blocks.end(),
                                   [](const BlockLayout& block) { return block.faces >= 0; });
@@ -202,8 +203,8 @@ void ExodusMesh::read_faces() {
   }
 }
 
-// Stores the face numbers as extras. Of the two possible orders, chooses the one in which the
-// numbers are consecutive more often. Stores nothing if the numbers are 1, 2, 3, ...
+// Stores the file's numbers of the faces as extras. Of two possible orders, uses the order in which
+// the numbers are consecutive more often. Stores no numbers if they are 1, 2, 3, ... in this order.
 void ExodusMesh::add_face_numbers(const FaceUses& faces) {
   const auto in_order = [&](bool shared_first) {
     const auto places = face_places(faces.uses, shared_first);
@@ -228,8 +229,8 @@ void ExodusMesh::add_face_numbers(const FaceUses& faces) {
 }
 
 // Returns true if the face blocks and the lists of faces can be derived from the cells and the
-// order of the faces, and stores that order in `faces` (see polyhedra.h). Errors are reported
-// later, when cells are read.
+// order of the faces. Stores this order in `faces` (see polyhedra.h). Does not report errors; they
+// are reported later, when cells are read.
 bool ExodusMesh::faces_follow(FaceUses& faces) const {
   if (face_begin_.size() < 2 || !faces_are_unlike()) return false;
   constexpr std::uint64_t kNobody = ~std::uint64_t{0};
@@ -238,7 +239,7 @@ bool ExodusMesh::faces_follow(FaceUses& faces) const {
     if (block.faces < 0) continue;
     const std::uint64_t all = skeleton_.size(variable(block.faces));
     std::uint64_t position = 0, window_begin = 0;
-    std::vector<std::int64_t> window;  // part of the list of faces
+    std::vector<std::int64_t> window;  // the part of the list of faces that is in memory
     const auto next_face = [&] {
       if (position - window_begin == window.size()) {
         window_begin = position;
@@ -252,7 +253,8 @@ bool ExodusMesh::faces_follow(FaceUses& faces) const {
         if (count < 1 ||
             static_cast<std::uint64_t>(count) > std::min(all - position, kMostCellFaces))
           return false;
-        // For each face, the list of a polyhedron repeats the first node of the face.
+        // Cells of shape `faces` repeat the first node of each face at the end of the face. This
+        // adds one node per face.
         std::uint64_t nodes = static_cast<std::uint64_t>(count);
         for (std::int64_t i = 0; i < count; ++i) {
           const std::int64_t face = next_face();
@@ -274,7 +276,7 @@ bool ExodusMesh::faces_follow(FaceUses& faces) const {
 }
 
 // Returns true if no two faces have the same list of nodes, and no face contains its first node
-// twice.
+// again.
 bool ExodusMesh::faces_are_unlike() const {
   FaceTable table;
   std::vector<std::uint64_t> nodes;
@@ -354,8 +356,8 @@ bool ExodusMesh::next_cells(CellBatch& out, std::size_t max_cells) {
   return true;
 }
 
-// Moves the reading position to a cell. In blocks with a fixed number of nodes per element, cells
-// can be accessed directly. In other blocks, all earlier cells are read.
+// Moves the reading position to cell `first`. In blocks with a fixed number of nodes per element,
+// cells can be accessed directly. In other blocks, all earlier cells of the block are read.
 void ExodusMesh::seek_cells(std::uint64_t first) {
   for (const BlockLayout& block : layout_.blocks)
     if (block.faces >= 0 || block.counts >= 0) return MeshSource::seek_cells(first);
@@ -372,7 +374,7 @@ std::uint64_t ExodusMesh::take_nodes(CellBatch& out, std::uint64_t most) {
       nodes == 0 ? most : std::clamp<std::uint64_t>(kPieceNodes / nodes, 1, most);
   nodes_.resize(cells * nodes);
   if (nodes == 0) {
-    // Elements without nodes.
+    // The elements of this block have no nodes.
   } else if (variable(block.connectivity).dimensions.size() == 1) {
     nodes_ = integers(block.connectivity, at_.cell, cells);
   } else {

@@ -1,5 +1,6 @@
-// Skeleton: everything in a netCDF file except its values, as plain data. A skeleton is read from
-// an open file, used to define a new file, or stored as text (exodus.h describes its lines).
+// Skeleton: everything in a netCDF file except its values, as plain data. A skeleton can be read
+// from an open file, define a new file, or be stored as text (exodus.h describes the lines of the
+// text).
 #pragma once
 
 #include <cstddef>
@@ -14,8 +15,8 @@
 
 namespace shm::converters::exodus {
 
-// Context for error messages: the file, and the error code for failures without a more specific
-// code.
+// Context for error messages: the name of the file, and the error code to use if no other code is
+// more specific.
 struct Place {
   std::string file;
   ErrorCode code;  // for failures without a more specific code
@@ -39,7 +40,7 @@ struct Dimension {
   bool unlimited;
   bool operator==(const Dimension&) const = default;
 };
-// An HDF5 filter other than deflate, shuffle or checksum.
+// An HDF5 filter that is not one of deflate, shuffle and checksum.
 struct Filter {
   unsigned id;
   std::vector<unsigned> parameters;
@@ -52,7 +53,7 @@ struct Storage {
   bool shuffle = false, checksum = false;
   std::vector<Filter> filters;
   bool compact = false, big_endian = false;
-  // True: the variable is filled with the fill value before values are written.
+  // True if netCDF fills the variable with its fill value before values are written.
   bool filled = false;
   bool operator==(const Storage&) const = default;
 };
@@ -72,24 +73,25 @@ struct Skeleton {
   Kind kind = Kind::classic;
   std::vector<Dimension> dimensions;
   std::vector<Attribute> attributes;
-  // Variables in the order of their definition; the index is the netCDF id.
+  // Variables in the order of their definition. The index of a variable is its netCDF id.
   std::vector<Variable> variables;
   bool operator==(const Skeleton&) const = default;
 
-  // Return the index of an item, or -1 if there is no such item.
+  // The find functions return the index of an item, or -1 if there is no such item.
   int find_variable(std::string_view name) const;
   int find_dimension(std::string_view name) const;
-  // Length of a dimension; 0 if the dimension does not exist.
+  // Returns the length of a dimension, or 0 if the dimension does not exist.
   std::uint64_t length_of(std::string_view dimension) const;
   const std::string& dimension_name(const Variable& variable, std::size_t i) const {
     return dimensions[variable.dimensions[i]].name;
   }
   std::vector<std::uint64_t> shape(const Variable& variable) const;
-  // Returns the number of values of a variable, or the largest 64-bit number if there are more.
+  // Returns the number of values of a variable, or the largest 64-bit number if the product
+  // overflows.
   std::uint64_t size(const Variable& variable) const;
 };
 
-// Index of variables by name, for repeated lookups. Borrows the skeleton.
+// Index of variables by name, which makes repeated lookups fast. The skeleton is borrowed.
 class VariableIndex {
  public:
   explicit VariableIndex(const Skeleton& skeleton) {
@@ -114,8 +116,8 @@ Skeleton read_skeleton(int ncid, const Place& place);
 // Creates the file `path` with the structure of a skeleton, ready for values. Returns its ncid.
 int create_file(const Skeleton& skeleton, const Place& place);
 
-// Decodes text in which %XX encodes characters that would end a field or line. Returns nothing if a
-// %XX is invalid.
+// Decodes text in which %XX stands for a character that would end a field or a line. Returns
+// nothing if a %XX is invalid.
 std::optional<std::string> unescaped(std::string_view text);
 
 std::string to_text(const Skeleton& skeleton);
@@ -123,23 +125,23 @@ std::string to_text(const Skeleton& skeleton);
 Skeleton from_text(std::string_view text, const Place& place);
 
 // Checks a netCDF file before netCDF opens it. Throws Failure: truncated if the header, or the
-// values at the places that the header states, extend beyond the end of the file (netCDF itself
-// would read zeros there); corrupt if the header is invalid.
+// values at the positions that the header states, extend beyond the end of the file; corrupt if the
+// header is invalid. netCDF itself would read zeros beyond the end of the file.
 void check_extent(const std::string& path);
-// Writes zeros between the values of a classic file. netCDF leaves old contents of its buffers
-// there, but equal meshes must produce equal files.
+// Writes zeros to the gaps between the values of a classic file. netCDF leaves old contents of its
+// buffers there, but equal meshes must produce equal files.
 void clear_padding(const std::string& path);
 
-// Caches of chunked (netCDF-4) variables. netCDF would keep tens of megabytes for each variable
-// that has been accessed. With this class only the last few variables have a cache, which is just
-// large enough for one chunk.
+// Caches for chunked variables of netCDF-4 files. netCDF would keep tens of megabytes for each
+// variable that has been accessed. With this class, only the last few variables have a cache, which
+// is just large enough for the chunks of one row.
 class ChunkCaches {
  public:
-  // Call this before values of `variable` of the open file `ncid` are read or written.
+  // Must be called before values of `variable` in the open file `ncid` are read or written.
   void touch(int ncid, const Skeleton& skeleton, int variable);
 
  private:
-  std::vector<int> recent_;  // variables with a cache; the last one was used most recently
+  std::vector<int> recent_;  // variables that have a cache; the most recently used variable is last
 };
 
 }  // namespace shm::converters::exodus

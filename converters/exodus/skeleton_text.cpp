@@ -37,8 +37,8 @@ constexpr std::array<TypeWord, 12> kTypes{{{NC_BYTE, ScalarType::int8, "byte"},
                                            {NC_STRING, ScalarType::uint8, "string"}}};
 constexpr std::array<std::string_view, 5> kKinds{"classic", "64-bit-offset", "cdf5", "netcdf4",
                                                  "netcdf4-classic"};
-// First field of the first line. It determines whether variables refer to dimensions by name (K) or
-// by index (N).
+// First field of the first line. K means that variables refer to dimensions by name, N by index
+// (files before 0.10).
 constexpr std::string_view kNamesFollow = "K", kPlacesFollow = "N";
 constexpr std::string_view kCompact = "compact", kBigEndian = "big-endian", kFilled = "filled";
 
@@ -53,7 +53,7 @@ void append_escaped(std::string& out, std::string_view text, std::string_view al
   }
 }
 
-// Escapes the name of a dimension or variable. In the result, '#' stands for a number.
+// Escapes the name of a dimension or variable. A '#' in the result stands for a number.
 std::string escaped_name(std::string_view name) {
   std::string out;
   append_escaped(out, name, "#");
@@ -76,7 +76,7 @@ std::string text_of(T value) {
   return {text, std::to_chars(text, text + sizeof text, value).ptr};
 }
 
-// Formats numbers of one type as text: as decimals, or as their bits if decimals cannot represent
+// Converts numbers of one type to text: to decimals, or to their bits if decimals cannot represent
 // them.
 template <class T>
 struct NumberText {
@@ -113,7 +113,7 @@ struct NumberText {
   }
 };
 
-// Calls `action` with the NumberText of `type`.
+// Calls `action` with a NumberText for numbers of type `type`.
 template <class Action>
 auto with_numbers(ScalarType type, Action&& action) {
   return with_scalar(type, [&](auto zero) { return action(NumberText<decltype(zero)>()); });
@@ -228,7 +228,8 @@ class TextParser {
     need(value.has_value());
     return *value;
   }
-  // Returns the name of the current line with its numbers, still escaped.
+  // Returns the name in the current line, in which '#' is replaced by the numbers. The result is
+  // still escaped.
   std::string name(NumberedNames& names) const {
     need(fields_.size() > 1);
     return by_name_ ? names.expanded(fields_[1]) : std::string(fields_[1]);
@@ -318,12 +319,13 @@ class TextParser {
     skeleton.variables.back().storage.filters.push_back(std::move(one));
   }
 
-  // Limit for the growth of text by dimension names. If many variables refer to dimensions with
-  // long names, their names would need far more text than a damaged file has.
+  // Limit for the growth of text when names of dimensions replace references by index. In a damaged
+  // file, many variables may refer to dimensions with long names; their text would be far larger
+  // than the file.
   static constexpr std::size_t kMostGrowth = 32;
 
   const Place* place_;
-  // Sizes in bytes of the text, and of all dimension names that variables refer to.
+  // Sizes in bytes of the text, and of all names of dimensions to which variables refer.
   std::size_t bytes_, mentioned_ = 0;
   std::vector<std::string_view> fields_;
   std::size_t number_ = 0;

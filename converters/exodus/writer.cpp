@@ -25,8 +25,8 @@ namespace {
 
 using namespace exodus;
 
-// Writes a mesh with its original netCDF structure. Uses only netCDF, because the Exodus library,
-// when it opens an old file for writing, adds data that the file did not have.
+// Writes a mesh with its original netCDF structure. Uses only netCDF: when the Exodus library opens
+// an old file for writing, it adds data that the file did not have.
 class SkeletonWriter {
  public:
   SkeletonWriter(MeshSource& mesh, const Skeleton& skeleton, const Layout& layout,
@@ -64,8 +64,8 @@ class SkeletonWriter {
   }
   std::string section(int index) const { return "variable '" + variable(index).name + "'"; }
 
-  // Returns the extras that store a variable, in order. Returns none if the variable is derived
-  // from the rest of the mesh.
+  // Returns the extras that store a variable, in the order of its rows. Returns an empty list if
+  // the variable is derived from the rest of the mesh.
   std::vector<const Extra*> extras_of(const Variable& one) const {
     std::string key = extra_key(one.name);
     if (extras_.find(key) == nullptr) key = plain_key(one.name);
@@ -77,7 +77,7 @@ class SkeletonWriter {
     return parts;
   }
 
-  // Throws Failure for missing values before anything is written.
+  // Throws Failure if values are missing. Called before anything is written.
   void check_values() const {
     std::set<std::string_view> names;
     for (std::size_t v = 0; v < skeleton_.variables.size(); ++v) {
@@ -213,7 +213,7 @@ class SkeletonWriter {
       }
     }
   }
-  // Returns the part of an array that holds the cells of `block`. The array must cover the block.
+  // Returns the part of an array that contains the cells of `block`, which the array must cover.
   static const ArrayPart& part_of(const ArrayLayout& array, std::uint32_t block) {
     if (array.parts.front().block == ArrayPart::kEverything) return array.parts.front();
     return *std::lower_bound(
@@ -221,7 +221,8 @@ class SkeletonWriter {
         [](const ArrayPart& part, std::uint32_t wanted) { return part.block < wanted; });
   }
 
-  // Writes a variable from its extras, or derives it from the rest of the mesh.
+  // Writes the values of a variable: from its extras if they exist, otherwise derived from the rest
+  // of the mesh.
   void write_list(std::size_t v) {
     const Variable& one = skeleton_.variables[v];
     if (skeleton_.size(one) == 0) return;
@@ -251,7 +252,8 @@ class SkeletonWriter {
     place_.check(nc_put_vara(ncid_, id, slab.start.data(), slab.count.data(), values.data()),
                  section(id));
   }
-  // Writes a variable of strings. `values` contains the strings, each terminated by a zero byte.
+  // Writes a variable of strings. `values` contains the strings; a zero byte terminates each
+  // string.
   void write_strings(int id, const std::vector<std::byte>& values) {
     const auto lengths = skeleton_.shape(variable(id));
     const std::vector<std::size_t> start(lengths.size(), 0), count(lengths.begin(), lengths.end());
@@ -265,7 +267,8 @@ class SkeletonWriter {
                  section(id));
   }
 
-  // Returns the values of a one-component integer array on one block, in the order of the new file.
+  // Returns the values of an integer array with one component on one block, in the cell order of
+  // the new file.
   std::vector<std::int64_t> numbers_on(std::uint32_t block, int variable_of_array) {
     std::vector<std::int64_t> numbers(layout_.blocks[block].cells);
     for (std::size_t a = 0; a < layout_.arrays.size(); ++a) {
@@ -303,12 +306,12 @@ class SkeletonWriter {
     place_.fail(ErrorCode::corrupt, "face blocks", std::move(detail));
   }
 
-  // Nodes of the cells of a block, in the order of the new file.
+  // Nodes of the cells of a block, in the cell order of the new file.
   struct BlockCells {
     std::vector<std::uint64_t> nodes, ends;
   };
-  // Writes the face blocks, and the faces of each polyhedron. Both are derived from the cells
-  // (polyhedra.h).
+  // Writes the face blocks and the list of faces of each polyhedron. Both are derived from the
+  // cells (polyhedra.h).
   void write_derived_faces() {
     std::vector<BlockCells> cells(layout_.blocks.size());
     grouping_.deal_cells(mesh_, [&](std::uint32_t b, std::uint64_t, std::uint64_t,
@@ -340,8 +343,8 @@ class SkeletonWriter {
     }
   }
 
-  // Returns the faces of each cell of a block, in the order of the new file. Faces are numbered in
-  // the order that the cells had in the original file.
+  // Returns the faces of each cell of a block, in the cell order of the new file. Faces are
+  // numbered by first use, in the cell order of the original file.
   std::vector<std::vector<std::uint64_t>> find_faces(const BlockLayout& block,
                                                      const BlockCells& cells, FaceTable& faces,
                                                      std::vector<std::uint32_t>& uses) {
@@ -368,7 +371,8 @@ class SkeletonWriter {
     return found;
   }
 
-  // Returns the numbers of the faces in the file, from 1. Each number occurs once.
+  // Returns the numbers that the faces have in the file, which start at 1. Throws Failure unless
+  // all numbers differ.
   std::vector<long long> face_numbers(const std::vector<std::uint32_t>& uses) const {
     const auto places = face_places(uses, extras_.find(kSharedFirst) != nullptr);
     const Extra* extra = extras_.find(kFaceNumbers);
@@ -425,7 +429,7 @@ class SkeletonWriter {
     if (!values.empty()) place_.check(nc_put_var_longlong(ncid_, id, values.data()), section(id));
   }
 
-  // Writes the lists of faces of polyhedra. Polyhedra may have been reordered.
+  // Writes the lists of faces of polyhedra, which may have been reordered.
   void write_faces(const BlockLayout& block, const std::vector<const Extra*>& parts) {
     const auto from = numbers_on(index_of(block), -1);
     const auto counts = numbers_on(index_of(block), block.counts);
@@ -437,7 +441,8 @@ class SkeletonWriter {
       place_.fail(ErrorCode::corrupt, section(block.faces),
                   "it is not known which faces belong to which polyhedron");
     };
-    // begins[i]: first face of the cell that was at position i in the original file
+    // begins[i] is the index of the first face of the cell that was at position i in the original
+    // file.
     std::vector<std::uint64_t> begins(from.size() + 1, 0);
     for (std::size_t i = 0; i < from.size(); ++i) {
       if (from[i] < 0 || std::cmp_greater_equal(from[i], from.size()) || counts[i] < 0 ||
@@ -457,8 +462,8 @@ class SkeletonWriter {
     write_rows(block.faces, 0, size, moved);
   }
 
-  // Returns references as they are stored in the file: numbers from 1, of type `stored`. Cells are
-  // numbered block by block.
+  // Converts the references in an extra to the numbers in the file, which start at 1 and have the
+  // type `stored`. Cells are numbered block by block.
   std::vector<std::byte> counted_from_one(const Extra& extra, ScalarType stored) {
     const bool cells = extra.refers == Reference::cell;
     const std::uint64_t count = cells ? info_.cells() : info_.vertices;
@@ -486,7 +491,7 @@ class SkeletonWriter {
   ChunkCaches caches_;
 };
 
-// Reduces the connectivities to the columns that are nodes in the mesh.
+// Reduces the connectivities of the layout to the columns that are nodes in the mesh.
 void narrow_as(const MeshInfo& info, const Skeleton& skeleton, Layout& layout) {
   const std::size_t count = std::min(info.schema.blocks.size(), layout.blocks.size());
   for (std::uint32_t b = 0; b < count; ++b) {
@@ -498,7 +503,7 @@ void narrow_as(const MeshInfo& info, const Skeleton& skeleton, Layout& layout) {
   }
 }
 
-// Returns true if the mesh has polyhedra, and all its blocks of polyhedra store faces.
+// Returns true if the mesh has polyhedra, and all its blocks of polyhedra have the shape `faces`.
 bool has_faces(const MeshInfo& info, const Layout& layout) {
   bool any = false, all = true;
   for (std::size_t b = 0; b < std::min(info.schema.blocks.size(), layout.blocks.size()); ++b) {
@@ -509,7 +514,7 @@ bool has_faces(const MeshInfo& info, const Layout& layout) {
   return any && all;
 }
 
-// Returns true if the counts, types and arrays of the mesh still match the structure.
+// Returns true if the counts, types and arrays of the mesh still match the structure of the file.
 bool fits(const MeshInfo& info, const Layout& layout) {
   const Schema& schema = info.schema;
   if (info.vertices != layout.vertices || info.step_times.size() != layout.steps ||

@@ -12,15 +12,16 @@
 
 namespace shm::converters {
 
-// Opens a mesh of any format. Throws Failure: io if the file does not exist, unsupported if its
-// format is unknown.
+// Opens a mesh file of any format. Throws Failure: io if the file does not exist, unsupported if
+// its format is unknown.
 std::unique_ptr<MeshSource> open_mesh(const std::string& path, Spool& spool,
                                       const Progress& progress = {});
 
-// Writes `mesh` to a temporary file, which then gets its name. "-" is standard output; it receives
-// a .shm file as it is encoded, and files of other formats at the end. Throws Failure.
+// Writes `mesh` to a temporary file, then renames the file to `path`. If `path` is "-", writes to
+// standard output: a .shm file while it is encoded, a file of another format when it is complete.
+// Throws Failure.
 void write_mesh(MeshSource& mesh, const std::string& path, const Format& format, Spool& spool);
-// The same, but the caller commits the output.
+// Writes `mesh` to an output file that the caller commits (renames to its final name).
 void write_mesh(MeshSource& mesh, OutputFile& output, const Format& format, Spool& spool);
 
 }  // namespace shm::converters

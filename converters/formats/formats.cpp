@@ -74,8 +74,8 @@ bool is_numbered(std::string_view name, std::string_view word) {
          name.find_first_not_of("0123456789", word.size()) == std::string_view::npos;
 }
 
-// Returns true if a file with this beginning has another format: both CGNS and Exodus files may be
-// HDF5 files.
+// Returns true if a file with this beginning belongs to a format other than `format`. Needed
+// because both CGNS and Exodus files may be HDF5 files.
 bool is_another(const Format& format, std::span<const std::byte> head) {
   return format.name == kExodusFormat.name && is_cgns(head);
 }
@@ -154,7 +154,7 @@ const Format* format_of_name(std::string_view path) {
     for (const Format& format : formats())
       for (const std::string_view extension : format.extensions)
         if (!extension.empty() && is_extension(part, extension)) return &format;
-    // Part numbers come after the extension, as in out.e.4.0.
+    // The number of a part follows the extension, as in out.e.4.0.
     if (part.empty() || part.find_first_not_of("0123456789") != std::string_view::npos)
       return nullptr;
     name = name.substr(0, dot);
@@ -195,14 +195,14 @@ const Format& input_format(const std::string& path) {
   const std::vector<std::byte> head = head_of(path);
   if (head.empty()) throw Failure(Error{ErrorCode::truncated, "is empty", {}, kNoOffset, path});
   const std::string other(unread_format(head));
-  throw Failure(
-      Error{ErrorCode::unsupported,
-            other.empty()
-                ? "is not a mesh in a supported format: " + list_of(&Format::title)
-                : "is " + other + ", which is not read; " + list_of(&Format::title) + " files are",
-            {},
-            kNoOffset,
-            path});
+  throw Failure(Error{
+      ErrorCode::unsupported,
+      other.empty()
+          ? "is not a mesh in a supported format: " + list_of(&Format::title)
+          : "is " + other + ", which cannot be read; supported formats: " + list_of(&Format::title),
+      {},
+      kNoOffset,
+      path});
 }
 
 const Format& output_format(const std::string& path, const std::string& format) {

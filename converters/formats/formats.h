@@ -1,5 +1,6 @@
-// Formats: the list of all formats that are read and written. A file is recognized by its content;
-// its name matters only if the content is not conclusive. To add a format:
+// Formats: the table of all formats that the converters read and write. The content of a file
+// determines its format; the name of the file matters only if the content is not conclusive. To add
+// a format:
 // - Create a folder with its reader, its writer and a format.cpp that describes it.
 // - Add a line to the table in formats.cpp, to the list of folders in converters/CMakeLists.txt,
 //   and to the list in tests/library/rules_test.cpp.
@@ -21,8 +22,9 @@ namespace shm::converters {
 
 std::span<const Format> formats();
 
-// These functions return null if no format has that name, or if the extension of `path` belongs to
-// no format. Names such as "out.e.4.0" and "out.e-s002" are treated like "out.e".
+// format_named() returns the format with a name; format_of_name() returns the format to which the
+// extension of `path` belongs. Both return null if there is no such format. Names such as
+// "out.e.4.0" and "out.e-s002" are treated like "out.e".
 const Format* format_named(std::string_view name);
 const Format* format_of_name(std::string_view path);
 
@@ -34,8 +36,9 @@ const Format* format_of_file(const std::string& path);
 // Returns true if a file that begins with `head` is a .shm file.
 bool looks_like_shm(std::span<const std::byte> head);
 
-// Returns the files of a decomposed mesh. A single input NAME.COUNT means the files NAME.COUNT.0
-// and so on if there is no file with that name; other inputs are returned unchanged.
+// Returns the files of a decomposed mesh. If the only input is NAME.COUNT and no file has that
+// name, it stands for the files NAME.COUNT.0, NAME.COUNT.1 and so on. Other inputs are returned
+// unchanged.
 std::vector<std::string> files_of_parts(const std::vector<std::string>& inputs);
 // Opens the parts of a decomposed mesh as one mesh. The parts are joined by the numbers that their
 // vertices and cells have in the whole mesh. Only Exodus files have such numbers. Throws Failure:
@@ -43,7 +46,7 @@ std::vector<std::string> files_of_parts(const std::vector<std::string>& inputs);
 // parts contradict each other.
 std::unique_ptr<MeshSource> open_merged(const std::vector<std::string>& files, Spool& spool);
 
-// Returns the format by which open_mesh() reads a file. Throws Failure: io if the file does not
+// Returns the format in which open_mesh() reads a file. Throws Failure: io if the file does not
 // exist, truncated if it is empty, unsupported if its format is unknown.
 const Format& input_format(const std::string& path);
 // Returns the format in which write_mesh() writes a file: `format` if it is not empty, otherwise
@@ -51,15 +54,16 @@ const Format& input_format(const std::string& path);
 const Format& output_format(const std::string& path, const std::string& format);
 
 // format_of() returns the format that a mesh came from; source_format() returns the object that
-// interprets its extras. For an unknown format, they return a format with default values and an
-// object that overrides nothing.
+// interprets the mesh's extras. For an unknown format, format_of() returns a Format with default
+// values, and source_format() returns an object whose functions all have their default
+// implementations.
 const Format& format_of(const MeshInfo& info);
 const SourceFormat& source_format(const MeshInfo& info);
 // Returns the meaning of an array's role. If the role is empty or unknown, returns a Role with
 // default values.
 const Role& role_of(const ArrayInfo& array);
-// Converts extras from a .shm file of any version to the extras that this version writes. Requires
-// the complete MeshInfo.
+// Converts the extras of a mesh that was read from a .shm file of any version to the extras that
+// this version writes. Requires the complete MeshInfo.
 void translate_old_extras(MeshInfo& info);
 
 // Returns true if a mesh came from another format, so that it must be translated for `format`.

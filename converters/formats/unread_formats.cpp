@@ -8,7 +8,7 @@
 namespace shm::converters {
 namespace {
 
-// Returns the first line, in capitals, that is not empty and does not begin with `comment`.
+// Returns the first line that is neither empty nor begins with `comment`, converted to capitals.
 std::string first_line(std::string_view text, std::string_view comment) {
   while (!text.empty()) {
     const std::size_t end = std::min(text.find('\n'), text.size());
@@ -34,8 +34,8 @@ bool begins_with_any(const std::string& line, std::span<const std::string_view> 
 
 bool is_cgns(std::span<const std::byte> head) {
   const std::string_view text(reinterpret_cast<const char*>(head.data()), head.size());
-  // Texts at the root of a CGNS file in HDF5: the name of the root node, and the first nodes that
-  // the CGNS library writes there.
+  // Texts at the root of a CGNS file in HDF5: the name of the root node, and the names of the first
+  // nodes that the CGNS library writes there.
   constexpr std::array<std::string_view, 3> kWords = {"HDF5 MotherNode", " hdf5version",
                                                       "CGNSLibraryVersion"};
   if (text.starts_with("@(#)ADF Database")) return true;

@@ -1,4 +1,5 @@
-// The Gmsh reader's views: $NodeData, $ElementData, $ElementNodeData.
+// Reads the views of a Gmsh file, which are in the sections $NodeData, $ElementData and
+// $ElementNodeData.
 #include <algorithm>
 #include <bit>
 
@@ -10,7 +11,7 @@ namespace {
 
 constexpr std::uint64_t kMaxComponents = 65535;  // largest number of components of an array
 
-// Largest number of entries of a view that is sorted in memory.
+// Largest number of entries of a view that are sorted in memory; larger views use the spool.
 constexpr std::uint64_t kFewEntries = 1 << 16;
 
 struct Header {
@@ -28,7 +29,8 @@ struct Header {
     }
     return all;
   }
-  // Returns a text that is equal for all steps of one view.
+  // Returns a text that is the same for all time steps of a view: all its tags except time and step
+  // number.
   std::string group() const {
     std::string all;
     for (const std::string& tag : strings) all += tag + '\n';
@@ -152,7 +154,8 @@ class DataReader {
       }
     }
     if (points_) return header_.entries == info.vertices;
-    std::map<std::uint32_t, std::uint64_t> cells;  // number of cells of each block that has entries
+    // For each block, its number of cells that have entries.
+    std::map<std::uint32_t, std::uint64_t> cells;
     for (std::uint64_t e = 0; e < header_.entries; ++e)
       ++cells[r_.mesh->cell_blocks_.get<std::uint32_t>(places_.get<std::uint64_t>(e))];
     for (const auto& [block, count] : cells) {
@@ -163,8 +166,8 @@ class DataReader {
     return true;
   }
 
-  // Returns true if each element has the same number of nodes in a $ElementNodeData section and in
-  // the mesh.
+  // Returns true if all elements have the same number of nodes in the $ElementNodeData section, and
+  // this number is that of their blocks in the mesh. Returns true for other sections.
   bool uniform_nodes() {
     if (!by_node_) return true;
     nodes_ = sizes_.get<std::uint32_t>(0);
@@ -240,8 +243,8 @@ class DataReader {
   const Header header_;
   const bool points_, by_node_, known_;
   PagedArray tags_, places_, sizes_, values_;
-  // Used if the entries are not in mesh order: pairs (element, entry), or entry + 1 for each
-  // element.
+  // If the entries are not in mesh order: pairs (element, entry) of small views in few_; entry + 1
+  // for each element of large views in entry_of_.
   std::vector<std::pair<std::uint64_t, std::uint64_t>> few_;
   std::optional<PagedArray> entry_of_;
   bool found_all_ = false, ascending_ = true;
@@ -249,7 +252,7 @@ class DataReader {
   std::vector<std::uint32_t> blocks_, covered_;
 };
 
-// Determines which views are the steps of which array.
+// Groups the views: the views of a group are the time steps of one array.
 class ViewGroups {
  public:
   explicit ViewGroups(GmshReading& reading) : r_(reading) {
@@ -257,7 +260,7 @@ class ViewGroups {
       names_.keep(array.location, array.name);
     for (std::size_t v = 0; v < r_.views.size(); ++v) {
       const auto [entry, fresh] = number_.try_emplace(r_.views[v].group, groups_.size());
-      // If a step is not later than the previous step, it begins another view of the same name.
+      // A step that is not later than the previous step begins another view with the same name.
       if (fresh || r_.views[v].step <= r_.views[groups_[entry->second].back()].step) {
         entry->second = groups_.size();
         groups_.emplace_back();

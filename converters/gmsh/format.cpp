@@ -1,4 +1,5 @@
-// The Format of Gmsh files: recognition, opening, writing, capabilities and losses.
+// The Format of Gmsh files: functions that recognize, open and write files, and the capabilities
+// and losses of the format.
 #include <algorithm>
 #include <map>
 #include <set>
@@ -72,8 +73,9 @@ void add_tags(const MeshInfo& info, LossList& losses) {
     losses.push_back("entities of nodes");
 }
 
-// Selects the extras for a range of steps. gmsh/sections lists every view at every step. The extras
-// of a section have its line number in their keys, so the remaining sections are renumbered.
+// Computes the extras of a mesh that is reduced to some of its steps. The extra gmsh/sections lists
+// every view at every step. Other extras have the line number of their section in their keys, so
+// the remaining sections are renumbered.
 class SectionsOfSteps {
  public:
   SectionsOfSteps(const MeshInfo& info, StepRange steps) : info_(info), steps_(steps) {
@@ -121,17 +123,19 @@ class SectionsOfSteps {
 
   const MeshInfo& info_;
   const StepRange steps_;
-  std::set<std::pair<bool, std::string>> stepped_;  // stepped arrays, as pairs (of points, name)
+  // Arrays with time steps, as pairs (true if on points, name).
+  std::set<std::pair<bool, std::string>> stepped_;
 
-  // New number of each remaining section, by its old number.
+  // New line number of each remaining section, by its old line number.
   std::map<std::string, std::size_t> numbers_;
   std::string list_;
 };
 
 class GmshSource final : public SourceFormat {
  public:
-  // Returns the physical groups as sets. Needed if there are too many groups for element sets in
-  // the extras. Leaves out groups whose blocks all have the name of the group.
+  // Returns the physical groups as sets. This is needed if there are too many groups for element
+  // sets in the extras. Leaves out groups if the name of each of their blocks is the name of the
+  // group.
   std::vector<MeshSet> sets(const MeshInfo& info, Keys&) const override {
     std::vector<MeshSet> sets;
     if (std::any_of(info.extras.begin(), info.extras.end(),
@@ -163,7 +167,8 @@ class GmshSource final : public SourceFormat {
     return groups;
   }
 
-  // Returns true if there are values per corner of an element, because these are in file order.
+  // Returns true if the mesh has a value for each corner of an element, because such values are in
+  // the order of the file.
   bool needs_corner_order(const MeshInfo& info) const override {
     const Extra* sections = find_extra(info, kSections);
     return sections != nullptr &&
@@ -185,7 +190,8 @@ class GmshSource final : public SourceFormat {
   }
   AppendedExtras lengthened_extras(const MeshInfo&, std::uint64_t) const override {
     throw Failure(Error{ErrorCode::unsupported,
-                        "lists every view at every step, which SOURCE, of another format, does not",
+                        "lists every view at every step; steps of SOURCE, which has another "
+                        "format, cannot be added",
                         "Gmsh's sections",
                         kNoOffset,
                         {}});
@@ -194,7 +200,7 @@ class GmshSource final : public SourceFormat {
   bool follows_from_blocks(const Extra& extra) const override { return extra.key == kBlocks; }
 };
 
-// Returns true if a name is allowed between quotes without changes.
+// Returns true if a name can be written between quotes without changes.
 bool can_be_quoted(const std::string& name) { return quotable(name) == name; }
 
 constexpr GmshSource kGmshSource;
@@ -219,7 +225,7 @@ constinit const Format kGmshFormat = {
     .write = [](MeshSource& mesh, const std::string& path, Spool&) { write_gmsh(mesh, path); },
     .capabilities = {.sets = Capabilities::Sets::cells,
                      .every_step = true,
-                     .padded_vectors = true,  // to 1, 3 or 9 components
+                     .padded_vectors = true,  // padded to 1, 3 or 9 components
                      .unique_names = true,
                      .integers = false,
                      .partial_arrays = true,

@@ -1,43 +1,48 @@
-// Gmsh MSH files: versions 1.0, 2.x, 4.0 and 4.1, ASCII and binary, either byte order.
+// Gmsh MSH files as meshes: versions 1.0, 2.x, 4.0 and 4.1, ASCII and binary, either byte order.
 //
-// In the model: one block for each entity block of MSH 4 (id = entity tag), or for each combination
-// of element type and tags of MSH 1 and 2 (id = elementary tag). If there are more than 1024
-// combinations, there is one block for each type and number of tags, and the tags are in arrays.
-// Views that cover all nodes, or all elements of some blocks, are arrays; they are stepped if the
-// view has several times. Second-order elements are permuted to VTK's node order; other high-order
-// elements have shape `other` and keep the node order of the file.
+// A mesh has one block for each entity block of MSH 4 (the block id is the entity tag), or for each
+// combination of element type and tags of MSH 1 and 2 (the block id is the elementary tag). If
+// there are more than 1024 combinations, it has one block for each type and number of tags, and the
+// tags are in arrays. Views that cover all nodes, or all elements of some blocks, become arrays;
+// the arrays are stepped if the view has several times. Nodes of second-order elements are permuted
+// to VTK's order; other high-order elements have shape `other` and keep the node order of the file.
 //
 // Arrays with a role:
-//   gmsh:node_tag, gmsh:element_tag   int64, only if tags are not consecutive, or if a part of the
-//                                     file that is kept verbatim may refer to them
-//   gmsh:node_entity                  int32, row of gmsh/nodes/entities, if there are several
-//   gmsh:node_parameters              float64 x 3, if some nodes have parametric coordinates
+//   gmsh:node_tag, gmsh:element_tag   int64; exist only if tags are not consecutive, or if a part
+//   of
+//                                     the file that is kept verbatim may refer to tags
+//   gmsh:node_entity                  int32, row of gmsh/nodes/entities; exists only if there are
+//                                     several rows
+//   gmsh:node_parameters              float64 x 3; exists if some nodes have parametric coordinates
 //   gmsh:tag_<i>                      int32, i-th tag of an MSH 1/2 element, on the blocks whose
-//                                     elements have it (0 and 1 only if blocks do not imply them)
-//   gmsh:element_node_data            $ElementNodeData: components = nodes x values, file order
+//                                     elements have this tag (0 and 1 only if the block does not
+//                                     determine the tag)
+//   gmsh:element_node_data            $ElementNodeData: components are nodes x values, in file
+//   order
 //
 // Extras:
 //   gmsh/mesh_format       text: the line of $MeshFormat, e.g. "4.1 0 8"; "1" for MSH 1
-//   gmsh/byte_order        text: "little" or "big"; binary files only
+//   gmsh/byte_order        text: "little" or "big"; exists only for binary files
 //   gmsh/sections          text: a line for each section, "name TAB kind TAB step TAB array";
 //                          kind is format, nodes, elements, array, list, links, ghosts, names,
 //                          raw or between (text between sections, no name)
-//   gmsh/nodes/first_tag, gmsh/elements/first_tag   int64, if the tags count up from it
+//   gmsh/nodes/first_tag, gmsh/elements/first_tag   int64; exist if the tags are consecutive
 //   gmsh/nodes/entities    int32 [n, 3]: dimension, tag, parametric, in file order
 //   gmsh/elements/blocks   int32 [blocks, 3]: dimension, entity, type (MSH 4), or
 //                          int32 [blocks, 4]: type, number of tags, first two tags (MSH 1/2)
-//   mesh/element_set/<i>/...   physical groups to which blocks belong, as in shm/sets.h, by
-//                          dimension and tag; $PhysicalNames of kind names is made from these
-//   gmsh/section/<k>       uint8: content of the raw section, or text, in line k (from 0) of
-//                          gmsh/sections
+//   mesh/element_set/<i>/...   physical groups to which blocks belong, as in shm/sets.h, sorted by
+//                          dimension and tag; the content of a $PhysicalNames section of kind names
+//                          is derived from these sets
+//   gmsh/section/<k>       uint8: content of the section of kind raw or between in line k (from 0)
+//                          of gmsh/sections
 //   gmsh/section/<k>/header   text: string, real and integer tags of a data section
-//   list (a view that covers some nodes or elements, in file order):
+//   For a section of kind list (a view that covers some nodes or elements), in file order:
 //     .../vertices or .../cells   int64, references; or .../tags if some are not in the mesh
 //     .../counts int32 ($ElementNodeData), .../values float64
-//   links ($Periodic):
-//     .../links int64 [n, 5]: dimension, tag, master tag, affine values, node pairs;
+//   For a section of kind links ($Periodic):
+//     .../links int64 [n, 5]: dimension, tag, master tag, number of affine values, number of pairs
 //     .../affine float64, .../nodes int64 [m, 2] vertex references
-//   ghosts ($GhostElements):
+//   For a section of kind ghosts ($GhostElements):
 //     .../cells int64 references, .../partitions int32 [n, 2]: partition, number of ghosts;
 //     .../ghosts int32
 #pragma once
@@ -56,11 +61,11 @@ namespace shm::converters {
 // Opens a file. `spool` must outlive the mesh. Throws Failure.
 std::unique_ptr<MeshSource> open_gmsh(const std::string& path, Spool& spool);
 
-// Recognizes the format by content. `head` is the beginning of the file, up to 4096 bytes.
+// Returns true if a file is a Gmsh file. `head` is the beginning of the file, up to 4096 bytes.
 bool looks_like_gmsh(std::span<const std::byte> head);
 
 // Writes a mesh. If the mesh came from Gmsh, the file has the version, encoding and sections of its
-// source. Any other mesh becomes MSH 4.1, binary.
+// source. Otherwise the file is binary MSH 4.1.
 void write_gmsh(MeshSource& mesh, const std::string& path);
 
 extern const Format kGmshFormat;

@@ -15,7 +15,8 @@
 namespace shm::converters {
 
 void GmshNaming::add_names(std::string_view content) {
-  GmshMemoryScan scan(content, {});  // the section is text in binary files too
+  // Binary numbers are disabled, because this section is text in binary files too.
+  GmshMemoryScan scan(content, {});
   const std::uint64_t count = scan.count();
   for (std::uint64_t i = 0; i < count; ++i) {
     const std::int64_t dimension = scan.integer32(), tag = scan.integer32();
@@ -69,7 +70,8 @@ std::vector<std::pair<std::int64_t, std::int64_t>> GmshNaming::groups_of(
     const auto entity = groups.find({row[0], row[1]});
     if (entity == groups.end()) return found;
     for (const std::int64_t tag : entity->second) found.emplace_back(row[0], std::abs(tag));
-    // Row of MSH 1 or 2: type, number of tags, physical tag, elementary tag.
+    // A row of MSH 1 or 2 contains the type, the number of tags, the physical tag and the
+    // elementary tag.
   } else if (row.size() == 4 && row[1] > 0 && row[2] != 0) {
     found.emplace_back(gmsh_type(row[0]).dimension, std::abs(std::int64_t{row[2]}));
   }
@@ -77,7 +79,7 @@ std::vector<std::pair<std::int64_t, std::int64_t>> GmshNaming::groups_of(
 }
 
 std::string GmshNaming::block_name(std::span<const std::int32_t> row) const {
-  // Does not use groups_of(): an entity may have very many blocks and groups.
+  // The check does not use groups_of(), because an entity may have very many blocks and groups.
   if (row.size() == 3) {
     const auto entity = groups.find({row[0], row[1]});
     if (entity == groups.end() || entity->second.size() != 1) return {};
@@ -90,8 +92,8 @@ std::string GmshNaming::block_name(std::span<const std::int32_t> row) const {
 
 namespace {
 
-// Returns the rows of the extra gmsh/elements/blocks, which have the same number of values for each
-// block. Returns an empty list if the extra has another form.
+// Returns the rows of the extra gmsh/elements/blocks. Each block has one row, and all rows have the
+// same number of values. Returns an empty list if the extra has another form.
 std::vector<std::int32_t> block_rows(const MeshInfo& info) {
   const Extra* table = find_extra(info, "gmsh/elements/blocks");
   const std::size_t blocks = info.schema.blocks.size();
@@ -103,7 +105,7 @@ std::vector<std::int32_t> block_rows(const MeshInfo& info) {
   return rows;
 }
 
-// Returns the groups that are element sets in the extras. All elements of a group have the same
+// Returns the groups that the extras store as element sets. All elements of a group have the same
 // dimension.
 std::vector<GmshGroup> groups_of_sets(const MeshInfo& info) {
   const std::vector<std::int32_t> rows = block_rows(info);
@@ -152,8 +154,8 @@ GmshNaming naming_of_extras(const MeshInfo& info) {
   return naming;
 }
 
-// Limit for the sum, over all blocks, of the number of groups of the block. An entity may have many
-// groups and many blocks.
+// Limit for the number of pairs of a block and a group to which it belongs. The number is limited
+// because an entity may have many groups and many blocks.
 constexpr std::size_t kMostGroupBlocks = std::size_t{1} << 22;
 
 }  // namespace
@@ -178,8 +180,8 @@ std::vector<GmshGroup> gmsh_groups(const MeshInfo& info) {
     members += found.size();
     if (members > kMostGroupBlocks)
       throw Failure(Error{ErrorCode::over_limit,
-                          "the blocks are in more physical groups than " +
-                              std::to_string(kMostGroupBlocks) + " in sum",
+                          "there are more than " + std::to_string(kMostGroupBlocks) +
+                              " pairs of a block and a physical group to which it belongs",
                           "physical groups",
                           kNoOffset,
                           {}});
@@ -215,7 +217,7 @@ std::string gmsh_names_of_sets(const MeshInfo& info) {
 }
 
 void add_group_sets(MeshInfo& info) {
-  // Largest number of sets, since each set needs several extras.
+  // Largest number of sets. The number is limited because each set needs several extras.
   constexpr std::size_t kMostSets = 1 << 16;
   if (std::any_of(info.extras.begin(), info.extras.end(),
                   [](const Extra& extra) { return extra.key.starts_with("mesh/element_set/"); }))
@@ -224,7 +226,8 @@ void add_group_sets(MeshInfo& info) {
   try {
     groups = gmsh_groups(info);
   } catch (const Failure&) {
-    // There are too many sets. gmsh_groups() reports the error to callers that need the groups.
+    // No sets are added because there are too many. gmsh_groups() reports this error to callers
+    // that need the groups.
     return;
   }
   std::vector<MeshSet> sets;

@@ -1,4 +1,4 @@
-// Physical groups of Gmsh: the entities that belong to them, and their names.
+// Physical groups of Gmsh: the entities that belong to each group, and the names of groups.
 #pragma once
 
 #include <cstdint>
@@ -14,22 +14,25 @@
 
 namespace shm::converters {
 
-// The names and groups that sections list. A section that cannot be parsed adds nothing.
+// The names and groups that the sections of a file list. A section that cannot be parsed adds
+// nothing.
 struct GmshNaming {
-  // Names by (dimension, group).
+  // Names of groups. The key is (dimension, tag of the group).
   std::map<std::pair<std::int64_t, std::int64_t>, std::string> names;
-  // Groups by entity.
+  // Tags of the groups to which an entity belongs. The key is (dimension, tag of the entity).
   std::map<std::pair<std::int64_t, std::int64_t>, std::vector<std::int64_t>> groups;
   bool any_bounds = false;  // true if an entity has a boundary
 
-  void add_names(std::string_view content);      // `content`: $PhysicalNames
-  void add_names_of_sets(const MeshInfo& info);  // for meshes whose sets replace $PhysicalNames
+  void add_names(std::string_view content);  // `content` is the content of $PhysicalNames
+  // Used for meshes whose element sets replace $PhysicalNames.
+  void add_names_of_sets(const MeshInfo& info);
   void add_entities(std::string_view content, bool partitioned, GmshEncoding encoding, int version);
-  // Returns the groups of a block as (dimension, tag). `row`: row of the block in the extra
-  // gmsh/elements/blocks.
+  // Returns the groups of a block as pairs (dimension, tag). `row` is the row of the block in the
+  // extra gmsh/elements/blocks.
   std::vector<std::pair<std::int64_t, std::int64_t>> groups_of(
       std::span<const std::int32_t> row) const;
-  // Returns the name of a block if it is in exactly one group, otherwise an empty string.
+  // Returns the name of the group of a block if the block is in exactly one group, otherwise an
+  // empty string.
   std::string block_name(std::span<const std::int32_t> row) const;
 };
 
@@ -40,22 +43,22 @@ struct GmshGroup {
 };
 
 // Adds an element set (shm/sets.h) for each group that contains blocks, unless the mesh already has
-// element sets. If the sets contain everything that $PhysicalNames contains, removes the content of
-// that section and sets its kind to "names".
+// element sets. If the sets contain everything that the section $PhysicalNames contains, removes
+// the content of the section and sets its kind to "names".
 void add_group_sets(MeshInfo& info);
-// Returns the content of $PhysicalNames, made from the element sets of a mesh.
+// Returns the content of $PhysicalNames, derived from the element sets of a mesh.
 std::string gmsh_names_of_sets(const MeshInfo& info);
 
-// Returns true if $Entities states boundaries of entities. It also contains groups, and boxes that
-// can be computed from the nodes.
+// Returns true if the section $Entities states boundaries of entities. The section also contains
+// groups, and boxes that can be computed from the nodes.
 bool gmsh_entities_have_bounds(const MeshInfo& info);
 
-// Returns the names of all groups of a mesh that came from Gmsh, by (dimension, tag), including
-// groups without blocks.
+// Returns the names of all groups of a mesh that came from Gmsh, including groups without blocks.
+// The key is (dimension, tag of the group).
 std::map<std::pair<std::int64_t, std::int64_t>, std::string> gmsh_group_names(const MeshInfo& info);
 
-// Returns the groups of a mesh that came from Gmsh in order of dimension and tag, derived from its
-// extras.
+// Returns the groups of a mesh that came from Gmsh, derived from its extras and sorted by dimension
+// and tag.
 std::vector<GmshGroup> gmsh_groups(const MeshInfo& info);
 
 }  // namespace shm::converters

@@ -1,4 +1,5 @@
-// Internals of the Gmsh reader: the mesh that it builds, and the data that its parts share.
+// Internals of the Gmsh reader: the mesh that it builds, and the data that all parts of the reader
+// share.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +18,7 @@
 
 namespace shm::converters {
 
-// A mesh with its large arrays in the spool.
+// A mesh whose large arrays are in the spool.
 class GmshMesh final : public MeshSource {
  public:
   explicit GmshMesh(Spool& spool);
@@ -31,22 +32,23 @@ class GmshMesh final : public MeshSource {
   MeshInfo info_;
   PagedArray points_;       // 3 doubles per point
   PagedArray cell_blocks_;  // uint32, block of each cell
-  PagedArray cell_sizes_;   // uint32, number of nodes of each cell in a block with varying size, in
-                            // cell order
-  PagedArray corners_;      // uint64
+
+  // For each cell of a block with varying size, in cell order: its number of nodes (uint32).
+  PagedArray cell_sizes_;
+  PagedArray corners_;                           // uint64
   std::vector<std::vector<PagedArray>> values_;  // [array][step], one scalar per element
 
  private:
   std::uint64_t next_cell_ = 0, next_size_ = 0, next_corner_ = 0;
 };
 
-// Maps the tags of a file to indices in its mesh. Needs memory only if the tags are not
-// consecutive. If several items have the same tag, the first item is found.
+// Maps the tags of nodes or elements to indices in the mesh. Needs memory only if the tags are not
+// consecutive. If several items have the same tag, find() returns the first of them.
 class GmshTags {
  public:
   explicit GmshTags(Spool& spool) : tags_(spool, 8), places_(spool, 8) {}
   void append(std::int64_t tag);
-  void finish();  // call it after the last append() and before the first find()
+  void finish();  // must be called after the last append() and before the first find()
   std::optional<std::uint64_t> find(std::int64_t tag);
   std::uint64_t size() const { return size_; }
   // Returns the first tag if each tag is one more than the previous tag. Otherwise returns nothing.
@@ -60,7 +62,8 @@ class GmshTags {
   bool run_ = true;
   std::int64_t first_ = 1, lowest_ = 0, highest_ = 0;
   PagedArray tags_;
-  PagedArray places_;  // index + 1 of the item with each tag, from the lowest tag
+  PagedArray places_;  // for each tag from the lowest tag on: index of its item plus 1; 0 if there
+                       // is no item
   bool dense_ = false;
   std::vector<std::pair<std::int64_t, std::uint64_t>> sparse_;  // sorted by tag
 };
@@ -73,10 +76,10 @@ struct GmshSection {
   std::string array;
 };
 
-// A data section with exactly one value for each node, or for each element of some blocks.
+// A data section with exactly one entry for each node, or for each element of some blocks.
 struct GmshView {
   std::size_t section = 0;
-  std::string array_name, group;  // sections with the same `group` differ only in their time
+  std::string array_name, group;  // two sections with equal `group` differ only in their time
   std::int64_t step = 0;          // step number in the file
   double time = 0;
   std::uint32_t components = 1;       // components of the array
@@ -84,7 +87,7 @@ struct GmshView {
   std::optional<PagedArray> values;   // doubles, in mesh order
 };
 
-// The data that the parts of the reader share.
+// The data that all parts of the reader share.
 struct GmshReading {
   GmshReading(const std::string& path, Spool& shared_spool)
       : input(path),
@@ -100,8 +103,8 @@ struct GmshReading {
   std::unique_ptr<GmshMesh> mesh;
   int version = 10;  // 10, 20 (all of 2.x), 40 or 41
   bool have_nodes = false, have_elements = false;
-  // True if the file may refer to nodes or elements by tag in places that the reader does not
-  // parse. Then each node and element keeps its tag as an array, in any order.
+  // True if parts of the file that the reader does not parse may refer to nodes or elements by tag.
+  // In this case an array stores the tag of each node and element, whatever their order.
   bool tags_are_referred_to = false;
   GmshTags nodes, elements;
   std::vector<std::int32_t> block_table;  // the extra gmsh/elements/blocks
@@ -120,21 +123,22 @@ struct GmshReading {
                       std::vector<std::uint32_t> blocks = {});
 };
 
-// Checks that the next line is the end marker of the section.
+// Checks that the next line is the end marker of the current section. Throws Failure otherwise.
 void expect_section_end(GmshReading& reading);
 
-// Readers of sections. Those named read_*() throw Failure for damaged sections.
+// Functions that read sections. Functions with a name read_*() throw Failure if the section is
+// damaged.
 void read_gmsh_nodes(GmshReading& reading, bool parametric_section);
 void read_gmsh_elements(GmshReading& reading);
 void keep_gmsh_tags(GmshReading& reading);  // call it after all sections
 
-// Reads a data section. Returns false if its header has an unknown form; the caller then reads the
-// section again as raw text.
+// Reads a data section. Returns false if the header of the section has an unknown form; the caller
+// then reads the section again as raw text.
 bool read_gmsh_data(GmshReading& reading);
-// Converts the views to arrays. Call it after all sections.
+// Converts the views that were read to arrays. Must be called after all sections have been read.
 void finish_gmsh_data(GmshReading& reading);
-// Parse a section that is in memory. Return false if the section has another form, or refers to
-// nodes or elements that are not in the mesh.
+// These functions parse a section that is in memory. They return false if the section has another
+// form, or refers to nodes or elements that are not in the mesh.
 bool parse_gmsh_periodic(GmshReading& reading, std::string_view content);
 bool parse_gmsh_ghosts(GmshReading& reading, std::string_view content);
 

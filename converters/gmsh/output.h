@@ -1,4 +1,4 @@
-// Writes the numbers of an MSH file as text or binary, through a buffer.
+// Writes the numbers of an MSH file through a buffer, as text or in binary form.
 #pragma once
 
 #include <charconv>
@@ -19,11 +19,12 @@ class GmshOutput {
   GmshOutput(const GmshOutput&) = delete;
   GmshOutput& operator=(const GmshOutput&) = delete;
 
-  void text(std::string_view content);  // writes text verbatim, in binary files too
+  void text(std::string_view content);  // writes text verbatim, even if the file is binary
 
-  // Makes numbers text in a binary file, because some of its sections are text.
+  // If `yes` is true, numbers are written as text even if the file is binary, because some sections
+  // of binary files are text.
   void write_numbers_as_text(bool yes) { numbers_as_text_ = yes; }
-  // Write numbers. In text, the numbers of a line are separated by a space.
+  // Write numbers. In text files, a space separates the numbers of a line.
   void integer32(std::int64_t value);
   void integer64(std::int64_t value);
   void tag(std::int64_t value, bool wide) { wide ? integer64(value) : integer32(value); }
@@ -31,7 +32,7 @@ class GmshOutput {
   void count(std::uint64_t value, bool wide) { tag(static_cast<std::int64_t>(value), wide); }
   void real(double value);
   void end_line();     // ends a line of numbers; does nothing in binary
-  void end_of_data();  // call it before an end marker, which must be on a separate line
+  void end_of_data();  // must be called before an end marker, which must be on a separate line
   void close();        // throws Failure if not all data could be written
 
  private:

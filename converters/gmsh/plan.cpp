@@ -1,4 +1,4 @@
-// Plans the file for a mesh that came from Gmsh.
+// Plans the sections of an MSH file for a mesh that came from Gmsh.
 #include "gmsh/plan.h"
 
 #include <cstring>
@@ -201,10 +201,11 @@ class PlanFromExtras {
         {"elements", Kind::elements}, {"links", Kind::links}, {"ghosts", Kind::ghosts},
         {"names", Kind::raw}};
     const auto found = kinds.find(kind);
-    if (found == kinds.end()) extras_.fail("gmsh/sections", "names a kind that does not exist");
+    if (found == kinds.end())
+      extras_.fail("gmsh/sections", "names a kind of section that does not exist");
     section.kind = found->second;
     if (kind == "names" && std::exchange(have_names_, true))
-      extras_.fail("gmsh/sections", "has the names of groups twice");
+      extras_.fail("gmsh/sections", "lists two sections with the names of groups");
     if (kind == "names")
       section.content = gmsh_names_of_sets(info_);
     else if (section.kind == Kind::raw || section.kind == Kind::between)

@@ -1,5 +1,6 @@
-// The layout of an MSH file, determined before its first byte is written. If the mesh came from
-// Gmsh, the layout is derived from its extras. Any other mesh becomes MSH 4.1, binary.
+// Plan of an MSH file: its sections and encoding, determined before the first byte is written. If
+// the mesh came from Gmsh, the plan is derived from its extras. For any other mesh, the plan is
+// binary MSH 4.1.
 #pragma once
 
 #include <array>
@@ -15,7 +16,7 @@
 
 namespace shm::converters {
 
-// An element type with its entity or tags.
+// An element type, together with its entity (MSH 4) or its tags (MSH 1 and 2).
 struct GmshElementGroup {
   std::int32_t dimension = 0, entity = 0;  // used in MSH 4
   std::int32_t type = 0;
@@ -43,11 +44,12 @@ struct GmshPlan {
   std::vector<GmshPlannedSection> sections;
   std::vector<std::array<std::int32_t, 3>> node_entities;  // dimension, tag, parametric
 
-  // Groups of elements; the first ones are one group per block.
+  // Groups of elements. The first groups are the blocks of the mesh, one group per block.
   std::vector<GmshElementGroup> groups;
-  // Groups of blocks without a fixed number of nodes, by block and number of nodes.
+  // Groups of blocks whose cells have different numbers of nodes. The key is the block and the
+  // number of nodes.
   std::map<std::pair<std::uint32_t, std::uint64_t>, std::uint32_t> sized_groups;
-  // Indices of arrays.
+  // Indices of the arrays that contain these values; empty if there is no such array.
   std::optional<std::size_t> node_tags, node_entity, node_parameters, element_tags;
   std::int64_t first_node_tag = 1, first_element_tag = 1;
   std::array<std::optional<std::size_t>, 64> tag_arrays;  // MSH 1 and 2
@@ -65,7 +67,8 @@ class GmshExtras {
   GmshExtras(const MeshInfo& info, std::string path);
   const Extra* find(const std::string& key) const;
   std::string text(const std::string& key) const;
-  // Returns the values of an extra that must exist, in rows of `width` numbers.
+  // Returns the values of an extra. Throws Failure unless the extra exists and its number of values
+  // is a multiple of `width`.
   std::vector<std::int64_t> integers(const std::string& key, std::uint64_t width = 1) const;
   std::vector<double> reals(const std::string& key) const;
   [[noreturn]] void fail(const std::string& key, const char* what) const;
@@ -76,11 +79,11 @@ class GmshExtras {
   std::string path_;
 };
 
-// Plans the file. `path` is used in errors. May read all cells once.
+// Plans the file. `path` is the file's name in error messages. May read all cells once.
 GmshPlan plan_gmsh(MeshSource& mesh, const std::string& path);
 GmshPlan plan_gmsh_from_extras(const MeshInfo& info, const GmshExtras& extras);
 GmshPlan plan_gmsh_anew(MeshSource& mesh, const std::string& path);
-// Returns the name, changed so that it is allowed between quotes.
+// Returns `name`, changed if needed so that it can be written between quotes.
 std::string quotable(const std::string& name);
 
 }  // namespace shm::converters

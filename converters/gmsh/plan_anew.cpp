@@ -1,5 +1,6 @@
-// Plans the file for a mesh that did not come from Gmsh: MSH 4.1, binary. Each block is an entity,
-// and also a physical group if blocks have names. Each array is a view.
+// Plans the sections of an MSH file for a mesh that did not come from Gmsh: binary MSH 4.1. Each
+// block becomes an entity, and also a physical group if blocks have names. Each array becomes a
+// view.
 #include <algorithm>
 #include <charconv>
 #include <limits>
@@ -105,8 +106,9 @@ class PlanAnew {
     return group;
   }
 
-  // Returns the entity of block `b`: the block's own number if it is unused and in range, otherwise
-  // the next unused number. Blocks that differ only in their cell type share an entity.
+  // Returns the entity of block `b`. Its number is the block's own number if that is unused and in
+  // range, otherwise the next unused number. Blocks that differ only in their cell type share an
+  // entity.
   std::int32_t entity_for(std::int32_t dimension, std::uint32_t b) {
     auto& entities = entities_[static_cast<std::size_t>(dimension)];
     const auto& [id, name] = std::tie(info_.schema.blocks[b].id, info_.schema.blocks[b].name);
@@ -143,8 +145,8 @@ class PlanAnew {
       add_section("PhysicalNames", Kind::raw).content = std::to_string(count) + '\n' + list;
   }
 
-  // Returns the content of $Entities. Every entity has the box of the whole mesh: exact boxes would
-  // need another pass over the mesh without benefit.
+  // Returns the content of $Entities. The bounding box of every entity is that of the whole mesh:
+  // exact boxes would need another pass over the mesh without benefit.
   std::string entities() {
     double low[3] = {0, 0, 0}, high[3] = {0, 0, 0};
     find_box(low, high);
@@ -225,9 +227,10 @@ class PlanAnew {
   const std::string path_;
   GmshPlan plan_;
   bool named_ = false;
-  std::map<std::int32_t, std::uint32_t> entities_[4];  // block of each entity, by dimension
+  // For each dimension, the block of each entity.
+  std::map<std::int32_t, std::uint32_t> entities_[4];
 
-  // Entities, by dimension and by id and name of a block.
+  // Entity of each combination of dimension, block id and block name.
   std::map<std::tuple<std::int32_t, std::int64_t, std::string>, std::int32_t> entity_of_;
 };
 

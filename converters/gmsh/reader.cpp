@@ -19,8 +19,7 @@ std::string_view trimmed_lines(std::string_view text) {
   return text.find_first_not_of(" \t\r\n") == std::string_view::npos ? std::string_view() : text;
 }
 
-// Returns true for sections that are kept verbatim and that never refer to nodes or elements by
-// tag.
+// Returns true if a section is kept verbatim and never refers to nodes or elements by tag.
 bool names_no_tags(std::string_view section) {
   for (const std::string_view known :
        {"MeshFormat", "Comments", "PhysicalNames", "Entities", "PartitionedEntities",
@@ -53,7 +52,8 @@ class SectionReader {
   }
 
  private:
-  // Moves to the content of the next section. Keeps the text between the sections.
+  // Moves to the content of the next section and keeps the text before it. Returns false at the end
+  // of the file.
   bool next_section() {
     std::string between;
     while (!r_.input.at_end()) {
@@ -166,7 +166,7 @@ class SectionReader {
     r_.add_text("gmsh/byte_order", little ? "little" : "big");
   }
 
-  // Reads the content of a section up to the line with the end marker.
+  // Reads the content of a section, up to the line with its end marker.
   std::string read_raw() {
     const std::uint64_t start = r_.input.offset();
     const std::string marker = end_marker(r_.sections.back().name);

@@ -1,5 +1,5 @@
-// Readers of the numbers of an MSH file. The layout of a section is the same in ASCII and binary,
-// so the same code reads both.
+// Classes that read the numbers of an MSH file. A section has the same layout in ASCII and in
+// binary files, so the same code reads both.
 #pragma once
 
 #include <bit>
@@ -29,7 +29,7 @@ struct GmshEncoding {
   bool swapped = false;  // true: binary numbers have the opposite byte order of this machine
 };
 
-// Reads numbers directly from the file. Throws Failure.
+// Reads numbers directly from the file. Throws Failure if there is no valid number.
 class GmshScan {
  public:
   explicit GmshScan(TextInput& input) : input_(&input) {}
@@ -40,7 +40,7 @@ class GmshScan {
     if (!encoding.binary) return input_->number<std::int64_t>();
     return raw<std::int64_t>();
   }
-  // Reads a tag: 64 bits in version 4.1, 32 bits in earlier versions.
+  // Reads a tag, which has 64 bits in version 4.1 and 32 bits in earlier versions.
   std::int64_t tag(bool wide) { return wide ? integer64() : integer32(); }
   std::uint64_t count() {
     const std::int64_t value = integer64();
@@ -75,8 +75,8 @@ class GmshScan {
   TextInput* input_;
 };
 
-// Reads numbers of a section in memory. Throws nothing: after the first invalid number, `good()`
-// returns false and all numbers are 0.
+// Reads numbers of a section that is in memory. Does not throw: after the first invalid number,
+// `good()` returns false and all numbers are 0.
 class GmshMemoryScan {
  public:
   GmshMemoryScan(std::string_view content, GmshEncoding encoding)
@@ -87,14 +87,14 @@ class GmshMemoryScan {
   std::int64_t integer32() { return encoding_.binary ? raw<std::int32_t>() : text<std::int64_t>(); }
   std::int64_t integer64() { return encoding_.binary ? raw<std::int64_t>() : text<std::int64_t>(); }
   double real() { return encoding_.binary ? raw<double>() : text<double>(); }
-  // Reads a count of items that need at least two bytes each. If fewer bytes are left, returns 0
-  // and good() becomes false.
+  // Reads a count of items, each of which needs at least two bytes. If the section has fewer bytes
+  // left, returns 0, and good() becomes false.
   std::uint64_t count() {
     const std::int64_t value = integer64();
     if (value < 0 || static_cast<std::uint64_t>(value) > left_.size()) good_ = false;
     return good_ ? static_cast<std::uint64_t>(value) : 0;
   }
-  // Reads a count of 64 bits if `wide`, otherwise of 32 bits, as in MSH 4.0.
+  // Reads a count, which has 64 bits if `wide` is true, otherwise 32 bits as in MSH 4.0.
   std::uint64_t count(bool wide) {
     if (wide) return count();
     const std::int64_t value = integer32();

@@ -1,21 +1,23 @@
-// Parses the smaller sections for the Gmsh reader, from memory: $Periodic and $GhostElements.
+// Parses the sections $Periodic and $GhostElements for the Gmsh reader. These sections are small
+// enough to be in memory.
 #include "gmsh/mesh.h"
 
 namespace shm::converters {
 namespace {
 
-// Appends the index of the item with a tag. Returns false if the tag is not in the mesh.
+// Appends the index of the item with tag `tag` to `out`. Returns false if the mesh has no such
+// item.
 bool append_places(GmshTags& tags, std::int64_t tag, std::vector<std::int64_t>& out) {
   const auto place = tags.find(tag);
   if (place) out.push_back(static_cast<std::int64_t>(*place));
   return place.has_value();
 }
 
-// Returns the number of affine values that follow in a periodic link.
+// Returns the number of affine values that follow in a link of $Periodic.
 std::uint64_t affine_count(GmshMemoryScan& scan, bool v41) {
   constexpr std::uint64_t kAffineValues = 16;
   if (v41) return scan.count();
-  if (scan.binary()) {  // in MSH 4.0 a negative number of nodes precedes them
+  if (scan.binary()) {  // in MSH 4.0, a negative number of nodes precedes the affine values
     GmshMemoryScan ahead = scan;
     if (ahead.integer64() >= 0 || !ahead.good()) return 0;
     scan = ahead;
@@ -31,7 +33,8 @@ std::uint64_t affine_count(GmshMemoryScan& scan, bool v41) {
 bool parse_gmsh_periodic(GmshReading& reading, std::string_view content) {
   const bool v41 = reading.version >= 41;
   GmshEncoding encoding = reading.scan.encoding;
-  encoding.binary = encoding.binary && reading.version >= 40;  // text in MSH 1 and 2
+  // These sections are text in binary files of MSH 1 and 2.
+  encoding.binary = encoding.binary && reading.version >= 40;
   if (!reading.have_nodes) return false;
   GmshMemoryScan scan(content, encoding);
   std::vector<std::int64_t> links, nodes;

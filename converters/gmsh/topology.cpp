@@ -1,4 +1,4 @@
-// The Gmsh reader's $Nodes and $Elements.
+// Reads the sections $Nodes and $Elements of a Gmsh file.
 #include <array>
 
 #include "gmsh/mesh.h"
@@ -7,9 +7,10 @@
 namespace shm::converters {
 namespace {
 
-constexpr std::size_t kMaxTagBlocks = 1024;  // largest number of blocks by tags (see gmsh.h)
+// Largest number of blocks for combinations of tags (see gmsh.h).
+constexpr std::size_t kMaxTagBlocks = 1024;
 
-// Limit for entity blocks, far above the number in real models.
+// Largest number of entity blocks, far above the number in real models.
 constexpr std::uint64_t kMaxEntityBlocks = 1u << 20;
 constexpr std::uint64_t kMaxElementTags = 64;  // largest number of tags of one MSH 2 element
 
@@ -46,7 +47,7 @@ class NodeReader {
     const bool v41 = r_.version >= 41;
     const std::uint64_t blocks = r_.scan.count();
     const std::uint64_t total = r_.scan.count();
-    if (v41) {  // skips the lowest and highest tag, which are computed from the tags
+    if (v41) {  // skips the lowest and highest tag, which the reader computes from the tags
       r_.scan.integer64();
       r_.scan.integer64();
     }
@@ -129,7 +130,7 @@ class ElementReader {
   explicit ElementReader(GmshReading& reading)
       : r_(reading), info_(reading.mesh->info_), binary_(reading.scan.encoding.binary) {}
 
-  // Reads the elements of MSH 1 and 2: one list of elements of mixed types.
+  // Reads the elements of MSH 1 and 2, which are one list of elements of mixed types.
   void read_flat() {
     const std::uint64_t count = r_.scan.text_count();
     r_.input.skip_line();
@@ -144,7 +145,7 @@ class ElementReader {
     finish();
   }
 
-  // Reads the elements of MSH 4: a list of entity blocks.
+  // Reads the elements of MSH 4, which are a list of entity blocks.
   void read_blocks() {
     const bool v41 = r_.version >= 41;
     const std::uint64_t blocks = r_.scan.count();
@@ -281,7 +282,7 @@ class ElementReader {
     }
   }
 
-  // Returns the block for the element whose tags have just been read.
+  // Returns the block of the element whose tags were read last.
   std::uint32_t tag_block(std::int64_t type_number, const GmshType& type) {
     TagKey key{type_number, tags_.size(), 0, 0};
     if (!merged_ && !tags_.empty()) key.first = tags_[0];
@@ -303,8 +304,8 @@ class ElementReader {
     return last_block_;
   }
 
-  // Makes one block for each type and number of tags. Called if there are too many combinations of
-  // tags.
+  // Creates one block for each type and number of tags. Called if there are too many combinations
+  // of tags for one block each.
   void merge_blocks() {
     const std::vector<TagKey> old = std::move(by_block_);
     const std::vector<std::uint64_t> old_cells = std::move(info_.block_cells);
@@ -355,9 +356,10 @@ class ElementReader {
   MeshInfo& info_;
   const bool binary_;
   std::vector<std::uint64_t> in_file_, in_order_;
-  // Used for MSH 1 and 2 only:
+  // The following members are used only for MSH 1 and 2.
   std::vector<std::int32_t> tags_;  // tags of the element that is being read
-  std::vector<PagedArray> slots_;  // [i]: the i-th tag of each element that has at least i + 1 tags
+  // Slots_[i]: the i-th tag of each element that has more than i tags.
+  std::vector<PagedArray> slots_;
   std::map<TagKey, std::uint32_t> keys_;
   std::vector<TagKey> by_block_;
   TagKey last_key_;
@@ -379,7 +381,8 @@ void read_gmsh_nodes(GmshReading& reading, bool parametric_section) {
 
 namespace {
 
-// Stores the tags: only the first tag if they are consecutive, otherwise an array.
+// Stores the tags of nodes or elements: only the first tag if they are consecutive, otherwise an
+// array of all tags.
 void keep_tags(GmshReading& reading, GmshTags& tags, const char* what, Location location) {
   const std::string folder = location == Location::point ? "gmsh/nodes" : "gmsh/elements";
   const auto first = tags.first_of_run();

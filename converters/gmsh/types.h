@@ -1,4 +1,5 @@
-// MSH element types: dimension, number of nodes, and the permutation of the nodes to VTK's order.
+// Element types of MSH: their dimension, number of nodes, and the permutation of their nodes to
+// VTK's order.
 #pragma once
 
 #include <cstddef>
@@ -13,25 +14,26 @@ struct GmshType {
   int dimension = -1;       // -1: unknown type
   std::uint32_t nodes = 0;  // 0: varies from element to element
   CellShape shape = CellShape::other;
-  // Node k in VTK's order is node permutation[k] in Gmsh's order. Empty if the orders are equal.
+  // Node k in VTK's order is node permutation[k] in Gmsh's order. The permutation is empty if the
+  // two orders are equal.
   std::span<const std::uint8_t> permutation;
   bool known() const { return dimension >= 0; }
 };
 
 GmshType gmsh_type(std::int64_t type);
 
-// Returns the number of parameters of a node on an entity of this dimension. Nodes in volumes have
-// parameters only in MSH 4.1.
+// Returns the number of parametric coordinates of a node on an entity of this dimension. Nodes in
+// volumes have such coordinates only in MSH 4.1.
 constexpr std::size_t gmsh_parameters(std::int32_t dimension, bool parametric, bool v41) {
   if (!parametric || dimension < 1 || dimension > (v41 ? 3 : 2)) return 0;
   return static_cast<std::size_t>(dimension);
 }
 
-// Returns true if one tag of an MSH 2 element of this type is the number of its parent, another
+// Returns true if one of the tags of an MSH 2 element of this type is the number of its parent
 // element.
 bool gmsh_type_has_parent(std::int64_t type);
 
-// Returns the MSH type for a cell of this shape, or 0 if there is none.
+// Returns the MSH type of cells with this shape and number of nodes, or 0 if there is no such type.
 std::int32_t gmsh_type_for(CellShape shape, std::uint64_t nodes);
 
 }  // namespace shm::converters

@@ -59,7 +59,7 @@ class SectionWriter {
       const auto affine_count = static_cast<std::uint64_t>(links[i + 3]);
       const auto pairs = static_cast<std::uint64_t>(links[i + 4]);
       if (affine_count > affine.size() - next_affine || pairs > (nodes.size() - next_node) / 2)
-        w_.extras.fail(key + "/links", "counts more than there are");
+        w_.extras.fail(key + "/links", "counts more affine values or nodes than there are");
       if (w_.v41()) w_.out.count(affine_count);
       if (!w_.v41() && affine_count > 0) begin_old_affine(key, affine_count);
       for (std::uint64_t k = 0; k < affine_count; ++k) w_.out.real(affine[next_affine++]);
@@ -76,8 +76,8 @@ class SectionWriter {
     w_.out.write_numbers_as_text(false);
   }
 
-  // Writes the announcement of affine values, which versions before 4.1 need: a word, or in binary
-  // (only 4.0) a negative number of nodes.
+  // Announces affine values, as versions before 4.1 require: writes a word in text files, or a
+  // negative number of nodes in binary files (only 4.0).
   void begin_old_affine(const std::string& key, std::uint64_t values) {
     if (values != 16) w_.extras.fail(key + "/links", "lacks an affine transformation of 16 values");
     if (w_.v4() && w_.plan.encoding.binary)

@@ -1,4 +1,4 @@
-// Writes the sections $Nodes and $Elements.
+// Writes the sections $Nodes and $Elements of a Gmsh file.
 #include <algorithm>
 #include <array>
 
@@ -64,8 +64,8 @@ class NodeWriter {
   }
 
  private:
-  // Reads data of vertices in any order, with one call of read() for each run of consecutive
-  // vertices.
+  // Reads data of the vertices `places`, which may be in any order. Calls read() once for each run
+  // of consecutive vertices.
   template <class Read>
   static void gather(const std::vector<std::uint64_t>& places, std::size_t bytes_each,
                      std::byte* out, Read read) {
@@ -96,7 +96,7 @@ class NodeWriter {
            });
   }
 
-  // Loads the row of the entity table of each of `count` vertices.
+  // Reads the row in the entity table of each of `count` vertices, starting at vertex `first`.
   void load_entities(std::uint64_t first, std::uint64_t count, std::vector<std::int32_t>& rows) {
     rows.assign(count, 0);
     if (w_.plan.node_entity)
@@ -107,8 +107,8 @@ class NodeWriter {
         w_.fail(ErrorCode::corrupt, "a node belongs to an entity that does not exist");
   }
 
-  // Returns the number of vertices of each entity. If the vertices are not ordered by entity, also
-  // fills vertex_order_.
+  // Returns the number of vertices of each entity. If the vertices of the mesh are not sorted by
+  // entity, also fills vertex_order_.
   std::vector<std::uint64_t> sort_vertices() {
     std::vector<std::uint64_t> counts(w_.plan.node_entities.size());
     std::vector<std::int32_t> rows;
@@ -169,7 +169,8 @@ class NodeWriter {
   }
 
   GmshWriting& w_;
-  PagedArray vertex_order_;  // vertices ordered by entity; empty if the mesh is in this order
+  PagedArray vertex_order_;  // vertices sorted by entity; empty if the vertices of the mesh are
+                             // already sorted
   std::vector<std::byte> raw_;
   std::vector<double> points_, parameters_;
 };
@@ -265,8 +266,8 @@ class ElementWriter {
     while (begun < w_.plan.groups.size()) begin_group(begun++);
   }
 
-  // Collects the numbers and corners of the cells of each group in the spool, then writes them
-  // group by group.
+  // Sorts the numbers and corners of the cells by group in the spool, then writes the cells group
+  // by group.
   void write_cells_sorted() {
     std::vector<PagedArray> of_group;
     for (std::size_t g = 0; g < w_.plan.groups.size(); ++g) of_group.emplace_back(w_.spool, 8);
@@ -293,7 +294,7 @@ class ElementWriter {
     }
   }
 
-  // Loads the tags of the cells of a batch from arrays. Used for MSH 1 and 2.
+  // Reads the tags of the cells of a batch from arrays. Used only for MSH 1 and 2.
   void load_tags(const CellBatch& batch) {
     for (std::size_t slot = 0; slot < w_.plan.tag_arrays.size(); ++slot) {
       tag_place_[slot] = 0;
@@ -322,8 +323,8 @@ class ElementWriter {
     }
   }
 
-  // Writes the header of a run in a binary file: the cells from `first` on that have the same type
-  // and number of tags. Returns the end of the run.
+  // Writes the header of a run in a binary file. A run consists of the cells from `first` on that
+  // have the same type and number of tags. Returns the end of the run.
   std::size_t begin_run(const CellBatch& batch, std::size_t first) {
     const GmshElementGroup& group = w_.plan.groups[batch.blocks[first]];
     std::size_t end = first + 1;
@@ -338,8 +339,9 @@ class ElementWriter {
 
   GmshWriting& w_;
   std::vector<std::uint64_t> in_file_;
-  // Used for MSH 1 and 2, indexed by the position of the tag:
-  std::array<std::uint64_t, 64> tag_first_{};  // index of the next value in the array
+  // The following members are used only for MSH 1 and 2. Their index is the position of the tag in
+  // an element.
+  std::array<std::uint64_t, 64> tag_first_{};  // index of the next value to read from the array
   std::array<std::size_t, 64> tag_place_{};    // index of the next value in tag_values_
   std::array<std::vector<std::int32_t>, 64> tag_values_;
 };

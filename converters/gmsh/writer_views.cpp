@@ -1,4 +1,5 @@
-// Writes the views: $NodeData, $ElementData, $ElementNodeData.
+// Writes the views of a Gmsh file, which are the sections $NodeData, $ElementData and
+// $ElementNodeData.
 #include <algorithm>
 #include <cstring>
 
@@ -22,7 +23,7 @@ void write_header(GmshWriting& writing, const GmshPlannedSection& section) {
   if (!section.header.ends_with('\n')) writing.out.text("\n");
 }
 
-// Iterates over the elements of an array at one step.
+// Iterates over the elements of an array at one time step.
 class Values {
  public:
   Values(GmshWriting& writing, const GmshPlannedSection& section)

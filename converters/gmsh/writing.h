@@ -1,4 +1,5 @@
-// Internals of the Gmsh writer: the data that its parts share while they write a file.
+// Internals of the Gmsh writer: the data that all parts of the writer share while they write a
+// file.
 #pragma once
 
 #include <string>
@@ -16,7 +17,7 @@ namespace shm::converters {
 // Number of vertices, cells or values that are processed together.
 inline constexpr std::size_t kGmshPiece = 16384;
 
-// Tags of nodes or elements, either from an array or consecutive.
+// The tags of all nodes or of all elements: values of an array, or consecutive numbers.
 class GmshTagValues {
  public:
   GmshTagValues(Spool& spool, std::uint64_t count, std::int64_t first);
@@ -41,8 +42,8 @@ struct GmshWriting {
   bool v41() const { return plan.version >= 41; }
   bool v4() const { return plan.version >= 40; }
   [[noreturn]] void fail(ErrorCode code, const std::string& detail) const;
-  // Returns the tag of the vertex or cell that an extra refers to. Throws Failure if the vertex or
-  // cell is not in the mesh.
+  // Return the tag of the vertex or cell to which an extra refers. Throw Failure if there is no
+  // such vertex or cell.
   std::int64_t node_tag(std::int64_t place);
   std::int64_t element_tag(std::int64_t place);
 
@@ -55,7 +56,7 @@ struct GmshWriting {
   GmshTagValues node_tags, element_tags;
   std::string section = "elements";  // section that error messages state
 
-  // Computed by look_at_gmsh_cells():
+  // look_at_gmsh_cells() computes the following members:
   PagedArray cell_blocks;                  // uint32, block of each cell
   std::vector<GmshType> types;             // type of each group of the plan
   std::vector<std::uint64_t> group_cells;  // number of cells of each group
@@ -63,10 +64,10 @@ struct GmshWriting {
   GmshOutput out;
 };
 
-// Counts and checks the cells. Call it before anything is written.
+// Counts and checks the cells. Must be called before anything is written.
 void look_at_gmsh_cells(GmshWriting& writing);
 
-// Write the content of a section, without its markers.
+// Write the content of a section, without the lines of its markers.
 void write_gmsh_nodes(GmshWriting& writing, const std::string& section_name);
 void write_gmsh_elements(GmshWriting& writing);
 void write_gmsh_view(GmshWriting& writing, const GmshPlannedSection& section);

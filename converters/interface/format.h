@@ -27,70 +27,79 @@ namespace shm::converters {
 // Names and roles of the arrays that map the vertices and cells of a mesh to their numbers in
 // another mesh or file, counted from 1.
 struct NumberMaps {
-  std::string_view vertices, cells;  // names of the arrays
+  // Names of the two arrays, e.g. "node_num_map" and "elem_num_map".
+  std::string_view vertices, cells;
   std::string_view vertices_role, cells_role;
-  // Role of an array, in a part of a decomposed mesh, that contains numbers in the original whole
-  // mesh.
+  // Role of an array in a part of a decomposed mesh: the array contains the numbers that the part's
+  // vertices or cells have in the whole mesh.
   std::string_view original_role;
 };
 
-// The features that a format can represent. A writer writes these features of meshes from other
-// formats; all other features are losses.
+// The features that a format can represent. When a mesh of another format is written, these
+// features are kept; all other features are losses.
 struct Capabilities {
   // How node sets, side sets and groups of elements are represented: as sets, as arrays (see
   // set_arrays.h), or as separate cells (see set_cells.h).
   enum class Sets { sets, arrays, cells };
   Sets sets = Sets::arrays;
-  // Whether a file may contain all time steps; if false, a file contains one time step
+  // Whether a file may contain all time steps; if false, a file contains one time step.
   bool every_step = false;
-  // Whether arrays may have several components; if false, each component is an array: v_x, v_y, v_z
+  // Whether arrays may have several components; if false, each component becomes a separate array,
+  // such as v_x, v_y, v_z.
   bool vectors = true;
-  bool padded_vectors = false;  // vectors are padded with zeros to an allowed number of components
-  bool unique_names = false;    // array names are unique: the second "v" becomes "v (2)"
+  // True: vectors are padded with zeros to an allowed number of components.
+  bool padded_vectors = false;
+  bool unique_names = false;  // true: array names are unique, so the second "v" becomes "v (2)"
 
-  // Whether arrays may have integer values; if false, all values are floating-point
+  // Whether arrays may have integer values; if false, all values are floating-point.
   bool integers = true;
-  // Whether cell arrays may cover only some blocks; if false, they are filled with NaN or 0
+  // Whether cell arrays may cover only some blocks; if false, the other blocks are filled with NaN
+  // (floats) or 0 (integers).
   bool partial_arrays = false;
-  // Whether files have blocks; if false, block numbers are stored as an array
+  // Whether files have blocks; if false, block numbers are stored as an array.
   bool block_numbers = false;
   bool blocks_by_type = false;  // true: the number of a block is the number of a cell type
   bool positive_numbers = false, unique_numbers = false;
-  // Largest numbers that blocks and sets may have. most_numbers is null if there is no limit.
+  // Largest numbers that blocks and sets may have. If there is no limit, the function pointer
+  // most_numbers is null.
   struct MostNumbers {
     std::int64_t block, set;
   };
   MostNumbers (*most_numbers)(const MeshInfo& info) = nullptr;
   bool times = true;  // true: step times are stored even if no array has steps
   std::size_t title_bytes = ~std::size_t{0};  // maximum length of the title in bytes
-  const NumberMaps* maps = nullptr;           // arrays that are number maps in this format too
+  // The arrays that are number maps in this format; null if there are none.
+  const NumberMaps* maps = nullptr;
 
-  // Returns true if the format can represent cells like those of the block; null: it can represent
-  // all cells.
+  // Returns true if the format can represent the cells of the block. A null pointer means that the
+  // format can represent all cells.
   bool (*block)(const BlockInfo& block) = nullptr;
-  // Returns true if the name is written unchanged; null: every name is written unchanged.
+  // Returns true if the name is written unchanged. A null pointer means that every name is written
+  // unchanged.
   bool (*name)(const std::string& name) = nullptr;
-  // Name of a format whose meshes the writer accepts unchanged, with their extras; empty: none.
-  // losses_of_sibling lists the losses that nevertheless occur.
+  // Name of a format whose meshes the writer accepts unchanged, with their extras; empty if there
+  // is no such format. losses_of_sibling() returns the data that is lost nevertheless.
   std::string_view sibling = {};
   LossList (*losses_of_sibling)(const MeshInfo& info) = nullptr;
 };
 
-// The meaning of arrays with a role that a format defines.
+// The meaning of the arrays that have a certain role. Formats define such roles.
 struct Role {
   std::string_view name;       // role of the arrays: "format:..."
   bool is_numbered = false;    // a number follows the name: "format:name3"
   bool is_number_map = false;  // the values are numbers of vertices or cells
 
-  // Whether the array has one value for each corner, edge or face of a cell, in the cell's order
+  // Whether the array has one value for each corner, edge or face of a cell, in the order of the
+  // cell's corners, edges or faces.
   bool is_by_place = false;
   bool is_private = false;  // the array has no meaning in other formats
 
-  // Returns text that describes the loss of a private array with this name; null: nothing is lost.
+  // Returns text that describes the loss of a private array with this name. A null pointer means
+  // that nothing is lost.
   std::string (*loss)(const std::string& array) = nullptr;
 };
 
-// A named group of a mesh, for display.
+// A named group of vertices, sides or cells of a mesh, in the form in which reports display it.
 struct NamedGroup {
   std::string kind;  // "node set", "side set", "physical volume", ...
   std::string id;
@@ -98,16 +107,18 @@ struct NamedGroup {
   std::optional<std::uint64_t> members;
 };
 
-// Interprets the extras of a mesh that came from a file of a certain format. A format that defines
-// no extras overrides nothing.
+// Interprets the extras of meshes that came from files of one format. A format without extras uses
+// the default implementation of each function.
 class SourceFormat {
  public:
   SourceFormat(const SourceFormat&) = delete;
   SourceFormat& operator=(const SourceFormat&) = delete;
 
-  // These functions return data that is stored in the extras of a mesh, in addition to the sets of
-  // shm/sets.h. They add the keys of all extras whose content the result includes to `used`.
+  // sets(), time(), title() and block_names() return data that is stored in the extras of a mesh;
+  // sets() returns sets in addition to those of shm/sets.h. The functions add the keys of the
+  // extras from which they took data to `used`.
   virtual std::vector<MeshSet> sets(const MeshInfo&, Keys& /*used*/) const { return {}; }
+
   // Returns groups other than node sets, side sets and element sets.
   virtual std::vector<NamedGroup> named_groups(const MeshInfo&) const { return {}; }
   virtual std::optional<double> time(const MeshInfo&, Keys& /*used*/) const { return {}; }
@@ -120,33 +131,35 @@ class SourceFormat {
   // stored. Returns false if the extras come from one of several files, each of which contains one
   // step.
   virtual bool describes_steps(const MeshInfo&) const { return true; }
-  // Returns the extras for a mesh reduced to some of its steps; nothing if they cannot be
-  // determined.
+  // Returns the extras for a mesh that is reduced to some of its steps. Returns nothing if these
+  // extras cannot be determined.
   virtual std::optional<std::vector<Extra>> extras_of_steps(const MeshInfo& info,
                                                             StepRange /*steps*/) const {
     return info.extras;
   }
-  // These functions are for a mesh that is one of several files, each with one step.
+
+  // The next two functions are for meshes of a series of files, each of which contains one step.
   // extras_of_series() returns the extras without data about the step (its time, ranges of values),
-  // so that the result is valid for all files. is_about_file() returns true if an extra describes
-  // one file and may differ in the other files.
+  // so that the result is valid for all files of the series. is_about_file() returns true if an
+  // extra describes one file and may differ in the other files.
   virtual std::vector<Extra> extras_of_series(const MeshInfo& info) const { return info.extras; }
   virtual bool is_about_file(std::string_view /*key*/) const { return false; }
-  // Returns the array that contains the points at a time step; nothing if the mesh has the same
-  // points at every step.
+
+  // Returns the index of the array that contains the points at a time step. Returns nothing if the
+  // mesh has the same points at every step.
   virtual std::optional<std::size_t> points_of_step(const MeshInfo&, std::uint64_t /*step*/) const {
     return {};
   }
-  // Returns true if the mesh is two-dimensional: the sides of its triangles and quads are then
+
+  // Returns true if the mesh is two-dimensional, so that the sides of its triangles and quads are
   // edges.
   virtual bool is_flat(const MeshInfo&) const { return false; }
-  // Returns true if extras, other than side sets, or blocks depend on the position of corners
-  // Returns true if blocks, or extras other than side sets, depend on the order of corners in a
-  // cell.
+  // Returns true if the meaning of blocks, or of extras other than side sets, depends on the order
+  // of the corners in a cell.
   virtual bool needs_corner_order(const MeshInfo&) const { return false; }
 
   // has_strings() returns true if the values of an array are indices into a list of strings;
-  // strings() returns this list.
+  // strings() returns this list of strings.
   virtual bool has_strings(const ArrayInfo&) const { return false; }
   virtual std::vector<std::string> strings(const MeshInfo&, std::size_t /*array*/) const {
     return {};
@@ -154,22 +167,24 @@ class SourceFormat {
   // Returns true if an extra is a list of strings that strings() returns.
   virtual bool is_list_of_strings(std::string_view /*key*/) const { return false; }
 
-  // Returns the extras that no other format can represent, except the extras in `used`.
+  // Returns descriptions of the extras that no other format can represent. Leaves out extras whose
+  // key is in `used`.
   virtual LossList losses(const MeshInfo& info, const Keys& used) const {
     return losses_by_key(info, used);
   }
   // Returns true if an extra can be derived from the blocks of the mesh.
   virtual bool follows_from_blocks(const Extra&) const { return false; }
 
-  // These functions append the time steps of another file (`more`) to a mesh (`old`). All of them
-  // return extras, except counts_steps(), which returns true if the extras contain the number of
-  // steps.
+  // The next three functions determine the extras of a mesh (`old`) to which the time steps of
+  // another file (`more`) are appended.
   //
-  // joined_extras() returns the extras of the result if both files have the same format. `extras`:
-  // the extras of `more`, in the numbering of `old`. `steps`: the steps of `more` to append. If the
-  // function returns nothing, each extra of `more` must also be in `old`. lengthened_extras()
-  // returns the extras of the result if `more` has another format. Both throw Failure (unsupported)
-  // if the steps cannot be appended.
+  // counts_steps() returns true if the extras contain the number of steps. joined_extras() is for
+  // files of the same format. It returns the extras of the result, or nothing; in the latter case,
+  // each extra of `more` must also be in `old`. Its parameter `extras` contains the extras of
+  // `more` in the numbering of `old`, and `steps` lists the steps of `more` to append.
+  // lengthened_extras() returns the extras of the result if `more` has another format; `steps` is
+  // the number of steps that are appended. Both throw Failure (unsupported) if the steps cannot be
+  // appended.
   virtual bool counts_steps(const MeshInfo&) const { return false; }
   virtual std::optional<AppendedExtras> joined_extras(
       const MeshInfo& /*old*/, const MeshInfo& /*more*/, const std::vector<Extra>& /*extras*/,
@@ -180,8 +195,8 @@ class SourceFormat {
     return {};
   }
 
-  // Adds information about the whole mesh to the extras of a piece, if the writer of the piece
-  // needs this information.
+  // Adds information about the whole mesh to the extras of a piece (some cells of the mesh), if the
+  // writer of the piece needs this information.
   virtual void mark_piece(const MeshInfo& /*whole*/, MeshInfo& /*piece*/) const {}
 
  protected:
@@ -190,32 +205,33 @@ class SourceFormat {
 };
 
 struct Format {
-  std::string_view name;   // name in --format, and source_format of meshes
+  std::string_view name;   // the format's name in the option --format and in Schema::source_format
   std::string_view title;  // human-readable name in messages
 
-  // File name extensions with the dot; unused entries are empty
+  // File name extensions of the format, with the dot; unused entries are empty.
   std::array<std::string_view, 6> extensions;
   // Returns true if a file that begins with `head` (at most 4096 bytes) has this format.
   bool (*looks_like)(std::span<const std::byte> head) = nullptr;
-  // Function that opens a file. Null for .shm files, which open_mesh() and write_mesh() decode and
-  // encode.
+  // Opens a file. The pointers open and write are null for .shm files, which open_mesh() and
+  // write_mesh() decode and encode themselves.
   std::unique_ptr<MeshSource> (*open)(const std::string& path, Spool& spool) = nullptr;
   void (*write)(MeshSource& mesh, const std::string& path, Spool& spool) = nullptr;
   // True if the format stores meshes of all formats unchanged, with their extras, as .shm files do.
-  // `capabilities` are then those for a mesh without the extras of its format.
+  // `capabilities` then describes the features that remain when a mesh is written without the
+  // extras of its format.
   bool holds_everything = false;
   Capabilities capabilities = {};
   std::span<const Role> roles = {};
-  const SourceFormat* source = nullptr;  // null: same as a SourceFormat that overrides nothing
+  const SourceFormat* source = nullptr;  // null: the default implementations of SourceFormat apply
 
-  // Converts extras written by older versions of shm to the extras that the format's reader creates
-  // now. Null: the extras have not changed.
+  // Converts extras that older versions of shm wrote to the extras that the format's reader creates
+  // now. A null pointer means that the extras have not changed.
   void (*translate_old_extras)(MeshInfo& info) = nullptr;
   FileSink::Temporary temporary = FileSink::Temporary::unnamed;  // how temporary files are created
 
-  // Loads the libraries that the format needs. open() and write() also load them; a program that
-  // forks calls this function beforehand. Null: the format needs only libraries that the program is
-  // linked to. Throws Failure.
+  // Loads the libraries that the format needs. open() and write() also load them, but a program
+  // that forks calls this function before it forks. A null pointer means that the program is linked
+  // to all libraries that the format needs. Throws Failure.
   void (*load)() = nullptr;
 };
 

@@ -1,5 +1,5 @@
-// Losses: the data of a mesh that the target format cannot represent. They are listed before
-// anything is written, so that nothing is dropped silently.
+// Losses: descriptions of the data of a mesh that the target format cannot represent. The tool
+// lists the losses before it writes anything, so that no data is dropped silently.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,8 @@ namespace shm::converters {
 
 using Keys = std::set<std::string>;  // keys of extras
 
-// Each entry is text for a terminal, for example "side set 3 'inlet'" or "QA records".
+// A list of lost data. Each entry is text for a terminal, for example "side set 3 'inlet'" or "QA
+// records".
 using LossList = std::vector<std::string>;
 
 // Collects losses without duplicates.
@@ -33,13 +34,13 @@ class LossCollector {
   std::set<std::string> listed_;
 };
 
-// Returns the keys of the extras that are lost. Keys in `used`, and keys that start with an entry
-// of `known`, are not included.
+// Returns the keys of the extras that are lost. Leaves out keys in `used`, and keys that start with
+// an entry of `known`.
 LossList losses_by_key(const MeshInfo& info, const Keys& used,
                        std::span<const std::string_view> known = {});
 
-// Returns text such as "time steps 0 to 7 of 9", which lists the lost steps when a file of `format`
-// contains only the step `kept`.
+// Returns text such as "time steps 0 to 7 of 9": the steps that are lost when a file of `format`
+// contains only the steps `kept`.
 std::string lost_steps(std::uint64_t steps, StepRange kept, const std::string& format);
 
 std::string quoted(std::string_view text);  // returns " 'T'" for the text T

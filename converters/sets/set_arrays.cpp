@@ -9,8 +9,8 @@
 namespace shm::converters {
 namespace {
 
-// Limits for the size of all arrays of sets. Each array has a byte for every vertex or cell, even
-// if its set is small.
+// Limits for the total size in bytes of the arrays of all sets. An array needs one byte per vertex
+// or cell of the mesh, even if its set is small.
 constexpr std::uint64_t kSetBytesAllowed = std::uint64_t{256} << 20, kMostOfMesh = 64;
 
 // Estimates the size in bytes of coordinates and connectivity in most formats.
@@ -65,7 +65,8 @@ bool SetArrays::fill(const MeshSet& set, PagedArray& marks) {
 void SetArrays::read_array(std::size_t array, std::uint64_t step, std::uint64_t first,
                            std::uint64_t count, std::byte* out) {
   if (array < own_arrays_) return source_.read_array(array, step, first, count, out);
-  // The set consists of whole blocks: all their cells are marked.
+  // If the set consists of whole blocks, the array covers only these blocks, and all its values
+  // are 1.
   if (!info_.schema.arrays[array].blocks.empty()) {
     std::fill_n(out, count, std::byte{1});
     return;

@@ -1,6 +1,6 @@
 // SetArrays: a mesh whose sets become additional arrays, for formats without sets. The array of a
-// set is 1 on its nodes or cells and 0 elsewhere. The array of a side set has a bit for each side
-// of a cell; side 1 is the lowest bit.
+// node set or element set is 1 on the members of the set and 0 elsewhere. The array of a side set
+// has a bit for each side of a cell; side 1 is the lowest bit.
 #pragma once
 
 #include <cstdint>
@@ -18,16 +18,16 @@ class SetArrays final : public ForwardingMesh {
   SetArrays(MeshSource& source, const std::vector<MeshSet>& sets, Spool& spool);
   void read_array(std::size_t array, std::uint64_t step, std::uint64_t first, std::uint64_t count,
                   std::byte* out) override;
-  // Returns the labels of the sets that were left out. A set is left out if it has a side number
-  // beyond the available bits. It is also left out if the arrays of all sets would be larger than
-  // both 256 MiB and 64 times the mesh.
+  // Returns the labels of the sets that were left out. A set is left out if it contains a side
+  // number outside 1..8, since only 8 bits are available. A set is also left out if the arrays of
+  // all sets would need more than both 256 MiB and 64 times the size of the mesh.
   const std::vector<std::string>& left_out() const { return left_out_; }
 
  private:
   bool fill(const MeshSet& set, PagedArray& marks);
 
   std::size_t own_arrays_;
-  // Uint8 marks of each added array, up to the last member of its set.
+  // Values (uint8) of each added array, up to the last member of its set; all later values are 0.
   std::vector<PagedArray> marks_;
   std::vector<std::string> left_out_;
 };

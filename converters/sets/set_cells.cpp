@@ -35,7 +35,7 @@ const std::vector<Corners>& sides_of(CellShape shape, bool flat) {
   }
 }
 
-// Corners of the edges that have second-order nodes at their middle, in VTK's order.
+// Corners of the edges that have second-order nodes at their middle. The edges are in VTK's order.
 const std::vector<Corners>& edges_of(CellShape shape) {
   static const std::vector<Corners> none,
       triangle = {{0, 1}, {1, 2}, {2, 0}}, quad = {{0, 1}, {1, 2}, {2, 3}, {3, 0}},
@@ -55,8 +55,8 @@ const std::vector<Corners>& edges_of(CellShape shape) {
   }
 }
 
-// Corners of the faces that have nodes at their centre. These nodes come after those at the middle
-// of edges.
+// Corners of the faces that have nodes at their centre. In a cell's list of nodes, these nodes come
+// after the nodes at the middle of edges.
 const std::vector<Corners>& middles_of(CellShape shape) {
   static const std::vector<Corners> none, quad = {{0, 1, 2, 3}}, triangle = {{0, 1, 2}},
                                           pyramid = {{0, 1, 2, 3}},
@@ -114,7 +114,8 @@ CellSide side_of_cell(CellShape shape, std::span<const std::uint64_t> corners, s
   const auto middle = std::find(middles.begin(), middles.end(), sorted);
   const std::size_t place =
       first_edge + edges.size() + static_cast<std::size_t>(middle - middles.begin());
-  // Only faces of four corners: Gmsh and Exodus have no common node at the centre of triangles.
+  // Adds centre nodes only to quads: Gmsh and Exodus have no common second-order triangle with a
+  // node at its centre.
   if (middle != middles.end() && place < corners.size() && around.size() == 4)
     found.nodes.push_back(corners[place]);
   return found;
@@ -122,7 +123,8 @@ CellSide side_of_cell(CellShape shape, std::span<const std::uint64_t> corners, s
 
 std::size_t nodes_of_side(CellShape shape, std::uint32_t nodes_per_cell, std::uint64_t side,
                           bool flat) {
-  constexpr std::uint32_t kMostNodes = 27;  // nodes beyond these are on no side
+  // Largest number of nodes of a cell to look at; nodes after these are on no side.
+  constexpr std::uint32_t kMostNodes = 27;
   if (side < 1 || side > sides_of(shape, flat).size()) return 0;
   const std::vector<std::uint64_t> corners(std::min(nodes_per_cell, kMostNodes));
   return side_of_cell(shape, corners, side, flat).nodes.size();
@@ -140,7 +142,8 @@ SetCells::SetCells(MeshSource& source, const std::vector<MeshSet>& sets, bool fl
   if (info_.schema.blocks.size() > own_blocks_) leave_arrays_on_own_blocks();
 }
 
-// Restricts arrays on all blocks to the original blocks, because the added cells have no values.
+// Restricts arrays that cover all blocks to the original blocks, because the added cells have no
+// values.
 void SetCells::leave_arrays_on_own_blocks() {
   constexpr std::size_t kMostListed = std::size_t{1} << 24;
   std::size_t listed = 0;

@@ -1,5 +1,6 @@
-// SetCells: a mesh whose node sets and side sets become additional cells: a point for each node,
-// and a face or edge for each side. It is used for formats whose groups consist of elements.
+// SetCells: a mesh whose node sets and side sets become additional cells. A node becomes a point,
+// and a side becomes a face or an edge. It is used for formats in which only elements can form
+// groups.
 #pragma once
 
 #include <cstdint>
@@ -19,12 +20,14 @@ class SetCells final : public ForwardingMesh {
   SetCells(MeshSource& source, const std::vector<MeshSet>& sets, bool flat, Spool& spool);
   bool next_cells(CellBatch& out, std::size_t max_cells) override;
   void rewind_cells() override;
-  // Returns the labels of the sets that could not be converted to cells because a side is unknown.
+  // Returns the labels of the sets that could not be converted to cells, because they contain a
+  // side number that the cell does not have.
   const std::vector<std::string>& left_out() const { return left_out_; }
 
  private:
   struct Side {
-    std::uint64_t cell, side, place;  // place: position among the members of all sets
+    // `place` is the position of the side among the members of all sets.
+    std::uint64_t cell, side, place;
   };
   void leave_arrays_on_own_blocks();
   void add_nodes(const MeshSet& set);
@@ -38,16 +41,16 @@ class SetCells final : public ForwardingMesh {
   std::vector<std::string> left_out_;
 };
 
-// Shape and nodes of side `side` of a cell, in VTK's order. Sides are numbered from 1, as in
-// Exodus. The list of nodes is empty if the cell has no such side.
+// Shape of a side of a cell, and the nodes of the side in VTK's order. Sides are numbered from 1,
+// as in Exodus. The list of nodes is empty if the cell does not have the requested side.
 struct CellSide {
   CellShape shape = CellShape::other;
   std::vector<std::uint64_t> nodes;
 };
 CellSide side_of_cell(CellShape shape, std::span<const std::uint64_t> corners, std::uint64_t side,
                       bool flat);
-// Returns the number of nodes of a side of cells with `nodes_per_cell` nodes, or 0 if there is no
-// such side.
+// Returns the number of nodes of side number `side` of cells with `nodes_per_cell` nodes. Returns 0
+// if there is no such side.
 std::size_t nodes_of_side(CellShape shape, std::uint32_t nodes_per_cell, std::uint64_t side,
                           bool flat);
 

@@ -1,5 +1,5 @@
-// The keys of extras that store the sets of a mesh, for all formats. Each set has a folder of keys:
-// "FORMAT/KIND_set/N/id", "FORMAT/KIND_set/N/name" and so on.
+// The keys of the extras in which meshes of all formats store sets. The keys of a set begin with
+// the same folder: "FORMAT/KIND_set/N/id", "FORMAT/KIND_set/N/name" and so on.
 #pragma once
 
 #include <map>
@@ -15,26 +15,27 @@ namespace shm::converters {
 struct SetFolder {
   std::string_view format, kind, number;  // "exodus", "node_set", "3"
 
-  // Extras by the part of the key after the number.
+  // Extras of the set, by the part of their key after the number, e.g. "id" or "name".
   std::map<std::string_view, const Extra*> extras{};
 
-  // Returns the extra of the set with this part of the key, or null if there is none.
+  // Returns the extra whose key ends with `what`, such as "id", or null if the set has no such
+  // extra.
   const Extra* find(std::string_view what) const {
     const auto found = extras.find(what);
     return found == extras.end() ? nullptr : found->second;
   }
 };
 
-// Returns the set to which an extra with this key belongs, without the set's extras. Returns
-// nothing if the extra belongs to no set.
+// Returns the folder to which a key belongs, with an empty list of extras. Returns nothing if the
+// key belongs to no set.
 std::optional<SetFolder> set_folder_of(std::string_view key);
 
-// Returns true if an extra with this key belongs to a set of sides of cells, or holds the sides of
-// the members of another set (those of Exodus edges and faces).
+// Returns true if an extra with this key belongs to a side set, or stores the `sides` of a set of
+// edges or faces (Exodus).
 bool is_about_sides(std::string_view key);
 
-// Returns the folders in the order of their first extras, without looking at the contents. The
-// result refers to `info`.
+// Returns the folders of all sets, in the order of their first extras. Does not check the contents
+// of the extras. The result refers to `info`.
 std::vector<SetFolder> set_folders(const MeshInfo& info);
 
 }  // namespace shm::converters

@@ -34,7 +34,7 @@ void Conversion::keep_format(MeshSource& mesh, StepRange steps, Spool& spool) {
     return;
   }
   Capabilities target = format_.capabilities;
-  target.sibling = {};  // the extras of the source describe all of its steps
+  target.sibling = {};  // reset because the extras of the source describe all of its steps
   translate(mesh, target, steps, spool);
   mesh_ = &elsewhere_.emplace(*mesh_, mesh.info());
 }

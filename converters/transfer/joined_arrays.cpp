@@ -15,8 +15,8 @@
 namespace shm::converters {
 namespace {
 
-// Returns the suffix, in lower case, of the name of column `c` of a vector. If `numbered` is true,
-// columns are numbered from 1; this is the case for vectors with more than three components.
+// Returns the suffix, in lower case, of the name of component `c` of a vector: "_x", "_y", "_z", or
+// "_1", "_2", ... if `numbered` is true. Vectors with more than three components have numbers.
 std::string suffix(std::size_t c, bool numbered) {
   return numbered ? "_" + std::to_string(c + 1) : std::string("_") + "xyz"[c];
 }
@@ -84,8 +84,9 @@ void JoinedArrays::make_block_numbers_unique() {
   }
 }
 
-// Returns the number of arrays, from `first` on, that are columns of one vector: 2 or 3 with
-// suffixes for axes, 4 or more with numbers.
+// Returns the number of arrays, starting at `first`, that together are the components of one
+// vector: 2 or 3 arrays with the suffixes _x, _y, _z, or at least 4 arrays with numbers as
+// suffixes. Returns 1 if the array is not part of a vector.
 std::size_t JoinedArrays::run_of_columns(std::size_t first) const {
   const auto& arrays = source_.info().schema.arrays;
   const ArrayInfo& head = arrays[first];
@@ -124,7 +125,8 @@ void JoinedArrays::add(std::size_t first, std::size_t columns) {
   parts_.push_back(std::move(parts));
 }
 
-// Makes array names unique: an array that had a role may have the same name as another array.
+// Makes array names unique. Names may coincide because an array that had a role may have the same
+// name as another array.
 void JoinedArrays::make_names_unique() {
   UniqueNames names;
   for (ArrayInfo& array : info_.schema.arrays) array.name = names.take(array.location, array.name);

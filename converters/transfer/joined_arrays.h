@@ -1,6 +1,7 @@
-// JoinedArrays: adapts the arrays of a mesh to another format. Columns v_x, v_y, v_z become one
-// array v. Arrays whose role only their own format defines (maps, tags, attributes) become plain
-// arrays; arrays that have no meaning in other formats are dropped.
+// JoinedArrays: adapts the arrays of a mesh to another format. Arrays v_x, v_y, v_z with one
+// component become one array v with three components. Arrays whose role only their own format
+// defines (maps, tags, attributes) become plain arrays; arrays that have no meaning in other
+// formats are dropped.
 #pragma once
 
 #include <cstddef>
@@ -14,8 +15,9 @@ namespace shm::converters {
 
 class JoinedArrays final : public ForwardingMesh {
  public:
-  // `join`: true to join columns into vectors. `distinct`: true to give different numbers to blocks
-  // with different names or dimensions. `maps`: arrays that keep their roles; null: none.
+  // `join`: true to join arrays of one component into vectors. `distinct`: true to give different
+  // numbers to blocks with different names or dimensions. `maps`: number maps that keep their
+  // roles; null if there are none.
   JoinedArrays(MeshSource& source, bool join, bool distinct, const NumberMaps* maps = nullptr);
   void read_array(std::size_t array, std::uint64_t step, std::uint64_t first, std::uint64_t count,
                   std::byte* out) override;
@@ -27,7 +29,7 @@ class JoinedArrays final : public ForwardingMesh {
   void make_block_numbers_unique();
 
   const NumberMaps* maps_;
-  // For each array of the result: indices of the source arrays
+  // For each array of the result, the indices of its source arrays.
   std::vector<std::vector<std::size_t>> parts_;
   std::vector<std::byte> column_;
 };

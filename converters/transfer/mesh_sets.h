@@ -1,4 +1,4 @@
-// The sets of a mesh of any format.
+// Finds the sets of a mesh, whichever format the mesh came from.
 #pragma once
 
 #include <vector>
@@ -9,9 +9,9 @@
 
 namespace shm::converters {
 
-// Returns the sets of a mesh: the sets in the extras of its format and the sets of shm/sets.h,
-// except sets that consist of all blocks with the same name. Adds the keys of the extras that
-// describe these sets to `used`.
+// Returns the sets of a mesh: those in the extras of its source format, and those of shm/sets.h.
+// Leaves out sets that consist only of whole blocks with the same name as the set. Adds the keys of
+// the extras that describe the sets to `used`.
 std::vector<MeshSet> transfer_sets(const MeshInfo& info, Keys& used);
 
 }  // namespace shm::converters

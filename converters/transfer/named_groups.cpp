@@ -12,7 +12,7 @@
 namespace shm::converters {
 namespace {
 
-// Returns the id of a set without an id (shm/sets.h): its number plus one.
+// Returns the default id of a set that has no stored id (shm/sets.h): the set's number plus one.
 std::string one_more(const std::string& number) {
   std::uint64_t value = 0;
   return TextInput::parse(number, value) ? std::to_string(value + 1) : number;
@@ -29,7 +29,7 @@ NamedGroup named_group(const SetFolder& folder, const MeshInfo& info) {
     set.id = one_more(set.id);
   }
   if (const Extra* name = folder.find("name")) set.name = text_of_extra(*name);
-  // A long list is stored in several extras.
+  // A long list of members is stored in several extras.
   for (const auto& [what, extra] : folder.extras)
     if (extra->refers != Reference::nothing && !extra->shape.empty())
       set.members = set.members.value_or(0) + extra->shape[0];
@@ -46,7 +46,7 @@ NamedGroup named_group(const SetFolder& folder, const MeshInfo& info) {
 
 std::vector<NamedGroup> named_groups_of(const MeshInfo& info) {
   std::vector<NamedGroup> sets, others = source_format(info).named_groups(info);
-  // Groups that the extras of the format describe in more detail
+  // Ids and names of the groups that the extras of the source format describe in more detail.
   std::set<std::pair<std::string, std::string>> known;
   for (const NamedGroup& group : others) known.emplace(group.id, group.name);
   for (const SetFolder& folder : set_folders(info)) {

@@ -1,4 +1,4 @@
-// The named groups of a mesh, used for display only.
+// Lists the named groups of a mesh (sets, physical groups, ...) for display.
 #pragma once
 
 #include <vector>

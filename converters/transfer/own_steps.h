@@ -1,5 +1,5 @@
-// OwnSteps: some time steps of a mesh, for a writer of the same format or of .shm files. The extras
-// of the mesh are adapted to these steps.
+// OwnSteps: a mesh reduced to some of its time steps, for a writer of its source format or of .shm
+// files. Its extras describe only these steps.
 #pragma once
 
 #include <memory>
@@ -11,7 +11,7 @@ namespace shm::converters {
 
 class OwnSteps final : public ChosenSteps {
  public:
-  // Returns null if the format cannot determine which of its extras belong to which step.
+  // Returns null if the source format cannot determine which of its extras belong to which step.
   static std::unique_ptr<OwnSteps> of(MeshSource& source, StepRange steps);
 
  private:

@@ -21,7 +21,7 @@ std::vector<MeshSet> take_sets(MeshInfo& whole) {
 FromElsewhere::FromElsewhere(MeshSource& source, const MeshInfo& whole) : ForwardingMesh(source) {
   info_ = source.info();
   source_format(whole).mark_piece(whole, info_);
-  // Writers must know the source format only if its blocks are cell types.
+  // A writer needs the name of the source format only if the blocks of that format are cell types.
   if (!format_of(info_).capabilities.blocks_by_type) info_.schema.source_format.clear();
 }
 

@@ -1,5 +1,5 @@
-// Helpers for writing pieces of a mesh. take_sets() moves the sets out of the extras; FromElsewhere
-// presents the piece as a mesh without a source format.
+// Helpers for writing pieces of a mesh (some of its cells). take_sets() moves the sets out of the
+// extras; FromElsewhere presents the piece as a mesh without a source format.
 #pragma once
 
 #include <vector>
@@ -10,15 +10,15 @@
 
 namespace shm::converters {
 
-// Removes the sets from the extras of a mesh and returns them. Also removes extras that can be
-// derived from blocks.
+// Removes the sets from the extras of a mesh and returns the sets. Also removes the extras that can
+// be derived from blocks.
 std::vector<MeshSet> take_sets(MeshInfo& whole);
 
-// A piece of a mesh without its source format. Otherwise a writer of the same format would expect
-// the extras of a whole file.
+// A piece of a mesh, without the name of its source format. If a writer of that format saw the
+// name, it would expect the extras of a whole file.
 class FromElsewhere final : public ForwardingMesh {
  public:
-  // `whole` describes the file that the piece came from.
+  // `whole` describes the mesh of which `source` is a piece.
   FromElsewhere(MeshSource& source, const MeshInfo& whole);
 };
 

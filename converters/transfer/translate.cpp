@@ -25,8 +25,8 @@ namespace {
 
 constexpr std::uint64_t kPieceElements = 16384;
 
-// A mesh of one time step from a format that stores the time only in an extra. The mesh gets this
-// time as its step time, and all arrays without a role become stepped.
+// Adds a step time to a mesh without time steps whose format stores a time in an extra. All arrays
+// without a role become stepped arrays.
 class AtTime final : public ForwardingMesh {
  public:
   AtTime(MeshSource& source, double time) : ForwardingMesh(source) {
@@ -44,8 +44,8 @@ class WithExtras final : public ForwardingMesh {
   }
 };
 
-// Returns true if the array contains a 64-bit integer outside of the range in which doubles are
-// exact.
+// Returns true if the array contains a 64-bit integer beyond 2^53, which a double cannot represent
+// exactly.
 bool beyond_doubles(MeshSource& mesh, std::size_t a) {
   constexpr std::int64_t kMost = std::int64_t{1} << 53;
   const MeshInfo& info = mesh.info();
@@ -66,8 +66,8 @@ bool beyond_doubles(MeshSource& mesh, std::size_t a) {
   return false;
 }
 
-// Throws Failure (over_limit) if arrays that cover few of very many blocks would become too large
-// when they are extended to all cells.
+// Throws Failure (over_limit) if cell arrays that cover only a few of very many blocks would become
+// too large when they are extended to all cells.
 void check_filling(const MeshInfo& info) {
   constexpr std::uint64_t kAlwaysAllowed = std::uint64_t{1} << 30, kMostGrowth = 64;
   std::uint64_t held = 0, filled = 0;
@@ -79,8 +79,9 @@ void check_filling(const MeshInfo& info) {
   }
   if (filled > std::max(kAlwaysAllowed, kMostGrowth * held))
     throw Failure(Error{ErrorCode::over_limit,
-                        "arrays that cover few of many blocks would become more than " +
-                            std::to_string(kMostGrowth) + " times as large on all cells",
+                        "cell arrays on few of many blocks would become more than " +
+                            std::to_string(kMostGrowth) +
+                            " times as large if they covered all blocks",
                         "arrays",
                         kNoOffset,
                         {}});
@@ -141,7 +142,8 @@ void Translation::choose_steps(std::optional<StepRange> steps) {
   } else if (count == 0 && !is_sibling()) {
     if (const auto time = source_.time(from_, used_)) add(std::make_unique<AtTime>(*mesh_, *time));
   }
-  // Mark the time extra as used. Files that are part of a series also have such an extra.
+  // Reads the time only to mark its extra as used. Files that are part of a series also have such
+  // an extra.
   if (count > 0 && !source_.describes_steps(from_)) source_.time(from_, used_);
 }
 
@@ -193,8 +195,8 @@ void Translation::report_arrays() {
                       std::to_string(info.step_times.size()) + ")");
 }
 
-// Reports blocks that had the same number as another block. In an array of block numbers, they
-// could not be distinguished.
+// Reports blocks that received a new number because another block had the same number. A format
+// that stores block numbers as an array could not distinguish such blocks.
 void Translation::report_numbers(const std::vector<BlockInfo>& before) {
   const auto& now = mesh_->info().schema.blocks;
   for (std::size_t b = 0; b < now.size(); ++b)

@@ -1,9 +1,9 @@
 // Translation: adapts a mesh of one format to the writer of another format so that as much data as
-// possible is retained, and lists the losses. If the writer accepts meshes of the source format
-// unchanged (Capabilities::sibling), it receives the mesh with its extras, reduced to one step if
-// its files contain one step.
+// possible is retained, and lists the losses. A sibling format (Capabilities::sibling) is an
+// exception: its writer accepts meshes of the source format unchanged. Such a writer receives the
+// mesh with its extras, reduced to one step if the target's files contain one step.
 //
-// Extras of the result that any writer may use:
+// Extras of the translated mesh that the writers of all formats may use:
 //   mesh/title               text
 //   mesh/node_set/..., mesh/side_set/..., mesh/element_set/...   see transfer_sets.h
 #pragma once
@@ -25,10 +25,11 @@ namespace shm::converters {
 
 class Translation {
  public:
-  // `steps`: the steps to translate; one step if a file of the target contains one step. Without a
-  // value: all steps, or the last step if a file contains one. `source` and `spool` must outlive
-  // the translation. `format`: name of the target in the list of losses. `blocks`: blocks that
-  // other parts of a decomposed mesh have, see BlocksById.
+  // `steps` contains the steps to translate: a single step if files of the target contain one step.
+  // If `steps` is empty, all steps are translated, or only the last step if files of the target
+  // contain one step. `source` and `spool` must outlive the translation. `format` is the name of
+  // the target format in the list of losses. `blocks` lists the blocks that other parts of a
+  // decomposed mesh have (see BlocksById).
   Translation(MeshSource& source, const std::string& format, const Capabilities& target,
               std::optional<StepRange> steps, Spool& spool,
               const std::vector<BlocksById::Key>& blocks = {});
@@ -58,8 +59,8 @@ class Translation {
   const Capabilities& target_;
   MeshSource* mesh_;
   std::vector<std::unique_ptr<MeshSource>> layers_;
-  std::vector<Extra> extras_;  // extras of the result
-  Keys used_;                  // keys of the source's extras that are included in the result
+  std::vector<Extra> extras_;  // extras of the translated mesh
+  Keys used_;                  // keys of the source's extras that the translated mesh contains
   LossList losses_;
 };
 

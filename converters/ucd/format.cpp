@@ -1,4 +1,5 @@
-// The Format of UCD files: recognition, opening, writing, capabilities and losses.
+// The Format of AVS UCD files: functions that recognize, open and write files, and the capabilities
+// and losses of the format.
 #include "ucd/ucd.h"
 
 namespace shm::converters {

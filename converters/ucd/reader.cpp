@@ -1,5 +1,5 @@
-// Reads AVS UCD files. The sections are read in this order: counts, nodes, cells, node data, cell
-// data, model data.
+// Reads AVS UCD files. The sections of a file are, in this order: counts, nodes, cells, node data,
+// cell data, model data.
 #include <algorithm>
 #include <map>
 #include <optional>
@@ -23,7 +23,7 @@ using ucd::kCellTypes;
 constexpr std::size_t kMostBlocks = 1024;
 constexpr char kBinaryMagic = 7;
 
-// Maps node or cell numbers of a file to indices.
+// Maps the node or cell numbers of a file to indices, which start at 0.
 class Numbering {
  public:
   void add(std::int64_t id) {
@@ -34,8 +34,8 @@ class Numbering {
     if (!plain_) by_id_.emplace_back(id, count_);
     ++count_;
   }
-  // Returns false if two numbers are equal; find() then finds one of the two items. Call this once,
-  // before find().
+  // Sorts the numbers. Must be called once, before find(). Returns false if two items have the same
+  // number; find() then returns one of the two items.
   bool finish() {
     std::sort(by_id_.begin(), by_id_.end());
     return std::adjacent_find(by_id_.begin(), by_id_.end(), [](const auto& a, const auto& b) {
@@ -57,7 +57,7 @@ class Numbering {
  private:
   bool plain_ = true;
   std::uint64_t count_ = 0;
-  // Indices by number; empty while the numbers are plain.
+  // Pairs of number and index, sorted by number; empty while the numbers are 1, 2, 3, ...
   std::vector<std::pair<std::int64_t, std::uint64_t>> by_id_;
 };
 
@@ -114,7 +114,7 @@ class UcdMesh final : public MeshSource {
   Spool* spool_;
   MeshInfo info_;
   PagedArray points_;
-  CellStore cells_;  // cells; their blocks are indices into kCellTypes
+  CellStore cells_;  // cells of the file; a block number here is an index into kCellTypes
   PagedArray node_ids_, cell_ids_, materials_;
   Numbering node_numbers_, cell_numbers_;
   std::vector<std::unique_ptr<PagedArray>> data_;
@@ -157,7 +157,8 @@ void UcdMesh::comments() {
 
 void UcdMesh::nodes(std::uint64_t count) {
   input_.enter("nodes");
-  input_.expect_room(count, 8, "nodes");  // a node has at least four numbers and their separators
+  // A line of a node has at least four numbers and their separators.
+  input_.expect_room(count, 8, "nodes");
   for (std::uint64_t i = 0; i < count; ++i) {
     const auto id = input_.number<std::int64_t>();
     node_numbers_.add(id);
@@ -172,7 +173,7 @@ void UcdMesh::nodes(std::uint64_t count) {
 
 void UcdMesh::cells(std::uint64_t count) {
   input_.enter("cells");
-  input_.expect_room(count, 7, "cells");  // the shortest cell is "1 1 pt 1"
+  input_.expect_room(count, 7, "cells");  // the shortest line of a cell is "1 1 pt 1"
   std::vector<std::uint64_t> corners;
   for (std::uint64_t i = 0; i < count; ++i) {
     const auto id = input_.number<std::int64_t>(), material = input_.number<std::int64_t>();
@@ -199,8 +200,8 @@ void UcdMesh::cells(std::uint64_t count) {
   cell_numbers_.finish();
 }
 
-// Makes one block for each material and type. If there would be too many blocks, makes one block
-// for each type.
+// Creates one block for each combination of material and cell type. If there would be too many
+// blocks, creates one block for each cell type.
 void UcdMesh::find_blocks() {
   CellBatch cell;
   for (int attempt = 0; attempt < 2; ++attempt) {
@@ -227,19 +228,21 @@ void UcdMesh::find_blocks() {
   }
 }
 
-// Returns the element to which a row of values belongs. Rows usually are in the order of nodes or
-// cells. Only in this order may numbers repeat.
+// Returns the index of the node or cell to which row `row` of a data section belongs; `id` is its
+// number. Rows usually are in the order of nodes or cells. Numbers may repeat only if the rows are
+// in this order.
 std::uint64_t UcdMesh::element_of_row(Location location, std::uint64_t row, std::int64_t id) {
   const bool point = location == Location::point;
   if ((point ? node_ids_ : cell_ids_).get<std::int64_t>(row) == id) return row;
   const auto element = (point ? node_numbers_ : cell_numbers_).find(id);
   if (!element)
-    input_.fail(ErrorCode::corrupt,
-                "has values for " + std::to_string(id) + ", which does not exist");
+    input_.fail(ErrorCode::corrupt, "has values for number " + std::to_string(id) +
+                                        ", but no node or cell has this number");
   return *element;
 }
 
-// Reads a data section: labelled components, then a line for each node or cell.
+// Reads a data section: first the labels of the components, then one line of values for each node
+// or cell.
 void UcdMesh::data(Location location, std::uint64_t values, std::uint64_t elements) {
   if (values == 0) return;
   input_.enter(location == Location::point ? "node data" : "cell data");
@@ -312,7 +315,7 @@ void UcdMesh::add_array(std::string name, std::string role, Location location, S
 }  // namespace
 
 // Returns true for the header of a legacy VTK file, in upper or lower case. Compares the whole
-// header, because UCD comments may begin with the same word.
+// header, because comments in UCD files may begin with the same word.
 static bool is_vtk_header(std::string_view text) {
   constexpr std::string_view kHeader = "# vtk datafile version";
   return text.size() >= kHeader.size() &&
@@ -320,7 +323,8 @@ static bool is_vtk_header(std::string_view text) {
                     [](char a, char b) { return a == (b >= 'A' && b <= 'Z' ? b - 'A' + 'a' : b); });
 }
 
-// In a UCD file, the first line that is not a comment contains exactly five counts.
+// Recognizes a UCD file by its first line that is not a comment: the line contains exactly five
+// counts.
 bool looks_like_ucd(std::span<const std::byte> head) {
   std::string_view text(reinterpret_cast<const char*>(head.data()), head.size());
   if (!text.empty() && text.front() == kBinaryMagic) return true;
@@ -346,7 +350,7 @@ std::unique_ptr<MeshSource> open_ucd(const std::string& path, Spool& spool) {
     std::byte first{};
     if (!input.at_end()) input.bytes(&first, 1);
     if (first == std::byte{kBinaryMagic})
-      input.fail(ErrorCode::unsupported, "binary UCD files are not read, only text");
+      input.fail(ErrorCode::unsupported, "binary UCD files cannot be read, only text files");
   }
   return std::make_unique<UcdMesh>(path, spool);
 }

@@ -1,5 +1,5 @@
-// The cell types of UCD, and the conversion of its node order, which differs from the model's only
-// for pyramids.
+// The cell types of UCD, and the conversion between UCD's order of nodes and that of the model. The
+// two orders differ only for pyramids.
 #pragma once
 
 #include <algorithm>
@@ -27,7 +27,8 @@ inline constexpr std::array<CellType, 8> kCellTypes = {{
     {"hex", CellShape::hexahedron, 8},
 }};
 
-// Moves the apex of a pyramid, which is the first node in a file and the last node in the model.
+// Moves the apex of a pyramid from the first position (its place in a file) to the last position
+// (its place in the model).
 inline void to_model_order(const CellType& type, std::span<std::uint64_t> nodes) {
   if (type.shape == CellShape::pyramid) std::rotate(nodes.begin(), nodes.begin() + 1, nodes.end());
 }

@@ -31,7 +31,7 @@ T value_at(const std::byte* values, std::uint64_t index) {
   return value;
 }
 
-// Writes integers and doubles as the shortest decimals that read back to the same value.
+// Appends a value to a line, as the shortest decimal that reads back to the same value.
 void append_number(std::string& line, ScalarType type, const std::byte* values,
                    std::uint64_t index) {
   with_scalar(type, [&](auto zero) {
@@ -50,7 +50,7 @@ class UcdWriter {
   void write();
 
  private:
-  // The current piece of an array, and the number of elements that have been read.
+  // The current piece of an array, and the number of elements that have been read so far.
   struct Column {
     std::size_t array;
     std::uint64_t step, read = 0;
@@ -115,7 +115,7 @@ std::optional<std::size_t> UcdWriter::array_of(std::string_view role) const {
   return std::nullopt;
 }
 
-// Returns the arrays without a role. Stepped arrays are represented by their last step.
+// Returns the arrays without a role. The result refers to the last step of each stepped array.
 std::vector<UcdWriter::Column> UcdWriter::columns(Location location) const {
   std::vector<Column> found;
   for (std::size_t a = 0; a < info_.schema.arrays.size(); ++a) {
@@ -138,8 +138,8 @@ void UcdWriter::counts(std::uint64_t node_values, std::uint64_t cell_values) {
             std::to_string(model_values));
 }
 
-// Returns the numbers of elements from an array, or consecutive numbers from 1 if there is no
-// array.
+// Returns the numbers of `count` nodes or cells: the values of `array`, or consecutive numbers from
+// 1 if there is no array.
 std::vector<std::int64_t> UcdWriter::numbers(std::optional<std::size_t> array, std::uint64_t first,
                                              std::uint64_t count) {
   std::vector<std::int64_t> out(count);
@@ -175,7 +175,7 @@ const CellType& UcdWriter::type_of(std::uint32_t block) const {
   for (const CellType& type : kCellTypes)
     if (type.shape == info.shape && type.nodes == info.nodes_per_cell) return type;
   throw Failure(Error{ErrorCode::unsupported,
-                      "UCD has no cells such as those of block " + std::to_string(info.id) + " (" +
+                      "UCD cannot represent the cells of block " + std::to_string(info.id) + " (" +
                           std::string(shape_name(info.shape)) + ", " +
                           std::to_string(info.nodes_per_cell) + " nodes)",
                       "cells", kNoOffset, path_});
@@ -251,8 +251,8 @@ void UcdWriter::node_data(std::vector<Column>& columns) {
   }
 }
 
-// Writes the cell data. If an array does not cover a block, its cells have the value NaN (floats)
-// or 0 (integers).
+// Writes the cell data. In blocks that an array does not cover, the array has the value NaN
+// (floats) or 0 (integers).
 void UcdWriter::cell_data(std::vector<Column>& columns) {
   if (columns.empty()) return;
   CellBatch batch;

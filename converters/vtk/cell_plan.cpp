@@ -60,7 +60,7 @@ void CellPlan::load_cell_types() {
 }
 
 void CellPlan::load_polyhedra() {
-  bool faces_in_extras = false;  // the faces are in the extras vtk/polyhedron/...
+  bool faces_in_extras = false;  // true if the faces are in the extras vtk/polyhedron/...
   for (std::size_t b = 0; b < block_types_.size(); ++b) {
     if (block_types_[b] != kPolyhedron) continue;
     has_polyhedra_ = has_polyhedra_ || info_.block_cells[b] > 0;
@@ -113,8 +113,8 @@ void CellPlan::for_each_filled(std::size_t array, std::uint64_t step, const Valu
   });
 }
 
-// Extracts the faces from a vertex list in which each face repeats its first vertex at the end
-// (shape `faces`).
+// Extracts the faces from the vertex list of a cell of shape `faces`, in which each face ends with
+// a repetition of its first vertex.
 void CellPlan::unpack_faces(std::span<const std::uint64_t> corners) {
   numbers_.assign(1, 0);
   for (auto from = corners.begin(); from != corners.end();) {

@@ -1,5 +1,5 @@
-// CellPlan: the cells of a mesh in the form in which legacy and XML files of VTK store them: cell
-// types and, for each cell, the nodes in VTK's order or, for a polyhedron, the faces.
+// CellPlan: the cells of a mesh in the form that legacy and XML files of VTK need. For each cell,
+// this is the cell type, and the nodes in VTK's order or, for a polyhedron, the faces.
 #pragma once
 
 #include <cstddef>
@@ -16,38 +16,39 @@ namespace shm::converters::vtk {
 
 inline constexpr std::size_t kBatchCells = 16384;
 
-// Throws Failure (corrupt). Call it if an extra contradicts itself or the mesh.
+// Throws Failure (corrupt), because an extra contradicts itself or the mesh.
 [[noreturn]] void fail_extra(const std::string& key, std::string detail);
 
 class CellPlan {
  public:
   // `mesh` is borrowed.
   explicit CellPlan(MeshSource& mesh);
-  CellPlan(const CellPlan&) = delete;  // extras_ points into the mesh
+  CellPlan(const CellPlan&) = delete;  // not copied, because extras_ points into the mesh
   CellPlan& operator=(const CellPlan&) = delete;
 
   int block_type(std::uint32_t block) const { return block_types_[block]; }
   bool has_polyhedra() const { return has_polyhedra_; }
   const Extra* extra(const std::string& key) const;  // returns null if there is no such extra
 
-  // Returns the values of an int32 or int64 extra. Returns an empty list if there is no such extra.
+  // Returns the values of an extra of type int32 or int64. Returns an empty list if there is no
+  // such extra.
   std::vector<std::int64_t> integers(const std::string& key) const;
 
-  // Calls body(batch) for all cells in file order.
+  // Calls body(batch) for batches of cells, until all cells have been passed in file order.
   template <class Body>
   void for_each_batch(Body&& body) {
     mesh_.rewind_cells();
     CellBatch batch;
     while (mesh_.next_cells(batch, kBatchCells)) body(batch);
   }
-  // Calls body(numbers) for each cell. `numbers` are its nodes in VTK's order, or the face stream
-  // of a polyhedron.
+  // Calls body(numbers) for each cell. `numbers` contains the cell's nodes in VTK's order or, for a
+  // polyhedron, its face stream: the number of faces, then the size and the nodes of each face.
   template <class Body>
   void for_each_cell(Body&& body) {
     for_each_typed_cell([&](int, const auto& numbers) { body(numbers); });
   }
-  // Calls body(type, numbers) for `count` cells, starting with cell `first`. `numbers` are as in
-  // for_each_cell().
+  // Calls body(type, numbers) for `count` cells, starting with cell `first`. `numbers` is the same
+  // as in for_each_cell().
   template <class Body>
   void for_each_typed_cell(Body&& body, std::uint64_t first = 0,
                            std::uint64_t count = ~std::uint64_t{0}) {
@@ -61,8 +62,8 @@ class CellPlan {
       }
     });
   }
-  // Reads a cell array that covers only some blocks. Calls body(values) with values for all cells
-  // in file order, batch by batch. Cells of the other blocks have the value NaN (floats) or 0
+  // Reads a cell array that covers only some blocks. Calls body(values) for batches of cells in
+  // file order. Cells of blocks that the array does not cover have the value NaN (floats) or 0
   // (integers).
   using Values = std::function<void(std::span<const std::byte>)>;
   void for_each_filled(std::size_t array, std::uint64_t step, const Values& body);
@@ -85,11 +86,12 @@ class CellPlan {
 
   std::vector<int> block_types_;
   bool has_polyhedra_ = false;
-  std::vector<Polyhedron> polyhedra_;  // cells of shape polyhedron, sorted by cell
+  // Cells of shape polyhedron, in ascending order of cell numbers.
+  std::vector<Polyhedron> polyhedra_;
   std::vector<std::int64_t> face_sizes_;
-  // Index in polyhedra_ of the next polyhedron of the current pass.
+  // Index in polyhedra_ of the next polyhedron that the current pass will reach.
   std::size_t next_polyhedron_ = 0;
-  std::uint64_t cell_ = 0;              // cell that the current pass has reached
+  std::uint64_t cell_ = 0;              // number of the cell that the current pass has reached
   std::vector<std::uint64_t> numbers_;  // numbers of the current cell
 };
 

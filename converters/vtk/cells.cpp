@@ -64,14 +64,15 @@ bool CellTable::next_cell() {
     fail(rows_, name() + " states " + std::to_string(has_offsets_ ? count : end) +
                     " nodes, more than the list has left");
   read_type(count);
-  // The row of a polyhedron also contains the number of faces and the size of each face. There is
-  // at most one face per node.
+  // The row of a polyhedron also contains the number of faces and the size of each face. Twice the
+  // number of nodes suffices, because there is at most one face per node.
   const std::uint64_t room = type_ == kPolyhedron ? 2 : 1;
   if (count > room * kMaxNodesPerCell + 1) fail_size(count);
   nodes_.clear();
   for (std::uint64_t i = 0; i < count; ++i) {
     const std::int64_t node = row_.next();
-    // The row of a polyhedron also contains face sizes, so unpack_faces() checks its nodes instead.
+    // The nodes of a polyhedron are checked in unpack_faces(), because its row also contains face
+    // sizes.
     if (type_ != kPolyhedron && (node < 0 || static_cast<std::uint64_t>(node) >= vertices_))
       fail(rows_,
            name() + " uses point " + std::to_string(node) + " of " + std::to_string(vertices_));
@@ -93,8 +94,9 @@ void CellTable::read_type(std::uint64_t nodes) {
   type_ = static_cast<std::uint8_t>(type);
 }
 
-// On entry, nodes_ contains the number of faces, then for each face its size and its nodes. Leaves
-// only the nodes in nodes_, and moves the sizes to face_sizes_.
+// Separates face sizes from nodes. On entry, nodes_ contains the number of faces, then the size and
+// the nodes of each face. On return, nodes_ contains only the nodes, and face_sizes_ contains the
+// sizes.
 void CellTable::unpack_faces() {
   face_sizes_.clear();
   const auto name = [&] { return "polyhedron " + std::to_string(cell_); };
@@ -109,8 +111,8 @@ void CellTable::unpack_faces() {
     face_sizes_.push_back(static_cast<std::int64_t>(size));
     for (std::uint64_t i = 0; i < size; ++i) {
       if (nodes_[from] >= vertices_)
-        fail(rows_,
-             name() + " uses a point beyond the " + std::to_string(vertices_) + " there are");
+        fail(rows_, name() + " uses a point that is not among the " + std::to_string(vertices_) +
+                        " points");
       nodes_[to++] = nodes_[from++];
     }
   }
@@ -118,9 +120,9 @@ void CellTable::unpack_faces() {
   nodes_.resize(to);
 }
 
-// Repeats the first point of each face at its end, so that the node list alone determines the
-// faces. Returns false if the result would be ambiguous (an empty face, or a first point that
-// occurs twice) or too long.
+// Appends the first point of each face to the face, so that the node list alone determines the
+// faces. Returns false if the result would be too long, or ambiguous: a face is empty, or its first
+// point occurs twice.
 bool CellTable::close_faces() {
   std::vector<std::uint64_t> closed;
   closed.reserve(nodes_.size() + face_sizes_.size());

@@ -1,5 +1,5 @@
-// Lists of strings in the forms in which VTK's formats and the extras of .shm files store them, and
-// arrays that have a string per point or cell.
+// Lists of strings, in the forms in which VTK's formats and the extras of .shm files store them,
+// and arrays with a string per point or cell.
 #pragma once
 
 #include <cstddef>
@@ -16,38 +16,41 @@
 namespace shm::converters::vtk {
 
 enum class StringForm : std::uint8_t {
-  lines,    // text of legacy files: each string (%-encoded) or variant is one line, with its '\n'
-  lengths,  // binary legacy files: each string follows its length, which has 1, 2, 4 or 8 bytes;
-            // the top two bits of the first byte say how many (3, 2, 1, 0)
-  zeros,    // XML files: each string ends with a 0
+  // Text of legacy files: each string (%-encoded) or variant is one line, with its '\n'.
+  lines,
+  // Binary legacy files: each string follows its length, which has 1, 2, 4 or 8 bytes. The top two
+  // bits of the first byte (3, 2, 1, 0) determine this number of bytes.
+  lengths,
+  zeros,  // XML files: each string ends with a 0
 };
 StringForm string_form(ValueForm form, bool binary);
 
-// Splits a list into its strings, each with its terminator or length. Returns nothing if the list
-// ends within a string.
+// Splits a list into its strings; each string includes its terminator or its length. Returns
+// nothing if the list ends within a string.
 std::optional<std::vector<std::string_view>> split_strings(std::string_view list, StringForm form);
-// Returns a string of such a list as plain text. A variant is returned as its whole line.
+// Converts a string that split_strings() returned to plain text. A variant is returned as its whole
+// line.
 std::string plain_string(std::string_view piece, StringForm form);
-// Appends a string in the form `lengths` or `zeros`. In the form `zeros`, the string is cut at its
-// first 0.
+// Appends a string to a list of the form `lengths` or `zeros`. In the form `zeros`, the string is
+// cut at its first zero byte.
 void append_string(std::string& list, std::string_view plain, StringForm form);
-// Converts a list to another form. `to` is `lengths` or `zeros`. Returns an empty list if `list`
+// Converts a list to the form `to`, which is `lengths` or `zeros`. Returns an empty list if `list`
 // ends within a string.
 std::string recoded(std::string_view list, StringForm from, StringForm to);
 
-// Returns the size in bytes of the length field in front of a string in a binary file, given its
-// first byte.
+// Returns the size in bytes of the length that precedes a string in a binary file. `first` is the
+// first byte of the length.
 inline std::size_t length_bytes(std::byte first) {
   return std::size_t{8} >> (static_cast<unsigned>(first) >> 6);
 }
 
-// Collects the different strings of an array into a list.
+// Collects the distinct strings of an array in a list.
 class StringLister {
  public:
-  // `most_bytes`: approximate memory limit.
+  // `most_bytes` is the approximate memory limit in bytes.
   explicit StringLister(std::uint64_t most_bytes) : most_bytes_(most_bytes) {}
-  // Returns the index of a string in the list and appends the string if it is new. `piece` is the
-  // string in the form of the list. Returns nothing if the memory limit is reached.
+  // Returns the index of a string in the list. Appends the string if it is not in the list yet.
+  // `piece` is the string in the form of the list. Returns nothing if the memory limit is reached.
   std::optional<std::uint32_t> place_of(const std::string& piece);
   const std::string& list() const { return list_; }
 
@@ -57,17 +60,17 @@ class StringLister {
   std::string list_;
 };
 
-// Role of arrays of points and cells whose elements are strings. Their values are uint32 indices
-// into a list of strings, the extra "vtk/strings/<index of the array>".
+// Role of arrays of points and cells whose elements are strings. The values of such an array are
+// uint32 indices into a list of strings, which is the extra "vtk/strings/<index of the array>".
 inline constexpr std::string_view kStringRole = "vtk:string";
 inline constexpr std::string_view kStringLists = "vtk/strings/";
 std::string strings_key(std::size_t array);
 
-// Returns the form of the string list of such an array in a mesh that came from a legacy or XML
-// file.
+// Returns the form of the list of strings of an array with the role kStringRole. The form depends
+// on whether the mesh came from a legacy or an XML file.
 StringForm form_of_strings(const MeshInfo& info, std::size_t array);
-// Returns the list of strings of such an array as plain strings. The result is empty if the extra
-// is missing or damaged.
+// Returns the list of strings of an array with the role kStringRole, as plain strings. Returns an
+// empty list if the extra with the list is missing or damaged.
 std::vector<std::string> strings_of_array(const MeshInfo& info, std::size_t array);
 
 }  // namespace shm::converters::vtk

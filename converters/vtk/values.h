@@ -1,5 +1,5 @@
 // Columns of numbers of a VTK legacy file. Binary numbers stay in the file and are converted to
-// host byte order when they are read. Text is parsed once, into the spool.
+// host byte order when they are read. Numbers in text are parsed once and stored in the spool.
 #pragma once
 
 #include <cstddef>
@@ -16,13 +16,13 @@
 
 namespace shm::converters::vtk {
 
-// Converts `count` numbers to another type. A value outside the range of that type becomes the
-// nearest value in range.
+// Converts `count` numbers to another type. A value outside the range of the new type becomes the
+// nearest value in the range.
 void convert_numbers(ScalarType from, const std::byte* in, std::size_t count, ScalarType to,
                      std::byte* out);
 
-// Reads bytes at any offset of a file. There is no file position, so several readers can use one
-// object.
+// Reads bytes at any offset of a file. The object has no file position, so several readers can use
+// it.
 class RandomFile {
  public:
   explicit RandomFile(const std::string& path);
@@ -39,11 +39,12 @@ class RandomFile {
 class Values {
  public:
   Values() = default;
-  // Represents the next `count` numbers of `input`, which is after the line that announces them
-  // (binary) or before the first number (text). Skips binary numbers; parses text into `spool`.
+  // Represents the next `count` numbers of `input`. Binary input must be after the line that
+  // announces the numbers, text input before the first number. Skips binary numbers; parses text
+  // and stores its numbers in `spool`.
   Values(TextInput& input, std::shared_ptr<RandomFile> binary_file, Spool& spool, ScalarType type,
          std::uint64_t count);
-  // Represents numbers that are in a spool already.
+  // Represents numbers that are already in a spool.
   Values(ScalarType type, PagedArray numbers)
       : type_(type), size_(numbers.size()), offset_(kNoOffset), parsed_(std::move(numbers)) {}
 
@@ -62,7 +63,7 @@ class Values {
   std::optional<PagedArray> parsed_;
 };
 
-// Iterates over an integer column from front to back.
+// Iterates over a column of integers from front to back.
 class IntegerCursor {
  public:
   explicit IntegerCursor(Values& values) : values_(&values) {}

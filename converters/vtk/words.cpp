@@ -15,8 +15,8 @@ struct TypeWord {
 };
 constexpr auto kNumber = ValueForm::number;
 
-// Types, in the order in which VTK tests them. The order matters, because the first matching prefix
-// is used.
+// The words for types of values, in the order in which VTK tests them. The order matters, because
+// the first word that is a matching prefix is used.
 constexpr std::array<TypeWord, 26> kTypeWords{{
     {"bit", ValueForm::bit, ScalarType::uint8},
     {"char", kNumber, ScalarType::int8},
@@ -61,9 +61,9 @@ struct CellKind {
   std::uint32_t nodes;  // 0: any number
 };
 
-// Cell types with a fixed number of nodes whose node order equals the model's, and types with any
-// number of nodes. For other types, and Lagrange and Bezier cells (68 to 81), see
-// shape_of_cell_type().
+// Cell types with a fixed number of nodes whose node order equals the model's, and cell types with
+// any number of nodes. shape_of_cell_type() handles all other types, including Lagrange and Bezier
+// cells (68 to 81).
 constexpr CellKind kCellKinds[] = {
     {12, CellShape::hexahedron, 8},
     {1, CellShape::vertex, 1},
@@ -143,7 +143,7 @@ bool parse_values_entry(const std::vector<std::string_view>& words, Entry& entry
          parse_number(words[4], entry.components) && parse_number(words[5], entry.tuples);
 }
 
-// Parses CELLS [<type> <type>], or a list such as VERTICES <cells> [<type> <type>].
+// Parses an entry CELLS [<type> <type>], or a list such as VERTICES <cells> [<type> <type>].
 bool parse_list_entry(const std::vector<std::string_view>& words, Entry& entry) {
   const bool counted = entry.kind != EntryKind::cells;
   const std::size_t first = counted ? 2 : 1;
@@ -222,7 +222,8 @@ CellShape shape_of_cell_type(int type, std::uint32_t nodes) {
   for (const CellKind& kind : kCellKinds) {
     if (kind.type != type) continue;
     if (kind.nodes == 0 || kind.nodes == nodes) return kind.shape;
-    // Accept other sizes, because some writers use the linear type for second-order cells.
+    // Other numbers of nodes are accepted, because some writers use the linear type for
+    // second-order cells.
     const bool in_order = type != kVoxel && type != kPixel;
     const bool is_kind =
         in_order &&
@@ -231,8 +232,9 @@ CellShape shape_of_cell_type(int type, std::uint32_t nodes) {
         });
     return is_kind ? kind.shape : CellShape::other;
   }
-  // Lagrange and Bezier hexahedra list the corners first. With 20, 24 or 27 nodes they could not be
-  // distinguished from the Lagrangian kinds above, whose other nodes have a different order.
+  // Lagrange and Bezier hexahedra list the corners first. Cells with 20, 24 or 27 nodes are
+  // excluded, because they could not be distinguished from the quadratic hexahedra above, whose
+  // other nodes have a different order.
   const bool standard_size = nodes == 20 || nodes == 24 || nodes == 27;
   if ((type == 72 || type == 79) && nodes >= 8 && !standard_size) return CellShape::hexahedron;
   return CellShape::other;
@@ -240,8 +242,8 @@ CellShape shape_of_cell_type(int type, std::uint32_t nodes) {
 
 int cell_type_of_block(const BlockInfo& block) {
   constexpr int kConvexPointSet = 41, kPolyVertex = 2;
-  // The faces of these polyhedra are in extras, which are not available here, so only the vertices
-  // are used.
+  // The faces of these polyhedra are in extras, which are not available here, so the cells are
+  // written as point sets.
   if (block.shape == CellShape::polyhedron) return kConvexPointSet;
   for (const CellKind& kind : kCellKinds)
     if (kind.shape == block.shape && (kind.nodes == 0 || kind.nodes == block.nodes_per_cell))

@@ -16,7 +16,8 @@ namespace {
 
 constexpr std::string_view kValuesTarget = "shm-values";
 constexpr std::size_t kChunkBytes = std::size_t{1} << 16;
-// Limits for the size of markup, which bound memory. Real files have a few hundred arrays.
+// Limits for the size of markup, which limit the memory needed. Real files have a few hundred
+// arrays.
 constexpr std::uint64_t kMostNodes = std::uint64_t{1} << 20;
 constexpr std::uint64_t kMostMarkupBytes = std::uint64_t{64} << 20;
 constexpr std::uint64_t kLongestTag = std::uint64_t{4} << 20;
@@ -30,16 +31,16 @@ struct FreeParser {
   void operator()(XML_Parser parser) const { XML_ParserFree(parser); }
 };
 
-// Builds the tree from the callbacks of expat. No exception may pass through expat: a callback
-// stores the exception and stops the parser.
+// Builds the tree from the callbacks of expat. Exceptions must not pass through expat: a callback
+// stores an exception and stops the parser.
 class TreeBuilder {
  public:
   TreeBuilder(std::string path, bool skeleton);
-  // Parses the next bytes. Returns false if no more bytes are wanted. Throws Failure.
+  // Parses the next bytes. Returns false if the parser needs no more bytes. Throws Failure.
   bool feed(std::string_view bytes, bool last);
   Document take() { return std::move(document_); }
-  // Returns the offset of the first byte after the start tag of the appended data, or 0 if there is
-  // none.
+  // Returns the offset in the file of the first byte after the start tag of the appended data, or 0
+  // if there is no such tag.
   std::uint64_t appended_tag_end() const { return appended_tag_end_; }
 
  private:
@@ -111,7 +112,8 @@ void TreeBuilder::set_handlers() {
   XML_SetXmlDeclHandler(parser_.get(), [](void* self, const char*, const char* encoding, int) {
     guarded(self, [&](TreeBuilder& b) { b.declaration(encoding); });
   });
-  // Entities can be declared only in a DOCTYPE. Without a DOCTYPE there are no entities to resolve.
+  // Refuses a DOCTYPE. Entities can be declared only in a DOCTYPE, so there are no other entities
+  // to resolve.
   XML_SetStartDoctypeDeclHandler(
       parser_.get(), [](void* self, const char*, const char*, const char*, int) {
         guarded(self, [](TreeBuilder& b) {
@@ -154,8 +156,8 @@ void TreeBuilder::count(std::size_t bytes) {
          "has more markup than a million elements or 64 MiB, not counting its arrays");
 }
 
-// Ends a text; called before anything that is not text. Removes the text if it consists of white
-// space only.
+// Ends a text. Called before anything that is not text. Removes the text if it consists only of
+// white space.
 void TreeBuilder::end_text() {
   if (siblings().empty()) return;
   Node& last = siblings().back();
@@ -262,8 +264,8 @@ void append_node(std::string& out, const Node& node) {
   out += '\n';
 }
 
-// Returns the size in bytes of the UTF-8 character at the start of `text`, or 0 if XML does not
-// allow this character.
+// Returns the size in bytes of the UTF-8 character at the start of `text`. Returns 0 if XML does
+// not allow this character.
 std::size_t character_bytes(std::string_view text) {
   const auto first = static_cast<unsigned char>(text[0]);
   if (first < 0x80) return first >= 0x20 && first != 0x7f ? 1 : 0;
@@ -284,8 +286,8 @@ std::size_t character_bytes(std::string_view text) {
   return allowed ? size : 0;
 }
 
-// Returns the offset of the appended data, which begin after the '_' that follows the start tag and
-// white space.
+// Returns the offset in the file of the appended data. They begin after the '_' that follows the
+// start tag and white space.
 std::uint64_t find_appended(TextInput& input, std::uint64_t tag_end) {
   input.seek(tag_end);
   while (!input.at_end()) {

@@ -1,5 +1,5 @@
-// The XML of a VTU file as a tree without its numbers. A node of kind `values` replaces the numbers
-// of an array. Parsing stops at the beginning of appended data, which are not XML.
+// Document: the XML of a VTU file as a tree without its numbers. A node of kind `values` replaces
+// the numbers of an array. Parsing stops at the beginning of appended data, which are not XML.
 #pragma once
 
 #include <cstdint>
@@ -17,23 +17,23 @@ struct Node {
   NodeKind kind = NodeKind::element;
   std::string name{};  // name of an element, or target of an instruction
 
-  // Characters of a text, comment or instruction. For a node of kind `values`, the word that
+  // Characters of a text, comment or instruction. In a node of kind `values`, the word that
   // replaces the numbers (see vtu.h).
   std::string text{};
   std::vector<std::pair<std::string, std::string>> attributes{};  // attributes in file order
   std::vector<Node> children{};
-  std::uint64_t begin = 0, end = 0;  // for inline values: their byte range in the file
+  std::uint64_t begin = 0, end = 0;  // byte range in the file of values that are inside the XML
 
   bool is(std::string_view element) const { return kind == NodeKind::element && name == element; }
   bool is_array() const { return is("DataArray") || is("Array"); }
-  // Returns the value of an attribute, or null if there is none.
+  // Returns the value of an attribute, or null if the node has no such attribute.
   const std::string* attribute(std::string_view key) const;
   std::string attribute_or(std::string_view key, std::string_view otherwise) const;
   void set_attribute(std::string_view key, std::string value);
   void remove_attribute(std::string_view key);
   Node* child(std::string_view element);
-  // Returns the child of kind `values`, which replaces the numbers of an array, or null if there is
-  // none.
+  // Returns the child of kind `values`, which replaces the numbers of an array. Returns null if
+  // there is no such child.
   Node* values();
 };
 
@@ -41,14 +41,15 @@ Node element(std::string name, std::vector<std::pair<std::string, std::string>> 
 
 // Returns a node that replaces the numbers of an array.
 Node values_node(std::string word);
-// Returns a <DataArray> of numbers. `type` is "Float64", ...
+// Returns an element <DataArray> of numbers. `type` is "Float64", ..., and `word` replaces the
+// numbers.
 Node array_element(std::string type, std::string name, std::uint64_t components, std::string format,
                    std::string word);
 
 struct Document {
-  std::vector<Node> nodes;  // the root, and the nodes before and after it
+  std::vector<Node> nodes;  // the root element, and the nodes before and after the root element
 
-  // Offset in the file of the byte after the '_'; 0 if there are no appended data.
+  // Offset in the file of the byte after the '_' of appended data; 0 if there are no appended data.
   std::uint64_t appended_begin = 0;
   Node& root();  // returns the root element, which always exists
 };
@@ -58,15 +59,17 @@ struct Document {
 // 64 MiB.
 Document read_document(const std::string& path);
 
-// Converts a tree to XML (UTF-8) and back. Numbers are replaced by instructions <?shm-values ...?>.
+// to_text() converts a tree to XML (UTF-8), and parse_skeleton() parses such XML. Instructions
+// <?shm-values ...?> replace the numbers.
 std::string to_text(const Document& document);
 std::optional<Document> parse_skeleton(std::string_view text);
 
-// Return pieces of XML: a tag `<Name key="value">`, or `<Name key="value"/>` if `empty`; a text
-// with escaped characters.
+// start_tag() returns a tag `<Name key="value">`, or `<Name key="value"/>` if `empty` is true.
+// escaped_text() returns a text in which special characters are escaped.
 std::string start_tag(const Node& node, bool empty);
 std::string escaped_text(std::string_view text);
-// Converts a name of another format to a name that XML can contain: all other bytes become %XX.
+// Converts a name of another format to a name that XML can contain. All bytes that XML does not
+// allow become %XX.
 std::string valid_name(std::string_view name);
 
 }  // namespace shm::converters::vtu

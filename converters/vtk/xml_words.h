@@ -1,4 +1,4 @@
-// Words of VTK's XML files and their meaning: types of arrays, and the words that replace the
+// Words of VTK's XML files and their meaning: the types of arrays, and the words that replace the
 // numbers of an array in the skeleton (see vtu.h).
 #pragma once
 
@@ -21,17 +21,18 @@ struct ArrayType {
   bool operator==(const ArrayType&) const = default;
 };
 
-// Returns the type that a word means. Returns nothing for types that VTK does not read either.
+// Returns the array type that a word means. Returns nothing for types that VTK does not read
+// either.
 std::optional<ArrayType> type_of_word(std::string_view word);
 std::string_view word_of_type(ScalarType type);  // "Float64"
 
-// Parses a count. `text` may contain blanks before and after the digits. Returns nothing if it is
-// not a count.
+// Parses a count. `text` may contain blanks before and after the digits. Returns nothing if `text`
+// is not a count.
 std::optional<std::uint64_t> parse_count(std::string_view text);
 
 std::string data_key(std::uint64_t index);  // "vtu/data/<index>"
 
-// Names of the arrays of <Cells>, in files and in the skeleton.
+// Names of the arrays in the element <Cells>, in files and in the skeleton.
 inline constexpr std::string_view kConnectivity = "connectivity", kOffsets = "offsets",
                                   kTypes = "types", kFaces = "faces", kFaceOffsets = "faceoffsets",
                                   kFaceConnectivity = "face_connectivity",
@@ -39,7 +40,7 @@ inline constexpr std::string_view kConnectivity = "connectivity", kOffsets = "of
                                   kPolyhedronFaces = "polyhedron_to_faces",
                                   kPolyhedronEnds = "polyhedron_offsets";
 
-// Block sizes in bytes: VTK compresses arrays in blocks of 32 KiB. Files with blocks larger than
+// Block sizes in bytes. VTK compresses arrays in blocks of 32 KiB. Files with blocks larger than
 // kMostBlockBytes are refused.
 inline constexpr std::uint64_t kUsualBlockBytes = 32768;
 inline constexpr std::uint64_t kMostBlockBytes = std::uint64_t{1} << 26;
@@ -53,10 +54,10 @@ struct ValuesWord {
   std::optional<std::uint64_t> step;
   std::uint64_t block_bytes = kUsualBlockBytes;
 };
-// Parses a word. Returns nothing if `text` is invalid.
+// Parses a word that replaces the numbers of an array. Returns nothing if `text` is invalid.
 std::optional<ValuesWord> parse_values_word(std::string_view text);
 
-// Returns the word that replaces the values of an array. Returns nothing if the word is missing or
+// Returns the word that replaces the numbers of an array. Returns nothing if the word is missing or
 // invalid.
 std::optional<ValuesWord> values_word(Node& array);
 

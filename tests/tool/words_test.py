@@ -40,7 +40,7 @@ WRONG_CALLS = [
 
 # Content of a file that no command reads, and a part of the message.
 UNREAD_FILES = [
-    ("beam.cgns", b"@(#)ADF Database Version B02012>", "is a CGNS file, which is not read; Exodus, "),
+    ("beam.cgns", b"@(#)ADF Database Version B02012>", "is a CGNS file, which cannot be read; supported formats: Exodus, "),
     ("beam.h5", b"\x89HDF\r\n\x1a\n" + bytes(700) + b"HDF5 MotherNode" + bytes(99), "is a CGNS file"),
     ("words.txt", b"some words\n", "is not a mesh in a supported format: Exodus, VTK legacy, "),
 ]

@@ -15,7 +15,7 @@ std::uint64_t elements_in(std::size_t stride) {
   return std::max<std::uint64_t>(1, kPieceBytes / std::max<std::size_t>(stride, 1));
 }
 
-// Identification of an element of an array, for messages.
+// An element of an array and the part that sent its value, for error messages.
 struct Element {
   std::uint64_t number = 0, part = 0;
 };
@@ -25,7 +25,7 @@ void append(std::vector<std::byte>& out, const void* from, std::size_t size) {
   out.insert(out.end(), begin, begin + size);
 }
 
-// Identification of an array by its variable and its place in that variable.
+// Identifies an array by its variable and its place in that variable.
 using Column = std::tuple<std::string, std::uint64_t, std::uint32_t>;
 Column column_of(const exodus::Skeleton& skeleton, const exodus::ArrayLayout& array,
                  const exodus::ArrayPart& part) {
@@ -106,7 +106,7 @@ Location JoinedMesh::location_of(std::size_t array) const {
   return array == kCoordinates ? Location::point : info().schema.arrays[array].location;
 }
 
-// Returns the number of elements of a cell array that belong to cells before `cell`.
+// Returns the number of values of a cell array that belong to cells before `cell`.
 std::uint64_t JoinedMesh::covered_before(std::size_t array, std::uint64_t cell) const {
   std::uint64_t sum = 0;
   for (std::uint32_t b = 0; b < block_begins_.size() && block_begins_[b] < cell; ++b)
@@ -168,8 +168,8 @@ void JoinedMesh::hold_cells(const CellRange& range) {
   });
 }
 
-// Appends the cells of a range to `out`. Consecutive cells that also arrived consecutively are read
-// by one call.
+// Appends the cells of a range to `out`. One call reads consecutive cells if they also arrived
+// consecutively.
 void JoinedMesh::read_held(std::uint64_t first, std::uint64_t count, CellBatch& out) {
   for (std::uint64_t cell = first, end = first + count; cell < end;) {
     const std::uint64_t place = arrival_->get(cell - range_.first);
@@ -225,8 +225,8 @@ auto JoinedMesh::load(std::size_t array, std::uint64_t step) -> Kept {
                                                : load_cells(array, step);
 }
 
-// Sends the values of vertices to the owners of these vertices. If parts share a vertex, their
-// values must be equal.
+// Sends the values of vertices to the owners of these vertices. Throws SharedFailure if parts that
+// share a vertex have different values for it.
 auto JoinedMesh::load_vertices(std::size_t array, std::uint64_t step) -> Kept {
   const std::size_t stride = stride_of(array);
   Kept out{owners_->first(), PagedArray(*spool_, stride)};
@@ -288,11 +288,12 @@ auto JoinedMesh::load_vertices(std::size_t array, std::uint64_t step) -> Kept {
   return out;
 }
 
-// Sends the values of cells to the ranks to which the cells are assigned.
+// Sends the values of cells to the ranks that hold these cells.
 auto JoinedMesh::load_cells(std::size_t array, std::uint64_t step) -> Kept {
   const std::size_t stride = stride_of(array);
   Kept out{covered_before(array, range_.first), PagedArray(*spool_, stride)};
-  // For each block: number of elements of the array before it, minus the number of cells before it.
+  // For each block: the number of elements of the array in earlier blocks, minus the number of
+  // cells in earlier blocks.
   std::vector<std::uint64_t> shift;
   std::uint64_t covered = 0;
   for (std::uint32_t b = 0; b < block_begins_.size(); ++b) {
@@ -338,7 +339,8 @@ auto JoinedMesh::load_cells(std::size_t array, std::uint64_t step) -> Kept {
   return out;
 }
 
-// Fetches the values of this rank's vertices from the owners, in the order of vertices_.
+// Fetches the values of this rank's vertices from their owners. The result is in the order of
+// vertices_.
 PagedArray JoinedMesh::fetch(Kept& kept, std::size_t array) {
   const std::size_t stride = stride_of(array);
   PagedArray taken(*spool_, stride);
@@ -346,8 +348,8 @@ PagedArray JoinedMesh::fetch(Kept& kept, std::size_t array) {
   const std::uint64_t rounds = ranks_->largest((vertices_.size() + batch - 1) / batch);
   std::optional<Error> error;
   for (std::uint64_t round = 0; round < rounds; ++round) {
-    // The vertex numbers ascend, so the answers arrive in the order of owners, which is also the
-    // order of the numbers.
+    // The numbers in vertices_ ascend, and owners have ascending ranges of numbers. The answers of
+    // the owners therefore arrive in the order of vertices_.
     std::vector<std::vector<std::uint64_t>> ask(ranks_->size());
     const std::uint64_t begin = std::min<std::uint64_t>(round * batch, vertices_.size());
     const std::uint64_t end = std::min<std::uint64_t>(begin + batch, vertices_.size());
@@ -389,7 +391,7 @@ auto JoinedMesh::kept(std::size_t array, std::uint64_t step) -> Kept& {
 
 // --- collective reading
 
-// Collective. Reads elements from the ranks that store them.
+// Collective. Reads elements from the ranks that hold them.
 void JoinedMesh::serve(std::size_t array, std::uint64_t step, std::uint64_t first,
                        std::uint64_t count, std::byte* out) {
   Kept& values = kept(array, step);
@@ -439,7 +441,7 @@ void JoinedMesh::hold_step(std::size_t array, std::uint64_t step) {
   step_values_.reset();
 }
 
-// Reads values of vertices. Vertices that were not fetched have the value 0.
+// Reads the values of `count` vertices. The value of a vertex that was not fetched is 0.
 void JoinedMesh::read_vertices(PagedArray& values, std::size_t stride, std::uint64_t first,
                                std::uint64_t count, std::byte* out) const {
   std::memset(out, 0, count * stride);
@@ -473,7 +475,8 @@ void JoinedMesh::read_array(std::size_t array, std::uint64_t step, std::uint64_t
     return;
   }
   Kept& values = stepped ? step_values_.value() : static_.at(array);
-  // Fill the buffer, because callers read whole pages, which may extend beyond the stored elements.
+  // The buffer is cleared because callers read whole pages, which may extend beyond the stored
+  // elements.
   std::memset(out, 0, count * stride_of(array));
   const std::uint64_t begin = std::max(first, values.first);
   const std::uint64_t end = std::min(first + count, values.first + values.values.size());

@@ -1,6 +1,6 @@
-// SetJoin: joins one set of nodes, sides or elements of a decomposed Exodus mesh. A row consists of
-// a member and all its values. The rows come from all parts and are sorted by the members' numbers
-// in the whole mesh.
+// SetJoin: joins the parts of one set (of nodes, sides or elements) of a decomposed Exodus mesh. A
+// row consists of a member and all values of this member. Rows of all parts are sorted by the
+// number that the member has in the whole mesh.
 #pragma once
 
 #include <cstddef>
@@ -18,33 +18,35 @@ namespace shm::converters {
 
 class SetJoin {
  public:
-  // `dimension`: name of the dimension that counts the members in the joined structure.
+  // `dimension` is the name of the dimension that counts the members of the set in the joined
+  // structure.
   SetJoin(std::string dimension, const exodus::SetDimension& set)
       : dimension_(std::move(dimension)), set_(&set) {}
 
-  // Returns the rows of a part as a message. The part must have members. Throws Failure; the error
-  // names the file.
+  // Returns the rows of a part, packed as a message to other ranks. The set must have members in
+  // the part. Throws Failure; the error names the part's file.
   std::vector<std::byte> rows_of(const PartFile& part, const exodus::VariableIndex& own) const;
-  // Adds the rows of a part. `file`: name of the part's file.
+  // Adds the rows of a part, as returned by rows_of(). `file` is the name of the part's file.
   void add(std::span<const std::byte> rows, const std::string& file);
-  // Stores the lengths of dimensions and the values of variables for all rows. A node that occurs
-  // in several parts becomes one member. Throws Failure if the parts have different values for this
-  // node.
+  // Stores the lengths of the set's dimensions in `lengths`, and the joined values of its variables
+  // in `values`. A node that occurs in several parts becomes one member. Throws Failure if the
+  // parts have different values for such a node.
   void finish(std::map<std::string, std::uint64_t>& lengths,
               std::map<std::string, std::vector<std::byte>>& values);
 
  private:
   friend std::map<std::string, SetJoin> sets_of(const exodus::Skeleton& skeleton,
                                                 const exodus::Place& place);
-  // A variable that has `outer` runs of `inner` bytes in each row.
+  // A variable of the set. Each row contains `outer` runs of `inner` bytes of its values.
   struct Column {
     std::string variable;
-    std::size_t at = 0;  // index of the dimension that counts the rows
+    std::size_t at = 0;  // index of the variable's dimension that counts the rows
     std::uint64_t outer = 1, inner = 1;
   };
   struct Row {
     std::uint64_t member = 0, side = 0;
-    // Begin and end of the row in bytes_: columns, then factors.
+    // The part that a row came from, and the begin and end of the row in bytes_. A row contains its
+    // columns, then its distribution factors.
     std::size_t part = 0, begin = 0, end = 0;
   };
   std::vector<std::uint64_t> factors_of_rows(const PartFile& part,
@@ -54,7 +56,8 @@ class SetJoin {
 
   std::string dimension_;
   const exodus::SetDimension* set_;
-  // Names of the variables and of the dimension of factors; empty if there are none.
+  // Names of the variables with members and sides, and of the variable and the dimension of
+  // factors; a name is empty if the set has no such item.
   std::string members_, sides_, factors_, factor_dimension_;
   ScalarType member_type_ = ScalarType::int32;
   std::uint64_t factor_bytes_ = 0;
@@ -64,8 +67,8 @@ class SetJoin {
   std::vector<std::string> files_;
 };
 
-// Returns the sets, by the dimension that counts their members. Throws Failure (unsupported) if a
-// variable cannot be joined.
+// Returns the sets of a structure. The key is the name of the dimension that counts the members of
+// the set. Throws Failure (unsupported) if a variable cannot be joined.
 std::map<std::string, SetJoin> sets_of(const exodus::Skeleton& skeleton,
                                        const exodus::Place& place);
 

@@ -39,7 +39,8 @@ class JoinedValues final : public VariableValues {
   const ValuesByName& values_;
 };
 
-// Combines two integer variables: an element becomes 1 if it is not 0 in at least one of them.
+// Combines integer variables of two parts: a value of `known` becomes 1 if it is not 0 in at least
+// one of the two variables.
 void unite(std::vector<std::byte>& known, const std::vector<std::byte>& more) {
   for (std::size_t i = 0; i < std::min(known.size(), more.size()); ++i) known[i] |= more[i];
 }
@@ -66,7 +67,7 @@ class Joiner {
   void compare() const;
 
   Place place() const { return {parts_.names().front(), ErrorCode::corrupt}; }
-  // Collects bytes of all ranks on rank 0, which calls take(bytes) for each rank in order.
+  // Sends bytes of all ranks to rank 0, which calls take(bytes) for each rank in order.
   template <class Take>
   void collect(const std::vector<std::byte>& bytes, Take&& take) {
     std::optional<Error> error;
@@ -84,9 +85,9 @@ class Joiner {
   Ranks& ranks_;
   SkeletonJoin skeletons_;  // structures of the parts, joined; used on rank 0 only
 
-  // For each variable that is equal in all parts: the part from which its values are taken.
+  // The part from which a value is taken, for each variable that must be equal in all parts.
   std::map<std::string, std::uint64_t> suppliers_;
-  Skeleton skeleton_;                    // lengths of set dimensions are preliminary
+  Skeleton skeleton_;  // structure of the whole mesh; lengths of set dimensions are preliminary
   std::map<std::string, SetJoin> sets_;  // sets, by the dimension that counts their members
   ValuesByName values_;
   JoinedStructure out_;
@@ -134,8 +135,8 @@ void Joiner::join_skeletons() {
   });
 }
 
-// Throws Failure if a variable with values for nodes or elements is not an array of the mesh,
-// because such a variable cannot be joined.
+// Throws Failure if a variable with values for nodes or elements is not an array of the part's
+// mesh. Such a variable cannot be joined.
 void Joiner::check_joinable(const PartFile& part) const {
   const Skeleton& skeleton = part.mesh->skeleton();
   const Layout& layout = part.mesh->layout();
@@ -152,7 +153,8 @@ void Joiner::check_joinable(const PartFile& part) const {
                           "variable '" + array.info.name + "'", kNoOffset, part.file});
 }
 
-// Packs the names and values of variables, and the dimensions and rows of sets.
+// Packs the data of a part that is joined on rank 0: the names and values of variables, and the
+// dimensions and rows of sets.
 void Joiner::pack_values(const PartFile& part, Packer& out) const {
   const Skeleton& skeleton = part.mesh->skeleton();
   const VariableIndex own(skeleton);
@@ -231,7 +233,7 @@ void Joiner::tell_all() {
   });
 }
 
-// Checks that variables that must be the same in all parts are equal.
+// Checks that variables that must be equal in all parts are equal.
 void Joiner::compare() const {
   for (const PartFile& part : parts_.mine()) {
     const Skeleton& skeleton = part.mesh->skeleton();

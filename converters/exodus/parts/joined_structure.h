@@ -1,6 +1,6 @@
-// JoinedStructure: the structure of the whole mesh, derived from the parts of a decomposed Exodus
-// mesh: netCDF structure, blocks, arrays, time steps, sets and records, as in a file of the whole
-// mesh.
+// JoinedStructure: the structure of a whole mesh, derived from the parts of a decomposed Exodus
+// mesh. It contains the same information as a file of the whole mesh: netCDF structure, blocks,
+// arrays, time steps, sets and records.
 #pragma once
 
 #include "exodus/layout.h"
@@ -16,7 +16,7 @@ struct JoinedStructure {
   MeshInfo info;
 };
 
-// Collective. Returns the structure; it is the same on all ranks. Requires parts.find_numbers().
+// Collective. Returns the structure, which is the same on all ranks. Requires parts.find_numbers().
 // Members of sets are sorted by their numbers in the whole mesh. Each rank keeps sets, records and
 // similar data in memory. Throws SharedFailure if parts contradict each other, or contain data that
 // cannot be joined.

@@ -1,6 +1,6 @@
 // MergedMesh: the parts of a decomposed Exodus mesh as one mesh, read by a single process. Needs 40
 // bytes of memory per node and element of the mesh, 16 more bytes for each node or element that
-// several parts have, and memory for sets and records. Cells and values are in the spool.
+// occurs in several parts, and memory for sets and records. Cells and values are in the spool.
 #pragma once
 
 #include <string>
@@ -18,8 +18,8 @@ struct OneRank {
 
 class MergedMesh final : OneRank, public JoinedMesh {
  public:
-  // Borrows `spool`. Throws Failure if parts contradict each other or contain data that cannot be
-  // joined. The error names a part.
+  // Opens the parts. Borrows `spool`. Throws Failure if parts contradict each other or contain data
+  // that cannot be joined. The error names a part.
   MergedMesh(const std::vector<std::string>& files, Spool& spool)
       : JoinedMesh(one_rank, files, spool) {
     hold_cells({0, info().cells()});

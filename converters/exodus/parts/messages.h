@@ -1,5 +1,5 @@
-// Messages: sequences of plain values as bytes, which ranks of the same program send each other.
-// Also has rounds in which every rank sends such messages to every rank.
+// Messages that the ranks of a program send each other: sequences of plain values, packed as bytes.
+// Also contains in_rounds(), in which every rank sends such messages to every rank.
 #pragma once
 
 #include <cstddef>
@@ -36,7 +36,7 @@ class Packer {
   }
 };
 
-// Reads the values that a Packer has written, in the same order.
+// Reads the values of a message that a Packer has written, in the same order.
 class Unpacker {
  public:
   explicit Unpacker(std::span<const std::byte> bytes) : left_(bytes) {}
@@ -47,7 +47,8 @@ class Unpacker {
     std::memcpy(&value, take(sizeof value).data(), sizeof value);
     return value;
   }
-  // The result is valid as long as the bytes of the message.
+  // Returns bytes that were packed together. The result is valid as long as the bytes of the
+  // message.
   std::span<const std::byte> get_bytes() { return take(get<std::uint64_t>()); }
   std::string get_text() {
     const auto text = get_bytes();
@@ -63,7 +64,7 @@ class Unpacker {
   std::span<const std::byte> left_;
 };
 
-// Runs work(), unless `error` already contains an error. If work() throws, stores the exception in
+// Runs work(), unless `error` already contains an error. If work() throws, stores the error in
 // `error`.
 template <class Work>
 void attempt(std::optional<Error>& error, Work&& work) {
@@ -75,10 +76,10 @@ void attempt(std::optional<Error>& error, Work&& work) {
   }
 }
 
-// Collective. Exchanges data in rounds until no rank has more data. fill(to) adds the next data for
-// each rank to `to`, or returns false if there is no more data. take(bytes) receives the data of
-// one rank, in the order of ranks. Neither function may communicate with other ranks. Throws
-// SharedFailure if one of them threw.
+// Collective. Exchanges data in rounds until no rank has more data. fill(to) appends the next data
+// for each rank r to to[r], and returns false if there is no more data. take(bytes) receives the
+// data of one rank; it is called in the order of ranks. Neither function may communicate with other
+// ranks. Throws SharedFailure if one of them threw.
 template <class Fill, class Take>
 void in_rounds(Ranks& ranks, Fill&& fill, Take&& take) {
   std::optional<Error> error;

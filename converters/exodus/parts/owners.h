@@ -1,6 +1,6 @@
-// NumberOwners: distributes information about vertices or cells by number. The information is sent
-// to the rank that owns the number, and requested from this rank. Rank r of n ranks owns the r-th
-// of n equal ranges of numbers. Messages have a bounded size.
+// NumberOwners: distributes information about vertices or cells among the ranks, by the number of
+// the vertex or cell. Rank r of n ranks owns the r-th of n equal ranges of numbers. Information
+// about a number is sent to its owner and requested from its owner. Messages have a bounded size.
 #pragma once
 
 #include <algorithm>
@@ -21,15 +21,15 @@ class NumberOwners {
         run_(std::max<std::uint64_t>((numbers + ranks.size() - 1) / ranks.size(), 1)),
         batch_(std::max<std::size_t>(kBatch / ranks.size(), 256)) {}
 
-  // The range of numbers that this rank owns.
+  // Returns the first number of the range that this rank owns.
   std::uint64_t first() const { return std::min<std::uint64_t>(run_ * ranks_->rank(), numbers_); }
   std::uint64_t count() const {
     return std::min<std::uint64_t>(run_ * (ranks_->rank() + 1), numbers_) - first();
   }
 
-  // Collective. Sends each item to the owner of its number, which calls take(item). Within a batch,
-  // calls are ordered by sending rank, then in the order of its items. Requires item.number <
-  // numbers.
+  // Collective. Sends each item to the owner of the item's number, which calls take(item). Requires
+  // item.number < numbers. Within a batch, an owner receives the items of rank 0 first, then those
+  // of rank 1 and so on; items of one rank keep their order.
   template <class Item, class Take>
   void send(const std::vector<Item>& items, Take&& take) {
     in_batches(items.size(), [&](std::size_t begin, std::size_t end) {
@@ -40,8 +40,8 @@ class NumberOwners {
     });
   }
 
-  // Collective. Returns, for each of `numbers`, the result of answer(number), which the owner of
-  // the number calls.
+  // Collective. Returns one reply for each of `numbers`: the result of answer(number), which is
+  // called on the owner of the number.
   template <class Reply, class Answer>
   std::vector<Reply> ask(const std::vector<std::uint64_t>& numbers, Answer&& answer) {
     std::vector<Reply> replies(numbers.size());
@@ -63,17 +63,17 @@ class NumberOwners {
     return replies;
   }
 
-  // Returns the rank that owns a number; end_of() returns the end of the range of a rank.
+  // owner() returns the rank that owns a number; end_of() returns the end of the range of a rank.
   std::size_t owner(std::uint64_t number) const { return static_cast<std::size_t>(number / run_); }
   std::uint64_t end_of(std::size_t rank) const {
     return std::min<std::uint64_t>(run_ * (rank + 1), numbers_);
   }
 
  private:
-  // Largest number of items per batch, of all ranks together.
+  // Largest total number of items that all ranks send in one batch.
   static constexpr std::size_t kBatch = std::size_t{1} << 20;
 
-  // Runs rounds on all ranks. The number of rounds is the number that the rank with the most items
+  // Runs rounds on all ranks. All ranks run the number of rounds that the rank with the most items
   // needs.
   template <class Round>
   void in_batches(std::size_t items, Round&& round) {

@@ -19,15 +19,16 @@ constexpr std::size_t kMostParts = 1 << 20;
   throw Failure(Error{ErrorCode::corrupt, detail, section, kNoOffset, part.file});
 }
 
-// Reads the numbers of the nodes or elements of a part. Throws Failure unless there are `count`
-// numbers.
+// Reads the numbers that the nodes or elements of a part have in the whole mesh. Throws Failure
+// unless there are `count` numbers.
 std::vector<std::uint64_t> numbers_in(const PartFile& part, const char* map, std::uint64_t count) {
   if (count == 0) return {};
   const std::string section = std::string("variable '") + map + "'";
   const exodus::Skeleton& skeleton = part.mesh->skeleton();
   const int index = skeleton.find_variable(map);
   if (index < 0)
-    fail(part, section, "is missing: it gives the numbers of the part's items in the whole mesh");
+    fail(part, section,
+         "is missing, but it contains the numbers of the part's items in the whole mesh");
   const exodus::Variable& variable = skeleton.variables[static_cast<std::size_t>(index)];
   if (!exodus::is_integer(variable.type) ||
       skeleton.shape(variable) != std::vector<std::uint64_t>{count})
@@ -45,8 +46,8 @@ std::vector<std::uint64_t> numbers_in(const PartFile& part, const char* map, std
   return numbers;
 }
 
-// The range of numbers that the parts use. Numbers start at 1; in files of some programs they start
-// at 0.
+// The range of numbers that the parts use. Numbers start at 1; some programs write numbers that
+// start at 0.
 struct NumberRange {
   std::uint64_t base = 1, end = 0;
 };
@@ -64,7 +65,8 @@ NumberRange range_of(Ranks& ranks, const std::vector<PartFile>& parts,
   return range;
 }
 
-// Throws Failure unless all numbers are at least `base` and less than `base` + `count`.
+// Throws Failure unless all numbers of all parts are in the range from `base` to `base` + `count`
+// - 1.
 void check_range(const std::vector<PartFile>& parts, const char* map, std::uint64_t base,
                  std::uint64_t count, std::vector<std::uint64_t> PartFile::*numbers) {
   for (const PartFile& part : parts)
@@ -117,7 +119,8 @@ PartFiles::PartFiles(Ranks& ranks, const std::vector<std::string>& files)
   count();
 }
 
-// Counts nodes and cells. All parts must have the same blocks; some blocks of a part may be empty.
+// Counts nodes and cells. All parts must have the same blocks, but a block may be empty in some
+// parts.
 void PartFiles::count() {
   const std::uint64_t blocks =
       ranks_->largest(mine_.empty() ? 0 : mine_.front().mesh->layout().blocks.size());
@@ -160,7 +163,8 @@ void PartFiles::find_vertices() {
   const std::uint64_t all = ranks_->sums({nodes}).all[0];
   if (all == 0) return;
   const NumberRange range = range_of(*ranks_, mine_, &PartFile::vertices);
-  // Each number is in at least one part, so the number of nodes in all parts is an upper bound.
+  // Each number occurs in at least one part, so the total number of nodes in the parts is an upper
+  // bound.
   const std::uint64_t most = std::min(all, range.end - range.base);
   ranks_->together(
       [&] { check_range(mine_, "node_num_map", range.base, all, &PartFile::vertices); });
@@ -202,8 +206,8 @@ void PartFiles::find_vertices() {
   });
 }
 
-// Finds the position of each part's cells in the mesh. Cells are ordered by block, and within a
-// block by number.
+// Finds the position of each part's cells in the whole mesh. Cells are sorted by block, and within
+// a block by number.
 void PartFiles::find_cells() {
   struct CellPlace {
     std::uint64_t number = 0;
@@ -248,7 +252,7 @@ void PartFiles::find_cells() {
                     "variable 'elem_num_map'", kNoOffset, names_[std::max(item.part, place.part)]};
     place = item;
   });
-  // There are as many numbers as elements, and no number occurs twice, so no number is missing.
+  // No number is missing: there are as many numbers as elements, and no number occurs twice.
   ranks_->agree(error);
   mine = {};
 

@@ -25,7 +25,7 @@ void Ranks::together(const std::function<void()>& work) {
   try {
     work();
   } catch (const SharedFailure&) {
-    throw;  // SharedFailure is thrown on all ranks already, so they must not agree again
+    throw;  // a SharedFailure is thrown on all ranks already, so the ranks need not agree again
   } catch (...) {
     error = current_error();
   }

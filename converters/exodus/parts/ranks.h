@@ -1,6 +1,6 @@
-// Ranks: the processes that share the work on one mesh. They continue or fail together: an
+// Ranks: the processes that share the work on one mesh. The ranks continue or fail together: an
 // exception on one rank is thrown on all ranks at their next agreement, so that no rank waits for a
-// rank that has left. This class itself represents a single process; mpi/mpi_ranks.h contains the
+// rank that has left. This class itself represents a single process; mpi/mpi_ranks.h implements the
 // ranks of an MPI program.
 #pragma once
 
@@ -19,7 +19,7 @@
 
 namespace shm::converters {
 
-// An exception that is thrown on all ranks. Only rank 0 reports it.
+// An exception that is thrown on all ranks; only rank 0 reports it to the user.
 class SharedFailure : public Failure {
  public:
   using Failure::Failure;
@@ -40,41 +40,43 @@ class Ranks {
   bool first() const { return rank_ == 0; }
 
   // Runs `work` on every rank. If `work` throws on any rank, SharedFailure is thrown on all ranks,
-  // with the error of the lowest rank that failed. `work` must not communicate with other ranks,
-  // unless all ranks do so in the same order, through calls that begin with agree() and are inside
-  // uninterrupted().
+  // with the error of the lowest rank that failed. `work` must not communicate with other ranks. As
+  // an exception, all ranks may communicate in the same order, through calls that begin with
+  // agree() and are inside uninterrupted().
   void together(const std::function<void()>& work);
-  // Runs `calls`, in which ranks communicate. Ends all processes if `calls` throws anything other
-  // than SharedFailure. A single process may throw anything.
+  // Runs `calls`, a function in which ranks communicate. Ends all processes if `calls` throws
+  // anything other than SharedFailure. If there is only one process, `calls` may throw anything.
   virtual void uninterrupted(const std::function<void()>& calls) { calls(); }
-  // Does the same as together() for work that is already done. `error` is the error of this work,
-  // if any.
+  // Does the same as together() for work that has already been done. `error` is the error of this
+  // work, if it failed.
   virtual void agree(const std::optional<Error>& error) {
     if (error) throw SharedFailure(*error);
   }
 
-  // This function and all functions below are collective.
+  // largest() and all functions below are collective: every rank must call them. Returns the
+  // largest value of all ranks.
   virtual std::uint64_t largest(std::uint64_t value) { return value; }
   virtual std::uint64_t smallest(std::uint64_t value) { return value; }
-  // For each value: the sum over all ranks before this rank, and the sum over all ranks.
+  // For each value, the sum over all ranks before this rank, and the sum over all ranks.
   struct Sums {
     std::vector<std::uint64_t> before, all;
   };
   virtual Sums sums(std::vector<std::uint64_t> values) {
     return {std::vector<std::uint64_t>(values.size()), std::move(values)};
   }
-  // Sends the value of the rank `from` to all ranks.
+  // Returns the value of the rank `from` on all ranks.
   virtual std::uint64_t broadcast(std::uint64_t value, std::size_t /*from*/ = 0) { return value; }
   virtual std::vector<std::byte> broadcast(std::vector<std::byte> bytes, std::size_t /*from*/ = 0) {
     return bytes;
   }
-  // On rank 0 only, calls take(rank, bytes) for each rank, in order.
+  // Sends `bytes` of each rank to rank 0. Rank 0 calls take(rank, bytes) for each rank, in order;
+  // other ranks do not call take().
   virtual void gather(std::span<const std::byte> bytes,
                       const std::function<void(std::size_t, std::vector<std::byte>)>& take) {
     take(0, {bytes.begin(), bytes.end()});
   }
-  // Sends to[r] to rank r. Returns the items received from each rank. The items must fit in one
-  // message.
+  // Sends the items to[r] to rank r, for each rank r. Returns the items received from each rank.
+  // The items for a rank must fit in one message.
   template <class Item>
   std::vector<std::vector<Item>> exchange(const std::vector<std::vector<Item>>& to) {
     static_assert(std::is_trivially_copyable_v<Item>);
@@ -100,7 +102,8 @@ class Ranks {
   Ranks(std::size_t rank, std::size_t size) : rank_(rank), size_(size) {}
 
  private:
-  // `bytes`: number of bytes for each rank; on return, number of bytes received from each rank.
+  // `bytes` contains the number of bytes to send to each rank. When the function returns, it
+  // contains the number of bytes received from each rank.
   virtual std::vector<std::byte> exchange_bytes(std::vector<std::byte> packed,
                                                 std::vector<std::size_t>& /*bytes*/) {
     return packed;

@@ -1,6 +1,6 @@
-// Code shared by the two formats of VTK, legacy and XML. They store nearly the same information in
-// different forms. If a mesh of one format is written in the other, everything that both can
-// express is kept: field data, strings and bits, which array is the scalars, vectors, ..., names of
+// Code shared by the two formats of VTK, legacy and XML, which store nearly the same information in
+// different forms. If a mesh of one format is written in the other, all data that both formats can
+// express is kept: field data, strings and bits, roles of arrays (scalars, vectors, ...), names of
 // components, information keys, faces of polyhedra.
 #pragma once
 
@@ -23,7 +23,7 @@ namespace shm::converters::vtk {
 struct Attribute {
   EntryKind kind;
   std::string_view name;
-  std::uint64_t least, most;  // smallest and largest number of components
+  std::uint64_t least, most;  // smallest and largest number of components that the role allows
 };
 inline constexpr std::uint64_t kAnyComponents = 65535;
 inline constexpr Attribute kAttributes[] = {
@@ -38,17 +38,18 @@ inline constexpr Attribute kAttributes[] = {
     {EntryKind::pedigree_ids, "PedigreeIds", 1, 1},
     {EntryKind::edge_flags, "EdgeFlag", 1, 1},
 };
-// Roles that only XML files have.
+// Names of roles that exist only in XML files.
 inline constexpr std::string_view kXmlOnlyAttributes[] = {"Tangents", "RationalWeights",
                                                           "HigherOrderDegrees", "ProcessIds"};
 
-// Names of field data with a special meaning in the other format: the time of the mesh, and the
-// title of a legacy file.
+// Names of field data with a special meaning: the time of the mesh in each format, and the title of
+// a legacy file in an XML file.
 inline constexpr std::string_view kLegacyTime = "TIME", kXmlTime = "TimeValue", kXmlTitle = "Title";
 
-// Extras that a plan derives from the extras of its mesh, in the form of its own format.
+// Extras that a plan of a file derives from the extras of its mesh, because the file's format needs
+// the values in another form.
 struct MadeExtras {
-  std::deque<Extra> data;     // values that the plan calls x0, x1, ...
+  std::deque<Extra> data;     // values of the arrays that the plan calls x0, x1, ...
   std::deque<Extra> strings;  // lists of strings of arrays
   void register_in(std::map<std::string, const Extra*>& extras) const {
     for (const auto* made : {&data, &strings})
@@ -56,25 +57,25 @@ struct MadeExtras {
   }
 };
 
-// Returns the FIELD entry of a legacy file for an array of the mesh.
+// Returns the entry for an array of the mesh in a FIELD of a legacy file.
 Entry entry_of_array(const MeshInfo& info, std::size_t array);
 
-// Largest number of components of an array whose component names are kept. Field data may have any
-// number of components.
+// Largest number of components of an array whose component names are kept. Arrays of field data may
+// have more components.
 inline constexpr std::uint64_t kMostNamedComponents = 4096;
 std::string quoted_array(std::string_view name);  // returns "array 'T'"
 
-// Returns true for keys of ranges. Ranges can be computed from the values, and are wrong if the
-// values were rounded.
+// Returns true for information keys that contain ranges of values. Such ranges can be computed from
+// the values, and are wrong if the values were rounded.
 inline bool is_range_key(std::string_view name) {
   return name.find("_RANGE") != std::string_view::npos;
 }
 
-// Legacy files from version 5.1 on and XML files from version 2.1 on use another node order for
-// some cells. Returns true if the mesh may have such cells in that order.
+// Returns true if the mesh may have cells in the newer node order. Legacy files from version 5.1 on
+// and XML files from version 2.1 on use another node order for some cells.
 bool has_renumbered_cells(const MeshInfo& info);
-// Key of an extra of a piece of a file. A piece has no skeleton, so this extra states that its
-// cells have the newer node order.
+// Key of an extra that states that the cells of a piece have the newer node order. It is needed
+// because a piece of a mesh has no skeleton.
 inline constexpr const char* kNewNumbering = "vtk/new_numbering";
 
 }  // namespace shm::converters::vtk

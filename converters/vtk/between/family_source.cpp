@@ -29,7 +29,8 @@ bool is_numbered_anew(const MeshInfo& info) {
   return contents && contents->version() >= "2.1";
 }
 
-// Returns the field data with one number that is the time of a file. Returns null if there is none.
+// Returns the field data that contains the time of the file as a single number. Returns null if
+// there is no such field data.
 const Extra* time_of(const MeshInfo& info) {
   const std::vector<FieldArray> arrays = field_arrays(info);
   for (const std::string_view name : {kLegacyTime, kXmlTime})
@@ -43,7 +44,8 @@ const Extra* time_of(const MeshInfo& info) {
 bool is_skeleton(std::string_view key) { return key == "vtk/skeleton" || key == "vtu/skeleton"; }
 
 std::vector<std::byte> stored_time(double time, ScalarType type) {
-  constexpr double kMostWhole = 0x1p31;  // largest time that is taken for a step number
+  // Only times below this limit are stored as integers (step numbers).
+  constexpr double kMostWhole = 0x1p31;
   return with_scalar(type, [&](auto zero) {
     std::vector<std::byte> stored(sizeof zero);
     if (is_float(type))

@@ -1,4 +1,4 @@
-// Field data of a VTK file, legacy or XML.
+// The field data of a mesh from a VTK file, legacy or XML.
 #pragma once
 
 #include <string>
@@ -16,13 +16,13 @@ struct FieldArray {
   StringForm strings = StringForm::lines;  // used only if `form` is string
   const Extra* values = nullptr;
 };
-// Returns all field data of a mesh from VTK, and nothing for other meshes.
+// Returns all field data of a mesh that came from VTK. Returns nothing for other meshes.
 std::vector<FieldArray> field_arrays(const MeshInfo& info);
 std::vector<std::string> strings_of(const FieldArray& array);
 
-// Returns field data "BlockNames" as an extra. For each named block, the field data has one string:
-// the number of the block, a blank, and the name. `form`: form of these strings. The shape of the
-// extra is the number of strings.
+// Returns field data "BlockNames" as an extra. It has one string for each named block: the number
+// of the block, a blank, and the name. `form` is the form in which the strings are stored. The
+// shape of the extra is the number of strings.
 Extra block_names_extra(const MeshInfo& info, std::string key, StringForm form);
 inline constexpr const char* kBlockNames = "BlockNames";
 

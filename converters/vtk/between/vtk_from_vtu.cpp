@@ -24,7 +24,7 @@ using vtu::ValuesWord;
 
 constexpr std::size_t kLongestTitle = 255;  // limit of VTK's readers
 
-// Returns the value of an information key, or of one element Value of the key.
+// Returns the value of an information key, or of one element Value of an information key.
 std::string word_in(const Node& node) {
   for (const Node& each : node.children) {
     if (each.kind != NodeKind::text) continue;
@@ -37,7 +37,8 @@ std::string word_in(const Node& node) {
   return {};
 }
 
-// Returns "<value>" or "<count> <values>".
+// Returns the words after DATA for an information key: "<value>", or "<count> <values>" if it has
+// several values.
 std::string information_data(const Node& key) {
   std::string values;
   std::uint64_t count = 0;
@@ -93,8 +94,8 @@ class LegacyBuilder {
  private:
   void lose(std::string loss) { losses_.add(std::move(loss)); }
 
-  // Returns true if the points of each polyhedron ascend. VTK sorts them when it reads a legacy
-  // file, so any other order is lost.
+  // Returns true if the points of each polyhedron ascend. When VTK reads a legacy file, it sorts
+  // the points of a polyhedron, so any other order is lost.
   bool points_of_polyhedra_ascend() const {
     const Extra* counts = extras_.find("vtu/polyhedron/counts");
     const Extra* points = extras_.find("vtu/polyhedron/points");
@@ -109,8 +110,8 @@ class LegacyBuilder {
     return true;
   }
 
-  // Finds the time step of the file whose time equals the time of the mesh. Chooses the last step
-  // if there is none.
+  // Finds the time step of the file whose time equals the time of the mesh. If there is no such
+  // step, chooses the last step.
   void find_step() {
     times_ = contents_.times();
     step_ = times_.empty() ? 0 : times_.size() - 1;
@@ -139,7 +140,8 @@ class LegacyBuilder {
     add_field(std::move(arrays));
   }
 
-  // Returns true for a title that came from a legacy file or fits into one.
+  // Returns true if field data is a title that fits into the header of a legacy file, and uses it
+  // as the title of the skeleton.
   bool is_title(Node& array) {
     const auto word = vtu::values_word(array);
     if (array.attribute_or("Name", "") != kXmlTitle || !word ||
@@ -202,8 +204,8 @@ class LegacyBuilder {
     add_field(std::move(others));
   }
 
-  // Reports arrays that only some pieces have. Legacy files cannot store them, because the other
-  // points or cells lack values.
+  // Reports arrays that only some pieces have. Legacy files cannot store such arrays, because the
+  // points or cells of the other pieces lack values.
   void report_other_pieces(Location location, const Node* first) {
     const std::vector<Node*> all = contents_.data(location);
     for (std::size_t p = 0; p < all.size(); ++p)
@@ -216,9 +218,9 @@ class LegacyBuilder {
       }
   }
 
-  using Roles = std::map<std::string, std::set<EntryKind>>;  // roles, by the name of the array
+  using Roles = std::map<std::string, std::set<EntryKind>>;  // roles of each array, by its name
 
-  // Returns the roles of arrays, and reports roles that legacy files do not have.
+  // Returns the roles of the arrays in a section. Reports roles that legacy files cannot express.
   Roles roles_of(const Node& data, Location location) {
     Roles roles;
     for (const auto& [key, name] : data.attributes) {
@@ -250,7 +252,8 @@ class LegacyBuilder {
     return info.role.empty() && (!info.per_step || !info_.step_times.empty());
   }
 
-  // Returns the arrays that occur only at other time steps.
+  // Returns the indices of arrays that occur in the section only at other time steps than the
+  // written step.
   std::set<std::uint64_t> of_other_steps(Node& data) const {
     std::set<std::uint64_t> others, current;
     for (Node& array : data.children) {
@@ -296,15 +299,15 @@ class LegacyBuilder {
     }
     const std::set<EntryKind> kinds = std::exchange(roles[name], {});
     if (kinds.empty()) others.push_back(entry);
-    for (const EntryKind kind : kinds) {  // the array is written once per role, as VTK does
+    for (const EntryKind kind : kinds) {  // like VTK, writes the array once for each of its roles
       entry.kind = kind;
       entry.second = kind == EntryKind::scalars ? "default" : "";
       named.push_back(entry);
     }
   }
 
-  // Adds values of points or cells that are not an array of the mesh. They are in file order, so
-  // they are kept only in order keep.
+  // Adds values of points or cells that are stored as an extra, not as an array of the mesh. These
+  // values are in file order, so they are kept only in order keep.
   void add_other_values(Node& array, const ValuesWord& word, Location location,
                         std::vector<Entry>& others) {
     const std::uint64_t elements = location == Location::cell ? info_.cells() : info_.vertices;
@@ -383,7 +386,7 @@ class LegacyBuilder {
   LegacyParts parts_;
   std::vector<double> times_;
   std::size_t step_ = 0;
-  // Arrays that occur only at other steps, of the current section.
+  // Arrays of the current section that occur only at other time steps than the written step.
   std::set<std::uint64_t> of_other_steps_;
 };
 

@@ -1,4 +1,4 @@
-// Converts a mesh from an XML file to the contents of a legacy file.
+// Converts a mesh that came from an XML file to the contents of a legacy file.
 #pragma once
 
 #include <set>
@@ -12,18 +12,18 @@
 
 namespace shm::converters::vtk {
 
-// Skeleton of a binary legacy file without its cells. Its version is the version that the cells
-// need.
+// Skeleton of a binary legacy file without its cells. Its version is the version that the cells of
+// the mesh need.
 struct LegacyParts {
   Skeleton skeleton;
-  std::set<std::size_t> placed;  // arrays of the mesh that have a place in the skeleton
+  std::set<std::size_t> placed;  // indices of the mesh's arrays to which the skeleton refers
   MadeExtras made;
 };
-// Converts the skeleton of an XML file. Adds everything that the legacy file lacks to `losses`,
-// which may be null.
+// Converts the skeleton of an XML file to that of a legacy file. Adds the data that the legacy file
+// will lack to `losses`, which may be null.
 LegacyParts legacy_of_xml(const MeshInfo& info, LossList* losses);
 
-// Returns the data of a mesh from an XML file that a legacy file cannot store.
+// Returns the data of a mesh from an XML file that cannot be stored in a legacy file.
 LossList losses_in_vtk(const MeshInfo& info);
 
 }  // namespace shm::converters::vtk

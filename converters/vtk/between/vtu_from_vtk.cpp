@@ -43,8 +43,8 @@ std::string bits_as_bytes(std::string_view text, bool binary, std::uint64_t coun
   return out;
 }
 
-// Adds one key of an INFORMATION from its two lines, "NAME <key> LOCATION <class>" and "DATA
-// <value>" or "DATA <count> <values>".
+// Adds an information key to an array. A legacy file has two lines for the key: "NAME <key>
+// LOCATION <class>" and "DATA <value>" or "DATA <count> <values>".
 void add_information(Node& array, std::string_view name_line, std::string_view data_line,
                      bool rounded) {
   take_word(name_line);
@@ -77,7 +77,7 @@ void add_information(Node& array, std::string_view name_line, std::string_view d
 }
 
 void add_metadata(Node& array, std::string_view text, std::uint64_t components, bool rounded) {
-  bool named = false;  // true after the first list of names
+  bool named = false;  // becomes true after the first list of component names
   while (!text.empty()) {
     const std::string_view line = take_line(text);
     if (vtk::lower_case(line.substr(0, 15)) == "component_names") {
@@ -146,7 +146,7 @@ class XmlBuilder {
     parts_.points.children = {std::move(array)};
   }
 
-  // Adds an array of values of points or cells.
+  // Adds an array with a value for each point or cell.
   void add_array(const Entry& entry) {
     if (entry.index >= info_.schema.arrays.size()) return;
     const ArrayInfo& info = info_.schema.arrays[entry.index];
@@ -186,8 +186,9 @@ class XmlBuilder {
     vtk::append_string(list, text, StringForm::zeros);
   }
 
-  // Adds an extra as field data. Such extras are field data, and arrays in the sections of points
-  // or cells whose number of values differs from the number of points or cells.
+  // Adds an array that is stored as an extra. It becomes field data unless it has a value for each
+  // point or cell of its section. Sections of points or cells contain such extras if their number
+  // of values differs from the number of points or cells.
   void add_extra(const Entry& entry) {
     const std::string name = vtk::decode_name(entry.name);
     const Extra* found = extras_.find(vtk::data_key(entry.index));
@@ -252,16 +253,16 @@ class XmlBuilder {
     data.children.push_back(std::move(array));
   }
 
-  // Sets the role of an array, unless another array has it: if several arrays have one role, VTK
-  // uses the first.
+  // Gives a role to an array unless another array already has the role. If several arrays have one
+  // role in a legacy file, VTK uses the first.
   void set_role(const std::string& array, EntryKind kind, Node& data) {
     for (const vtk::Attribute& attribute : vtk::kAttributes)
       if (kind == attribute.kind && data.attribute(attribute.name) == nullptr)
         data.set_attribute(attribute.name, array);
   }
 
-  // Renames arrays whose names occur several times. If several arrays have one name, VTK keeps the
-  // last when it reads a legacy file, and mixes them up when it reads an XML file.
+  // Renames arrays so that no two arrays have the same name. If arrays have the same name, VTK
+  // keeps only the last when it reads a legacy file, and mixes them up when it reads an XML file.
   void make_names_unique(Node& data) {
     std::set<std::string> used;
     for (const Node& array : data.children) used.insert(array.attribute_or("Name", ""));

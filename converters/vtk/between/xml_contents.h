@@ -1,5 +1,5 @@
-// Access to the skeleton of an XML file, except its points and cells: arrays of data, and markup
-// that only XML files have.
+// Contents: access to the parts of an XML file's skeleton that are not points or cells: arrays of
+// data, and markup that only XML files have.
 #pragma once
 
 #include <cstdint>
@@ -20,25 +20,26 @@ class Contents {
 
   Node& grid() { return *document_.root().child("UnstructuredGrid"); }
   std::string version() { return document_.root().attribute_or("version", ""); }
-  // Returns the arrays of the field data.
+  // Returns the nodes of the arrays of field data.
   std::vector<Node*> field_arrays();
-  // Returns the element PointData or CellData of each piece, or null for pieces without it.
+  // Returns the element PointData or CellData of each piece. The entry of a piece without this
+  // element is null.
   std::vector<Node*> data(Location location);
   // Returns the element PointData or CellData of the first piece that has points or cells. The
   // other pieces have the same arrays.
   Node* first_data(Location location);
-  // Returns the arrays of points of all pieces and steps.
+  // Returns the nodes of the arrays of points of all pieces and time steps.
   std::vector<Node*> all_points();
-  // Returns the first array of points, which contains the coordinates. Returns null if there is
-  // none.
+  // Returns the node of the first array of points, which contains the coordinates. Returns null if
+  // there is no such array.
   Node* points();
-  // Returns the times in the attribute TimeValues. Returns an empty list if there are no times, or
-  // if they are not numbers.
+  // Returns the times in the attribute TimeValues. Returns an empty list if the attribute is
+  // missing or does not consist of numbers.
   std::vector<double> times();
-  // Returns the skeleton without the value ranges of arrays.
+  // Returns the skeleton as text, without the value ranges of arrays.
   std::string without_ranges();
-  // Returns what legacy files cannot store: comments, elements and other markup that VTK's readers
-  // ignore, and the division into pieces.
+  // Returns the losses if the mesh is written as a legacy file: comments, elements and other markup
+  // that VTK's readers ignore, and the division into pieces.
   LossList markup();
 
  private:
@@ -48,15 +49,15 @@ class Contents {
   Document document_;
 };
 
-// Returns the array (role vtu:points) with the points at a time step. Returns nothing if the step
-// uses the points of the mesh.
+// Returns the array (role vtu:points) that contains the points at a time step. Returns nothing if
+// the points at this step are those of the mesh.
 std::optional<std::size_t> points_of_step(const MeshInfo& info, std::uint64_t step);
 
-// Removes the value ranges from an array element.
+// Removes the attributes and keys with value ranges from an array element.
 void forget_ranges(Node& array);
 
-// Returns true if an array has more than its name and values: names of components, or keys other
-// than ranges.
+// Returns true if an array element contains names of components, or information keys other than
+// ranges.
 bool has_metadata(const Node& array);
 
 }  // namespace shm::converters::vtu

@@ -91,8 +91,8 @@ void Parser::lookup_table() {
   values(std::move(entry));
 }
 
-// Reads the values that `entry` announces. The input must be at the first byte after the
-// announcement.
+// Reads the values that the line of `entry` announces. The input must be at the first byte after
+// this line.
 void Parser::values(Entry entry) {
   const ValueForm form = form_of_word(entry.type);
   if (form == ValueForm::unknown)
@@ -139,11 +139,12 @@ void Parser::add_array(Entry& entry, Values column_values, std::string_view role
 }
 
 // Returns the index of the array if it has been read before under another role. VTK writes an array
-// with several roles once per role: SCALARS and VECTORS with one name and equal values are one
-// array here.
+// with several roles once per role: SCALARS and VECTORS with equal names and values are one array
+// of the mesh.
 std::optional<std::size_t> Parser::written_before(EntryKind kind, const ArrayInfo& array,
                                                   Values& values) {
-  // Number of arrays of one name that are compared; any further ones are separate arrays.
+  // Number of arrays with one name that are compared. Any further arrays with this name are
+  // separate arrays.
   constexpr std::size_t kMostOfAName = 4;
   const auto& arrays = info_.schema.arrays;
   auto& of_name = named_[{array.location, array.name}];
@@ -165,8 +166,8 @@ bool Parser::is_per_element(const Entry& entry) const {
          entry.components <= kMostComponents;
 }
 
-// Reads strings, variants and bits. Those of points and cells become arrays. Other values are kept
-// as the bytes or words of the file.
+// Reads strings, variants and bits. If they belong to points or cells, they become arrays.
+// Otherwise they are stored as the bytes or words of the file.
 void Parser::other_values(Entry& entry, ValueForm form) {
   const std::uint64_t count = product(entry.tuples, entry.components);
   if (form == ValueForm::bit) return bits(entry, count);
@@ -179,8 +180,8 @@ void Parser::other_values(Entry& entry, ValueForm form) {
   info_.extras.push_back(text_extra(data_key(entry.index), data));
 }
 
-// Reads bits. In text, each bit is a number. In binary files, a byte contains eight bits, the most
-// significant bit first.
+// Reads bits. In text files, each bit is a number. In binary files, each byte contains eight bits,
+// beginning with the most significant bit.
 void Parser::bits(Entry& entry, std::uint64_t count) {
   const bool array = is_per_element(entry);
   if (count > 0) next_line_is_binary();
@@ -206,10 +207,10 @@ void Parser::bits(Entry& entry, std::uint64_t count) {
   info_.extras.push_back(text_extra(data_key(entry.index), kept));
 }
 
-// Reads strings into a list of different strings and an array of indices into the list. The indices
+// Reads strings into a list of distinct strings and an array of indices into this list. The indices
 // are reordered with their points and cells.
 void Parser::listed_strings(Entry& entry, ValueForm form, std::uint64_t count) {
-  // The list cannot be larger than the file.
+  // No limit is needed, because the list cannot be larger than the file.
   StringLister strings(std::numeric_limits<std::uint64_t>::max());
   PagedArray values(spool_, sizeof(std::uint32_t));
   std::string one;
@@ -217,17 +218,17 @@ void Parser::listed_strings(Entry& entry, ValueForm form, std::uint64_t count) {
     one.clear();
     one_string(form, one);
     const auto place = strings.place_of(one);
-    if (!place)
-      input_.fail(ErrorCode::unsupported, "has more different strings than are supported");
+    if (!place) input_.fail(ErrorCode::unsupported, "has more distinct strings than are supported");
     values.append(1, reinterpret_cast<const std::byte*>(&*place));
   }
   add_array(entry, Values(ScalarType::uint32, std::move(values)), kStringRole);
   info_.extras.push_back(text_extra(strings_key(entry.index), strings.list()));
 }
 
-// Reads one string or variant. A variant is a line with its type and its %-encoded text. A string
-// of a text file is one %-encoded line. A string of a binary file begins with its length in 1, 2, 4
-// or 8 bytes; the top two bits (3, 2, 1, 0) determine this number of bytes.
+// Reads one string or variant. A variant is a line that contains its type and its %-encoded text. A
+// string of a text file is one %-encoded line. A string of a binary file follows its length, which
+// has 1, 2, 4 or 8 bytes; the top two bits of the first byte (3, 2, 1, 0) determine this number of
+// bytes.
 void Parser::one_string(ValueForm form, std::string& out) {
   if (form == ValueForm::variant) {
     out.append(input_.word()).append(" ");

@@ -1,4 +1,5 @@
-// The Format of VTK legacy files: recognition, opening, writing, capabilities and losses.
+// The Format of VTK legacy files: functions that recognize, open and write files, and the
+// capabilities and losses of the format.
 #include <set>
 #include <sstream>
 #include <string_view>
@@ -15,7 +16,7 @@ namespace shm::converters {
 namespace vtk {
 namespace {
 
-// Returns true if the lines of a METADATA contain anything other than ranges.
+// Returns true if the lines of a METADATA section contain anything other than ranges of values.
 bool has_more_than_ranges(const std::string& metadata) {
   std::istringstream lines(metadata);
   std::string line;
@@ -26,8 +27,9 @@ bool has_more_than_ranges(const std::string& metadata) {
   return false;
 }
 
-// Returns the lines of a METADATA without the keys of ranges. A key consists of its NAME line and
-// all lines up to the next NAME. The number of keys is stated before the first key.
+// Returns the lines of a METADATA section without the keys of ranges. A key consists of its NAME
+// line and all lines up to the next NAME line. A line before the first key states the number of
+// keys.
 std::string without_ranges(const std::string& metadata) {
   std::istringstream lines(metadata);
   std::string before, keys, line;
@@ -66,7 +68,7 @@ void add_losses_of_skeleton(const Skeleton& skeleton, const Keys& used, LossList
     }
     if (entry.origin != Origin::extra || used.contains(data_key(entry.index))) continue;
     if (entry.kind >= EntryKind::x_coordinates && entry.kind <= EntryKind::z_coordinates)
-      continue;  // not a loss: the points of the mesh contain the axes
+      continue;  // no loss is reported, because the points of the mesh contain the axes
     const bool table = entry.kind == EntryKind::lookup_table;
     losses.push_back((table ? "lookup table" : "field data") + quoted(name));
   }
@@ -81,7 +83,7 @@ class LegacySource final : public FamilySource {
 
   bool describes_steps(const MeshInfo&) const override { return false; }
 
-  // Returns true if there are voxels, whose corners must be ordered along the axes.
+  // Returns true if the mesh has voxels, whose corners must be ordered along the axes.
   bool needs_corner_order(const MeshInfo& info) const override {
     for (const BlockInfo& block : info.schema.blocks)
       if (block.shape == CellShape::hexahedron && block.id == kVoxel) return true;
@@ -110,7 +112,7 @@ class LegacySource final : public FamilySource {
 };
 
 constexpr LegacySource kSource;
-// Both VTK formats have this role.
+// Role of arrays of strings; both VTK formats have this role.
 constexpr Role kRoles[] = {
     {.name = kStringRole, .is_private = true, .loss = [](const std::string& array) {
        return "strings of " + quoted_array(array);

@@ -11,7 +11,7 @@
 namespace shm::converters::vtk {
 namespace {
 
-// Parses the words of an entry as numbers. Returns false if one of them is not a number.
+// Parses the words of an entry as numbers. Returns false if a word is not a number.
 template <class T, std::size_t kCount>
 bool parse_words(std::string_view words, std::array<T, kCount>& numbers) {
   for (T& number : numbers) {
@@ -34,8 +34,8 @@ std::vector<double> wide_values(const Extra& extra) {
   return values;
 }
 
-// Returns the numbers of the first and last point along each axis. EXTENT a b ... states points a
-// to b; DIMENSIONS n ... means 0 to n - 1.
+// Finds the numbers of the first and the last point along each axis. EXTENT a b ... means points a
+// to b; DIMENSIONS n ... means points 0 to n - 1.
 bool axis_ranges(const Entry& entry, std::array<std::int64_t, 6>& ranges) {
   constexpr std::int64_t kMost = std::numeric_limits<std::int32_t>::max();
   if (entry.kind == EntryKind::extent) {
@@ -55,7 +55,8 @@ bool axis_ranges(const Entry& entry, std::array<std::int64_t, 6>& ranges) {
   return true;
 }
 
-// Sets the origin, the spacing or the first point of evenly spaced axes, depending on the entry.
+// Sets a property of evenly spaced axes, which depends on the kind of entry: the origin, the
+// spacing or the first point.
 void place_axes(const Entry& entry, std::array<Axis, 3>& axes) {
   std::array<std::int64_t, 6> ranges{};
   std::array<double, 3> words{};
@@ -127,7 +128,7 @@ std::optional<Lattice> Lattice::of(const std::array<std::uint64_t, 3>& dimension
     lattice.cells_ *= lattice.cell_dimensions_[axis];
     if (size == 1) continue;
     // The second axis adds the corners in reverse order, so that they go around the face. The third
-    // axis adds the face again.
+    // axis adds the corners of the opposite face.
     const std::size_t n = lattice.nodes_;
     for (std::size_t i = 0; i < n; ++i)
       lattice.offsets_[n + i] = lattice.offsets_[n == 2 ? 1 - i : i] + stride;
@@ -176,7 +177,7 @@ void LatticePoints::read(const Lattice& lattice, std::uint64_t first, std::uint6
       index[1] = 0;
       ++index[2];
     }
-    // After the last point, because the next row may be outside the lattice.
+    // The loop ends after the last point, because the next row may be outside the lattice.
     if (count == 0) return;
     xyz[1] = axes[1](index[1]);
     xyz[2] = axes[2](index[2]);

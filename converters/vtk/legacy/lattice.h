@@ -1,7 +1,7 @@
-// The structured data sets of VTK: points in rows, rows in layers, layers in a stack, and cells
-// between neighbouring points. Cells are hexahedra if all dimensions exceed 1, quads if one
-// dimension is 1, lines if two dimensions are 1. A single point is a vertex cell. Points and cells
-// are numbered with x fastest.
+// Lattice: the points and cells of VTK's structured data sets. Points are in rows, rows in layers,
+// and layers in a stack; cells are between neighbouring points. Cells are hexahedra if all
+// dimensions exceed 1, quads if one dimension is 1, and lines if two dimensions are 1. A single
+// point is a vertex cell. Points and cells are numbered with x fastest.
 #pragma once
 
 #include <array>
@@ -20,16 +20,16 @@ namespace shm::converters::vtk {
 
 class Lattice {
  public:
-  // `dimensions`: number of points along each axis. Returns nothing if there are more points than a
-  // file can have.
+  // Returns the lattice with `dimensions` points along the three axes. Returns nothing if there are
+  // more points than a file can have.
   static std::optional<Lattice> of(const std::array<std::uint64_t, 3>& dimensions);
 
   std::uint64_t dimension(std::size_t axis) const { return dimensions_[axis]; }
   std::uint64_t points() const { return points_; }
   std::uint64_t cells() const { return cells_; }
-  // Returns the single block of the lattice's cells. Call it only if cells() > 0.
+  // Returns the block that contains all cells of the lattice. Requires cells() > 0.
   BlockInfo block() const;
-  // Returns the corners of a cell in VTK's order. The span is valid until the next call.
+  // Returns the corners of a cell in VTK's order. The returned span is valid until the next call.
   std::span<const std::uint64_t> corners(std::uint64_t cell);
 
  private:
@@ -37,39 +37,39 @@ class Lattice {
   std::uint64_t points_ = 0, cells_ = 0;
   std::size_t nodes_ = 1;  // nodes per cell
 
-  // Numbers of a cell's corners relative to its first corner.
+  // Numbers of a cell's corners, relative to the number of its first corner.
   std::array<std::uint64_t, 8> offsets_{};
   std::array<std::uint64_t, 8> corners_{};
 };
 
-// Coordinates along one axis: either listed, or evenly spaced without end.
+// Coordinates of the points along one axis: either a list, or evenly spaced without end.
 struct Axis {
-  std::vector<double> values;  // coordinates; empty: points are evenly spaced
+  std::vector<double> values;  // listed coordinates; empty if the points are evenly spaced
   double origin = 0, spacing = 1;
-  std::int64_t first = 0;  // number of the first point; point 0 is at `origin`
+  std::int64_t first = 0;  // number of the first point on the axis; point 0 is at `origin`
   double operator()(std::uint64_t index) const {
     if (!values.empty()) return values[index];
-    // The same expression as in vtkImageData.
+    // This is the same expression as in vtkImageData, so that the values are bit-identical.
     return origin + static_cast<double>(first + static_cast<std::int64_t>(index)) * spacing;
   }
 };
 
-// Points of rectilinear and image data, computed when they are read.
+// The points of rectilinear and image data, which are computed when they are read.
 struct LatticePoints {
   std::array<Axis, 3> axes;
   ScalarType type = ScalarType::float64;  // float32 or float64
 
-  // Fills `out` with `count` points of `lattice`, starting at point `first`.
+  // Stores `count` points of `lattice` at `out`, starting with point `first`.
   void read(const Lattice& lattice, std::uint64_t first, std::uint64_t count, std::byte* out) const;
 };
 
-// Returns the lattice that a DIMENSIONS or EXTENT of a skeleton states. Returns nothing if its
-// numbers are invalid.
+// Returns the lattice that an entry DIMENSIONS or EXTENT of a skeleton states. Returns nothing if
+// the numbers of the entry are invalid.
 std::optional<Lattice> lattice_of(const Entry& entry);
 
-// Returns the points that a skeleton of rectilinear or image data states. `extra` finds an extra by
-// its key and returns null if there is none. If dimensions and axes are inconsistent, returns
-// nothing and describes the problem in `problem`.
+// Returns the points that a skeleton of rectilinear or image data determines. `extra` returns the
+// extra with a key, or null if there is no such extra. If dimensions and axes are inconsistent,
+// returns nothing and describes the problem in `problem`.
 using FindExtra = std::function<const Extra*(const std::string& key)>;
 std::optional<LatticePoints> lattice_points_of(const Skeleton& skeleton, const FindExtra& extra,
                                                std::string& problem);

@@ -14,8 +14,8 @@
 namespace shm::converters::vtk {
 namespace {
 
-// Largest number that the rows of binary files up to version 4.x can store, since they consist of
-// 32-bit integers.
+// Largest number that the cells of binary files up to version 4.x can contain, since these files
+// store cells as 32-bit integers.
 constexpr std::uint64_t kMostClassic = std::numeric_limits<std::int32_t>::max();
 
 }  // namespace
@@ -33,8 +33,8 @@ FilePlan::FilePlan(MeshSource& mesh) : CellPlan(mesh) {
   choose_layout();
 }
 
-// Refuses a damaged skeleton with lists of cells that its data set cannot have, or with a list that
-// occurs twice.
+// Throws Failure if a skeleton is damaged: it has a list of cells that its data set cannot have, or
+// the same list twice.
 void FilePlan::check_lists() const {
   std::set<EntryKind> listed;
   for (const Entry& each : skeleton_.entries) {
@@ -42,11 +42,12 @@ void FilePlan::check_lists() const {
     const bool known = std::any_of(lists_.begin(), lists_.end(),
                                    [&](const CellList& list) { return list.kind == each.kind; });
     if (!known || !listed.insert(each.kind).second)
-      fail_extra("vtk/skeleton", "has a list of cells twice, or one that its data set cannot have");
+      fail_extra("vtk/skeleton",
+                 "has the same list of cells twice, or a list that its data set cannot have");
   }
 }
 
-// Returns the list of this kind. `kind` must be one of the lists.
+// Returns the list of cells of kind `kind`, which must be one of the lists of the file.
 const FilePlan::CellList& FilePlan::cell_list(EntryKind kind) const {
   return *std::find_if(lists_.begin(), lists_.end(),
                        [&](const CellList& list) { return list.kind == kind; });
@@ -67,8 +68,9 @@ void FilePlan::plan_from_source(const Extra& text) {
   add_missing_time();
 }
 
-// Changes the data set to an unstructured grid if necessary: if a mesh was renumbered, its
-// dimensions no longer determine it, and if cells moved, the lists no longer determine their order.
+// Changes the data set to an unstructured grid if necessary. If a mesh was renumbered, the
+// dimensions no longer determine its points and cells. If cells moved, the lists no longer
+// determine their order.
 void FilePlan::settle_dataset() {
   if (skeleton_.dataset == Dataset::unstructured_grid) return;
   if (is_lattice(skeleton_.dataset) ? plan_lattice() : plan_polydata()) return;
@@ -95,7 +97,8 @@ bool FilePlan::plan_lattice() {
   return has_points_of(*lattice, *points);
 }
 
-// Returns true if the mesh has exactly the cells that the dimensions determine, in the same order.
+// Returns true if the cells of the mesh are exactly the cells that the dimensions determine, in the
+// same order.
 bool FilePlan::is_lattice_of(const Lattice& lattice) {
   if (lattice.points() != info_.vertices || lattice.cells() != info_.cells()) return false;
   std::uint64_t cell = 0;
@@ -111,8 +114,8 @@ bool FilePlan::is_lattice_of(const Lattice& lattice) {
   return same;
 }
 
-// Returns true if the axes describe the points. Rounded points always match, because the axes
-// determine the exact points.
+// Returns true if the points of the mesh are those that the axes determine. Points that were
+// rounded always match, because the axes determine the exact points.
 bool FilePlan::has_points_of(const Lattice& lattice, const LatticePoints& points) {
   if (points.type != info_.schema.coordinate_type) return false;
   if (info_.schema.coordinate_quantization.lossy()) return true;
@@ -127,8 +130,8 @@ bool FilePlan::has_points_of(const Lattice& lattice, const LatticePoints& points
   return true;
 }
 
-// Returns true if the cells are ordered list by list, in VTK's order of lists, and the type of each
-// cell is allowed in its list.
+// Returns true if the cells are ordered by list, in VTK's order of lists, and the type of each cell
+// is allowed in its list.
 bool FilePlan::plan_polydata() {
   std::uint64_t first = 0;
   for (const EntryKind kind :
@@ -153,8 +156,8 @@ bool FilePlan::plan_polydata() {
   return fits;
 }
 
-// Finds the array that an entry names. Returns false if the array is missing or no longer has the
-// properties that the entry states.
+// Finds the array to which an entry refers. Returns false if the array is missing or no longer has
+// the properties that the entry states.
 bool FilePlan::place_array(const Entry& entry, Location location) {
   if (entry.index >= info_.schema.arrays.size()) return false;
   const ArrayInfo& array = info_.schema.arrays[entry.index];
@@ -233,8 +236,8 @@ void FilePlan::plan_for_foreign() {
   add_block_ids();
 }
 
-// Returns entries of a separate field that contains the time of the last step. `index`: number of
-// an unused vtk/data/<index>.
+// Returns the entries of a separate FIELD that contains the time of the last step. The time becomes
+// the extra vtk/data/<index>, which must be unused.
 std::vector<Entry> FilePlan::time_entries(std::size_t index) {
   time_ = Extra{data_key(index), ScalarType::float64, Reference::nothing, {1, 1}, {}};
   time_.data.resize(sizeof(double));
@@ -250,9 +253,9 @@ std::vector<Entry> FilePlan::time_entries(std::size_t index) {
            .tuples = 1}};
 }
 
-// Adds the time if the source has none, e.g. for a file of a series whose times are in the
-// collection. The time is added to the first field of the data set if there is one, because readers
-// keep only one field.
+// Adds the time of the step if the source does not have it, e.g. in a file of a series whose
+// collection contains the times. The time is added to the first field of the data set if there is
+// one, because readers keep only one field.
 void FilePlan::add_missing_time() {
   auto& entries = skeleton_.entries;
   const auto end = std::find_if(entries.begin(), entries.end(), [](const Entry& each) {
@@ -273,7 +276,7 @@ void FilePlan::add_missing_time() {
     entries.insert(field + 1, added.back());
 }
 
-// Sets the title. VTK's readers accept one line of at most 255 bytes.
+// Sets the title of the file. VTK's readers accept a title of one line with at most 255 bytes.
 void FilePlan::set_title(const Extra& title) {
   constexpr std::size_t kLongest = 255;
   const auto* begin = reinterpret_cast<const char*>(title.data.data());
@@ -297,10 +300,11 @@ void FilePlan::add_block_names() {
                                .tuples = names_.shape[0]});
 }
 
-// Adds an array with the block ids of other formats, because VTK blocks have only a cell type.
+// Adds an array with the block ids of a mesh from another format, because the blocks of VTK have
+// only a cell type.
 void FilePlan::add_block_ids() {
   const auto& blocks = info_.schema.blocks;
-  // The block ids of VTK's own files are cell types.
+  // No array is needed for VTK's own meshes, whose block ids are cell types.
   if (info_.schema.source_format.starts_with("vt")) return;
   bool differ = false, wide = false;
   for (const BlockInfo& block : blocks) {
@@ -321,8 +325,8 @@ void FilePlan::add_block_ids() {
                      .tuples = info_.cells()});
 }
 
-// Counts the numbers of all cells, and chooses the 5.x layout if they do not fit into the classic
-// layout.
+// Counts the numbers of all cells. Chooses the layout of version 5.x if they do not fit into the
+// classic layout.
 void FilePlan::choose_layout() {
   bool all_fixed = !has_polyhedra() && lists_.size() == 1;
   std::uint64_t all_numbers = 0;

@@ -1,6 +1,6 @@
-// FilePlan: the layout of the VTK legacy file for a mesh, determined before its first byte is
-// written. It consists of the skeleton (the source's skeleton, or a plain one for a mesh of another
-// format), the cell types, and the numbers of each cell.
+// FilePlan: the layout of the VTK legacy file for a mesh, determined before the first byte is
+// written. It consists of the skeleton, the cell types, and the numbers of each cell. The skeleton
+// is that of the source, or a plain one if the mesh came from another format.
 #pragma once
 
 #include <cstdint>
@@ -17,22 +17,23 @@ namespace shm::converters::vtk {
 
 class FilePlan : public CellPlan {
  public:
-  // `mesh` is borrowed. Reads its cells if their size cannot be determined without reading them.
+  // Borrows `mesh`. Reads its cells if the size of the cells in the file cannot be determined
+  // without reading them.
   explicit FilePlan(MeshSource& mesh);
 
   const Skeleton& skeleton() const { return skeleton_; }
-  // One of the lists of cells in the file: CELLS with all cells, or one of the lists of polygonal
-  // data.
+  // A list of cells in the file: CELLS, which contains all cells, or one of the four lists of
+  // polygonal data.
   struct CellList {
     EntryKind kind = EntryKind::cells;
     std::uint64_t first = 0, cells = 0;
-    // Count of all numbers that the file stores for the cells of the list, without the node counts
-    // of classic rows.
+    // Number of integers that the file stores for the cells of the list, not counting the node
+    // counts of classic rows.
     std::uint64_t numbers = 0;
   };
   const CellList& cell_list(EntryKind kind) const;
-  // Calls body(numbers) for each cell of a list. `numbers` are its nodes in VTK's order, or the
-  // face stream of a polyhedron.
+  // Calls body(numbers) for each cell of a list. `numbers` contains the cell's nodes in VTK's order
+  // or, for a polyhedron, its face stream.
   template <class Body>
   void for_each_cell_of(const CellList& list, Body&& body) {
     for_each_typed_cell([&](int, const auto& numbers) { body(numbers); }, list.first, list.cells);
@@ -60,10 +61,11 @@ class FilePlan : public CellPlan {
 
   Skeleton skeleton_;
   Extra time_, names_;
-  MadeExtras made_;               // extras for values that the source has in another form
-  std::set<std::size_t> placed_;  // arrays that have a place in the skeleton
+  MadeExtras made_;               // extras for values that the source stores in another form
+  std::set<std::size_t> placed_;  // indices of arrays that have a place in the skeleton
 
-  // Roles under which arrays have occurred; each is allowed once per array.
+  // Roles in which arrays have occurred so far, as pairs of array and role. Each role is allowed
+  // once per array.
   std::set<std::pair<std::size_t, EntryKind>> roles_;
   std::vector<CellList> lists_;
 };

@@ -15,8 +15,8 @@ namespace {
 
 constexpr std::string_view kMagic = "# vtk datafile version";
 constexpr std::uint64_t kPointsAtOnce = 8192;
-// Limit for the number of points of a data set without any values, because then the size of the
-// file does not limit the number of points.
+// Largest number of points of a data set without any values. A limit is needed because in this case
+// the size of the file does not limit the number of points.
 constexpr std::uint64_t kMostPointsWithoutValues = std::uint64_t{1} << 30;
 
 std::string upper_case(std::string_view text) {
@@ -57,7 +57,7 @@ void VtkSource::read_array(std::size_t array, std::uint64_t, std::uint64_t first
 void VtkSource::read_points(std::uint64_t first, std::uint64_t count, std::byte* out) {
   if (makes_points_) return lattice_points_.read(*lattice_, first, count, out);
   if (is_float(points_.type())) return points_.read(first * 3, count * 3, out);
-  // Integer coordinates are converted to double.
+  // Integer coordinates are converted to double, so they are read into a separate buffer.
   std::vector<std::byte> piece(kPointsAtOnce * scalar_bytes(points_.type()));
   std::uint64_t next = first * 3;
   const std::uint64_t end = (first + count) * 3;
@@ -122,7 +122,7 @@ void Parser::dataset() {
   input_.enter("DATASET");
   const std::string keyword = lower_case(input_.word());
   if (keyword == "field")
-    input_.fail(ErrorCode::unsupported, "the file has a FIELD only, and no mesh");
+    input_.fail(ErrorCode::unsupported, "the file has only a FIELD, and no mesh");
   if (keyword != "dataset") input_.fail(ErrorCode::corrupt, "expected DATASET");
   const std::string word = upper_case(input_.word());
   const auto dataset = dataset_of_word(word);
@@ -175,15 +175,15 @@ std::uint64_t Parser::product(std::uint64_t a, std::uint64_t b) {
   return result;
 }
 
-// Returns a column of numbers. Like VTK, reads no line end after the announcement of an empty
-// array.
+// Returns a column of `count` numbers that follow in the file. Like VTK, reads no line end after
+// the announcement of an empty array.
 Values Parser::column(ScalarType type, std::uint64_t count) {
   if (count > 0) next_line_is_binary();
   return Values(input_, binary_file_, spool_, type, count);
 }
 
-// Reads the METADATA, if there is one, up to the empty line that ends it. Component names may also
-// be empty lines, and empty lines may precede the keys of an INFORMATION.
+// Reads a METADATA section if there is one, up to the empty line that ends it. Component names may
+// also be empty lines, and empty lines may precede the keys of an INFORMATION.
 void Parser::metadata(std::uint64_t components, std::string& out) {
   if (lower_case(input_.peek_word()) != "metadata") return;
   input_.skip_line();
@@ -200,8 +200,8 @@ void Parser::read_metadata(std::uint64_t components, std::string& out) {
       return;
     }
     out.append(line).append("\n");
-    // A single number after DATA is either a value or the number of strings that follow. Some of
-    // these strings may be empty.
+    // A single number after DATA is either the value of the key, or the number of strings that
+    // follow. Some of these strings may be empty.
     if (strings > 0 && !line.starts_with("NAME ")) {
       for (; strings > 1; --strings) out.append(input_.line()).append("\n");
       strings = 0;
@@ -221,10 +221,9 @@ void Parser::read_metadata(std::uint64_t components, std::string& out) {
 }
 
 // --- sections before POINT_DATA and CELL_DATA: points and cells, or the dimensions and axes that
-// determine them
+// determine points and cells
 
-// Reads a section of points or cells. Returns false if the data set cannot have a section of this
-// kind.
+// Reads a section of points or cells. Returns false if the data set cannot have such a section.
 bool Parser::geometry_keyword(EntryKind kind) {
   const Dataset dataset = skeleton_.dataset;
   const bool lattice = is_lattice(dataset);
@@ -296,7 +295,7 @@ void Parser::cells(EntryKind kind) {
   skeleton_.entries.push_back(std::move(entry));
 }
 
-// Reads OFFSETS or CONNECTIVITY of version 5.
+// Reads the values of OFFSETS or CONNECTIVITY in a file of version 5.
 Values Parser::cell_numbers(const char* keyword, std::string& word, std::uint64_t count) {
   input_.enter(std::string("CELLS, ") + keyword);
   if (lower_case(input_.word()) != keyword)
@@ -306,7 +305,7 @@ Values Parser::cell_numbers(const char* keyword, std::string& word, std::uint64_
   if (!type || is_float(*type))
     input_.fail(ErrorCode::corrupt, "'" + word.substr(0, 40) + "' is not a type of cell numbers");
   Values result = column(*type, count);
-  std::string ignored;  // ranges of the numbers, which VTK computes itself
+  std::string ignored;  // metadata with ranges, which VTK computes itself
   metadata(1, ignored);
   return result;
 }
@@ -319,7 +318,7 @@ void Parser::cell_types() {
   source_.lists_[0].set_types(column(ScalarType::int32, count));
 }
 
-// Returns the words after a keyword, separated by one blank.
+// Returns the words that follow the keyword of `kind`, separated by single blanks.
 std::string Parser::plain_words_of(EntryKind kind) {
   std::string words;
   for (std::size_t i = 0; i < plain_words(kind); ++i) {
@@ -334,7 +333,7 @@ std::string Parser::plain_words_of(EntryKind kind) {
   return words;
 }
 
-// Reads DIMENSIONS nx ny nz, or EXTENT with the first and last number along each axis.
+// Reads DIMENSIONS nx ny nz, or EXTENT with the first and the last point number along each axis.
 void Parser::dimensions(EntryKind kind) {
   if (source_.lattice_) input_.fail(ErrorCode::corrupt, "the dimensions occur twice");
   Entry entry{.kind = kind, .type = plain_words_of(kind)};
@@ -347,8 +346,8 @@ void Parser::dimensions(EntryKind kind) {
   skeleton_.entries.push_back(std::move(entry));
 }
 
-// Reads spacing or origin. Even binary files store them as words, which are kept verbatim, so that
-// nothing is rounded.
+// Reads the spacing or the origin of image data. Even binary files store these numbers as words.
+// The words are kept verbatim, so that nothing is rounded.
 void Parser::spacing(EntryKind kind) {
   skeleton_.entries.push_back(Entry{.kind = kind, .type = plain_words_of(kind)});
 }
@@ -363,7 +362,8 @@ void Parser::coordinates(EntryKind kind) {
   values(std::move(entry));
 }
 
-// Reads BLANKING, which versions before 4.0 have: one value per point, 0 for blanked points.
+// Reads BLANKING, a section of versions before 4.0. It has one value per point; the value of
+// blanked points is 0.
 void Parser::blanking() {
   Entry entry{.kind = EntryKind::blanking, .name = "BLANKING", .components = 1};
   entry.tuples = input_.number<std::uint64_t>();
@@ -384,7 +384,7 @@ void Parser::finish_lattice() {
     if (!seen(EntryKind::points)) input_.fail(ErrorCode::truncated, "the file has no POINTS");
     if (info_.vertices != lattice.points())
       input_.fail(ErrorCode::corrupt, "there are " + std::to_string(info_.vertices) +
-                                          " points, but the dimensions make " +
+                                          " points, but the dimensions state " +
                                           std::to_string(lattice.points()));
   } else {
     finish_axes();
@@ -402,7 +402,7 @@ void Parser::finish_axes() {
         input_.fail(ErrorCode::truncated, "the file has no " + std::string(keyword(kind)));
   const Lattice& lattice = *source_.lattice_;
   if (info_.schema.arrays.empty() && lattice.points() > kMostPointsWithoutValues)
-    input_.fail(ErrorCode::corrupt, "the dimensions make " + std::to_string(lattice.points()) +
+    input_.fail(ErrorCode::corrupt, "the dimensions state " + std::to_string(lattice.points()) +
                                         " points, but no array has values for them");
   std::string problem;
   auto made = lattice_points_of(

@@ -1,6 +1,6 @@
-// Reads VTK legacy files. The Parser reads the file once, front to back, and records the position
-// of every column in a VtkSource, which reads the numbers later, on demand. Sections may come in
-// any order that VTK's own readers accept.
+// Reads VTK legacy files. The Parser reads the file once, front to back. It records the position of
+// every column of numbers in a VtkSource, which reads the numbers later, on demand. Sections may be
+// in any order that VTK's own readers accept.
 #pragma once
 
 #include <array>
@@ -35,16 +35,16 @@ class VtkSource : public MeshSource {
 
  private:
   friend class Parser;
-  // Number of lists of cells. Polygonal data have four lists, in VTK's order of numbering; other
-  // data sets have one.
+  // Number of lists of cells. Polygonal data have four lists, in the order in which VTK numbers
+  // their cells; other data sets have one list.
   static constexpr std::size_t kLists = 4;
 
   MeshInfo info_;
   Values points_;
-  LatticePoints lattice_points_;  // points of data sets without POINTS
+  LatticePoints lattice_points_;  // points of data sets that have no section POINTS
   std::array<CellTable, kLists> lists_;
   std::optional<Lattice> lattice_;
-  std::uint64_t lattice_cell_ = 0;  // number of the next cell
+  std::uint64_t lattice_cell_ = 0;  // number of the next cell of a structured data set
   bool makes_points_ = false;
   std::vector<Values> arrays_;
 };
@@ -71,7 +71,8 @@ class Parser {
   void metadata(std::uint64_t components, std::string& out);
   void read_metadata(std::uint64_t components, std::string& out);
 
-  // Reads a section of points or cells, or of the dimensions and axes that determine them.
+  // Reads a section of points or cells, or of dimensions and axes, which determine points and
+  // cells.
   bool geometry_keyword(EntryKind kind);
   void points();
   void cells(EntryKind kind);
@@ -87,7 +88,7 @@ class Parser {
   void finish_axes();
   void finish_cells();
 
-  // Functions in attributes.cpp, which read arrays.
+  // The following functions read arrays. They are defined in attributes.cpp.
   void begin_section(EntryKind kind);
   void field();
   void field_array();
@@ -112,13 +113,14 @@ class Parser {
   std::shared_ptr<RandomFile> binary_file_;
   Skeleton skeleton_;
   Section section_ = Section::dataset;
-  // True for each section that has occurred; some sections may occur only once.
+  // seen_[kind] is true if a section of this kind has occurred; some kinds may occur only once.
   std::array<bool, kEntryKinds> seen_{};
   bool saw_types_ = false;
   std::size_t data_count_ = 0;
-  std::set<std::pair<std::size_t, EntryKind>> roles_;  // kinds under which each array has occurred
+  // Pairs of an array and a kind of section in which it has occurred.
+  std::set<std::pair<std::size_t, EntryKind>> roles_;
 
-  // Indices of the first few arrays of each name.
+  // Indices of the first few arrays with each name, by location and name.
   std::map<std::pair<Location, std::string>, std::vector<std::size_t>> named_;
 };
 

@@ -1,12 +1,13 @@
 // VTK legacy files (versions 1.0 to 5.1, ASCII and binary; DATASET UNSTRUCTURED_GRID,
-// STRUCTURED_GRID, RECTILINEAR_GRID, STRUCTURED_POINTS, POLYDATA) as meshes. README.md has the
-// table of all features.
+// STRUCTURED_GRID, RECTILINEAR_GRID, STRUCTURED_POINTS, POLYDATA) as meshes. README.md has a table
+// of all features.
 //
-// Blocks: one for each VTK cell type and number of nodes, in order of first appearance;
-// BlockInfo::id is the VTK cell type. Polygons, polylines, polyvertices, triangle strips, convex
-// point sets and polyhedra share one block per type if their numbers of nodes differ. Voxels and
-// pixels are stored as hexahedra and quads (corners permuted), in blocks of their own type.
-// Structured data have one block: of hexahedra, quads if one dimension is 1, lines, or a vertex.
+// Blocks: a mesh has one block for each VTK cell type and number of nodes, in order of first
+// appearance; BlockInfo::id is the VTK cell type. Polygons, polylines, polyvertices, triangle
+// strips, convex point sets and polyhedra share one block per type if their numbers of nodes
+// differ. Voxels and pixels are stored as hexahedra and quads (with permuted corners), in blocks of
+// their own type. A structured data set has one block: hexahedra, quads if one dimension is 1,
+// lines, or a vertex.
 //
 // Points of rectilinear and image data are computed when they are read, as VTK computes them: axis
 // values, or origin + number * spacing in double; float32 if all three axes are float32.
@@ -14,31 +15,37 @@
 // Cells of polygonal data are numbered as in VTK: VERTICES, LINES, POLYGONS, TRIANGLE_STRIPS. A
 // single vertex, line, triangle or quad in these lists has that cell type.
 //
-// Arrays: those of POINT_DATA and CELL_DATA that have values for every vertex or cell, role "";
-// BLANKING of old structured grids. Bits are uint8. Strings and variants are uint32 with role
-// "vtk:string": indices into vtk/strings/<i>.
+// Arrays: the arrays of POINT_DATA and CELL_DATA that have a value for every vertex or cell (role
+// ""), and BLANKING of old structured grids. Bits are uint8. Strings and variants are uint32 with
+// role "vtk:string": indices into vtk/strings/<i>.
 //
 // vtkIdType is 32 bits wide in binary files (as VTK writes it) and read as 64 bits from text.
 // COLOR_SCALARS are uint8 in binary files and float32 (0..1) in text, as stored.
 //
 // Extras:
-//   vtk/skeleton             text: the file without its numbers, line by line in file order (below)
+//   vtk/skeleton             text: the file without its numbers, line by line in file order (see
+//                            below)
 //   vtk/cell_types           int32[blocks]: VTK cell type of each block; not for structured data
-//   vtk/data/<k>             values of the array that the skeleton calls x<k>: numbers in their own
-//                            type, shape {tuples, components}; string, variant and bit arrays as
-//                            uint8: exactly the file's bytes (binary strings, packed bits) or its
-//                            words, one value per line (text strings, variants), or 0/1 (text bits)
-//   vtk/strings/<i>          uint8: the different strings of array i of the schema, one after the
+//   vtk/data/<k>             values of the array that the skeleton calls x<k>. Numbers have their
+//   own
+//                            type and the shape {tuples, components}. String, variant and bit
+//                            arrays are uint8: exactly the file's bytes (binary strings, packed
+//                            bits), its words, one value per line (text strings, variants), or 0/1
+//                            (text bits)
+//   vtk/strings/<i>          uint8: the distinct strings of array i of the schema, one after the
 //                            other, in the form of vtk/data/<k>
-// Polyhedra have the shape `faces`. If one of them has a face without points, or a face whose first
-// point occurs twice, all polyhedra have the shape polyhedron, and there are
+// Polyhedra have the shape `faces`. However, if a polyhedron has a face without points, or a face
+// whose first point occurs twice, all polyhedra have the shape polyhedron, and there are these
+// extras:
 //   vtk/polyhedron/cells     int64[n], refers to cells: the polyhedra
-//   vtk/polyhedron/faces     int64[n]: number of faces of each
+//   vtk/polyhedron/faces     int64[n]: number of faces of each polyhedron
 //   vtk/polyhedron/face_sizes int64: number of vertices of each face, polyhedron by polyhedron
 //
-// The skeleton: version ("5.1"), title and ASCII or BINARY on the first three lines, then
-//   DATASET <kind>                  absent: UNSTRUCTURED_GRID
-//   FIELD <name> <arrays>           its arrays follow; before POINT_DATA/CELL_DATA: the dataset's
+// The skeleton contains the version ("5.1"), the title and ASCII or BINARY on the first three
+// lines. Further lines are:
+//   DATASET <kind>                  if absent: UNSTRUCTURED_GRID
+//   FIELD <name> <arrays>           the arrays of the field follow; a field before POINT_DATA and
+//                                   CELL_DATA belongs to the data set
 //   POINTS <type>                   declared type of the coordinates
 //   CELLS [<type> <type>]           with types: OFFSETS and CONNECTIVITY (5.x), without: rows
 //   VERTICES | LINES | POLYGONS | TRIANGLE_STRIPS <cells> [<type> <type>]
@@ -51,7 +58,7 @@
 //                                   an array may occur once with each kind, because VTK writes an
 //                                   array that is both scalars and vectors twice
 //   NULL_ARRAY                      a gap in a FIELD
-//   |<text>                         METADATA of the array above
+//   |<text>                         METADATA of the array in the preceding line
 // Names are %-encoded, as in the file.
 #pragma once
 
@@ -66,11 +73,11 @@
 
 namespace shm::converters {
 
-// Returns true if a file that starts with `head` is a VTK legacy file.
+// Returns true if a file that begins with `head` is a VTK legacy file.
 bool looks_like_vtk(std::span<const std::byte> head);
 
-// Opens a file. Reads the whole structure, and text arrays into `spool`, which must outlive the
-// result. Binary arrays stay in the file, which must not change. Throws Failure.
+// Opens a file. Reads the whole structure, and stores text arrays in `spool`, which must outlive
+// the result. Binary arrays stay in the file, which must not change. Throws Failure.
 std::unique_ptr<MeshSource> open_vtk(const std::string& path, Spool& spool);
 
 // Writes a mesh front to back.
@@ -81,7 +88,7 @@ std::unique_ptr<MeshSource> open_vtk(const std::string& path, Spool& spool);
 // the values and the time of the last time step. If the mesh came from a VTU file, everything that
 // a legacy file can store is kept (vtk_from_vtu.h).
 //
-// Throws Failure (output) if the disk fails.
+// Throws Failure (output) on a disk error.
 void write_vtk(MeshSource& mesh, const std::string& path, Spool& spool);
 
 extern const Format kVtkFormat;

@@ -1,4 +1,4 @@
-// Writes VTK legacy files: follows the skeleton of a FilePlan once and inserts the numbers.
+// Writes VTK legacy files: goes through the skeleton of a FilePlan once and inserts the numbers.
 #include <algorithm>
 #include <cstring>
 #include <span>
@@ -177,7 +177,7 @@ void Writer::extra_values(const Entry& entry) {
 }
 
 // Reads an array in pieces and calls take(bytes, elements) for each piece. `elements` is a multiple
-// of 8, except in the last call.
+// of 8 except in the last call.
 template <class Take>
 void Writer::for_each_piece(std::size_t array, Take&& take) {
   const ArrayInfo& info = info_.schema.arrays[array];

@@ -17,8 +17,9 @@ const std::byte* bytes_of(const std::vector<std::int64_t>& values) {
   return reinterpret_cast<const std::byte*>(values.data());
 }
 
-// Limits for the sum of the sizes of all faces: per point in the array, and for small arrays. A
-// face usually belongs to two polyhedra, rarely to more.
+// Limits for the total number of points of all faces: on average, a point in the array may belong
+// to faces of kMostFaceUses polyhedra. kFewFaceNodes more are always allowed. A face usually
+// belongs to two polyhedra, rarely to more.
 constexpr std::uint64_t kMostFaceUses = 16, kFewFaceNodes = 1 << 20;
 
 }  // namespace
@@ -52,8 +53,8 @@ CellCollector::Column::Column(CellCollector& owner, Node& array, std::uint64_t m
   });
 }
 
-// Returns the first array with this name. If there are several time steps, there may be an array
-// per step.
+// Returns the first array with this name in the element Cells. If the file has several time steps,
+// there may be one array per step.
 Node* CellCollector::find(Node& cells, std::string_view name) const {
   for (Node& each : cells.children)
     if (each.is_array() && each.attribute_or("Name", "") == name) return &each;
@@ -78,7 +79,7 @@ void CellCollector::add_piece(Node& cells, const PieceRange& piece) {
   mark_rest(cells);
 }
 
-// Checks that the cells of later steps equal the cells of the first step.
+// Checks that the cells of later time steps equal the cells of the first step.
 void CellCollector::mark_steps(Node& cells) {
   std::map<std::string, Node*> firsts;
   for (Node& each : cells.children) {
@@ -92,8 +93,8 @@ void CellCollector::mark_steps(Node& cells) {
   }
 }
 
-// Marks the arrays that were not read. Arrays with known names are empty; all other arrays are kept
-// as extras.
+// Marks the arrays of cells that were not read. Arrays with known names are empty; all other arrays
+// are kept as extras.
 void CellCollector::mark_rest(Node& cells) {
   for (Node& each : cells.children) {
     if (!each.is_array()) continue;
@@ -175,8 +176,8 @@ void CellCollector::check_nodes(Node& array, const std::vector<std::int64_t>& no
                    "names point " + std::to_string(node) + " of " + std::to_string(piece.points));
 }
 
-// Reads cells with polyhedra. Arrays of faces whose layout the writer would not reproduce are kept
-// as extras.
+// Reads cells, some of which are polyhedra. Arrays of faces that the writer would arrange
+// differently are kept as extras.
 void CellCollector::read_with_faces(Node& cells, Node& offsets, Node& connectivity,
                                     const PieceRange& piece) {
   face_nodes_ = 0;
@@ -216,8 +217,8 @@ void CellCollector::add_stream_face(Node& array, Column& nodes, std::uint64_t be
                                     std::uint64_t end) {
   if (end - begin > kMostFaceUses * nodes.size() + kFewFaceNodes - face_nodes_)
     loader_.fail(ErrorCode::over_limit, array,
-                 "the faces of more than " + std::to_string(kMostFaceUses) +
-                     " polyhedra use its points on average");
+                 "its points belong to faces of more than " + std::to_string(kMostFaceUses) +
+                     " polyhedra on average");
   face_nodes_ += end - begin;
   if (end - begin > kMaxNodesPerCell)
     loader_.fail(
@@ -229,9 +230,10 @@ void CellCollector::add_stream_face(Node& array, Column& nodes, std::uint64_t be
   streams_.append(face.size(), bytes_of(face));
 }
 
-// Reads the faces of files up to version 2.2. For each polyhedron, `faces` contains the number of
-// faces, then the size and the points of each face. `ends` contains the end of each polyhedron, and
-// -1 for other cells. Returns false if `faces` contains further numbers.
+// Reads the faces in files up to version 2.2. For each polyhedron, the array `faces` contains the
+// number of faces, then the size and the points of each face. For each cell, the array `ends`
+// contains the end of its faces, or -1 if the cell is not a polyhedron. Returns false if `faces`
+// contains additional numbers.
 bool CellCollector::face_streams(Node& faces, Node& ends, const PieceRange& piece) {
   Column numbers(*this, faces, kNoLimit), cell_ends(*this, ends, piece.cells);
   if (cell_ends.size() != piece.cells)
@@ -271,9 +273,9 @@ bool CellCollector::face_streams(Node& faces, Node& ends, const PieceRange& piec
   return standard && position == numbers.size();
 }
 
-// Reads the faces of files from version 2.3 on: polyhedra are lists of faces, faces are lists of
-// points. Returns false if polyhedra share faces, or use them in an order that differs from their
-// numbers.
+// Reads the faces in files from version 2.3 on, in which polyhedra are lists of faces, and faces
+// are lists of points. Returns false if polyhedra share faces, or use faces in an order that
+// differs from the numbers of the faces.
 bool CellCollector::face_tables(Node& cells, const PieceRange& piece) {
   Node* arrays[4] = {find(cells, kFaceConnectivity), find(cells, kFaceEnds),
                      find(cells, kPolyhedronFaces), find(cells, kPolyhedronEnds)};
@@ -368,8 +370,8 @@ void CellCollector::add_cells(Node& offsets, Node& connectivity, const PieceRang
   }
 }
 
-// Adds a cell. `numbers`: its points, or a stream of faces. Point numbers are shifted by the first
-// point of the piece; face sizes are not.
+// Adds a cell. `numbers` contains its points or, for a polyhedron, its face stream. Adds the first
+// point of the piece to point numbers, but not to face sizes.
 void CellCollector::add_cell(std::uint64_t cell, std::uint8_t type,
                              const std::vector<std::int64_t>& numbers, const PieceRange& piece) {
   std::vector<std::int64_t> moved = numbers;
@@ -379,7 +381,7 @@ void CellCollector::add_cell(std::uint64_t cell, std::uint8_t type,
       const std::int64_t size = moved[position++];
       for (std::int64_t i = 0; i < size; ++i, ++position) {
         if (moved[position] < 0 || static_cast<std::uint64_t>(moved[position]) >= piece.points)
-          moved[position] = -1;  // invalid on purpose: CellTable reports the error
+          moved[position] = -1;  // deliberately invalid, so that CellTable reports the error
         else
           moved[position] += first_point;
       }

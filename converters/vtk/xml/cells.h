@@ -1,5 +1,5 @@
-// CellCollector: joins the cells of all pieces of a VTU file into one table in the form of legacy
-// files: point numbers count through all pieces, and polyhedra are streams of faces.
+// CellCollector: joins the cells of all pieces of a VTU file into one table, in the form that
+// legacy files have. Point numbers count through all pieces, and polyhedra are face streams.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@
 
 namespace shm::converters::vtu {
 
-// Returns the points of a face stream in the order of their first use.
+// Returns the distinct points of a face stream in the order of their first use.
 std::vector<std::int64_t> first_uses(const std::vector<std::int64_t>& stream);
 
 struct PieceRange {
@@ -24,14 +24,14 @@ struct PieceRange {
 class CellCollector {
  public:
   CellCollector(ArrayLoader& loader, Spool& spool);
-  // Adds the cells of the next piece, and marks their arrays as read.
+  // Adds the cells of the next piece to the table, and marks the arrays of this piece as read.
   void add_piece(Node& cells, const PieceRange& piece);
-  // Moves the cells into `table`, and adds the extras for data that the table cannot express to
-  // `info`. Call it once.
+  // Moves the cells into `table`. Adds extras to `info` for data that the table cannot express.
+  // Must be called only once.
   void finish(vtk::CellTable& table, MeshInfo& info);
 
  private:
-  // All values of an array.
+  // All values of an array, as 64-bit integers.
   struct Column {
     Column(CellCollector& owner, Node& array, std::uint64_t most);
     std::uint64_t size() const { return values.size(); }
@@ -57,19 +57,21 @@ class CellCollector {
   ArrayLoader& loader_;
   Spool& spool_;
   PagedArray offsets_, connectivity_, types_;
-  // Face streams of the current piece, with point numbers that count within the piece.
-  std::uint64_t face_nodes_ = 0;  // points of the faces of all polyhedra of a piece
+  // Number of points of the faces of all polyhedra of the current piece. A point is counted once
+  // for each face.
+  std::uint64_t face_nodes_ = 0;
 
-  // streams_: all streams; stream_ends_: for each cell the end of its stream.
+  // streams_ contains the face streams of the current piece, with point numbers that count within
+  // the piece. stream_ends_ contains the end of the stream of each cell.
   PagedArray streams_, stream_ends_;
-  // Polyhedra whose points are in a different order than in the other polyhedra.
+  // Polyhedra whose points are in a different order than the points of all other polyhedra.
   struct Reordered {
     std::vector<std::int64_t> cells, counts, nodes;
     void add(std::uint64_t cell, const std::vector<std::int64_t>& points,
              std::uint64_t first_point);
   };
-  // unlike_faces_: polyhedra whose points are not in the order in which the faces first use them.
-  // not_ascending_: polyhedra whose points do not ascend.
+  // unlike_faces_ contains the polyhedra whose points are not in the order in which their faces
+  // first use them. not_ascending_ contains the polyhedra whose points do not ascend.
   Reordered unlike_faces_, not_ascending_;
 };
 

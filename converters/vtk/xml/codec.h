@@ -1,5 +1,5 @@
-// Encoding of the numbers in VTU files as bytes: VTK's compressors, applied block by block, base64,
-// and the encoding properties that the head of a file states.
+// Encoding of the numbers in VTU files as bytes: VTK's compressors, which are applied block by
+// block, base64, and the properties of the encoding that the head of a file states.
 #pragma once
 
 #include <cstddef>
@@ -13,37 +13,39 @@ namespace shm::converters::vtu {
 
 enum class Compressor : std::uint8_t { none, zlib, lz4, lzma };
 
-// Recognizes "vtkZLibDataCompressor", ...; returns nothing for other names.
+// Returns the compressor with the name "vtkZLibDataCompressor", ...; returns nothing for unknown
+// names.
 std::optional<Compressor> compressor_of_name(std::string_view name);
 
-// The encoding that all arrays of a file share.
+// The properties of the encoding that all arrays of a file share.
 struct ByteForm {
   bool big_endian = false;
   std::size_t header_bytes = 8;  // size in bytes of a number in headers: 4 or 8
   Compressor compressor = Compressor::none;
 };
 
-// Returns the maximum size in bytes of a compressed block of `size` bytes. No compressor produces
-// more.
+// Returns the maximum size in bytes of the compressed form of a block of `size` bytes. No
+// compressor produces more.
 constexpr std::uint64_t most_compressed_bytes(std::uint64_t size) {
   return size + size / 8 + (std::uint64_t{1} << 16);
 }
 
-// Decompresses a block to `out`. Returns false if the block does not decompress to exactly `size`
-// bytes. Requires size <= kMostBlockBytes.
+// Decompresses a block and stores the result at `out`. Returns false if the result does not have
+// exactly `size` bytes. Requires size <= kMostBlockBytes.
 bool decompress(Compressor compressor, const std::vector<std::byte>& block, std::byte* out,
                 std::size_t size);
-// Compresses `size` bytes. Requires `size` > 0. Throws Failure (output) if memory runs out.
+// Compresses `size` bytes and returns the result. Requires `size` > 0. Throws Failure (output) if
+// there is not enough memory.
 std::vector<std::byte> compress(Compressor compressor, const std::byte* values, std::size_t size);
 
-// Appends the base64 form of `bytes` to `text`: four characters for three bytes, padded with '=' at
-// the end.
+// Appends the base64 form of `count` bytes to `text`: four characters for three bytes, padded with
+// '=' at the end.
 void append_base64(std::string& text, const std::byte* bytes, std::size_t count);
 constexpr std::uint64_t base64_length(std::uint64_t bytes) { return (bytes + 2) / 3 * 4; }
-// Returns the value of a base64 character, 0 to 63, or -1 for other characters.
+// Returns the value (0 to 63) of a base64 character, or -1 for other characters.
 int base64_value(char c);
 
-// Appends a header word in the byte order of the file.
+// Appends a number of an array's header in the byte order of the file.
 void append_word(std::vector<std::byte>& out, std::uint64_t word, const ByteForm& form);
 std::uint64_t word_at(const std::byte* bytes, const ByteForm& form);
 

@@ -1,4 +1,5 @@
-// Collections of VTK XML files (.pvd, as written by ParaView), which list one file per time step.
+// Collections of VTK XML files (.pvd files, which ParaView writes). A collection lists one file per
+// time step.
 #pragma once
 
 #include <cstddef>
@@ -10,12 +11,14 @@ namespace shm::converters {
 
 struct CollectedFile {
   double time = 0;
-  std::string file;  // path as written in the collection: relative to its folder, or absolute
+  std::string file;  // path as the collection states it: absolute, or relative to the folder of the
+                     // collection
 };
 
 // Returns true if a file that begins with `head` is a collection.
 bool looks_like_collection(std::span<const std::byte> head);
-// Returns the files of a collection, sorted by time. No two times are equal. Throws Failure.
+// Returns the files that a collection lists, sorted by time. No two times are equal. Throws
+// Failure.
 std::vector<CollectedFile> read_collection(const std::string& path);
 std::string collection_text(std::span<const CollectedFile> files);
 

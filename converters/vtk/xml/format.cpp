@@ -1,4 +1,5 @@
-// The Format of VTK XML files: recognition, opening, writing, capabilities and losses.
+// The Format of VTK XML files: functions that recognize, open and write files, and the capabilities
+// and losses of the format.
 #include <algorithm>
 #include <optional>
 #include <string_view>

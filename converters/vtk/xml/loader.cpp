@@ -13,8 +13,8 @@
 namespace shm::converters::vtu {
 namespace {
 
-// Limits for the size of extras, which are held in memory. The limit is kMostExtraBytes. For small
-// files it is kMostExtraExpansion per byte of the file, but at least kFewExtraBytes.
+// Limits for the total size of extras, which are held in memory. The limit is kMostExtraExpansion
+// bytes per byte of the file, but at least kFewExtraBytes and at most kMostExtraBytes.
 constexpr std::uint64_t kMostExtraBytes = std::uint64_t{1} << 30;
 constexpr std::uint64_t kFewExtraBytes = std::uint64_t{64} << 20;
 constexpr std::uint64_t kMostExtraExpansion = 64;
@@ -97,7 +97,8 @@ PayloadPlace ArrayLoader::place_of(Node& array) const {
   if (format == "appended") {
     place.style = appended_style_;
     if (document_.appended_begin == 0)
-      fail(ErrorCode::truncated, array, "its values are appended, but the file has none");
+      fail(ErrorCode::truncated, array,
+           "its values are appended, but the file has no appended data");
     const std::uint64_t offset = count_attribute(array, "offset");
     if (offset >= file_bytes_ - document_.appended_begin)
       fail(ErrorCode::truncated, array, "its values begin after the end of the file");
@@ -119,7 +120,7 @@ std::uint64_t ArrayLoader::read(Node& array, const ArrayType& type, std::uint64_
   if (most == 0) return 0;
   const PayloadPlace place = place_of(array);
   if (place.style == Style::base64 && place.begin == place.end) return 0;
-  // VTK writes the characters of strings as signed numbers.
+  // VTK writes the characters of strings as signed numbers in ASCII arrays.
   const bool text = type.kind == ArrayKind::string && place.style == Style::ascii;
   const std::uint64_t found = payload_->read(place, text ? ScalarType::int8 : type.stored,
                                              type.kind == ArrayKind::bit, most, take);
@@ -151,7 +152,7 @@ bool ArrayLoader::same_values(Node& a, Node& b, Spool& spool) {
   if (same_place(a, b)) return true;
   const auto type = type_of(a);
   if (!type || type != type_of(b)) return false;
-  // Reads no more values of `a` than `b` has, because many arrays may be compared with `a`.
+  // Reads at most as many values of `a` as `b` has, because many arrays may be compared with `a`.
   const std::size_t width = scalar_bytes(type->stored);
   PagedArray second(spool, width);
   read(b, *type, kNoLimit, [&](std::span<const std::byte> values) {
@@ -195,7 +196,7 @@ std::uint64_t ArrayLoader::read_integers(
 
 void ArrayLoader::keep_as_extra(Node& array, std::uint64_t most) {
   const auto type = type_of(array);
-  if (!type) return mark(array, "none");  // VTK does not read an array of unknown type
+  if (!type) return mark(array, "none");  // VTK does not read an array of unknown type either
   std::string place;
   if (array.attribute_or("format", "") == "appended")
     place = array.attribute_or("offset", "") + ' ' + array.attribute_or("type", "") + ' ' +

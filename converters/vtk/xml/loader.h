@@ -1,5 +1,5 @@
-// ArrayLoader: finds and reads the arrays that the tree of a VTU file lists. Notes in the tree
-// which array or extra stores the numbers of each array.
+// ArrayLoader: finds and reads the arrays that the tree of a VTU file lists. Marks each array in
+// the tree with a word that names the array or extra that stores its numbers.
 #pragma once
 
 #include <cstdint>
@@ -23,33 +23,35 @@ inline constexpr std::uint64_t kNoLimit = ~std::uint64_t{0};
 
 class ArrayLoader {
  public:
-  // Borrows all arguments. Throws Failure if the head of the document is invalid.
+  // Reads the head of the document. Borrows all arguments. Throws Failure if the head is invalid.
   ArrayLoader(std::string path, Document& document, MeshInfo& info);
 
   std::optional<ArrayType> type_of(const Node& array) const;
   std::uint64_t components_of(const Node& array) const;
-  // Returns the value of an attribute that must be a count. Throws Failure otherwise.
+  // Returns the value of an attribute. Throws Failure unless the attribute exists and is a count.
   std::uint64_t count_attribute(const Node& node, std::string_view key) const;
 
-  // Reads at most `most` numbers in pieces. Returns the count of numbers read.
+  // Reads at most `most` numbers of an array, and passes them to `take` in pieces. Returns the
+  // count of numbers that were read.
   std::uint64_t read(Node& array, const ArrayType& type, std::uint64_t most,
                      const PayloadReader::Take& take);
-  // Reads exactly `count` numbers and appends them to `out`.
+  // Reads exactly `count` numbers of an array and appends them to `out`.
   void load(Node& array, const ArrayType& type, std::uint64_t count, PagedArray& out);
-  // Returns true if both arrays have the same place in the file. Arrays that do not change from
-  // step to step share their place.
+  // Returns true if the values of both arrays are at the same place in the file. The arrays of
+  // several time steps share a place if their values do not change.
   static bool same_place(const Node& a, const Node& b);
-  // Returns true if both arrays have the same values. Their encodings may differ.
+  // Returns true if both arrays have the same values, even if their encodings differ.
   bool same_values(Node& a, Node& b, Spool& spool);
-  // Reads numbers as 64-bit integers, in pieces. Returns the count of numbers read.
+  // Reads the numbers of an array as 64-bit integers, and passes them to `take` in pieces. Returns
+  // the count of numbers that were read.
   std::uint64_t read_integers(Node& array, std::uint64_t most,
                               const std::function<void(std::span<const std::int64_t>)>& take);
-  // Stores all numbers of an array, at most `most`, as an extra.
+  // Stores all numbers of an array as an extra. Throws Failure if there are more than `most`.
   void keep_as_extra(Node& array, std::uint64_t most);
-  // Notes the word that replaces the numbers of an array (see vtu.h). If the array is read, call
-  // this after reading it.
+  // Marks an array with the word that replaces its numbers in the skeleton (see vtu.h). If the
+  // numbers of the array are read, they must be read before.
   void mark(Node& array, const std::string& word);
-  // `text`: mark of the array with the same numbers.
+  // `text` is the mark of another array with the same numbers.
   void mark_like(Node& array, const std::string& text);
 
   [[noreturn]] void fail(ErrorCode code, const Node& node, std::string detail) const;
@@ -65,9 +67,11 @@ class ArrayLoader {
   std::uint64_t file_bytes_ = 0;
   Style appended_style_ = Style::base64;
   std::optional<PayloadReader> payload_;
-  std::map<std::string, std::string> kept_;  // keys of appended extras, by their place in the file
+  // Keys of extras that contain appended data, by the place of the data in the file.
+  std::map<std::string, std::string> kept_;
   std::uint64_t extras_ = 0, extra_bytes_ = 0;
-  std::map<const Node*, std::uint64_t> block_bytes_;  // block size of each array read so far
+  // Block size in bytes of each array that has been read.
+  std::map<const Node*, std::uint64_t> block_bytes_;
 };
 
 }  // namespace shm::converters::vtu

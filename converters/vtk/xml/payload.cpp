@@ -16,12 +16,12 @@ namespace {
 
 constexpr std::size_t kPieceBytes = std::size_t{1} << 18;
 constexpr std::size_t kFileBytes = std::size_t{1} << 16, kFirstFileBytes = std::size_t{1} << 12;
-// Limits for the bytes that are read and unpacked for all arrays together, per byte of the file.
-// Deflate expands a byte to at most 1032 bytes; a character of text yields at most four bytes; some
-// arrays are read twice. The limit of every file is at least kAlwaysAllowed.
+// Limits for the total number of bytes that all arrays together may read and unpack, per byte of
+// the file. Deflate expands a byte to at most 1032 bytes; a character of text yields at most four
+// bytes; some arrays are read twice. At least kAlwaysAllowed bytes are allowed for every file.
 constexpr std::uint64_t kMostExpansion = 1100, kMostPlainExpansion = 16;
 constexpr std::uint64_t kAlwaysAllowed = std::uint64_t{256} << 20;
-// Longest word in characters: a double written out in full has some 350 digits.
+// Longest word in characters. A double that is written without an exponent has some 350 digits.
 constexpr std::size_t kLongestWord = 400;
 
 bool is_space(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
@@ -33,7 +33,8 @@ class FileRange {
       : file_(std::move(file)), at_(begin), end_(std::max(begin, end)) {}
 
   std::uint64_t left() const { return end_ - at_; }
-  // Returns the number of bytes read since the last call, including bytes read ahead.
+  // Returns the number of bytes read since the last call of this function, including bytes that
+  // were read ahead.
   std::uint64_t newly_read() { return std::exchange(newly_read_, 0); }
   std::size_t read(std::byte* out, std::size_t count) {
     const std::size_t n = std::min<std::uint64_t>(count, left());
@@ -43,7 +44,7 @@ class FileRange {
     return n;
   }
   void skip(std::uint64_t count) { at_ += std::min(count, left()); }
-  // Stores the next character in `c`. Returns false at the end.
+  // Stores the next character in `c`. Returns false at the end of the range.
   bool next(char& c) {
     if (taken_ == buffer_.size()) {
       const std::size_t more = buffer_.empty() ? kFirstFileBytes : kFileBytes;
@@ -66,7 +67,8 @@ class FileRange {
   std::uint64_t newly_read_ = 0;
 };
 
-// Parses a word of a text file as a number. As in VTK, bytes keep the low 8 bits: 200 may mean -56.
+// Parses a word of a text file as a number. As in VTK, numbers of one byte keep the low 8 bits: 200
+// may mean -56.
 template <class T>
 bool parse_word(std::string_view word, T& value) {
   if constexpr (sizeof(T) == 1) {
@@ -81,9 +83,9 @@ bool parse_word(std::string_view word, T& value) {
 
 }  // namespace
 
-// Reads raw or base64 bytes. Base64 may be padded anywhere, e.g. between header and data, and ends
-// at the first character outside its alphabet. A copy of this object reads independently of the
-// original.
+// Reads raw or base64 bytes. Base64 may be padded anywhere, e.g. between header and data; it ends
+// at the first character that is not in its alphabet. A copy of this object can read independently
+// of the original.
 class PayloadReader::Bytes {
  public:
   Bytes(FileRange range, bool base64) : range_(std::move(range)), base64_(base64) {}
@@ -97,7 +99,7 @@ class PayloadReader::Bytes {
     }
     return done;
   }
-  // Skips bytes. Returns false if fewer than `count` bytes are left.
+  // Skips `count` bytes. Returns false if fewer bytes are left.
   bool skip(std::uint64_t count) {
     if (!base64_) {
       const bool enough = count <= range_.left();
@@ -113,7 +115,8 @@ class PayloadReader::Bytes {
     return true;
   }
   std::uint64_t newly_read() { return range_.newly_read(); }
-  // Returns an upper bound of the number of bytes left. Sizes stated in the file may not exceed it.
+  // Returns an upper bound for the number of bytes left. A size that the file states may not exceed
+  // this bound.
   std::uint64_t most_left() const { return range_.left() + kFileBytes; }
 
  private:
@@ -158,7 +161,7 @@ PayloadReader::PayloadReader(std::shared_ptr<vtk::RandomFile> file, std::string 
 void PayloadReader::spend(const PayloadPlace& place, std::uint64_t bytes) {
   if (bytes > room_)
     fail(ErrorCode::over_limit, place,
-         "the arrays so far unpack to more bytes than the limit for a file of " +
+         "the arrays read so far unpack to more bytes than the limit for a file of " +
              std::to_string(file_bytes_) + " bytes");
   room_ -= bytes;
 }
@@ -203,7 +206,7 @@ void PayloadReader::decode_plain(const PayloadPlace& place, Bytes& bytes, const 
 }
 
 // Decodes compressed blocks. The header contains the number of blocks, the size of a block, the
-// size of the last block (0: a full block), then the compressed size of each block. The blocks
+// size of the last block (0 means a full block), then the compressed size of each block. The blocks
 // follow the header.
 void PayloadReader::decode_blocks(const PayloadPlace& place, Bytes& sizes, const TakeBytes& take) {
   std::array<std::byte, 24> head;
@@ -250,7 +253,8 @@ std::uint64_t PayloadReader::read_binary(const PayloadPlace& place, ScalarType t
                                          std::uint64_t most, const Take& take) {
   const std::size_t width = scalar_bytes(type);
   std::uint64_t done = 0;
-  std::vector<std::byte> values;  // begins with the first bytes of a number that the last piece cut
+  // Begins with the bytes of a number of which the last piece contained only a part.
+  std::vector<std::byte> values;
   decode(place, [&](std::span<const std::byte> piece) {
     values.insert(values.end(), piece.begin(), piece.end());
     const std::uint64_t n = std::min<std::uint64_t>(values.size() / width, most - done);

@@ -1,7 +1,7 @@
-// Reads the numbers of one VTU array front to back, in every place and encoding: text or base64
-// within the XML, raw or base64 appended bytes, compressed or not. Memory is bounded: the reader
-// processes pieces of 256 KiB, or one compressed block. It allocates memory only for bytes that are
-// present, never for a size that the file merely states.
+// PayloadReader: reads the numbers of VTU arrays from front to back, in every place and encoding:
+// text or base64 within the XML, raw or base64 appended bytes, compressed or not. Memory is
+// bounded: the reader processes pieces of 256 KiB, or one compressed block. It allocates memory
+// only for bytes that are present, never for a size that the file merely states.
 #pragma once
 
 #include <cstddef>
@@ -21,27 +21,28 @@ namespace shm::converters::vtu {
 enum class Style : std::uint8_t { ascii, base64, raw };
 
 struct PayloadPlace {
-  std::string array;  // name of the array in errors
+  std::string array;  // name of the array in error messages
   Style style = Style::raw;
   std::uint64_t begin = 0, end = 0;  // byte range in the file
 };
 
 class PayloadReader {
  public:
-  // `path` and `file_bytes` (the size of the file) are needed for errors and limits. The size of
-  // the file limits the number of bytes that all arrays together may read and unpack, because
-  // arrays may share their bytes, and compressed bytes may expand very much. Throws Failure
-  // (over_limit) beyond the limit.
+  // `path` is needed for errors, and `file_bytes`, the size of the file, for limits. All arrays
+  // together may read and unpack a number of bytes that depends on the size of the file, because
+  // arrays may share their bytes, and compressed bytes may expand very much. Beyond this number,
+  // functions throw Failure (over_limit).
   PayloadReader(std::shared_ptr<vtk::RandomFile> file, std::string path, ByteForm form,
                 std::uint64_t file_bytes);
 
   // Reads at most `most` numbers and passes them to take(values) in pieces, in host byte order.
-  // Returns the count of numbers read. Bits (`bits`, with type uint8) are passed as 0 and 1. Throws
-  // Failure.
+  // Returns the count of numbers that were read. If `bits` is true, the type must be uint8; bits
+  // are passed as 0 and 1. Throws Failure.
   using Take = std::function<void(std::span<const std::byte>)>;
   std::uint64_t read(const PayloadPlace& place, ScalarType type, bool bits, std::uint64_t most,
                      const Take& take);
-  // Returns the block size in bytes of the last payload read, or 0 if it was not compressed.
+  // Returns the block size in bytes of the last array that was read, or 0 if this array was not
+  // compressed.
   std::uint64_t block_bytes() const { return block_bytes_; }
 
  private:

@@ -49,7 +49,7 @@ void PayloadWriter::begin(const Head& head) {
     emit(header.data(), header.size());
     return;
   }
-  // Reserves space for the compressed sizes of the blocks, which are not known yet.
+  // Reserves space for the compressed sizes of the blocks, which are written when they are known.
   const std::uint64_t blocks = bytes / head_.block_bytes + (bytes % head_.block_bytes != 0);
   const std::uint64_t room = (3 + blocks) * form_.header_bytes;
   header_at_ = out_.position();

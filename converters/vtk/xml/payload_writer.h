@@ -1,5 +1,5 @@
-// PayloadWriter: writes the numbers of one VTU array as text, base64 or raw bytes, optionally
-// compressed block by block. PayloadReader reads them.
+// PayloadWriter: writes the numbers of one VTU array as text, base64 or raw bytes. The bytes may be
+// compressed block by block. PayloadReader reads such arrays.
 #pragma once
 
 #include <array>
@@ -20,15 +20,15 @@ class PayloadWriter {
   PayloadWriter(NumberOutput& out, ByteForm form) : out_(out), form_(form) {}
 
   struct Head {
-    std::string array;  // name of the array in errors
+    std::string array;  // name of the array in error messages
     Style style = Style::raw;
     ScalarType type = ScalarType::float64;
-    bool bits = false;        // values are uint8 of 0 and 1, and written as bits
+    bool bits = false;        // true: values are uint8 with value 0 or 1, and are written as bits
     std::uint64_t count = 0;  // number of values of the array
     std::uint64_t block_bytes = kUsualBlockBytes;
   };
-  // Call begin(), then numbers() until all `count` numbers have been passed in host byte order,
-  // then end().
+  // To write an array, call begin(), then numbers() until all `count` numbers have been passed in
+  // host byte order, then end().
   void begin(const Head& head);
   void numbers(const std::byte* values, std::size_t count);
   void end();

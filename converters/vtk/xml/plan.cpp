@@ -81,8 +81,8 @@ void VtuPlan::read_head() {
   }
 }
 
-// Finds the points and cells of each piece. If the pieces no longer match the mesh, joins them into
-// one.
+// Finds the points and cells of each piece. If the pieces of the source do not match the mesh any
+// more, joins them into one piece.
 void VtuPlan::find_pieces() {
   PieceRange next;
   bool valid = true;
@@ -105,8 +105,8 @@ void VtuPlan::find_pieces() {
   if (!valid || (count > 1 && info_.schema.order != Order::keep)) join_pieces();
 }
 
-// Keeps the first non-empty piece and extends it to the whole mesh. Removes arrays whose values
-// belong only to this piece.
+// Extends the first non-empty piece to the whole mesh and removes all other pieces. Also removes
+// the arrays of this piece whose values belong only to this piece.
 void VtuPlan::join_pieces() {
   pieces_ = {{0, info_.vertices, 0, info_.cells()}};
   auto& nodes = grid().children;
@@ -130,14 +130,14 @@ void VtuPlan::fit_arrays(Node& data, Location location) {
                 [&](Node& each) { return each.is_array() && !fits(each, location); });
 }
 
-// Returns false if the array that an element names is missing, or if it no longer has the stated
-// properties.
+// Returns true if the array to which an element refers exists and still has the properties that the
+// element states.
 bool VtuPlan::fits(Node& array, Location location) {
   Node* node = array.values();
   const auto word = node == nullptr ? std::nullopt : parse_values_word(node->text);
   if (!word) return false;
-  // Values that are not an array of the schema are in the source's order, so they fit only in order
-  // keep.
+  // Values that are an extra, not an array of the schema, are in the order of the source, so they
+  // fit only in order keep.
   if (word->kind != ValuesWord::Kind::array) return info_.schema.order == Order::keep;
   if (word->index >= info_.schema.arrays.size()) return false;
   const ArrayInfo& info = info_.schema.arrays[word->index];
@@ -148,13 +148,14 @@ bool VtuPlan::fits(Node& array, Location location) {
       info.per_step != word->step.has_value() || !info.blocks.empty())
     return false;
   if (word->step && *word->step >= info_.step_times.size()) return false;
-  if (info.quantization.lossy()) forget_ranges(array);  // ranges of rounded values may be wrong
+  // The values were rounded, so their ranges may be wrong.
+  if (info.quantization.lossy()) forget_ranges(array);
   placed_.insert(word->index);
   return true;
 }
 
-// Returns true if an array has the type that an element states. Strings are indices into a list and
-// have no steps.
+// Returns true if an array has the type that an element states. An array of strings consists of
+// indices into a list, and has no time steps.
 bool VtuPlan::is_of_type(const ArrayInfo& info, const ArrayType& type) const {
   if (type.kind == ArrayKind::string) return info.role == vtk::kStringRole && !info.per_step;
   return info.role.empty() && (!info.per_step || !info_.step_times.empty()) &&
@@ -166,7 +167,8 @@ bool VtuPlan::is_written(std::size_t array) const {
   return info.role.empty() && (!info.per_step || !info_.step_times.empty());
 }
 
-// Removes point arrays that do not fit the mesh. The points of later steps may be separate arrays.
+// Removes arrays of points that do not fit the mesh. The points of later time steps may be separate
+// arrays.
 void VtuPlan::fit_points(Node& points) {
   std::erase_if(points.children, [&](Node& each) {
     if (!each.is_array()) return false;
@@ -181,8 +183,8 @@ void VtuPlan::fit_points(Node& points) {
   });
 }
 
-// Adds points and the arrays that describe cells if they are missing. If the cells have a new
-// order, face arrays that were kept as extras are computed again.
+// Adds the array of points and the arrays that describe cells if they are missing. If the cells are
+// in a new order, arrays of faces that were kept as extras are computed from the cells again.
 void VtuPlan::fit_cells(Node& piece, const PieceRange& range) {
   if (own_ && range.points == 0 && piece.child("Points") == nullptr) return;
   Node& points = child_of(piece, "Points");
@@ -195,7 +197,7 @@ void VtuPlan::fit_cells(Node& piece, const PieceRange& range) {
     for (Node& each : points.children)
       if (each.is_array()) forget_ranges(each);
   if (own_ && range.cells == 0) return;
-  Node& cells = child_of(piece, "Cells");  // VTK requires the element even without cells
+  Node& cells = child_of(piece, "Cells");  // VTK requires this element even if there are no cells
   const auto need = [&](std::string_view name, const char* type) {
     Node* found = array_named(cells, name);
     if (found == nullptr)
@@ -283,7 +285,7 @@ void VtuPlan::plan_from_others(Node& grid_node, Node& piece) {
   }
 }
 
-// Adds the time of the last step if the tree does not have it.
+// Adds the time of the last step to the tree if the tree does not contain a time.
 void VtuPlan::add_time(Node& grid) const {
   Node* field = grid.child("FieldData");
   if (info_.step_times.empty() || grid.attribute("TimeValues") != nullptr ||
@@ -302,9 +304,10 @@ void VtuPlan::add_strings(Node& grid, const std::string& name, const Extra& stri
       .children.push_back(strings_element(name, {text, strings.data.size()}, format_, made_));
 }
 
-// Adds an array with the block ids of other formats, because VTK blocks have only a cell type.
+// Adds an array with the block ids of a mesh from another format, because the blocks of VTK have
+// only a cell type.
 void VtuPlan::add_block_ids(Node& data) const {
-  // The block ids of VTK's own files are cell types.
+  // No array is needed for VTK's own meshes, whose block ids are cell types.
   if (info_.schema.source_format.starts_with("vt")) return;
   bool differ = false, wide = false;
   for (const BlockInfo& block : info_.schema.blocks) {

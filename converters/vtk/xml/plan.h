@@ -1,5 +1,6 @@
-// VtuPlan: the tree of the VTU file to be written, complete before its first byte is written. It is
-// the source's tree, adapted to the current mesh, or a plain tree for a mesh of another format.
+// VtuPlan: the XML tree of the VTU file to be written, complete before the first byte is written.
+// It is the tree of the source, adapted to the current mesh, or a plain tree if the mesh came from
+// another format.
 #pragma once
 
 #include <cstdint>
@@ -28,10 +29,11 @@ class VtuPlan : public vtk::CellPlan {
   Document& document() { return document_; }
   const ByteForm& form() const { return form_; }
   bool raw_appended() const { return raw_appended_; }
-  // Returns true if the points of polyhedra must be listed in ascending order. Legacy files list
+  // Returns true if the points of each polyhedron must be listed in ascending order. This is the
+  // case if the points ascend in the source, or if the source is not a VTU file: legacy files list
   // only the points of faces, and VTK then sorts the points of each polyhedron.
   bool sorts_points() const { return !own_ || extra("vtu/polyhedron/ascending") != nullptr; }
-  // Returns the points and cells of a <Piece>, or null for all other nodes.
+  // Returns the points and cells of a <Piece>. Returns null for all other nodes.
   const PieceRange* piece_of(const Node& node) const {
     const auto found = by_node_.find(&node);
     return found == by_node_.end() ? nullptr : &pieces_[found->second];
@@ -61,13 +63,13 @@ class VtuPlan : public vtk::CellPlan {
   Document document_;
   ByteForm form_;
   bool raw_appended_ = true, own_ = false;
-  std::string format_ = "appended";  // format of new arrays, which the source did not have
+  std::string format_ = "appended";  // encoding of new arrays, which the source did not have
 
-  // Ranges of points and cells of the pieces, which are consecutive.
+  // For each piece, its range of points and cells. The ranges are consecutive.
   std::vector<PieceRange> pieces_;
   std::map<const Node*, std::size_t> by_node_;
   std::set<std::size_t> placed_;
-  vtk::MadeExtras made_;  // extras for values that the source has in another form
+  vtk::MadeExtras made_;  // extras for values that the source stores in another form
 };
 
 }  // namespace shm::converters::vtu

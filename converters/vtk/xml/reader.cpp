@@ -1,4 +1,5 @@
-// Reads VTU files: first the tree, then each array of the tree, into the spool or an extra.
+// Reads VTU files: first the XML tree, then the numbers of each array in the tree, which are stored
+// in the spool or as an extra.
 #include <algorithm>
 #include <cstring>
 #include <map>
@@ -50,17 +51,17 @@ class VtuSource : public MeshSource {
   std::vector<std::vector<PagedArray>> arrays_;  // indexed by array, then by step
 };
 
-// An array of one piece, with one node for all steps or one node per step.
+// An array of one piece. It has one node of the tree for all time steps, or one node per time step.
 struct Column {
   std::string name;
-  std::uint64_t occurrence = 0;  // number of earlier columns with the same name
+  std::uint64_t occurrence = 0;  // number of earlier columns of the piece with the same name
   ArrayType type;
   std::uint64_t components = 1;
   bool per_step = false;
-  bool constant = false;  // all steps have the same values
+  bool constant = false;  // true: the values are the same at all steps
   std::vector<Node*> nodes;
-  // Returns the key of a column. Columns of several pieces with equal keys form one array. Keys
-  // within a piece are distinct.
+  // Returns the key of a column. Columns of different pieces with equal keys form one array. No two
+  // columns of a piece have the same key.
   auto key() const {
     return std::tuple(std::string_view(name), occurrence, type.kind, type.stored, components,
                       per_step, constant);
@@ -171,7 +172,7 @@ void Parser::find_pieces(Node& grid) {
     pieces_.push_back({&each, next});
     next.first_point += next.points;
     next.first_cell += next.cells;
-    // The limit is checked before anything is unpacked.
+    // The limit is checked here, before anything is unpacked.
     if (std::max(next.first_point, next.first_cell) > spool_.limits().most)
       loader_.fail(ErrorCode::over_limit, each,
                    "the pieces so far have more points or cells than the limit of " +
@@ -180,8 +181,8 @@ void Parser::find_pieces(Node& grid) {
   info_.vertices = next.first_point;
 }
 
-// Reads the points of all pieces. As in VTK, all pieces must have the type of the first piece that
-// has points.
+// Reads the points of all pieces. As in VTK, the points of all pieces must have the same type as
+// the points of the first piece that has points.
 void Parser::points() {
   source_.points_ = PagedArray(spool_, scalar_bytes(ScalarType::float64));
   std::optional<ArrayType> type;
@@ -219,8 +220,8 @@ void Parser::begin_points(const ArrayType& type) {
   source_.points_ = PagedArray(spool_, scalar_bytes(info_.schema.coordinate_type));
 }
 
-// Reads the points of a later step. They either equal the points of the first step or become a
-// separate array.
+// Reads the points of a later time step. They become a separate array unless they equal the points
+// of the first step.
 void Parser::points_of_step(Node& array, Node& first, const PieceRange& piece) {
   if (piece.points == 0 || loader_.same_values(first, array, spool_))
     return loader_.mark_like(array, first.values()->text);
@@ -239,7 +240,7 @@ void Parser::load_points(Node& array, const ArrayType& type, const PieceRange& p
     loader_.fail(ErrorCode::corrupt, array, "points do not have 3 components");
   const std::uint64_t count = product(array, piece.points, 3);
   if (is_float(type.stored)) return loader_.load(array, type, count, source_.points_);
-  // Integer coordinates are stored as double.
+  // Integer coordinates are converted to double.
   std::vector<std::byte> wide;
   const std::size_t width = scalar_bytes(type.stored);
   const std::uint64_t found = loader_.read(array, type, count, [&](auto values) {
@@ -251,8 +252,8 @@ void Parser::load_points(Node& array, const ArrayType& type, const PieceRange& p
   if (found != count) loader_.fail(ErrorCode::truncated, array, "has too few values");
 }
 
-// Joins the arrays of single steps into one column. Returns false unless there is an array for each
-// step.
+// Joins the arrays of all time steps into one column. Returns false unless there is exactly one
+// array for each step.
 bool Parser::join_steps(std::vector<Column>& columns, Column& column, std::vector<Node*>& nodes) {
   column.nodes.assign(times_.size(), nullptr);
   for (Node* node : nodes) {
@@ -291,7 +292,7 @@ std::vector<Column> Parser::columns_of(Node& data) {
     if (!times_.empty() && each.attribute("TimeStep") != nullptr) {
       if (!stepped.contains(column.name)) {
         order.push_back(column.name);
-        columns.push_back(column);  // placeholder that keeps the position of the column
+        columns.push_back(column);  // placeholder: the joined column will be at this position
       }
       stepped[column.name].push_back(&each);
       continue;
@@ -339,7 +340,7 @@ void Parser::data(Location location, const char* element_name) {
   if (leader == pieces_.size()) return;
   struct Parts {
     std::vector<std::pair<Column, Piece>> list;
-    std::size_t found = 0;  // number of non-empty pieces that have the column
+    std::size_t found = 0;  // number of non-empty pieces with this column
   };
   std::map<decltype(Column().key()), Parts> parts_of;
   for (const Column& column : of_piece[leader]) parts_of.try_emplace(column.key());
@@ -359,7 +360,7 @@ void Parser::data(Location location, const char* element_name) {
     else
       load_column(location, parts.list, {});
   }
-  // The remaining arrays cannot be arrays of the schema.
+  // All other arrays cannot be arrays of the schema.
   for (std::size_t p = 0; p < pieces_.size(); ++p) {
     Node* node = pieces_[p].node->child(element_name);
     if (node == nullptr) continue;
@@ -405,7 +406,7 @@ void Parser::load_column(Location location, const std::vector<std::pair<Column, 
   }
 }
 
-// Reads strings into a list of different strings and an array of indices into the list, as for
+// Reads strings into a list of distinct strings and an array of indices into the list, as for
 // legacy files.
 void Parser::load_strings(Location location, const std::vector<std::pair<Column, Piece>>& parts) {
   const Column& column = parts.front().first;
@@ -429,7 +430,8 @@ void Parser::load_strings(Location location, const std::vector<std::pair<Column,
     const auto end_of_string = [&] {
       const auto place = strings.place_of(one);
       if (!place)
-        loader_.fail(ErrorCode::unsupported, node, "has more different strings than 1 GiB holds");
+        loader_.fail(ErrorCode::unsupported, node,
+                     "has distinct strings of more than 1 GiB in total");
       if (found++ == wanted)
         loader_.fail(ErrorCode::corrupt, node,
                      "has more than the expected " + std::to_string(wanted) + " strings");
@@ -455,7 +457,7 @@ void Parser::load_strings(Location location, const std::vector<std::pair<Column,
   info_.extras.push_back(text_extra(vtk::strings_key(index), strings.list()));
 }
 
-// Keeps field data, and arrays in places that VTK ignores, as extras.
+// Stores field data as extras, and also arrays at places of the tree that VTK ignores.
 void Parser::keep_rest(Node& node) {
   for (Node& each : node.children) {
     if (!each.is_array()) {
@@ -472,8 +474,8 @@ void Parser::keep_rest(Node& node) {
   }
 }
 
-// Removes offsets into appended data from the tree. They are valid for the source file only; the
-// writer computes new offsets.
+// Removes offsets into appended data from the tree, because they are valid only for the source
+// file. The writer computes new offsets.
 void Parser::forget_offsets(Node& node) {
   if (node.is_array()) node.remove_attribute("offset");
   for (Node& each : node.children) forget_offsets(each);

@@ -31,8 +31,8 @@ class Buffer {
   std::vector<std::int64_t> numbers_;
 };
 
-// For each cell: the points of a polyhedron whose order differs from the rule of the file (see
-// vtu.h).
+// The points of polyhedra whose point order differs from the usual order of the file (see vtu.h).
+// They are found by the number of the cell.
 class ReorderedPolyhedra {
  public:
   explicit ReorderedPolyhedra(const VtuPlan& plan)
@@ -166,8 +166,9 @@ void StagedCells::faces_of(const PieceRange& piece,
 void StagedCells::face_numbers(std::string_view name, const PieceRange& piece, const Take& take) {
   Buffer out(take);
   std::int64_t stream_end = 0, faces = 0, points = 0;
-  // Pending entry of faceoffsets: -1 for a cell that is not a polyhedron, otherwise the end of the
-  // current cell; -2: no cell yet.
+  // The entry of faceoffsets that is written next. It is -1 if the current cell is not a
+  // polyhedron, otherwise the end of the cell's faces. The value -2 means that there is no cell
+  // yet.
   std::int64_t waiting = -2;
   faces_of(
       piece,

@@ -1,5 +1,5 @@
-// StagedCells: the cells of a mesh, stored so that the arrays of a VTU file can be produced for any
-// piece.
+// StagedCells: the cells of a mesh, stored in a form from which the arrays of a VTU file can be
+// produced for any piece.
 #pragma once
 
 #include <cstdint>
@@ -19,14 +19,15 @@ class StagedCells {
   StagedCells(VtuPlan& plan, Spool& spool);
 
   // count() returns the number of values in the array `name` (kConnectivity, ...) of a piece.
-  // numbers() passes these values to `take`, in order.
+  // numbers() passes these values to `take` in order.
   using Take = std::function<void(std::span<const std::int64_t>)>;
   std::uint64_t count(std::string_view name, const PieceRange& piece);
   void numbers(std::string_view name, const PieceRange& piece, const Take& take);
 
  private:
-  // Calls head(cell, faces) for each cell of a piece, where `faces` is -1 if the cell is not a
-  // polyhedron. Then calls face(points) for each face of the cell.
+  // Calls head(cell, faces) for each cell of a piece, where `faces` is the number of faces, or -1
+  // if the cell is not a polyhedron. After each call of head(), calls face(points) for each face of
+  // the cell.
   void faces_of(const PieceRange& piece,
                 const std::function<void(std::uint64_t, std::int64_t)>& head,
                 const std::function<void(std::span<const std::int64_t>)>& face);
@@ -37,7 +38,8 @@ class StagedCells {
   }
 
   PagedArray nodes_, node_ends_, types_;
-  PagedArray streams_, stream_ends_;  // face streams of polyhedra; empty if there are none
+  PagedArray streams_, stream_ends_;  // face streams of the polyhedra, and for each cell the end of
+                                      // its stream; empty if there are no polyhedra
   bool polyhedra_;
 };
 

@@ -1,5 +1,5 @@
-// Writes VTU files: follows the tree of a VtuPlan once and inserts the numbers. Appended data are
-// written last. Their offsets are then written into the space reserved in the tags.
+// Writes VTU files: goes through the tree of a VtuPlan once and inserts the numbers. Appended data
+// are written last. Their offsets are then written into the space reserved in the tags.
 #include <algorithm>
 #include <cstring>
 #include <map>
@@ -23,7 +23,7 @@ namespace vtu {
 namespace {
 
 constexpr std::size_t kWrittenBytes = std::size_t{1} << 18;
-// Size in bytes of the space for an offset: its digits, a quote, and blanks.
+// Size in bytes of the space reserved for an offset: its digits, a quote, and blanks.
 constexpr std::size_t kOffsetRoom = 22;
 
 class Writer {
@@ -38,7 +38,8 @@ class Writer {
   void write();
 
  private:
-  // An array whose numbers will be appended, and the position of the space reserved for its offset.
+  // An array whose numbers will be appended, and the position in the file of the space reserved for
+  // its offset.
   struct Waiting {
     Node* array;
     PieceRange piece;
@@ -105,8 +106,8 @@ void Writer::node(Node& node, int depth) {
   if (piece != nullptr) in_piece_ = false;
 }
 
-// Writes an element. Elements with text are written verbatim: no white space is added around the
-// text.
+// Writes an element. If the element contains text, it is written verbatim: no white space is added
+// around the text.
 void Writer::element_node(Node& node_to_write, int depth) {
   const auto is_text = [](const Node& each) { return each.kind == NodeKind::text; };
   auto& children = node_to_write.children;
@@ -152,8 +153,8 @@ void Writer::appended(Node& node_to_write, int depth) {
   indent(depth);
   out_.text(" _");
   const std::uint64_t begin = out_.position();
-  // Arrays that are the same at several steps are written once. Strings are the exception: VTK 9.1
-  // crashes if it does not have to read them again.
+  // Arrays that are the same at several time steps are written once. Strings are the exception:
+  // VTK 9.1 crashes unless it reads the strings of each step separately.
   std::map<std::string, std::string> places;
   for (const Waiting& each : waiting_) {
     const Node* values = each.array->values();
@@ -239,8 +240,8 @@ void Writer::array_values(const ValuesWord& word, PayloadWriter::Head head, cons
   payload_.end();
 }
 
-// Writes the strings of an array. Reads the indices twice; the first pass computes the size of all
-// strings in bytes.
+// Writes the strings of an array. The indices are read twice: the first pass computes the total
+// size of the strings in bytes.
 void Writer::string_values(std::size_t array, PayloadWriter::Head head, std::uint64_t begin,
                            std::uint64_t total) {
   const std::string key = vtk::strings_key(array);
