@@ -130,6 +130,49 @@ TestMesh large_cut_grid() {
   return mesh;
 }
 
+/// Returns value `i` of an array whose character changes every 5000 elements: smooth, random,
+/// constant, a repetition of earlier values, smooth with outliers. The encoder must then change its
+/// predictors.
+double changing_value(std::vector<double>& values, PlainRandom& random) {
+  const std::size_t i = values.size();
+  const auto x = static_cast<double>(i % 5000) / 4096;
+  double value = x * (1 - x) * 100;
+  switch (i / 5000 % 5) {
+    case 1: value = static_cast<double>(random.below(1 << 20)) / 1024; break;
+    case 2: value = 17.25; break;
+    case 3: value = values[i - 4000 - random.below(3)]; break;
+    case 4: value += random.below(50) == 0 ? 1e5 : 0; break;
+    default: break;
+  }
+  values.push_back(value);
+  return value;
+}
+
+/// Returns a grid of more than 40,000 cells with arrays of doubles, floats and integers that change
+/// their character, and a copy of the first array with small differences.
+TestMesh changing_arrays() {
+  TestMesh mesh = bent_grid(36, 35, 33, ScalarType::float64);
+  PlainRandom random(11);
+  const auto add = [&](const char* name, ScalarType type, auto value_of) {
+    mesh.schema.arrays.push_back(array_of(name, Location::cell, type));
+    std::vector<std::byte> bytes;
+    std::vector<double> values;
+    for (std::size_t c = 0; c < mesh.cells.size(); ++c)
+      append(bytes, value_of(changing_value(values, random)));
+    mesh.arrays.push_back(std::move(bytes));
+  };
+  add("doubles", ScalarType::float64, [](double value) { return value; });
+  add("floats", ScalarType::float32, [](double value) { return static_cast<float>(value / 3); });
+  add("integers", ScalarType::int32, [](double value) { return static_cast<std::int32_t>(value); });
+  add("multiples", ScalarType::float64,
+      [](double value) { return .001 * static_cast<int>(value); });
+  mesh.schema.arrays.push_back(array_of("near the doubles", Location::cell, ScalarType::float64));
+  std::vector<std::byte> near = mesh.arrays[0];
+  for (std::size_t i = 0; i < near.size(); i += 8 * (1 + random.below(20))) near[i] ^= std::byte{1};
+  mesh.arrays.push_back(std::move(near));
+  return mesh;
+}
+
 /// Returns files that are larger than the feature files, so that adaptive models, several groups
 /// and reused slots matter.
 std::vector<FeatureFile> larger_files() {
@@ -166,6 +209,12 @@ std::vector<FeatureFile> larger_files() {
   TestMesh coarse = bent_grid(12, 12, 12);
   coarse.schema.coordinate_quantization = {14, {0, 0, -.0625}, {1.125, 1.25, 1}};
   add("large quantized", coarse);
+  const TestMesh changing = changing_arrays();
+  add("changing arrays", changing);
+  files.push_back(
+      {"changing arrays, best", written(changing, 65536, ConnectivityCodec::mixed, Level::best)});
+  files.push_back({"changing arrays, shifts",
+                   written(changing, 65536, ConnectivityCodec::shifts, Level::standard)});
   const auto add_shifts = [&](const char* name, const TestMesh& mesh) {
     files.push_back({name, written(mesh, 1500, ConnectivityCodec::shifts, Level::fast)});
     files.push_back({std::string(name) + ", columns",
@@ -272,6 +321,9 @@ const std::map<std::string, std::uint64_t> kPinned = {
     {"large cells of every shape, shuffled, stream", 0xae1e9041cb528f48},
     {"large arrays", 0xe6500c091f66db58},
     {"large quantized", 0xa850924381991e84},
+    {"changing arrays", 0x873e3d2f4b956bff},
+    {"changing arrays, best", 0x96f4f9a8c9684200},
+    {"changing arrays, shifts", 0x63c6576d54821bd3},
     {"large shifts", 0xf2245624c3514831},
     {"large shifts, columns", 0x9d70412e4a9e3aa0},
     {"large shifts, doubles", 0xad6902223a7e758},
