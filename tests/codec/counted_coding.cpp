@@ -1,6 +1,7 @@
 // The program whose instructions instructions_test.py counts. It encodes and decodes three
 // generated meshes in memory, at each level, in one thread, and compares the decoded meshes. After
-// each call of counted_run(), it prints a line: mesh, hexahedra, level, "encode" or "decode".
+// each call of counted_run(), it prints a line: "counted", mesh, hexahedra, level, "encode" or
+// "decode".
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -100,7 +101,7 @@ bool count(const char* name, const shm::Mesh& mesh) {
       return false;
     }
     for (const char* way : {"encode", "decode"})
-      std::printf("%s,%zu,%s,%s\n", name, mesh.cell_blocks.size(), word, way);
+      std::printf("counted,%s,%zu,%s,%s\n", name, mesh.cell_blocks.size(), word, way);
   }
   return true;
 }

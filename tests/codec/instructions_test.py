@@ -12,17 +12,16 @@ the machine is. bench/instructions.csv has the previous counts; a count may diff
 import argparse
 import csv
 import os
-import shutil
-import subprocess
 import sys
-import tempfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tests" / "support"))
+from counted_runs import counted_runs
+
 LEDGER, RELEASE = ROOT / "bench" / "instructions.csv", ROOT / "build" / "release"
 COLUMNS = ["mesh", "hexahedra", "level", "way", "instructions"]
 WITHIN = .05
-COUNTED = "counted_run"  # a function of PROGRAM
 
 
 def instructions_of(profile, library):
@@ -43,16 +42,8 @@ def instructions_of(profile, library):
 
 def count(program, library):
     """Returns a dictionary from (mesh, hexahedra, level, way) to instructions."""
-    with tempfile.TemporaryDirectory() as folder:
-        profile = Path(folder) / "profile"
-        run = subprocess.run(
-            ["valgrind", "--quiet", "--tool=callgrind", f"--callgrind-out-file={profile}",
-             "--compress-strings=no", "--compress-pos=no",
-             f"--toggle-collect={COUNTED}", f"--dump-after={COUNTED}", program],
-            stdout=subprocess.PIPE, text=True, check=True)
-        whats = [tuple(line.split(",")) for line in run.stdout.splitlines()]
-        counted = {key: instructions_of(f"{profile}.{place}", os.path.realpath(library))
-                   for place, key in enumerate(whats, 1)}
+    counted = {tuple(line.split(",")): instructions_of(profile, os.path.realpath(library))
+               for line, profile in counted_runs(program)}
     if not counted or not all(counted.values()):
         sys.exit(f"{program} does not run with {library}: none of its instructions were counted")
     return counted
@@ -92,9 +83,6 @@ def main():
                         default=RELEASE / "libshmformat" / "libshmformat.so")
     parser.add_argument("--renew", action="store_true")
     options = parser.parse_args()
-    if not shutil.which("valgrind"):
-        print("no valgrind")
-        return 77
     counted = count(options.program, options.library)
     if options.renew:
         write_ledger(counted)
