@@ -7,7 +7,6 @@
 
 #include "codecs/surface/values/column_state.h"
 #include "codecs/surface/values/mode_choice.h"
-#include "codecs/surface/values/recalled_values.h"
 
 namespace shm {
 namespace {
