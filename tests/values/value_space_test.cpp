@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "codecs/shared/value_domain.h"
-#include "codecs/surface/values/mode_choice.h"
+#include "codecs/surface/plan/mode_choice.h"
 
 namespace shm {
 namespace {

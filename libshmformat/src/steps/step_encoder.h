@@ -75,7 +75,7 @@ class StepEncoder {
     StepReference liked = StepReference::nothing;  ///< reference chosen last with the codec terms
     std::size_t liked_bytes = 0;  ///< size in bytes of the first group when `liked` was chosen
   };
-  using Column = StepColumn<SplitEncoder>;
+  using Column = StepColumnEncoder;
 
   StepReference most_next(std::uint32_t array) const;
   Result<void> begin_step(std::uint32_t array, std::uint64_t step);

@@ -14,6 +14,8 @@
 #include <vector>
 
 #include "codecs/patterns/term_column.h"
+#include "codecs/surface/plan/column_planner.h"
+#include "codecs/surface/values/column_coder.h"
 #include "format/format.h"
 #include "steps/step_elements.h"
 
@@ -34,23 +36,53 @@ std::optional<std::vector<std::byte>> decode_terms(const ArrayInfo& info,
                                                    std::span<const std::byte> reference,
                                                    TermScratch& scratch);
 
-/// Codes the values of one array at one step with the codec `columns`.
-template <class Coder>
+/// Codes the values of one array at one step with the codec `columns`. `Column`: ColumnPlanner or
+/// ColumnDecoder.
+template <class Column>
 class StepColumn {
  public:
-  /// `schema` must outlive this object. `most_kept` is a limit in bytes for data stored by slot.
-  StepColumn(const Schema& schema, std::uint32_t array, std::uint64_t most_kept = ~std::uint64_t{0})
-      : schema_(&schema), array_(array), most_kept_(most_kept) {}
+  /// `schema` must outlive this object.
+  StepColumn(const Schema& schema, std::uint32_t array) : schema_(&schema), array_(array) {}
 
   /// Call it before each group that is coded in columns. The column continues from the group before
   /// if that group is in the same segment. Returns false if this is impossible because that group
   /// has a different reference.
   bool begin(std::uint32_t segment, StepReference reference);
 
+ protected:
+  bool continues(std::uint32_t segment) const { return column_ && segment == segment_; }
+  const ArrayInfo& info() const { return schema_->arrays[array_]; }
+
+  std::optional<Column> column_;
+
+ private:
+  const Schema* schema_;
+  std::uint32_t array_;
+  std::uint32_t segment_ = 0;
+  StepReference reference_ = StepReference::nothing;
+};
+
+extern template class StepColumn<ColumnPlanner>;
+extern template class StepColumn<ColumnDecoder>;
+
+class StepColumnEncoder : public StepColumn<ColumnPlanner> {
+ public:
+  using StepColumn::StepColumn;
+
   /// Encodes the values of the group's elements. `reference` contains the values to which they
   /// refer, or is empty.
   EncodedColumn encode(const ColumnElements& elements, std::span<const std::byte> values,
                        Level level, std::span<const std::byte> reference);
+};
+
+class StepColumnDecoder : public StepColumn<ColumnDecoder> {
+ public:
+  /// `schema` must outlive this object. `most_kept` is a limit in bytes for data stored by slot.
+  StepColumnDecoder(const Schema& schema, std::uint32_t array,
+                    std::uint64_t most_kept = ~std::uint64_t{0})
+      : StepColumn(schema, array), most_kept_(most_kept) {}
+
+  bool begin(std::uint32_t segment, StepReference reference);
   /// Decodes the values of a group. `limit` is the size of all values in bytes. Returns nullopt for
   /// damaged data.
   std::optional<std::vector<std::byte>> decode(const ColumnElements& elements, Codec codec,
@@ -61,16 +93,8 @@ class StepColumn {
   bool is_out_of_memory() const { return kept_ && kept_->is_refused(); }
 
  private:
-  const Schema* schema_;
-  std::uint32_t array_;
   std::uint64_t most_kept_;
-  std::unique_ptr<ColumnMemory> kept_;  // limits the memory of the column; used for decoding
-  std::optional<ValueColumn<Coder>> column_;
-  std::uint32_t segment_ = 0;
-  StepReference reference_ = StepReference::nothing;
+  std::unique_ptr<ColumnMemory> kept_;  // limits the memory of the column
 };
-
-extern template class StepColumn<SplitEncoder>;
-extern template class StepColumn<SplitDecoder>;
 
 }  // namespace shm

@@ -206,7 +206,7 @@ class SegmentEncoder {
   /// Returns the approximate size of the segment so far, without the values of the current group.
   SegmentSize size();
   /// Returns the approximate size of the values of the current group. `choices`: by column, as in
-  /// ValueColumn::about_bytes().
+  /// ColumnPlanner::about_bytes().
   std::uint64_t about_values(ValueChoices& choices) {
     choices.resize(values_.columns());
     return has_group() ? values_at_hand(&choices) : 0;

@@ -65,7 +65,7 @@ ShiftSegmentEncoder::ShiftSegmentEncoder(const Schema& schema, const SegmentOpti
       neighbours_(schema, true, has_static_cell_arrays(schema)),
       next_own_(start.first_vertex) {
   if (options.values && options.level != Level::fast)
-    predicted_ = predicted_columns<SplitEncoder>(schema, columns_, {});
+    predicted_ = predicted_columns<ColumnPlanner>(schema, columns_, {});
   for (auto& column : predicted_)
     if (column) column->see_own_groups_only();
   has_rings_ = predicts() || needs_ring(schema);

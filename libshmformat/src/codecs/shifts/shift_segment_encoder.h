@@ -14,7 +14,7 @@
 #include "codecs/shifts/difference_column.h"
 #include "codecs/shifts/shift_neighbours.h"
 #include "codecs/shifts/shifts.h"
-#include "codecs/surface/values/value_column.h"
+#include "codecs/surface/plan/column_planner.h"
 #include "entropy/range_coder.h"
 
 namespace shm {
@@ -49,8 +49,7 @@ class ShiftSegmentEncoder final : public SegmentEncoder {
   bool numbered_by_order_;
   ShiftEncoder shifts_;
   std::vector<DifferenceColumn> columns_;
-  std::vector<std::unique_ptr<ValueColumn<SplitEncoder>>>
-      predicted_;  // predicted columns; empty at level fast
+  std::vector<std::unique_ptr<ColumnPlanner>> predicted_;  // predicted columns; empty at level fast
 
   // Decodes cells from the new bitstream, which needs less memory and time than storing the cells.
   ShiftDecoder decoder_;

@@ -470,9 +470,8 @@ class ColumnState {
     coded_.sizes[element.i] = last_size_ = size;
   }
 
-  /// Lends the large slots of a state to a copy of this state, and later restores the slots of the
-  /// given items. The lender must not be used while the loan lasts.
-  class Loan;
+  /// Returns the slots, for a caller that moves them to a copy of this state and back.
+  ColumnSlots& slots() { return slots_; }
 
  private:
   using Reference = KeptElement::Reference;
@@ -531,18 +530,26 @@ class ColumnState {
   ResidualSize last_size_ = 0;
 };
 
-class ColumnState::Loan {
- public:
-  Loan(ColumnState& lender, std::span<const Neighbourhood> items);
-  /// Moves the slots to `borrower`, which is a copy of the lender.
-  void lend(ColumnState& borrower) { borrower.slots_ = std::move(slots_); }
-  void give_back(ColumnState& borrower);
+// --- states of values
 
- private:
-  ColumnState& lender_;
-  std::span<const Neighbourhood> items_;
-  std::vector<KeptElement> kept_;  // by item: contents of the slots before the trial
-  ColumnSlots slots_;
-};
+/// Returns the state that represents a value without an index or without a finite state: the
+/// lattice prediction, rounded to the domain.
+double substitute(const auto& space, double lattice) {
+  const double state = space.state(space.index(lattice));
+  return is_finite(state) ? state : 0.0;
+}
+
+/// Returns the state of the value with an index.
+double state_of(const auto& space, std::int64_t index, double lattice) {
+  const double state = space.state(index);
+  return is_finite(state) ? state : substitute(space, lattice);
+}
+
+/// Returns the state of a copied value, which is not coded in this domain and may be outside of it.
+double state_of_copy(const auto& space, const ColumnState& column, std::uint64_t bits,
+                     double lattice) {
+  const double state = column.translator().from_value(scalar_as_double(column.info().type, bits));
+  return is_finite(state) ? state : substitute(space, lattice);
+}
 
 }  // namespace shm
