@@ -799,9 +799,9 @@ TEST(ColumnCoder, DomainsChangeInProportionToElements) {
   for (;; ++changes) {
     ASSERT_LT(changes, kGroups);
     SplitEncoder out;
-    DomainPlan plan;
-    plan.domain = {changes % 2 == 0 ? DomainKind::decimal : DomainKind::floats, 0, false, true};
-    ASSERT_TRUE(careless.begin_group(out, plan, {}, 8));
+    DomainAndTable wanted;
+    wanted.domain = {changes % 2 == 0 ? DomainKind::decimal : DomainKind::floats, 0, false, true};
+    ASSERT_TRUE(careless.begin_group(out, wanted, {}, 8));
     const Bytes bytes = out.finish();
     SplitDecoder in(bytes);
     if (!reader.begin_group(in, {}, {}, 8)) break;

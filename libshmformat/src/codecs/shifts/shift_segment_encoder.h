@@ -32,7 +32,7 @@ class ShiftSegmentEncoder final : public SegmentEncoder {
   void encode_unused(const SegmentPiece& piece, std::size_t vertex) override;
   void encode_streams() override;
   void add_size_at_hand(SegmentSize& size) override;
-  std::uint64_t values_at_hand(ValueChoices* choices) override;
+  std::uint64_t values_at_hand(RatedDomains* rated) override;
   std::uint64_t number_of(const SegmentPiece::Vertex& vertex) const;
   void take_numbered(const SegmentPiece& piece, std::size_t index, std::uint64_t number);
   void note_lags();

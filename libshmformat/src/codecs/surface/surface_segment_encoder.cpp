@@ -105,15 +105,15 @@ void SurfaceSegmentEncoder::add_size_at_hand(SegmentSize& size) {
       size.add(listed_[s].kind, bytes);
 }
 
-std::uint64_t SurfaceSegmentEncoder::values_at_hand(ValueChoices* choices) {
+std::uint64_t SurfaceSegmentEncoder::values_at_hand(RatedDomains* rated) {
   std::uint64_t bytes = 0;
   for (std::size_t c = 0; c < values_.columns(); ++c) {
     ColumnPlanner& column = streams_.values().column(c);
     const TiledItems& elements = streams_.values().elements_of(c);
     const std::byte* values = values_.values(c);
     const std::size_t stride = values_.stride(c);
-    bytes += choices ? column.about_bytes(elements, values, stride, (*choices)[c])
-                     : column.bytes_if_coded(elements, values, stride, options_.level);
+    bytes += rated ? column.about_bytes(elements, values, stride, (*rated)[c])
+                   : column.bytes_if_coded(elements, values, stride, options_.level);
   }
   return bytes;
 }

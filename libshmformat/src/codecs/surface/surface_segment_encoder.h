@@ -33,7 +33,7 @@ class SurfaceSegmentEncoder final : public SegmentEncoder {
   void encode_unused(const SegmentPiece& piece, std::size_t vertex) override;
   void encode_streams() override;
   void add_size_at_hand(SegmentSize& size) override;
-  std::uint64_t values_at_hand(ValueChoices* choices) override;
+  std::uint64_t values_at_hand(RatedDomains* rated) override;
   void introduce(const SegmentPiece& piece, std::size_t first, std::size_t count);
   void encode_new_vertices(const SegmentPiece& piece, const Place& place);
   void begin_element(bool is_cell);

@@ -226,11 +226,11 @@ std::optional<std::vector<std::byte>> ColumnPlanner::encode_predicted(const Tile
   // Encode with and without copies: only the sizes show whether copies save more than their flags
   // cost.
   State before = state();
-  const std::vector<DomainPlan> plans = plans_;
+  const std::vector<DomainAndTable> domains = domains_;
   auto with_copies = encode_with_back(elements, bits, reference, level);
   if (!with_copies) return with_copies;
   State after = state();
-  std::vector<DomainPlan> its_plans = std::exchange(plans_, plans);
+  std::vector<DomainAndTable> its_domains = std::exchange(domains_, domains);
   restore(std::move(before));
   --groups_;
   back_.clear();
@@ -238,7 +238,7 @@ std::optional<std::vector<std::byte>> ColumnPlanner::encode_predicted(const Tile
   if (without && without->size() <= with_copies->size()) return without;
   if (!without) ++groups_;
   restore(std::move(after));
-  plans_ = std::move(its_plans);
+  domains_ = std::move(its_domains);
   return with_copies;
 }
 
@@ -274,19 +274,19 @@ std::optional<std::vector<std::byte>> ColumnPlanner::encode_with_back(const Tile
   });
   // Trials number classes that may never be coded.
   const ClassNumbers numbers = column_.class_numbers();
-  std::vector<DomainPlan> plans;
+  std::vector<DomainAndTable> domains;
   for (std::size_t c = 0; c < components.size(); ++c)
-    plans.push_back(choose_domain(c, elements, bits[c], reference[c], level));
+    domains.push_back(choose_domain(c, elements, bits[c], reference[c], level));
   for (std::size_t c = 0; c < components.size(); ++c)
-    if (!components[c].state().may_change_to(plans[c].domain, kMostMovesForEach / 2)) {
+    if (!components[c].state().may_change_to(domains[c].domain, kMostMovesForEach / 2)) {
       column_.class_numbers() = numbers;
       return std::nullopt;
     }
-  const ColumnStyle style = choose_style(first, bits, reference, plans, level);
+  const ColumnStyle style = choose_style(first, bits, reference, domains, level);
   column_.class_numbers() = numbers;
-  column_.code_head(coder_, style, plans, bits[0].size());
+  column_.code_head(coder_, style, domains, bits[0].size());
   style_ = column_.style();
-  plans_ = std::move(plans);
+  domains_ = std::move(domains);
   ++groups_;
 
   std::size_t offset = 0;
@@ -319,28 +319,29 @@ void ColumnPlanner::encode_tile(std::span<const Neighbourhood> items, std::size_
 // --- domains and styles
 
 /// Chooses a domain as described in domain_choice.h.
-DomainPlan ColumnPlanner::choose_domain(std::size_t component, const TiledItems& elements,
-                                        const std::vector<std::uint64_t>& bits,
-                                        const std::vector<std::uint64_t>& reference, Level level) {
+DomainAndTable ColumnPlanner::choose_domain(std::size_t component, const TiledItems& elements,
+                                            const std::vector<std::uint64_t>& bits,
+                                            const std::vector<std::uint64_t>& reference,
+                                            Level level) {
   const ArrayInfo& info = column_.info();
   DomainChooser chooser(column_, {elements, style_, back_});
   const std::vector<std::uint64_t> coded = chooser.coded(bits);
   // The domain of the previous group usually fits this group, too.
-  if (level != Level::best && groups_ % kGroupsKept != 0 && plans_[component].table.empty() &&
-      still_fits(info, component, plans_[component].domain, coded))
-    return plans_[component];
-  auto plans = domain_candidates(info, component, coded);
-  if (coded.empty() || (plans.size() == 1 && !column_.has_earlier_values()))
-    return std::move(plans[0]);
-  return chooser.choose(component, bits, reference, std::move(plans)).plan;
+  if (level != Level::best && groups_ % kGroupsKept != 0 && domains_[component].table.empty() &&
+      still_fits(info, component, domains_[component].domain, coded))
+    return domains_[component];
+  auto candidates = domain_candidates(info, component, coded);
+  if (coded.empty() || (candidates.size() == 1 && !column_.has_earlier_values()))
+    return std::move(candidates[0]);
+  return chooser.choose(component, bits, reference, std::move(candidates));
 }
 
 /// Chooses the style. Far neighbours and matches cost time. Below level best they are used only if
 /// they save enough bytes in the first tile. The first group of a mesh uses the full style, since
 /// its first tile is not representative.
 ColumnStyle ColumnPlanner::choose_style(std::span<const Neighbourhood> first_tile, const Bits& bits,
-                                        const Bits& reference, std::span<const DomainPlan> plans,
-                                        Level level) {
+                                        const Bits& reference,
+                                        std::span<const DomainAndTable> domains, Level level) {
   ColumnStyle full;
   full.mixes = level == Level::best && column_.has_tables();
   full.matches = column_.has_tables();
@@ -348,24 +349,25 @@ ColumnStyle ColumnPlanner::choose_style(std::span<const Neighbourhood> first_til
   const ColumnStyle lean{Reach::lattice, false, false, full.copies};
   if (level == Level::fast) return lean;
   if (level == Level::best || groups_ == 0 || first_tile.empty()) return full;
-  const std::size_t least = size_with(full, first_tile, bits, reference, plans);
-  const std::size_t lean_size = size_with(lean, first_tile, bits, reference, plans);
+  const std::size_t least = size_with(full, first_tile, bits, reference, domains);
+  const std::size_t lean_size = size_with(lean, first_tile, bits, reference, domains);
   return lean_size <= least || (lean_size - least) * kWorthFarShare <= lean_size ? lean : full;
 }
 
 /// Returns the encoded size of the first tile in a style, without heads.
 std::size_t ColumnPlanner::size_with(const ColumnStyle& style,
                                      std::span<const Neighbourhood> first_tile, const Bits& bits,
-                                     const Bits& reference, std::span<const DomainPlan> plans) {
+                                     const Bits& reference,
+                                     std::span<const DomainAndTable> domains) {
   const auto components = column_.components();
   const TileClasses classes = column_.classify(first_tile, style.known());
   std::vector<CodedTile> coded(components.size());
   std::vector<const CodedTile*> before;
   SplitEncoder head, body;
   for (std::size_t c = 0; c < components.size(); ++c) {
-    Trial component(components[c], first_tile, plans[c].domain);
+    Trial component(components[c], first_tile, domains[c].domain);
     component->set_style(style);
-    component->begin_group(head, plans[c], components.first(c), bits[c].size());
+    component->begin_group(head, domains[c], components.first(c), bits[c].size());
     const auto own = std::span(bits[c]).first(first_tile.size());
     std::vector<std::uint64_t> values(own.begin(), own.end());
     const ColumnTile tile{first_tile, classes, before, part_of(reference[c], 0, values.size()),
@@ -383,7 +385,7 @@ std::size_t ColumnPlanner::size_with(const ColumnStyle& style,
 /// Estimates the size. The estimate ignores copies, since which elements are copies does not depend
 /// on their neighbours.
 std::uint64_t ColumnPlanner::about_bytes(const TiledItems& elements, const std::byte* values,
-                                         std::size_t stride, std::vector<DomainChoice>& choices) {
+                                         std::size_t stride, std::vector<RatedDomain>& rated) {
   const std::size_t count = covered_count(elements);
   if (count == 0) return 0;
   const Bits bits = bits_of(values, stride, count);
@@ -392,12 +394,12 @@ std::uint64_t ColumnPlanner::about_bytes(const TiledItems& elements, const std::
   DomainChooser chooser(column_, {elements, style_, back_});
   double sum = 0;
   for (std::size_t c = 0; c < bits.size(); ++c) {
-    if (c == choices.size())
-      choices.push_back(
+    if (c == rated.size())
+      rated.push_back(
           chooser.choose(c, bits[c], {}, domain_candidates(column_.info(), c, bits[c])));
     else
-      chooser.rescale(choices[c], c, bits[c]);
-    sum += choices[c].bits;
+      chooser.rescale(rated[c], c, bits[c]);
+    sum += rated[c].bits;
   }
   column_.class_numbers() = numbers;
   const auto bytes = static_cast<std::uint64_t>(std::max(sum, 0.0) / 8);
@@ -409,11 +411,11 @@ std::uint64_t ColumnPlanner::about_bytes(const TiledItems& elements, const std::
 std::uint64_t ColumnPlanner::bytes_if_coded(const TiledItems& elements, const std::byte* values,
                                             std::size_t stride, Level level) {
   State before = state();
-  const std::vector<DomainPlan> plans = plans_;
+  const std::vector<DomainAndTable> domains = domains_;
   const std::uint32_t groups = groups_;
   const std::size_t bytes = encode(elements, values, stride, level).bytes.size();
   restore(std::move(before));
-  plans_ = plans;
+  domains_ = domains;
   groups_ = groups;
   return bytes;
 }

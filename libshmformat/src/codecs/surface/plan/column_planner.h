@@ -50,10 +50,10 @@ class ColumnPlanner {
   EncodedColumn encode(const TiledItems& elements, const std::byte* values, std::size_t stride,
                        Level level, const std::byte* reference = nullptr);
   /// Returns the estimated size in bytes of the data that encode() would return. The column does
-  /// not change. `choices`: by component; empty on input, or the choices for the same values with
+  /// not change. `rated`: by component; empty on input, or the result for the same values with
   /// other neighbourhoods, which makes the estimate fast.
   std::uint64_t about_bytes(const TiledItems& elements, const std::byte* values, std::size_t stride,
-                            std::vector<DomainChoice>& choices);
+                            std::vector<RatedDomain>& rated);
   /// Returns the exact size in bytes of the data that encode() would return. The column does not
   /// change.
   std::uint64_t bytes_if_coded(const TiledItems& elements, const std::byte* values,
@@ -75,13 +75,15 @@ class ColumnPlanner {
   void encode_tile(std::span<const Neighbourhood> items, std::size_t offset, Bits& bits,
                    const Bits& reference, bool hurries);
   std::vector<std::uint32_t> copies_among(const TiledItems& elements, const Bits& bits) const;
-  DomainPlan choose_domain(std::size_t component, const TiledItems& elements,
-                           const std::vector<std::uint64_t>& bits,
-                           const std::vector<std::uint64_t>& reference, Level level);
+  DomainAndTable choose_domain(std::size_t component, const TiledItems& elements,
+                               const std::vector<std::uint64_t>& bits,
+                               const std::vector<std::uint64_t>& reference, Level level);
   ColumnStyle choose_style(std::span<const Neighbourhood> first_tile, const Bits& bits,
-                           const Bits& reference, std::span<const DomainPlan> plans, Level level);
+                           const Bits& reference, std::span<const DomainAndTable> domains,
+                           Level level);
   std::size_t size_with(const ColumnStyle& style, std::span<const Neighbourhood> first_tile,
-                        const Bits& bits, const Bits& reference, std::span<const DomainPlan> plans);
+                        const Bits& bits, const Bits& reference,
+                        std::span<const DomainAndTable> domains);
   void keep_values(const TiledItems& elements, const Bits& bits);
 
   /// The data that coding a group changes, as far as another attempt needs it as before.
@@ -101,9 +103,9 @@ class ColumnPlanner {
   std::vector<ModeWatch> watches_;  // by component
   TilePlanner tiles_;
 
-  ColumnStyle style_;              // style of the group encoded last
-  std::vector<DomainPlan> plans_;  // plans of the previous group, by component
-  std::uint32_t groups_ = 0;       // number of groups encoded so far
+  ColumnStyle style_;                    // style of the group encoded last
+  std::vector<DomainAndTable> domains_;  // domains of the previous group, by component
+  std::uint32_t groups_ = 0;             // number of groups encoded so far
   std::vector<std::uint32_t>
       back_;  // see ColumnTile::back, for the current group; empty: no copies
 };

@@ -20,11 +20,12 @@ constexpr double kEscapeBits = 8.0;
 
 /// Converts the elements of a sample to the states and indices of another domain.
 template <class Space>
-InputsOfElements in_domain(const ArrayInfo& info, std::size_t component, const DomainPlan& plan,
-                           const Space& space, const GroupSample& sample) {
+InputsOfElements in_domain(const ArrayInfo& info, std::size_t component,
+                           const DomainAndTable& candidate, const Space& space,
+                           const GroupSample& sample) {
   const ValueTranslator from(info, component, sample.domain);
-  const ValueTranslator to(info, component, plan.domain);
-  const bool same = plan.domain.has_states_of(sample.domain);
+  const ValueTranslator to(info, component, candidate.domain);
+  const bool same = candidate.domain.has_states_of(sample.domain);
   const auto translate = [&](double& state) {
     if (same) return;
     const double moved = to.from_value(from.as_value(state));
@@ -53,17 +54,17 @@ struct ElementMiss {
 };
 
 template <class Space>
-SampleCost estimate(const ArrayInfo& info, std::size_t component, const DomainPlan& plan,
+SampleCost estimate(const ArrayInfo& info, std::size_t component, const DomainAndTable& candidate,
                     const Space& space, const GroupSample& sample,
                     std::span<const std::uint16_t> families, bool matches,
                     std::vector<ClassModes>& modes) {
-  const InputsOfElements elements = in_domain(info, component, plan, space, sample);
+  const InputsOfElements elements = in_domain(info, component, candidate, space, sample);
   if (modes.empty()) {
     modes.resize(families.size());
     choose_modes(space, elements, families, matches, modes);
   }
 
-  const ValueTranslator translator(info, component, plan.domain);
+  const ValueTranslator translator(info, component, candidate.domain);
   SampleCost found;
   found.predicted.resize(elements.elements.size());
   found.by_element.resize(elements.elements.size());
@@ -127,11 +128,12 @@ SampleCost estimate(const ArrayInfo& info, std::size_t component, const DomainPl
 
 }  // namespace
 
-SampleCost estimate_cost(const ArrayInfo& info, std::size_t component, const DomainPlan& plan,
-                         const GroupSample& sample, std::span<const std::uint16_t> families,
-                         bool matches, std::vector<ClassModes>& modes) {
-  return with_space(info, plan.domain, plan.table, [&](const auto& space) {
-    return estimate(info, component, plan, space, sample, families, matches, modes);
+SampleCost estimate_cost(const ArrayInfo& info, std::size_t component,
+                         const DomainAndTable& candidate, const GroupSample& sample,
+                         std::span<const std::uint16_t> families, bool matches,
+                         std::vector<ClassModes>& modes) {
+  return with_space(info, candidate.domain, candidate.table, [&](const auto& space) {
+    return estimate(info, component, candidate, space, sample, families, matches, modes);
   });
 }
 
@@ -318,65 +320,66 @@ std::vector<std::uint64_t> DomainChooser::coded(const Bits& bits) const {
   return coded;
 }
 
-DomainChoice DomainChooser::choose(std::size_t component, const Bits& bits, const Bits& reference,
-                                   std::vector<DomainPlan> plans) {
+RatedDomain DomainChooser::choose(std::size_t component, const Bits& bits, const Bits& reference,
+                                  std::vector<DomainAndTable> candidates) {
   const GroupSample sample = this->sample(component, bits, reference);
   const double scale = static_cast<double>(bits.size()) / static_cast<double>(sample.bits.size());
   std::vector<SampleCost> costs;
   std::vector<ClassModes> modes;
-  std::vector<DomainChoice> choices;
-  // Best plan without a table; values can be recalled only without a table
-  std::size_t best = 0, best_without = plans.size();
-  for (std::size_t p = 0; p < plans.size(); ++p) {
-    costs.push_back(estimate_cost(info(), component, plans[p], sample,
+  std::vector<RatedDomain> rated;
+  // Best candidate without a table; values can be recalled only without a table
+  std::size_t best = 0, best_without = candidates.size();
+  for (std::size_t p = 0; p < candidates.size(); ++p) {
+    costs.push_back(estimate_cost(info(), component, candidates[p], sample,
                                   column_.class_numbers().families(), group_.style.matches, modes));
-    const std::size_t table = table_bytes(component, plans[p]);
+    const std::size_t table = table_bytes(component, candidates[p]);
     const double all = costs[p].bits * scale + 8.0 * static_cast<double>(table);
-    choices.push_back(
-        {std::move(plans[p]), all, costs[p].bits / static_cast<double>(sample.bits.size())});
-    if (all < choices[best].bits) best = p;
-    if (choices[p].plan.table.empty() &&
-        (best_without == plans.size() || all < choices[best_without].bits))
+    rated.push_back(
+        {std::move(candidates[p]), all, costs[p].bits / static_cast<double>(sample.bits.size())});
+    if (all < rated[best].bits) best = p;
+    if (rated[p].table.empty() &&
+        (best_without == candidates.size() || all < rated[best_without].bits))
       best_without = p;
   }
-  if (!column_.has_earlier_values()) return std::move(choices[best]);
+  if (!column_.has_earlier_values()) return std::move(rated[best]);
   const Bits coded = this->coded(bits);
   std::vector<std::size_t> tried{best};
-  if (best_without < plans.size() && best_without != best) tried.push_back(best_without);
+  if (best_without < candidates.size() && best_without != best) tried.push_back(best_without);
   for (std::size_t p : tried) {
-    DomainPlan& plan = choices[p].plan;
-    EarlierValues earlier(info(), component, plan.domain, coded, reference);
+    DomainAndTable& candidate = rated[p];
+    EarlierValues earlier(info(), component, candidate.domain, coded, reference);
     if (!earlier.may_help()) continue;
     const auto values = coded_values(sample, costs[p]);
-    choices[p].bits -= scale * earlier.choose(values, !plan.table.empty(), plan.domain);
+    rated[p].bits -= scale * earlier.choose(values, !candidate.table.empty(), candidate.domain);
   }
-  if (best_without < plans.size() && choices[best_without].bits < choices[best].bits)
+  if (best_without < candidates.size() && rated[best_without].bits < rated[best].bits)
     best = best_without;
-  return std::move(choices[best]);
+  return std::move(rated[best]);
 }
 
-void DomainChooser::rescale(DomainChoice& choice, std::size_t component, const Bits& bits) {
+void DomainChooser::rescale(RatedDomain& rated, std::size_t component, const Bits& bits) {
   const GroupSample sample = this->sample(component, bits, {});
   std::vector<ClassModes> modes;
   const double bits_each =
-      estimate_cost(info(), component, choice.plan, sample, column_.class_numbers().families(),
+      estimate_cost(info(), component, rated, sample, column_.class_numbers().families(),
                     group_.style.matches, modes)
           .bits /
       static_cast<double>(sample.bits.size());
-  if (choice.sampled_bits > 0) choice.bits *= bits_each / choice.sampled_bits;
-  if (bits_each > 0) choice.sampled_bits = bits_each;
+  if (rated.sampled_bits > 0) rated.bits *= bits_each / rated.sampled_bits;
+  if (bits_each > 0) rated.sampled_bits = bits_each;
 }
 
-/// Returns the estimated size in bytes of the table of a plan.
-std::size_t DomainChooser::table_bytes(std::size_t component, const DomainPlan& plan) {
-  if (plan.table.empty()) return 0;
+/// Returns the estimated size in bytes of the table of a candidate.
+std::size_t DomainChooser::table_bytes(std::size_t component, const DomainAndTable& candidate) {
+  if (candidate.table.empty()) return 0;
   const auto components = column_.components();
   SplitEncoder coder;
   RankTableModels models;
-  std::vector<std::int64_t> table = plan.table;
-  code_rank_table(coder, models, plan.domain.kind,
-                  components[component].known_entries(plan.domain, components.first(component)),
-                  table.size(), table);
+  std::vector<std::int64_t> table = candidate.table;
+  code_rank_table(
+      coder, models, candidate.domain.kind,
+      components[component].known_entries(candidate.domain, components.first(component)),
+      table.size(), table);
   return coder.finish().size();
 }
 

@@ -110,12 +110,13 @@ struct SampleCost {
   std::vector<double> predicted;       ///< predicted value, by element; 0 if copied
 };
 
-/// Estimates the size of a sample under a plan. `families`: by class. `matches`: see
+/// Estimates the size of a sample in a domain. `families`: by class. `matches`: see
 /// choose_modes(). `modes`: by class; if `modes` is empty, the function chooses modes and stores
 /// them in it.
-SampleCost estimate_cost(const ArrayInfo& info, std::size_t component, const DomainPlan& plan,
-                         const GroupSample& sample, std::span<const std::uint16_t> families,
-                         bool matches, std::vector<ClassModes>& modes);
+SampleCost estimate_cost(const ArrayInfo& info, std::size_t component,
+                         const DomainAndTable& candidate, const GroupSample& sample,
+                         std::span<const std::uint16_t> families, bool matches,
+                         std::vector<ClassModes>& modes);
 
 class EarlierValues {
  public:
@@ -169,12 +170,12 @@ class DomainChooser {
   DomainChooser(ColumnCoder<SplitEncoder>& column, const GroupToPlan& group)
       : column_(column), group_(group) {}
 
-  /// Returns the best of these plans, and decides whether it recalls values and has partners.
+  /// Returns the best of these candidates, and decides whether it recalls values and has partners.
   /// `reference`: reference values, or empty.
-  DomainChoice choose(std::size_t component, const Bits& bits, const Bits& reference,
-                      std::vector<DomainPlan> plans);
-  /// Adapts the estimate of a domain choice to the elements of this group.
-  void rescale(DomainChoice& choice, std::size_t component, const Bits& bits);
+  RatedDomain choose(std::size_t component, const Bits& bits, const Bits& reference,
+                     std::vector<DomainAndTable> candidates);
+  /// Adapts the estimated size of a domain to the elements of this group.
+  void rescale(RatedDomain& rated, std::size_t component, const Bits& bits);
   /// Returns the values of a component, except the values of copies.
   Bits coded(const Bits& bits) const;
 
@@ -183,7 +184,7 @@ class DomainChooser {
   void add_to_sample(ColumnState& state, const ColumnTile& tile,
                      std::span<const std::uint64_t> bits, std::size_t place, std::size_t of,
                      GroupSample& sample) const;
-  std::size_t table_bytes(std::size_t component, const DomainPlan& plan);
+  std::size_t table_bytes(std::size_t component, const DomainAndTable& candidate);
   std::vector<EarlierValues::Value> coded_values(const GroupSample& sample,
                                                  const SampleCost& cost) const;
   const ArrayInfo& info() const { return column_.info(); }

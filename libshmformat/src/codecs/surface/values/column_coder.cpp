@@ -59,19 +59,19 @@ std::optional<EarlierRank> best_earlier(const SortedValues& so_far, double value
 // --- one component: groups and tiles
 
 template <class Coder>
-bool ComponentCoder<Coder>::begin_group(Coder& coder, const DomainPlan& plan,
+bool ComponentCoder<Coder>::begin_group(Coder& coder, const DomainAndTable& wanted,
                                         std::span<const ComponentCoder<Coder>> before,
                                         std::uint64_t most_entries) {
-  const auto domain = models_.code_domain(coder, info(), state_.domain(), plan.domain);
+  const auto domain = models_.code_domain(coder, info(), state_.domain(), wanted.domain);
   if (!domain) return false;
   if (Coder::kDecodes && !state_.may_change_to(*domain, kMostMovesForEach)) return false;
   if (!(*domain == state_.domain())) state_.change_domain(*domain);
-  if (!models_.code_has_table(coder, !plan.table.empty())) {
+  if (!models_.code_has_table(coder, !wanted.table.empty())) {
     table_.clear();
     return true;
   }
   std::vector<std::int64_t> known = known_entries(*domain, before);
-  table_ = plan.table;
+  table_ = wanted.table;
   return models_.code_table(coder, domain->kind, std::move(known), most_entries, table_);
 }
 
@@ -357,7 +357,8 @@ void ColumnCoder<Coder>::use_reference() {
 
 template <class Coder>
 bool ColumnCoder<Coder>::code_head(Coder& coder, const ColumnStyle& style,
-                                   std::span<const DomainPlan> plans, std::uint64_t most_entries) {
+                                   std::span<const DomainAndTable> domains,
+                                   std::uint64_t most_entries) {
   style_.mixes = style.mixes;
   style_.reach = static_cast<Reach>(
       std::min(code_tree(coder, reach_, static_cast<std::uint32_t>(style.reach)), 2u));
@@ -366,7 +367,7 @@ bool ColumnCoder<Coder>::code_head(Coder& coder, const ColumnStyle& style,
   if (!style_.copies) forget_history();
   for (std::size_t c = 0; c < components_.size(); ++c) {
     components_[c].set_style(style_);
-    if (!components_[c].begin_group(coder, plans.empty() ? DomainPlan() : plans[c],
+    if (!components_[c].begin_group(coder, domains.empty() ? DomainAndTable() : domains[c],
                                     std::span(components_).first(c), most_entries))
       return false;
   }

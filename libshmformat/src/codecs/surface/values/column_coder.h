@@ -156,11 +156,11 @@ class ComponentCoder {
   }
   const ColumnStyle& style() const { return style_; }
 
-  /// Begins a group. The encoder codes `plan`; the decoder ignores it and reads the plan from the
-  /// stream. `before`: the previous components, which have already begun the group. Returns false
-  /// if the data is damaged, for example if a table has more than `most_entries` entries or the
-  /// domain changes too often.
-  bool begin_group(Coder& coder, const DomainPlan& plan,
+  /// Begins a group. The encoder codes `wanted`; the decoder ignores it and reads the domain from
+  /// the stream. `before`: the previous components, which have already begun the group. Returns
+  /// false if the data is damaged, for example if a table has more than `most_entries` entries or
+  /// the domain changes too often.
+  bool begin_group(Coder& coder, const DomainAndTable& wanted,
                    std::span<const ComponentCoder<Coder>> before, std::uint64_t most_entries);
   /// Begins a tile. Returns false if the memory budget refuses the memory for the tile.
   bool begin_tile(const ColumnTile& tile) {
@@ -290,9 +290,9 @@ class ColumnCoder {
     return covered_;
   }
 
-  /// Codes the head of a group: first the style, then the domain of each component. `plans`: used
-  /// for encoding only. Returns false if the data is damaged.
-  bool code_head(Coder& coder, const ColumnStyle& style, std::span<const DomainPlan> plans,
+  /// Codes the head of a group: first the style, then the domain of each component. `domains`:
+  /// used for encoding only. Returns false if the data is damaged.
+  bool code_head(Coder& coder, const ColumnStyle& style, std::span<const DomainAndTable> domains,
                  std::uint64_t most_entries);
   /// Begins a tile of these elements: determines their classes, and codes which elements are
   /// copies. `back`: by element; see ColumnTile::back. Returns false if the data is damaged.
