@@ -106,14 +106,13 @@ bool ComponentCoder<Coder>::code_values(Coder& coder, const Space& space, const 
   const std::uint32_t counts = style_.known();
   for (std::size_t i = 0; i < tile.items.size(); ++i) {
     const Neighbourhood& item = tile.items[i];
-    const ElementInputs* const inputs = inputs_of(i);
     TileElement element{tile, i};
-    if (!inputs) state_.find_matches(element);
+    if (!has_inputs()) state_.find_matches(element);
     if (const std::uint32_t back = element.back(); back > 0) {
       if constexpr (Coder::kDecodes)
         bits[i] = back <= i ? bits[i - back] : tile.history[tile.history.size() - (back - i)];
       state_.keep_copied(element);
-      if (inputs) continue;
+      if (has_inputs()) continue;
       const auto feature = [&](std::uint32_t f) { return state_.feature(element, f); };
       const double lattice = Predictor(item.traits(counts), feature).lattice();
       state_.keep(element, state_of_copy(space, state_, bits[i], lattice), lattice);
@@ -121,17 +120,17 @@ bool ComponentCoder<Coder>::code_values(Coder& coder, const Space& space, const 
     }
     double reference = 0.0;
     if (state_.has_reference()) {
-      reference = inputs ? inputs->reference : state_.reference_state(tile.reference[i]);
-      if (inputs)
-        element.partner.is = inputs->has_partner;
+      reference = has_inputs() ? inputs(i).reference : state_.reference_state(tile.reference[i]);
+      if (has_inputs())
+        element.partner.is = inputs(i).has_partner;
       else
         state_.find_partner(element, tile.reference[i]);
     }
     const auto at = [&](std::uint32_t feature) {
-      return inputs ? inputs->state[feature] : state_.feature(element, feature);
+      return has_inputs() ? inputs(i).state[feature] : state_.feature(element, feature);
     };
     const auto difference_at = [&](std::uint32_t feature) {
-      if (inputs) return plan_.inputs->differences[i][feature];
+      if (has_inputs()) return plan_.inputs->differences[i][feature];
       if (feature == kFPartner) return element.partner.state - element.partner.then;
       return at(feature) - state_.reference_feature(item, feature, reference);
     };
@@ -148,7 +147,7 @@ bool ComponentCoder<Coder>::code_values(Coder& coder, const Space& space, const 
     if (!value) return false;
 
     state_.keep_residual(element, value->size, value->second, value->recalled);
-    if (inputs) continue;  // the states are already updated
+    if (has_inputs()) continue;  // the states are already updated
     if (state_.has_reference()) state_.keep_reference(item, reference);
     state_.keep(element, value->state, predict.lattice());
   }
@@ -162,10 +161,8 @@ auto ComponentCoder<Coder>::code_value(Coder& coder, const Space& space, const T
                                        const Predict& predict, std::uint64_t& bits)
     -> std::optional<CodedValue> {
   std::optional<std::int64_t> actual;
-  if constexpr (!Coder::kDecodes) {
-    const ElementInputs* const inputs = inputs_of(element.i);
-    actual = inputs ? inputs->index : index_in(space, state_.translator(), bits);
-  }
+  if constexpr (!Coder::kDecodes)
+    actual = has_inputs() ? inputs(element.i).index : index_in(space, state_.translator(), bits);
   bool escape = !Coder::kDecodes && !actual;
   if (state_.domain().escapes) escape = models_.code_escape(coder, escape);
   if (escape) {

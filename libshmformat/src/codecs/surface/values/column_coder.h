@@ -219,11 +219,12 @@ class ComponentCoder {
   template <class Space>
   bool code_bits(Coder& coder, const Space& space, std::int64_t index, std::uint64_t& bits);
 
-  /// Encoding: returns the inputs of an element if the plan of the tile contains them.
-  const ElementInputs* inputs_of(std::size_t i) const {
-    if constexpr (Coder::kDecodes) return nullptr;
-    return plan_.inputs == nullptr ? nullptr : &plan_.inputs->elements[i];
+  /// Encoding: returns true if the plan of the tile contains the inputs of its elements.
+  bool has_inputs() const {
+    if constexpr (Coder::kDecodes) return false;
+    return plan_.inputs != nullptr;
   }
+  const ElementInputs& inputs(std::size_t i) const { return plan_.inputs->elements[i]; }
   /// Encoding: counts a residual of this length in bits.
   void count_residual(std::uint32_t of_class, std::uint32_t length) {
     if constexpr (Coder::kDecodes) return;
