@@ -424,6 +424,21 @@ TEST(Rules, TheCodersKnowNoChunks) {
         EXPECT_FALSE(says(source.code, word)) << source.path << " says " << word;
 }
 
+// A reader of the decoders does not meet the decisions of the encoder.
+TEST(Rules, OnlyEncodersIncludeThePlanner) {
+  const std::string root = "libshmformat/src/", plan = "codecs/surface/plan";
+  const std::set<std::string> encoders = {
+      "codecs/surface/mesh_streams.cpp", "codecs/surface/surface_segment_encoder.h",
+      "codecs/shifts/shift_segment_encoder.h", "steps/step_encoder.h"};
+  for (const Source& source : sources_in("libshmformat/src")) {
+    const std::string path = source.path.substr(root.size());
+    if (folder_of(path) == plan) continue;
+    for (const std::string& header : source.quoted)
+      EXPECT_TRUE(folder_of(header) != plan || encoders.contains(path))
+          << path << " includes " << header;
+  }
+}
+
 // The C interface uses only headers that are installed with the library.
 TEST(Rules, TheCInterfaceStandsOnThePublicHeaders) {
   for (const Source& source : sources_in("bindings/c/src")) {

@@ -6,6 +6,7 @@
 #include <functional>
 
 #include "codecs/shifts/shifts.h"
+#include "steps/step_encoder.h"
 #include "steps/step_values.h"
 #include "support/file_surgery.h"
 #include "support/sanitized.h"

@@ -10,10 +10,22 @@
 #include <span>
 #include <vector>
 
+#include "codecs/surface/plan/column_planner.h"
 #include "steps/step_memory.h"
 #include "steps/step_values.h"
 
 namespace shm {
+
+/// Encodes the values of one array at one step with the codec `columns`.
+class StepColumnEncoder : public StepColumn<ColumnPlanner> {
+ public:
+  using StepColumn::StepColumn;
+
+  /// Encodes the values of the group's elements. `reference` contains the values to which they
+  /// refer, or is empty.
+  EncodedColumn encode(const ColumnElements& elements, std::span<const std::byte> values,
+                       Level level, std::span<const std::byte> reference);
+};
 
 class StepEncoder {
  public:

@@ -6,16 +6,6 @@ namespace shm {
 
 // --- terms
 
-StepTerms encode_terms(const ArrayInfo& info, std::span<const std::byte> values,
-                       std::span<const std::byte> reference, TermScratch& scratch) {
-  TermColumn column(info, true);
-  TermColumn::Elements elements;
-  elements.count = values.size() / column.element_bytes();
-  elements.reference = reference;
-  auto bytes = column.encode_terms(elements, values.data(), column.element_bytes(), scratch);
-  return {column.refers(), {Codec::terms, std::move(bytes)}};
-}
-
 std::optional<std::vector<std::byte>> decode_terms(const ArrayInfo& info,
                                                    std::span<const std::byte> bytes,
                                                    std::uint64_t count,
@@ -33,35 +23,6 @@ std::optional<std::vector<std::byte>> decode_terms(const ArrayInfo& info,
 }
 
 // --- columns
-
-template <class Column>
-bool StepColumn<Column>::begin(std::uint32_t segment, StepReference reference) {
-  const bool goes_on = continues(segment);
-  if (goes_on && reference != reference_) return false;
-  if (!goes_on) {
-    // In all segments but the first, vertices are in two "blocks": 0 for own vertices, 1 for
-    // imported vertices (see GroupElements).
-    const bool may_import = segment > 0 && info().location == Location::point;
-    column_.emplace(info(), may_import ? std::vector<std::uint32_t>{0} : info().blocks,
-                    ColumnTraits{.earlier_values = schema_->earlier_values});
-    if (reference != StepReference::nothing) column_->use_reference();
-  }
-  segment_ = segment;
-  reference_ = reference;
-  return true;
-}
-
-template class StepColumn<ColumnPlanner>;
-template class StepColumn<ColumnDecoder>;
-
-EncodedColumn StepColumnEncoder::encode(const ColumnElements& elements,
-                                        std::span<const std::byte> values, Level level,
-                                        std::span<const std::byte> reference) {
-  column_->make_room(elements.slots, elements.all_slots);
-  return column_->encode(*elements.items, values.data(),
-                         scalar_bytes(info().type) * info().components, level,
-                         reference.empty() ? nullptr : reference.data());
-}
 
 bool StepColumnDecoder::begin(std::uint32_t segment, StepReference reference) {
   const bool goes_on = continues(segment);
