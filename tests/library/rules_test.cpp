@@ -107,12 +107,13 @@ const std::vector<Tree>& trees() {
            {"codecs/paper", {"base", "entropy", "mesh", "codecs/shared"}},
            {"codecs/surface/cells", {"base", "entropy", "mesh", "codecs/shared", "codecs/paper"}},
            {"codecs/surface/values", {"base", "entropy", "mesh", "codecs/shared"}},
+           {"codecs/surface/plan", {"base", "entropy", "codecs/shared", "codecs/surface/values"}},
            {"codecs/surface",
             {"base", "entropy", "format", "mesh", "codecs/shared", "codecs/surface/cells",
-             "codecs/surface/values"}},
+             "codecs/surface/values", "codecs/surface/plan"}},
            {"codecs/shifts",
             {"base", "entropy", "format", "mesh", "codecs/shared", "codecs/surface/cells",
-             "codecs/surface/values", "codecs/surface"}},
+             "codecs/surface/values", "codecs/surface/plan", "codecs/surface"}},
            {"codecs/patterns",
             {"base", "entropy", "format", "mesh", "codecs/shared", "codecs/surface/cells",
              "codecs/surface/values", "codecs/surface", "codecs/shifts"}},
@@ -124,8 +125,8 @@ const std::vector<Tree>& trees() {
             {"base", "entropy", "format", "mesh", "codecs/shared", "codecs/surface/cells",
              "codecs"}},
            {"steps",
-            {"base", "format", "codecs/shared", "codecs/surface/values", "codecs/patterns",
-             "codecs"}},
+            {"base", "format", "codecs/shared", "codecs/surface/values", "codecs/surface/plan",
+             "codecs/patterns", "codecs"}},
            {"repair", {"base", "format"}},
            {"random", {"base", "format", "codecs/shared", "codecs", "steps", "repair"}},
            {"api",
@@ -416,11 +417,26 @@ TEST(Rules, TheContainerKnowsNoHexahedra) {
 }
 
 TEST(Rules, TheCodersKnowNoChunks) {
-  for (const char* module :
-       {"codecs/paper", "codecs/surface/cells", "codecs/surface/values", "entropy", "mesh"})
+  for (const char* module : {"codecs/paper", "codecs/surface/cells", "codecs/surface/values",
+                             "codecs/surface/plan", "entropy", "mesh"})
     for (const Source& source : sources_in(std::string("libshmformat/src/") + module))
       for (const char* word : {"ChunkHeader", "ChunkKind", "ChunkWriter", "GroupHeader", "Index"})
         EXPECT_FALSE(says(source.code, word)) << source.path << " says " << word;
+}
+
+// A reader of the decoders does not meet the decisions of the encoder.
+TEST(Rules, OnlyEncodersIncludeThePlanner) {
+  const std::string root = "libshmformat/src/", plan = "codecs/surface/plan";
+  const std::set<std::string> encoders = {
+      "codecs/surface/mesh_streams.cpp", "codecs/surface/surface_segment_encoder.h",
+      "codecs/shifts/shift_segment_encoder.h", "steps/step_encoder.h"};
+  for (const Source& source : sources_in("libshmformat/src")) {
+    const std::string path = source.path.substr(root.size());
+    if (folder_of(path) == plan) continue;
+    for (const std::string& header : source.quoted)
+      EXPECT_TRUE(folder_of(header) != plan || encoders.contains(path))
+          << path << " includes " << header;
+  }
 }
 
 // The C interface uses only headers that are installed with the library.

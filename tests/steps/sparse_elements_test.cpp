@@ -6,6 +6,7 @@
 #include <functional>
 
 #include "codecs/shifts/shifts.h"
+#include "steps/step_encoder.h"
 #include "steps/step_values.h"
 #include "support/file_surgery.h"
 #include "support/sanitized.h"
@@ -82,8 +83,8 @@ Bytes values_of(const ArrayInfo& info, std::uint64_t elements, std::size_t group
 /// Encoder and decoder of an array at one step.
 struct Columns {
   Columns(const Schema& schema, std::uint32_t array) : in(schema, array), out(schema, array) {}
-  StepColumn<SplitEncoder> in;
-  StepColumn<SplitDecoder> out;
+  StepColumnEncoder in;
+  StepColumnDecoder out;
 };
 
 /// Compares the columns over few elements with the columns over all elements. Returns the number of

@@ -1,6 +1,6 @@
 // Tests that fitting finds the weights that generated some of the samples, whatever the other
 // samples are.
-#include "codecs/surface/values/fitting.h"
+#include "codecs/surface/plan/fitting.h"
 
 #include <gtest/gtest.h>
 

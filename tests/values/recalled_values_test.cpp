@@ -1,6 +1,6 @@
 // Compares the sorted magnitudes of earlier values with a plain list: ranks, the nearest magnitude,
 // and the value stored with each magnitude.
-#include "codecs/surface/values/recalled_values.h"
+#include "codecs/surface/values/column_state.h"
 
 #include <gtest/gtest.h>
 

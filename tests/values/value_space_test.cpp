@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "codecs/shared/value_domain.h"
-#include "codecs/surface/values/mode_choice.h"
+#include "codecs/surface/plan/mode_choice.h"
 
 namespace shm {
 namespace {
@@ -318,22 +318,23 @@ std::vector<std::uint64_t> doubles(std::size_t count, Make&& make) {
   for (std::size_t i = 0; i < count; ++i) bits.push_back(bits_of(make(random())));
   return bits;
 }
-bool has(const std::vector<DomainPlan>& plans, DomainKind kind, std::int32_t exponent = 0) {
-  for (const DomainPlan& plan : plans)
-    if (plan.domain.kind == kind && plan.domain.exponent == exponent) return true;
+bool has(const std::vector<DomainAndTable>& candidates, DomainKind kind,
+         std::int32_t exponent = 0) {
+  for (const DomainAndTable& candidate : candidates)
+    if (candidate.domain.kind == kind && candidate.domain.exponent == exponent) return true;
   return false;
 }
 
-TEST(DomainChoice, WhereNumbersComeFrom) {
+TEST(DomainCandidates, WhereNumbersComeFrom) {
   const auto text =
       doubles(5000, [](std::uint64_t r) { return static_cast<double>(r % 1999993) / 1000; });
-  auto plans = domain_candidates(kDoubles, 0, text);
-  EXPECT_EQ(plans[0].domain, (ValueDomain{DomainKind::decimal, 3, false, false}));
+  auto candidates = domain_candidates(kDoubles, 0, text);
+  EXPECT_EQ(candidates[0].domain, (ValueDomain{DomainKind::decimal, 3, false, false}));
 
   const auto grid =
       doubles(5000, [](std::uint64_t r) { return static_cast<double>(r % 999983) / 4096; });
-  plans = domain_candidates(kDoubles, 0, grid);
-  EXPECT_EQ(plans[0].domain, (ValueDomain{DomainKind::binary, 12, false, false}));
+  candidates = domain_candidates(kDoubles, 0, grid);
+  EXPECT_EQ(candidates[0].domain, (ValueDomain{DomainKind::binary, 12, false, false}));
 
   const auto narrow = doubles(5000, [](std::uint64_t r) {
     const auto mantissa = static_cast<float>(r % 1000003) / 3.0f;
@@ -342,9 +343,9 @@ TEST(DomainChoice, WhereNumbersComeFrom) {
   EXPECT_TRUE(has(domain_candidates(kDoubles, 0, narrow), DomainKind::narrow));
 
   const auto any = doubles(5000, [](std::uint64_t r) { return std::sqrt(static_cast<double>(r)); });
-  plans = domain_candidates(kDoubles, 0, any);
-  EXPECT_TRUE(has(plans, DomainKind::floats));
-  for (const DomainPlan& plan : plans) EXPECT_TRUE(plan.table.empty());
+  candidates = domain_candidates(kDoubles, 0, any);
+  EXPECT_TRUE(has(candidates, DomainKind::floats));
+  for (const DomainAndTable& candidate : candidates) EXPECT_TRUE(candidate.table.empty());
 
   const auto digits = doubles(5000, [](std::uint64_t r) {
     const auto mantissa = std::to_string(1000 + r % 9000), power = std::to_string(r / 9000 % 20);
@@ -353,15 +354,15 @@ TEST(DomainChoice, WhereNumbersComeFrom) {
   EXPECT_TRUE(has(domain_candidates(kDoubles, 0, digits), DomainKind::digits, 4));
 }
 
-TEST(DomainChoice, FewValuesMakeATable) {
+TEST(DomainCandidates, FewValuesMakeATable) {
   const auto few =
       doubles(1000, [](std::uint64_t r) { return std::sqrt(static_cast<double>(r % 9)); });
   bool found = false;
-  for (const DomainPlan& plan : domain_candidates(kDoubles, 0, few)) {
-    if (plan.table.empty()) continue;
+  for (const DomainAndTable& candidate : domain_candidates(kDoubles, 0, few)) {
+    if (candidate.table.empty()) continue;
     found = true;
-    EXPECT_EQ(plan.table.size(), 9u);
-    EXPECT_TRUE(std::is_sorted(plan.table.begin(), plan.table.end()));
+    EXPECT_EQ(candidate.table.size(), 9u);
+    EXPECT_TRUE(std::is_sorted(candidate.table.begin(), candidate.table.end()));
   }
   EXPECT_TRUE(found);
   std::vector<std::uint64_t> materials;
@@ -369,23 +370,23 @@ TEST(DomainChoice, FewValuesMakeATable) {
   EXPECT_EQ(domain_candidates(info_of(ScalarType::int32), 0, materials).back().table.size(), 4u);
 }
 
-TEST(DomainChoice, SomeOddOnes) {
+TEST(DomainCandidates, SomeOddOnes) {
   auto text =
       doubles(5000, [](std::uint64_t r) { return static_cast<double>(r % 1999993) / 1000; });
   text[17] = bits_of(kNaN);
   text[18] = bits_of(kInfinity);
   text[19] = bits_of(-0.0);
-  auto plans = domain_candidates(kDoubles, 0, text);
-  EXPECT_EQ(plans[0].domain, (ValueDomain{DomainKind::decimal, 3, true, true}));
+  auto candidates = domain_candidates(kDoubles, 0, text);
+  EXPECT_EQ(candidates[0].domain, (ValueDomain{DomainKind::decimal, 3, true, true}));
 
   const std::vector<std::uint64_t> large(100, std::uint64_t{1} << 60);
-  plans = domain_candidates(info_of(ScalarType::int64), 0, large);
-  EXPECT_EQ(plans[0].domain.kind, DomainKind::integers);
-  EXPECT_TRUE(plans[0].domain.escapes);
+  candidates = domain_candidates(info_of(ScalarType::int64), 0, large);
+  EXPECT_EQ(candidates[0].domain.kind, DomainKind::integers);
+  EXPECT_TRUE(candidates[0].domain.escapes);
 }
 
-/// A plan covers every value, or reports that some are odd.
-TEST(DomainChoice, EveryPlanSaysEveryValue) {
+/// A candidate covers every value, or reports that some are odd.
+TEST(DomainCandidates, EveryCandidateSaysEveryValue) {
   std::mt19937_64 random(9);
   const std::vector<double> special = {
       0.0,  -0.0,  kNaN,  kInfinity, Limits::max(), Limits::denorm_min(), 0.1, 1.0, 1e22,
@@ -407,17 +408,17 @@ TEST(DomainChoice, EveryPlanSaysEveryValue) {
                                          : random() & mask;
       if (random() % 50 == 0) it = random() & mask;
     }
-    const auto plans = domain_candidates(info, 0, bits);
-    ASSERT_FALSE(plans.empty());
-    for (const DomainPlan& plan : plans) {
-      ASSERT_TRUE(plan.domain.fits(info));
-      const ValueTranslator it(info, 0, plan.domain);
+    const auto candidates = domain_candidates(info, 0, bits);
+    ASSERT_FALSE(candidates.empty());
+    for (const DomainAndTable& candidate : candidates) {
+      ASSERT_TRUE(candidate.domain.fits(info));
+      const ValueTranslator it(info, 0, candidate.domain);
       for (std::uint64_t value : bits) {
         const auto index = it.index(value);
-        ASSERT_TRUE(index || plan.domain.escapes) << scalar_name(type) << ' ' << value;
+        ASSERT_TRUE(index || candidate.domain.escapes) << scalar_name(type) << ' ' << value;
         if (!index) continue;
-        if (!plan.table.empty()) {
-          ASSERT_TRUE(std::binary_search(plan.table.begin(), plan.table.end(), *index));
+        if (!candidate.table.empty()) {
+          ASSERT_TRUE(std::binary_search(candidate.table.begin(), candidate.table.end(), *index));
         }
         if (!info.quantization.lossy() && value != negative_zero(type)) {
           ASSERT_EQ(it.bits(*index) & mask, value);

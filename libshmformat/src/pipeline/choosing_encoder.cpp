@@ -279,12 +279,12 @@ Result<void> ChoosingEncoder::run(std::vector<Runner>& runners, std::size_t piec
   Runner* first =
       find(runners, rows);  // the runner whose value size is always determined; never shifts
   if (!first) first = &runners.back();
-  ValueChoices choices;
+  RatedDomains rated;
   const auto size_of = [&](Runner& runner, bool estimates) -> Result<void> {
     if (auto status = advance(runner, pieces); !status) return status;
     const SegmentSize before = std::exchange(runner.size, runner.encoder->size());
     if (estimates)
-      runner.size.values += runner.encoder->about_values(choices);
+      runner.size.values += runner.encoder->about_values(rated);
     else if (runner.value_bytes > 0)
       runner.size.values = before.values * bytes / runner.value_bytes;
     runner.value_bytes = bytes;
@@ -366,11 +366,11 @@ bool ChoosingEncoder::is_worth_it(const SegmentSize& smaller, const SegmentSize&
 }
 
 Result<bool> ChoosingEncoder::shifts_are_as_small(Runner& shifts, Runner& other) const {
-  ValueChoices choices;
+  RatedDomains rated;
   for (Runner* runner : {&other, &shifts}) {
     if (auto status = advance(*runner, sample_.size()); !status) return status.error();
     runner->size = runner->encoder->size();
-    runner->size.values += runner->encoder->about_values(choices);
+    runner->size.values += runner->encoder->about_values(rated);
   }
   // Shifts need the bytes of their cells only at the beginning of a segment, so these bytes are not
   // counted.

@@ -12,7 +12,7 @@
 #include <span>
 #include <vector>
 
-#include "codecs/surface/values/value_column.h"
+#include "codecs/surface/values/column_coder.h"
 
 namespace shm {
 

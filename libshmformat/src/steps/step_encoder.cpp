@@ -13,7 +13,32 @@ namespace {
 
 constexpr int kWideArrayZstdLevel = 9;  // for arrays with too many components for columns
 
+/// The values of a group at one step, coded with `terms`. `refers` is true if they refer to the
+/// reference values. There may be no reference values.
+struct StepTerms {
+  bool refers = false;
+  EncodedColumn column;
+};
+StepTerms encode_terms(const ArrayInfo& info, std::span<const std::byte> values,
+                       std::span<const std::byte> reference, TermScratch& scratch) {
+  TermColumn column(info, true);
+  TermColumn::Elements elements;
+  elements.count = values.size() / column.element_bytes();
+  elements.reference = reference;
+  auto bytes = column.encode_terms(elements, values.data(), column.element_bytes(), scratch);
+  return {column.refers(), {Codec::terms, std::move(bytes)}};
+}
+
 }  // namespace
+
+EncodedColumn StepColumnEncoder::encode(const ColumnElements& elements,
+                                        std::span<const std::byte> values, Level level,
+                                        std::span<const std::byte> reference) {
+  column_->make_room(elements.slots, elements.all_slots);
+  return column_->encode(*elements.items, values.data(),
+                         scalar_bytes(info().type) * info().components, level,
+                         reference.empty() ? nullptr : reference.data());
+}
 
 StepEncoder::StepEncoder(const Schema& schema, StepTopology& topology,
                          std::vector<std::uint64_t> elements, std::uint32_t key_steps, Level level,

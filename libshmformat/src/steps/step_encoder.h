@@ -10,10 +10,22 @@
 #include <span>
 #include <vector>
 
+#include "codecs/surface/plan/column_planner.h"
 #include "steps/step_memory.h"
 #include "steps/step_values.h"
 
 namespace shm {
+
+/// Encodes the values of one array at one step with the codec `columns`.
+class StepColumnEncoder : public StepColumn<ColumnPlanner> {
+ public:
+  using StepColumn::StepColumn;
+
+  /// Encodes the values of the group's elements. `reference` contains the values to which they
+  /// refer, or is empty.
+  EncodedColumn encode(const ColumnElements& elements, std::span<const std::byte> values,
+                       Level level, std::span<const std::byte> reference);
+};
 
 class StepEncoder {
  public:
@@ -75,7 +87,7 @@ class StepEncoder {
     StepReference liked = StepReference::nothing;  ///< reference chosen last with the codec terms
     std::size_t liked_bytes = 0;  ///< size in bytes of the first group when `liked` was chosen
   };
-  using Column = StepColumn<SplitEncoder>;
+  using Column = StepColumnEncoder;
 
   StepReference most_next(std::uint32_t array) const;
   Result<void> begin_step(std::uint32_t array, std::uint64_t step);

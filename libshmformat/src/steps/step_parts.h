@@ -54,7 +54,7 @@ class StepParts {
  private:
   const Schema* schema_;
   std::uint64_t most_bytes_;
-  StepColumn<SplitDecoder> column_;
+  StepColumnDecoder column_;
   TermScratch scratch_;
 };
 

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "codecs/shared/group_decoder.h"
-#include "codecs/surface/values/value_column.h"
+#include "codecs/surface/values/column_coder.h"
 #include "format/format.h"
 #include "shm/result.h"
 #include "shm/schema.h"

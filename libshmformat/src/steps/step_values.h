@@ -14,19 +14,12 @@
 #include <vector>
 
 #include "codecs/patterns/term_column.h"
+#include "codecs/surface/values/column_coder.h"
 #include "format/format.h"
 #include "steps/step_elements.h"
 
 namespace shm {
 
-/// The values of a group at one step, coded with `terms`. `refers` is true if they refer to the
-/// reference values. There may be no reference values.
-struct StepTerms {
-  bool refers = false;
-  EncodedColumn column;
-};
-StepTerms encode_terms(const ArrayInfo& info, std::span<const std::byte> values,
-                       std::span<const std::byte> reference, TermScratch& scratch);
 /// Decodes `count` values. Returns nullopt for damaged data.
 std::optional<std::vector<std::byte>> decode_terms(const ArrayInfo& info,
                                                    std::span<const std::byte> bytes,
@@ -34,23 +27,54 @@ std::optional<std::vector<std::byte>> decode_terms(const ArrayInfo& info,
                                                    std::span<const std::byte> reference,
                                                    TermScratch& scratch);
 
-/// Codes the values of one array at one step with the codec `columns`.
-template <class Coder>
+/// Codes the values of one array at one step with the codec `columns`. `Column`: ColumnDecoder, or
+/// ColumnPlanner (step_encoder.h).
+template <class Column>
 class StepColumn {
  public:
-  /// `schema` must outlive this object. `most_kept` is a limit in bytes for data stored by slot.
-  StepColumn(const Schema& schema, std::uint32_t array, std::uint64_t most_kept = ~std::uint64_t{0})
-      : schema_(&schema), array_(array), most_kept_(most_kept) {}
+  /// `schema` must outlive this object.
+  StepColumn(const Schema& schema, std::uint32_t array) : schema_(&schema), array_(array) {}
 
   /// Call it before each group that is coded in columns. The column continues from the group before
   /// if that group is in the same segment. Returns false if this is impossible because that group
   /// has a different reference.
-  bool begin(std::uint32_t segment, StepReference reference);
+  bool begin(std::uint32_t segment, StepReference reference) {
+    const bool goes_on = continues(segment);
+    if (goes_on && reference != reference_) return false;
+    if (!goes_on) {
+      // In all segments but the first, vertices are in two "blocks": 0 for own vertices, 1 for
+      // imported vertices (see GroupElements).
+      const bool may_import = segment > 0 && info().location == Location::point;
+      column_.emplace(info(), may_import ? std::vector<std::uint32_t>{0} : info().blocks,
+                      ColumnTraits{.earlier_values = schema_->earlier_values});
+      if (reference != StepReference::nothing) column_->use_reference();
+    }
+    segment_ = segment;
+    reference_ = reference;
+    return true;
+  }
 
-  /// Encodes the values of the group's elements. `reference` contains the values to which they
-  /// refer, or is empty.
-  EncodedColumn encode(const ColumnElements& elements, std::span<const std::byte> values,
-                       Level level, std::span<const std::byte> reference);
+ protected:
+  bool continues(std::uint32_t segment) const { return column_ && segment == segment_; }
+  const ArrayInfo& info() const { return schema_->arrays[array_]; }
+
+  std::optional<Column> column_;
+
+ private:
+  const Schema* schema_;
+  std::uint32_t array_;
+  std::uint32_t segment_ = 0;
+  StepReference reference_ = StepReference::nothing;
+};
+
+class StepColumnDecoder : public StepColumn<ColumnDecoder> {
+ public:
+  /// `schema` must outlive this object. `most_kept` is a limit in bytes for data stored by slot.
+  StepColumnDecoder(const Schema& schema, std::uint32_t array,
+                    std::uint64_t most_kept = ~std::uint64_t{0})
+      : StepColumn(schema, array), most_kept_(most_kept) {}
+
+  bool begin(std::uint32_t segment, StepReference reference);
   /// Decodes the values of a group. `limit` is the size of all values in bytes. Returns nullopt for
   /// damaged data.
   std::optional<std::vector<std::byte>> decode(const ColumnElements& elements, Codec codec,
@@ -61,16 +85,8 @@ class StepColumn {
   bool is_out_of_memory() const { return kept_ && kept_->is_refused(); }
 
  private:
-  const Schema* schema_;
-  std::uint32_t array_;
   std::uint64_t most_kept_;
-  std::unique_ptr<ColumnMemory> kept_;  // limits the memory of the column; used for decoding
-  std::optional<ValueColumn<Coder>> column_;
-  std::uint32_t segment_ = 0;
-  StepReference reference_ = StepReference::nothing;
+  std::unique_ptr<ColumnMemory> kept_;  // limits the memory of the column
 };
-
-extern template class StepColumn<SplitEncoder>;
-extern template class StepColumn<SplitDecoder>;
 
 }  // namespace shm

@@ -59,7 +59,7 @@ void PatternSegmentEncoder::encode_unused(const SegmentPiece& piece, std::size_t
 
 /// Not implemented, since the size of patterns is never compared with the size of another codec.
 void PatternSegmentEncoder::add_size_at_hand(SegmentSize&) {}
-std::uint64_t PatternSegmentEncoder::values_at_hand(ValueChoices*) { return 0; }
+std::uint64_t PatternSegmentEncoder::values_at_hand(RatedDomains*) { return 0; }
 
 void PatternSegmentEncoder::encode_streams() {
   container::StreamEntry connectivity;

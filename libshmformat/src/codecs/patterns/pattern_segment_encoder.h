@@ -27,7 +27,7 @@ class PatternSegmentEncoder final : public SegmentEncoder {
   void encode_unused(const SegmentPiece& piece, std::size_t vertex) override;
   void encode_streams() override;
   void add_size_at_hand(SegmentSize& size) override;
-  std::uint64_t values_at_hand(ValueChoices* choices) override;
+  std::uint64_t values_at_hand(RatedDomains* rated) override;
   void take(const SegmentPiece& piece, std::size_t index);
 
   PatternEncoder patterns_;

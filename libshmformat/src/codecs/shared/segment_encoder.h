@@ -119,8 +119,8 @@ struct SegmentSize {
   /// Adds a stream of `bytes` bytes and its header.
   void add(container::StreamKind kind, std::uint64_t bytes);
 };
-/// For each column, the domains in which its values may be coded.
-using ValueChoices = std::vector<std::vector<DomainChoice>>;
+/// For each column, the domains in which its components will probably be coded.
+using RatedDomains = std::vector<std::vector<RatedDomain>>;
 
 /// Options for coding a segment.
 struct SegmentOptions {
@@ -205,11 +205,11 @@ class SegmentEncoder {
 
   /// Returns the approximate size of the segment so far, without the values of the current group.
   SegmentSize size();
-  /// Returns the approximate size of the values of the current group. `choices`: by column, as in
-  /// ValueColumn::about_bytes().
-  std::uint64_t about_values(ValueChoices& choices) {
-    choices.resize(values_.columns());
-    return has_group() ? values_at_hand(&choices) : 0;
+  /// Returns the approximate size of the values of the current group. `rated`: by column, as in
+  /// ColumnPlanner::about_bytes().
+  std::uint64_t about_values(RatedDomains& rated) {
+    rated.resize(values_.columns());
+    return has_group() ? values_at_hand(&rated) : 0;
   }
   /// Returns the exact size that the values of the current group would have if the group ended
   /// here. This takes as long as coding them.
@@ -233,9 +233,9 @@ class SegmentEncoder {
   virtual void encode_streams() = 0;
   /// Adds the current size of the group's streams, without values, to `size`.
   virtual void add_size_at_hand(SegmentSize& size) = 0;
-  /// Returns the size of the group's values: an estimate if `choices` is given, otherwise the exact
+  /// Returns the size of the group's values: an estimate if `rated` is given, otherwise the exact
   /// size after coding.
-  virtual std::uint64_t values_at_hand(ValueChoices* choices) = 0;
+  virtual std::uint64_t values_at_hand(RatedDomains* rated) = 0;
 
   /// Adds vertex `index` of the piece, with its values, to the group.
   void take_vertex(const SegmentPiece& piece, std::size_t index);

@@ -214,12 +214,12 @@ Decimal shortest(ScalarType type, std::uint64_t bits) {
 }
 
 /// Result of testing a domain.
-struct DomainFit {
+struct DomainTest {
   bool good = false;
   int length = 0;  // length of the longest index, in bits
 };
-DomainFit try_domain(const ArrayInfo& info, std::size_t component,
-                     std::span<const std::uint64_t> bits, ValueDomain& domain) {
+DomainTest try_domain(const ArrayInfo& info, std::size_t component,
+                      std::span<const std::uint64_t> bits, ValueDomain& domain) {
   if (!domain.fits(info)) return {};
   const ValueTranslator translator(info, component, domain);
   const std::uint64_t zero = negative_zero(info.type);
@@ -288,22 +288,22 @@ Shapes shapes_of(const ArrayInfo& info, std::span<const std::uint64_t> bits) {
 }
 
 /// The best domain of multiples of a power of ten or of two. `length` is 64 if there is none.
-struct LinearFit {
+struct LinearCandidate {
   ValueDomain domain;
   int length = 64;
 };
-LinearFit linear_domain(const ArrayInfo& info, std::size_t component,
-                        std::span<const std::uint64_t> bits, const Shapes& shapes) {
-  LinearFit best;
+LinearCandidate linear_domain(const ArrayInfo& info, std::size_t component,
+                              std::span<const std::uint64_t> bits, const Shapes& shapes) {
+  LinearCandidate best;
   if (shapes.are_short && shapes.decimals <= 22) {
     ValueDomain decimal{DomainKind::decimal, shapes.decimals, false, false};
-    if (const DomainFit fit = try_domain(info, component, bits, decimal); fit.good)
-      best = {decimal, fit.length};
+    if (const DomainTest test = try_domain(info, component, bits, decimal); test.good)
+      best = {decimal, test.length};
   }
   ValueDomain binary{DomainKind::binary, binary_exponent(info.type, bits), false, false};
-  if (const DomainFit fit = try_domain(info, component, bits, binary);
-      fit.good && fit.length < best.length)
-    best = {binary, fit.length};
+  if (const DomainTest test = try_domain(info, component, bits, binary);
+      test.good && test.length < best.length)
+    best = {binary, test.length};
   return best;
 }
 
@@ -362,7 +362,7 @@ ValueDomain evenly_spaced_domain(const ArrayInfo& info, std::size_t component,
   for (std::size_t i = 0; i < kSampled; ++i) sample.push_back(at_part(bits, i, kSampled));
   const Shapes shapes = shapes_of(info, bits);
   if (linear_domain(info, component, sample, shapes).length <= longest)
-    if (const LinearFit fit = linear_domain(info, component, bits, shapes);
+    if (const LinearCandidate fit = linear_domain(info, component, bits, shapes);
         fit.length <= longest && fits_all({fit.domain.kind, fit.domain.exponent}))
       return {fit.domain.kind, fit.domain.exponent};
   if (info.type == ScalarType::float64 && fits_all({DomainKind::narrow}))
@@ -370,21 +370,21 @@ ValueDomain evenly_spaced_domain(const ArrayInfo& info, std::size_t component,
   return {};
 }
 
-std::vector<DomainPlan> domain_candidates(const ArrayInfo& info, std::size_t component,
-                                          std::span<const std::uint64_t> bits) {
-  std::vector<DomainPlan> plans;
-  const auto add = [&](const ValueDomain& domain) { plans.push_back({domain, {}}); };
+std::vector<DomainAndTable> domain_candidates(const ArrayInfo& info, std::size_t component,
+                                              std::span<const std::uint64_t> bits) {
+  std::vector<DomainAndTable> candidates;
+  const auto add = [&](const ValueDomain& domain) { candidates.push_back({domain, {}}); };
   if (!is_float(info.type) || info.quantization.bits > 0) {
     ValueDomain domain{is_float(info.type) ? DomainKind::quantized : DomainKind::integers, 0, false,
                        false};
-    const DomainFit fit = try_domain(info, component, bits, domain);
-    if (!fit.good) domain.escapes = true;
+    const DomainTest test = try_domain(info, component, bits, domain);
+    if (!test.good) domain.escapes = true;
     add(domain);
     if (!is_float(info.type))
       if (auto table = table_of(info, component, bits, domain);
           !table.empty() && table.size() <= bits.size() / 8)
-        plans.push_back({domain, std::move(table)});
-    return plans;
+        candidates.push_back({domain, std::move(table)});
+    return candidates;
   }
 
   const Shapes shapes = shapes_of(info, bits);
@@ -394,16 +394,16 @@ std::vector<DomainPlan> domain_candidates(const ArrayInfo& info, std::size_t com
     ValueDomain significant{DomainKind::digits, shapes.digits, false, false};
     if (try_domain(info, component, bits, significant).good) add(significant);
   }
-  if (plans.empty() || length > kLongNarrowIndex) {
+  if (candidates.empty() || length > kLongNarrowIndex) {
     ValueDomain narrow{DomainKind::narrow, 0, false, false};
     if (info.type == ScalarType::float64 && try_domain(info, component, bits, narrow).good)
       add(narrow);
-    else if (plans.empty() || info.type == ScalarType::float32 || length > kLongIndex)
+    else if (candidates.empty() || info.type == ScalarType::float32 || length > kLongIndex)
       add(ValueDomain());
   }
-  if (auto table = table_of(info, component, bits, plans[0].domain); !table.empty())
-    plans.push_back({plans[0].domain, std::move(table)});
-  return plans;
+  if (auto table = table_of(info, component, bits, candidates[0].domain); !table.empty())
+    candidates.push_back({candidates[0].domain, std::move(table)});
+  return candidates;
 }
 
 }  // namespace shm

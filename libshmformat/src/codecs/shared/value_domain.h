@@ -305,16 +305,15 @@ auto with_space(const ArrayInfo& info, const ValueDomain& domain,
 
 // --- encoder: candidate domains
 
-/// How the encoder will code a group's values of one component.
-struct DomainPlan {
+/// The domain in which the encoder codes a group's values of one component, and the rank table.
+struct DomainAndTable {
   ValueDomain domain;
   /// Indices that occur, in ascending order; empty if indices are coded directly, without ranks
   std::vector<std::int64_t> table;
 };
 
-/// The domain of a component, and its estimated size.
-struct DomainChoice {
-  DomainPlan plan;
+/// A domain and the estimated size of the values in it.
+struct RatedDomain : DomainAndTable {
   double bits = 0;  ///< estimated size of the group's values in bits, with the table
 
   /// Estimated bits per element of the sample, without recalled values and partners
@@ -323,8 +322,8 @@ struct DomainChoice {
 
 /// Returns candidate domains for these values (bits of scalars), the most likely first; never
 /// empty.
-std::vector<DomainPlan> domain_candidates(const ArrayInfo& info, std::size_t component,
-                                          std::span<const std::uint64_t> bits);
+std::vector<DomainAndTable> domain_candidates(const ArrayInfo& info, std::size_t component,
+                                              std::span<const std::uint64_t> bits);
 
 /// Returns a domain that contains all these values, without escapes and without -0.0. The domain is
 /// evenly spaced if its indices are much shorter than floating-point numbers. Must hold: `bits` is

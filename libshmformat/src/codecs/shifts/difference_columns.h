@@ -20,16 +20,17 @@ std::vector<DifferenceColumn> difference_columns(const Schema& schema);
 
 /// Returns columns that predict the same values over neighbourhoods. A column is null if it is left
 /// out or must not be coded as differences: both kinds of column need memory by number even if
-/// there are few elements.
-template <class Coder>
-std::vector<std::unique_ptr<ValueColumn<Coder>>> predicted_columns(
-    const Schema& schema, std::span<const DifferenceColumn> columns, const DecodedParts& parts) {
-  std::vector<std::unique_ptr<ValueColumn<Coder>>> predicted;
+/// there are few elements. `Column`: ColumnPlanner or ColumnDecoder.
+template <class Column>
+std::vector<std::unique_ptr<Column>> predicted_columns(const Schema& schema,
+                                                       std::span<const DifferenceColumn> columns,
+                                                       const DecodedParts& parts) {
+  std::vector<std::unique_ptr<Column>> predicted;
   const std::vector<bool> included = parts.columns(schema);
   for_each_static_column(schema, [&](const auto&... arguments) {
     const std::size_t c = predicted.size();
     const bool may_be = included[c] && columns[c].takes(Codec::differences);
-    predicted.push_back(may_be ? std::make_unique<ValueColumn<Coder>>(arguments...) : nullptr);
+    predicted.push_back(may_be ? std::make_unique<Column>(arguments...) : nullptr);
   });
   return predicted;
 }

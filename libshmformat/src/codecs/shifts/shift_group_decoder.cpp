@@ -75,7 +75,7 @@ Result<void> ShiftGroupDecoder::begin_connectivity(std::span<const std::byte> by
        (needs_ring(*schema_) || parts_.vertex_neighbourhoods || parts_.cell_neighbourhoods)))
     return corrupt("connectivity: the size of its ring is invalid");
   if (predicted_.empty() && has_neighbours_)
-    predicted_ = predicted_columns<SplitDecoder>(*schema_, columns_, parts_);
+    predicted_ = predicted_columns<ColumnDecoder>(*schema_, columns_, parts_);
   // A shift needs at most 10 bytes for each node of a new cell; the number of an unused vertex also
   // needs at most 10 bytes. decoded_bytes counts 8 bytes for such a node, 12 for such a vertex.
   const std::uint64_t most = 3 * decoded_bytes + 64 * std::uint64_t{header_->cells};

@@ -16,7 +16,7 @@
 #include "codecs/shifts/shift_neighbours.h"
 #include "codecs/shifts/shifts.h"
 #include "codecs/surface/cells/number_column.h"
-#include "codecs/surface/values/value_column.h"
+#include "codecs/surface/values/column_coder.h"
 #include "entropy/range_coder.h"
 
 namespace shm {
@@ -57,7 +57,7 @@ class ShiftGroupDecoder final : public GroupDecoder {
   bool names_imports_;  // true: imported vertices receive their stream numbers
   ShiftDecoder shifts_;
   std::vector<DifferenceColumn> columns_;
-  std::vector<std::unique_ptr<ValueColumn<SplitDecoder>>>
+  std::vector<std::unique_ptr<ColumnDecoder>>
       predicted_;  // predicted columns; empty until a group has neighbourhoods
 
   // For each column: 1 if it is predicted over neighbourhoods in the current group

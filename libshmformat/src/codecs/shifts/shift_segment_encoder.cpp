@@ -65,7 +65,7 @@ ShiftSegmentEncoder::ShiftSegmentEncoder(const Schema& schema, const SegmentOpti
       neighbours_(schema, true, has_static_cell_arrays(schema)),
       next_own_(start.first_vertex) {
   if (options.values && options.level != Level::fast)
-    predicted_ = predicted_columns<SplitEncoder>(schema, columns_, {});
+    predicted_ = predicted_columns<ColumnPlanner>(schema, columns_, {});
   for (auto& column : predicted_)
     if (column) column->see_own_groups_only();
   has_rings_ = predicts() || needs_ring(schema);
@@ -250,7 +250,7 @@ void ShiftSegmentEncoder::add_size_at_hand(SegmentSize& size) {
   size.add(StreamKind::connectivity, 1 + shifts_.packed(packing_).size());
 }
 
-std::uint64_t ShiftSegmentEncoder::values_at_hand(ValueChoices* choices) {
+std::uint64_t ShiftSegmentEncoder::values_at_hand(RatedDomains* rated) {
   // The state at the beginning of the group is restored below, since the group is coded later.
   const ShiftDecoder decoder = decoder_;
   const ShiftNeighbours neighbours = neighbours_;
@@ -264,8 +264,8 @@ std::uint64_t ShiftSegmentEncoder::values_at_hand(ValueChoices* choices) {
       const TiledItems& elements = of_cells ? cells_ : vertices_;
       const std::byte* values = values_.values(c);
       const std::size_t stride = values_.stride(c);
-      bytes += choices ? predicted_[c]->about_bytes(elements, values, stride, (*choices)[c])
-                       : predicted_[c]->bytes_if_coded(elements, values, stride, options_.level);
+      bytes += rated ? predicted_[c]->about_bytes(elements, values, stride, (*rated)[c])
+                     : predicted_[c]->bytes_if_coded(elements, values, stride, options_.level);
       continue;
     }
     const auto numbers = of_cells ? numbers_of_cells(c) : introduced_;

@@ -14,7 +14,7 @@
 #include "codecs/shifts/difference_column.h"
 #include "codecs/shifts/shift_neighbours.h"
 #include "codecs/shifts/shifts.h"
-#include "codecs/surface/values/value_column.h"
+#include "codecs/surface/plan/column_planner.h"
 #include "entropy/range_coder.h"
 
 namespace shm {
@@ -32,7 +32,7 @@ class ShiftSegmentEncoder final : public SegmentEncoder {
   void encode_unused(const SegmentPiece& piece, std::size_t vertex) override;
   void encode_streams() override;
   void add_size_at_hand(SegmentSize& size) override;
-  std::uint64_t values_at_hand(ValueChoices* choices) override;
+  std::uint64_t values_at_hand(RatedDomains* rated) override;
   std::uint64_t number_of(const SegmentPiece::Vertex& vertex) const;
   void take_numbered(const SegmentPiece& piece, std::size_t index, std::uint64_t number);
   void note_lags();
@@ -49,8 +49,7 @@ class ShiftSegmentEncoder final : public SegmentEncoder {
   bool numbered_by_order_;
   ShiftEncoder shifts_;
   std::vector<DifferenceColumn> columns_;
-  std::vector<std::unique_ptr<ValueColumn<SplitEncoder>>>
-      predicted_;  // predicted columns; empty at level fast
+  std::vector<std::unique_ptr<ColumnPlanner>> predicted_;  // predicted columns; empty at level fast
 
   // Decodes cells from the new bitstream, which needs less memory and time than storing the cells.
   ShiftDecoder decoder_;

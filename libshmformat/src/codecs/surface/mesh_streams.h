@@ -1,6 +1,7 @@
 // MeshStreams: the bitstreams of one segment and the coders that write or read them. This class
 // keeps connectivity, corner order, vertex and cell numbers, geometry and static arrays
 // synchronized. The same code runs in both directions: Coder is a RangeEncoder or a RangeDecoder.
+// mesh_streams.cpp instantiates the templates, with ColumnPlanner or ColumnDecoder as columns.
 // spec: "Segments", "Group", "Tiles", "Value columns", "Decoding a group"
 #pragma once
 
@@ -8,10 +9,8 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <optional>
 #include <span>
-#include <type_traits>
 #include <vector>
 
 #include "base/lists.h"
@@ -19,14 +18,14 @@
 #include "codecs/surface/cells/imports.h"
 #include "codecs/surface/cells/number_column.h"
 #include "codecs/surface/cells/vertex_numbers.h"
-#include "codecs/surface/values/value_column.h"
+#include "codecs/surface/values/column_coder.h"
 #include "format/format.h"
 #include "format/schema.h"
 #include "shm/schema.h"
 
 namespace shm {
 
-/// Calls visit(info, blocks, traits) with the constructor arguments of each ValueColumn of static
+/// Calls visit(info, blocks, traits) with the constructor arguments of each column of static
 /// values: first geometry, then the static arrays in schema order.
 template <class Visit>
 void for_each_static_column(const Schema& schema, Visit&& visit) {
@@ -44,9 +43,10 @@ void for_each_static_column(const Schema& schema, Visit&& visit) {
 }
 
 /// Coordinates and static arrays of one segment, each in its own bitstream. The caller visits the
-/// mesh cell by cell, and this class collects the neighbourhoods of new vertices and cells. One
-/// call then codes the values of a tile (decoding) or of a whole group (encoding).
-template <class Coder>
+/// mesh cell by cell, and this class collects the neighbourhoods of new vertices and cells. The
+/// caller then codes the values of a tile (decoding) or of a whole group (encoding). `Column`:
+/// ColumnPlanner or ColumnDecoder.
+template <class Column>
 class ValueStreams {
  public:
   /// `schema` must outlive this object. Columns that `parts` leaves out must not be used.
@@ -65,54 +65,46 @@ class ValueStreams {
     if (of_vertices_) push_tightly(vertices_.items, finder_.unused_vertex(slot));
   }
 
-  /// Encoding: sets the level at which values will be encoded. Call it before the first cell.
-  void expect_level(Level level) { vertex_reach_ = cell_reach_ = farthest_reach(level); }
-
-  // Encoding: call begin_tile() for the tiles of a group, then encode() for each column, then
-  // continue with the next group.
-  void begin_tile();
-  EncodedColumn encode(std::size_t column, const std::byte* values, std::size_t stride,
-                       Level level);
-  /// Encoding: does the same as in ValueColumn, for the elements of the group so far.
-  std::uint64_t about_bytes(std::size_t column, const std::byte* values, std::size_t stride,
-                            std::vector<DomainChoice>& choices) {
-    return columns_[column]->about_bytes(elements_of(column), values, stride, choices);
-  }
-  std::uint64_t bytes_if_coded(std::size_t column, const std::byte* values, std::size_t stride,
-                               Level level) {
-    return columns_[column]->bytes_if_coded(elements_of(column), values, stride, level);
-  }
-
-  // Column 0 is geometry; the static arrays follow in schema order.
-
-  // Decoding: begin the group, then begin each of its columns, then decode tile by tile. `bytes`
-  // must stay valid until the group ends, and may unpack to at most `limit` bytes. Returns false if
-  // the data is damaged.
+  /// Decoding: begins a group. The neighbourhoods of its elements have the reach that the caller
+  /// of this class or a column needs.
   void begin_group() {
     vertex_reach_ = least_vertex_reach_;
     cell_reach_ = least_cell_reach_;
   }
-  bool takes(std::size_t column, Codec codec) const { return columns_[column]->takes(codec); }
-  bool begin_column(std::size_t column, Codec codec, std::span<const std::byte> bytes,
-                    std::uint64_t limit);
-  /// Appends the values of the elements since the last tile to `out`. Returns false if the data is
-  /// damaged.
-  bool decode_tile(std::size_t column, std::vector<std::byte>& out);
-  /// Returns the memory budget for the data that columns store by slot.
-  ColumnMemory& memory() { return *memory_; }
-  const ColumnMemory& memory() const { return *memory_; }
-  /// Return the neighbourhoods of the elements since the last tile.
+  /// Decoding: increases the reach in this group to the reach that a column needs.
+  void need_reach(std::size_t column, Reach reach) {
+    Reach& own = is_of_cells_[column] ? cell_reach_ : vertex_reach_;
+    own = std::max(own, reach);
+  }
+  /// Encoding: sets the reach of all neighbourhoods. Call it before the first cell.
+  void set_reach(Reach reach) { vertex_reach_ = cell_reach_ = reach; }
+  /// Encoding: call it for each tile of a group before its first element.
+  void begin_tile() {
+    vertices_.tile_begin.push_back(vertices_.items.size());
+    cells_.tile_begin.push_back(cells_.items.size());
+  }
+
+  // Column 0 is geometry; the static arrays follow in schema order.
+  std::size_t columns() const { return columns_.size(); }
+  bool has_column(std::size_t column) const { return columns_[column].has_value(); }
+  Column& column(std::size_t column) { return *columns_[column]; }
+  /// Returns the elements of a column since the last call of clear(): those of a tile when
+  /// decoding, those of a group when encoding.
+  const TiledItems& elements_of(std::size_t column) const {
+    return is_of_cells_[column] ? cells_ : vertices_;
+  }
+  /// Return the neighbourhoods of these elements.
   std::span<const Neighbourhood> vertices() const { return vertices_.items; }
   std::span<const Neighbourhood> cells() const { return cells_.items; }
   /// Clears these neighbourhoods. Call it after the last column of a group (encoding) or tile
   /// (decoding).
-  void clear();
+  void clear() {
+    vertices_.clear();
+    cells_.clear();
+  }
 
  private:
   bool finds() const { return of_vertices_ || of_cells_; }
-  const TiledItems& elements_of(std::size_t column) const {
-    return is_of_cells_[column] ? cells_ : vertices_;
-  }
 
   const Schema* schema_;
   bool of_vertices_, of_cells_;  // whether neighbourhoods of vertices or cells are needed
@@ -120,8 +112,7 @@ class ValueStreams {
   Reach least_vertex_reach_ = Reach::lattice, least_cell_reach_ = Reach::lattice;
   Reach vertex_reach_ = Reach::farther, cell_reach_ = Reach::farther;
   TiledItems vertices_, cells_;
-  std::unique_ptr<ColumnMemory> memory_;  // memory budget of the columns; null when encoding
-  std::vector<std::optional<ValueColumn<Coder>>> columns_;
+  std::vector<std::optional<Column>> columns_;
   std::vector<bool> is_of_cells_;  // whether each column has cell values
 };
 
@@ -173,7 +164,8 @@ class CellNumbers {
   SignedModel<NumberModel> step_;
 };
 
-template <class Coder>
+/// `Coder`, `Column`: RangeEncoder and ColumnPlanner, or RangeDecoder and ColumnDecoder.
+template <class Coder, class Column>
 class MeshStreams {
  public:
   /// `schema` has passed check_schema(). It must outlive this object and must not move.
@@ -217,7 +209,7 @@ class MeshStreams {
 
   Connectivity<Coder>& connectivity() { return connectivity_; }
   /// Coordinates and static arrays. The caller visits the same cells in both objects.
-  using Values = ValueStreams<std::conditional_t<Coder::kDecodes, SplitDecoder, SplitEncoder>>;
+  using Values = ValueStreams<Column>;
   Values& values() { return values_; }
   const Values& values() const { return values_; }
 
@@ -249,10 +241,5 @@ class MeshStreams {
   ImportFlags<Coder> imports_;
   CellNumbers<Coder> cell_numbers_;
 };
-
-extern template class ValueStreams<SplitEncoder>;
-extern template class ValueStreams<SplitDecoder>;
-extern template class MeshStreams<RangeEncoder>;
-extern template class MeshStreams<RangeDecoder>;
 
 }  // namespace shm

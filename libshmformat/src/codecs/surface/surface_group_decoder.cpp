@@ -14,7 +14,11 @@ SurfaceGroupDecoder::SurfaceGroupDecoder(const Schema& schema, const SegmentStar
                                          const DecodedParts& parts, CellBytes cell_bytes)
     : GroupDecoder(schema, start, parts, std::move(cell_bytes)),
       streams_(schema, start, parts),
-      listed_(MeshStreams<RangeDecoder>::list(schema)) {}
+      listed_(Streams::list(schema)) {
+  auto& values = streams_.values();
+  for (std::size_t c = 0; c < values.columns(); ++c)
+    if (values.has_column(c)) values.column(c).use_memory(memory_);
+}
 
 // --- streams
 
@@ -55,19 +59,27 @@ Result<void> SurfaceGroupDecoder::begin_stream(const container::StreamEntry& ent
 Result<void> SurfaceGroupDecoder::begin_column(const container::StreamEntry& entry,
                                                std::size_t column,
                                                std::span<const std::byte> bytes) {
-  if (!streams_.values().takes(column, entry.codec)) return unknown_codec(entry);
-  if (!streams_.values().begin_column(column, entry.codec, bytes, header_->decoded_bytes))
+  if (!streams_.values().column(column).takes(entry.codec)) return unknown_codec(entry);
+  if (!begin_values(column, entry.codec, bytes))
     return corrupt(container::stream_name(entry.kind) + ": cannot be unpacked");
   has_stream_[column] = true;
   return {};
+}
+
+/// Begins the group in a column. Returns false if the data is damaged.
+bool SurfaceGroupDecoder::begin_values(std::size_t column, Codec codec,
+                                       std::span<const std::byte> bytes) {
+  ColumnDecoder& own = streams_.values().column(column);
+  if (!own.begin_group(codec, bytes, header_->decoded_bytes)) return false;
+  streams_.values().need_reach(column, own.reach());
+  return true;
 }
 
 /// Treats missing streams as streams of zeros, except connectivity: a group without connectivity
 /// has no cells.
 Result<void> SurfaceGroupDecoder::end_streams() {
   for (std::size_t c = 0; c < columns(); ++c)
-    if (is_wanted(c) && !has_stream_[c] &&
-        !streams_.values().begin_column(c, Codec::columns, {}, header_->decoded_bytes))
+    if (is_wanted(c) && !has_stream_[c] && !begin_values(c, Codec::columns, {}))
       return corrupt("a stream of values is missing and cannot be replaced by zeros");
   if (header_->cells > 0 && !container::connectivity_of(*header_))
     return corrupt("connectivity: missing");
@@ -190,7 +202,8 @@ Result<void> SurfaceGroupDecoder::decode_unused(DecodedBlock& decoded) {
 
 bool SurfaceGroupDecoder::decode_column(std::size_t column, const MeshBlock&,
                                         std::vector<std::byte>& out) {
-  return streams_.values().decode_tile(column, out);
+  const TiledItems& elements = streams_.values().elements_of(column);
+  return streams_.values().column(column).decode_tile({elements.items, elements.blocks}, out);
 }
 
 std::vector<std::uint64_t> SurfaceGroupDecoder::alive() const {

@@ -22,13 +22,14 @@ class SurfaceGroupDecoder final : public GroupDecoder {
                             std::span<const std::byte> bytes) override;
   Result<void> end_streams() override;
   void allow_memory(std::uint64_t bytes, std::uint64_t plenty) override {
-    streams_.values().memory().allow(bytes, plenty);
+    memory_.allow(bytes, plenty);
   }
   std::vector<std::uint64_t> alive() const override;
   Items items() const override { return {streams_.values().vertices(), streams_.values().cells()}; }
   std::uint32_t slots() const override { return slots_; }
 
  private:
+  using Streams = MeshStreams<RangeDecoder, ColumnDecoder>;
   enum class Owner : std::uint8_t { nobody, own, earlier };
   /// A vertex on the active surface, stored by slot.
   struct Vertex {
@@ -39,8 +40,9 @@ class SurfaceGroupDecoder final : public GroupDecoder {
   Result<void> begin_streams(std::optional<ConnectivityCodec> codec) override;
   Result<void> begin_column(const container::StreamEntry& entry, std::size_t column,
                             std::span<const std::byte> bytes);
+  bool begin_values(std::size_t column, Codec codec, std::span<const std::byte> bytes);
   Result<void> decode_elements(DecodedBlock& decoded) override;
-  bool is_out_of_memory() const override { return streams_.values().memory().is_refused(); }
+  bool is_out_of_memory() const override { return memory_.is_refused(); }
   bool decode_column(std::size_t column, const MeshBlock& block,
                      std::vector<std::byte>& out) override;
   Result<void> decode_cell(DecodedBlock& decoded);
@@ -52,8 +54,9 @@ class SurfaceGroupDecoder final : public GroupDecoder {
   Vertex& vertex_at(std::uint32_t slot) { return at_slot(vertices_, slot); }
   std::uint64_t active() { return streams_.connectivity().surface().active_vertices(); }
 
-  MeshStreams<RangeDecoder> streams_;
-  std::vector<MeshStreams<RangeDecoder>::Stream> listed_;
+  ColumnMemory memory_;  // memory budget for the data that columns store by slot
+  Streams streams_;
+  std::vector<Streams::Stream> listed_;
   std::vector<Vertex> vertices_;
   CellTopology topology_;
   std::uint32_t slots_ = 0;

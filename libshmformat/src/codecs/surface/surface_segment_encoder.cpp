@@ -11,9 +11,9 @@ SurfaceSegmentEncoder::SurfaceSegmentEncoder(const Schema& schema, const Segment
                                              const SegmentStart& start)
     : SegmentEncoder(schema, options, start),
       streams_(schema, start),
-      listed_(MeshStreams<RangeEncoder>::list(schema)) {
+      listed_(Streams::list(schema)) {
   streams_.connectivity().set_codec(options.codec);
-  streams_.values().expect_level(options.level);
+  streams_.values().set_reach(farthest_reach(options.level));
 }
 
 void SurfaceSegmentEncoder::introduce(const SegmentPiece& piece, std::size_t first,
@@ -105,13 +105,15 @@ void SurfaceSegmentEncoder::add_size_at_hand(SegmentSize& size) {
       size.add(listed_[s].kind, bytes);
 }
 
-std::uint64_t SurfaceSegmentEncoder::values_at_hand(ValueChoices* choices) {
+std::uint64_t SurfaceSegmentEncoder::values_at_hand(RatedDomains* rated) {
   std::uint64_t bytes = 0;
   for (std::size_t c = 0; c < values_.columns(); ++c) {
+    ColumnPlanner& column = streams_.values().column(c);
+    const TiledItems& elements = streams_.values().elements_of(c);
     const std::byte* values = values_.values(c);
     const std::size_t stride = values_.stride(c);
-    bytes += choices ? streams_.values().about_bytes(c, values, stride, (*choices)[c])
-                     : streams_.values().bytes_if_coded(c, values, stride, options_.level);
+    bytes += rated ? column.about_bytes(elements, values, stride, (*rated)[c])
+                   : column.bytes_if_coded(elements, values, stride, options_.level);
   }
   return bytes;
 }
@@ -132,8 +134,8 @@ void SurfaceSegmentEncoder::add_symbols(std::size_t stream) {
 void SurfaceSegmentEncoder::add_column(std::size_t stream) {
   using container::StreamKind;
   const std::size_t c = streams_.column_of(stream);
-  EncodedColumn column =
-      streams_.values().encode(c, values_.values(c), values_.stride(c), options_.level);
+  EncodedColumn column = streams_.values().column(c).encode(
+      streams_.values().elements_of(c), values_.values(c), values_.stride(c), options_.level);
   if (column.bytes.empty() && column.codec == Codec::columns) return;
   container::StreamEntry entry;
   entry.kind = listed_[stream].kind;

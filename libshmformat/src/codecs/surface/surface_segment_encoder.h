@@ -9,6 +9,7 @@
 
 #include "codecs/shared/segment_encoder.h"
 #include "codecs/surface/mesh_streams.h"
+#include "codecs/surface/plan/column_planner.h"
 
 namespace shm {
 
@@ -19,6 +20,7 @@ class SurfaceSegmentEncoder final : public SegmentEncoder {
                         const SegmentStart& start);
 
  private:
+  using Streams = MeshStreams<RangeEncoder, ColumnPlanner>;
   /// The vertex that a handle refers to.
   struct Handle {
     std::uint64_t number = 0;    // the caller's number of the vertex
@@ -31,7 +33,7 @@ class SurfaceSegmentEncoder final : public SegmentEncoder {
   void encode_unused(const SegmentPiece& piece, std::size_t vertex) override;
   void encode_streams() override;
   void add_size_at_hand(SegmentSize& size) override;
-  std::uint64_t values_at_hand(ValueChoices* choices) override;
+  std::uint64_t values_at_hand(RatedDomains* rated) override;
   void introduce(const SegmentPiece& piece, std::size_t first, std::size_t count);
   void encode_new_vertices(const SegmentPiece& piece, const Place& place);
   void begin_element(bool is_cell);
@@ -39,8 +41,8 @@ class SurfaceSegmentEncoder final : public SegmentEncoder {
   void add_symbols(std::size_t stream);
   std::uint64_t active() { return streams_.connectivity().surface().active_vertices(); }
 
-  MeshStreams<RangeEncoder> streams_;
-  std::vector<MeshStreams<RangeEncoder>::Stream> listed_;
+  Streams streams_;
+  std::vector<Streams::Stream> listed_;
   std::vector<Handle> handles_;
   CellTopology topology_;
 };

@@ -13,7 +13,6 @@
 
 #include "codecs/shared/value_domain.h"
 #include "codecs/surface/values/column_state.h"
-#include "codecs/surface/values/mode_choice.h"
 #include "codecs/surface/values/rank_table.h"
 #include "codecs/surface/values/value_predictor.h"
 #include "entropy/mixing.h"

@@ -347,20 +347,4 @@ void ColumnState::keep_reference(const Neighbourhood& item, double state) {
   last_reference_ = state;
 }
 
-ColumnState::Loan::Loan(ColumnState& lender, std::span<const Neighbourhood> items)
-    : lender_(lender), items_(items) {
-  for (const Neighbourhood& item : items) lender.make_room(item.self);
-  slots_ = std::move(lender.slots_);
-  lender.slots_ = {};
-  kept_.reserve(items.size());
-  for (const Neighbourhood& item : items) {
-    kept_.push_back(slots_.at(item.self));
-  }
-}
-
-void ColumnState::Loan::give_back(ColumnState& borrower) {
-  lender_.slots_ = std::move(borrower.slots_);
-  for (std::size_t i = 0; i < items_.size(); ++i) lender_.slots_.set(items_[i].self, kept_[i]);
-}
-
 }  // namespace shm

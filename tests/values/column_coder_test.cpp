@@ -1,7 +1,9 @@
 // Tests of columns of values over a mesh: all codecs restore all kinds of values bit for bit,
 // predictable values need almost no bytes, and damaged bytes are handled safely.
-#include "codecs/surface/values/value_column.h"
+#include "codecs/surface/values/column_coder.h"
 #include "codecs/shared/codec_id.h"
+#include "codecs/surface/plan/column_planner.h"
+#include "codecs/surface/plan/domain_choice.h"
 
 #include <gtest/gtest.h>
 
@@ -19,8 +21,8 @@
 namespace shm {
 namespace {
 
-using Encoder = ValueColumn<SplitEncoder>;
-using Decoder = ValueColumn<SplitDecoder>;
+using Encoder = ColumnPlanner;
+using Decoder = ColumnDecoder;
 using Bytes = std::vector<std::byte>;
 using Point = std::array<std::uint32_t, 3>;
 
@@ -234,7 +236,7 @@ Plan some_plan(const Elements& elements, std::mt19937_64& random) {
   return plan;
 }
 
-TEST(ValueColumn, EveryBitOfEveryType) {
+TEST(ColumnCoder, EveryBitOfEveryType) {
   std::mt19937_64 random(1);
   for (const Elements* elements : {&vertices(), &cells()})
     for (int t = 1; t <= 10; ++t)
@@ -249,7 +251,7 @@ TEST(ValueColumn, EveryBitOfEveryType) {
       }
 }
 
-TEST(ValueColumn, AllLevels) {
+TEST(ColumnCoder, AllLevels) {
   const ArrayInfo info = info_of(ScalarType::float64, 3);
   const Bytes values = values_of(vertices(), ScalarType::float64, 3, smooth);
   std::vector<std::size_t> sizes;
@@ -262,7 +264,7 @@ TEST(ValueColumn, AllLevels) {
   }
 }
 
-TEST(ValueColumn, SpecialFloats) {
+TEST(ColumnCoder, SpecialFloats) {
   using Limits = std::numeric_limits<double>;
   const std::vector<double> special = {
       -0.0,          0.0,   Limits::infinity(),   -Limits::infinity(),    Limits::quiet_NaN(),
@@ -283,7 +285,7 @@ TEST(ValueColumn, SpecialFloats) {
 }
 
 // Each group has another kind of values, so that states are translated between domains.
-TEST(ValueColumn, DomainsChange) {
+TEST(ColumnCoder, DomainsChange) {
   std::mt19937_64 random(3);
   // A NaN with the smallest possible index.
   const auto least = std::bit_cast<double>(~std::uint64_t{0});
@@ -313,7 +315,7 @@ TEST(ValueColumn, DomainsChange) {
       }
 }
 
-TEST(ValueColumn, BlocksWithoutValues) {
+TEST(ColumnCoder, BlocksWithoutValues) {
   std::mt19937_64 random(4);
   for (const std::vector<char>& covers :
        {std::vector<char>{1, 0, 1}, {0, 1, 0}, {0, 0, 0}, {1, 1, 1}}) {
@@ -335,7 +337,7 @@ TEST(ValueColumn, BlocksWithoutValues) {
   }
 }
 
-TEST(ValueColumn, NoValuesAtAll) {
+TEST(ColumnCoder, NoValuesAtAll) {
   Encoder encoder(info_of(ScalarType::float64), {});
   const EncodedColumn coded = encoder.encode({}, nullptr, 8, Level::best);
   Decoder decoder(info_of(ScalarType::float64), {});
@@ -346,7 +348,7 @@ TEST(ValueColumn, NoValuesAtAll) {
 }
 
 // The values are integers in a pattern that is unrelated to the mesh.
-TEST(ValueColumn, WhatRepeatsGoesUnderZstd) {
+TEST(ColumnCoder, WhatRepeatsGoesUnderZstd) {
   std::mt19937_64 random(5);
   std::vector<std::int64_t> pattern(61);
   for (auto& it : pattern) it = static_cast<std::int64_t>(random() >> 1);
@@ -375,7 +377,7 @@ TEST(ValueColumn, WhatRepeatsGoesUnderZstd) {
   EXPECT_FALSE(decode(info, vertices(), coded, plan, 100).has_value());
 }
 
-TEST(ValueColumn, QuantizedKeepsThePromiseOrTheValue) {
+TEST(ColumnCoder, QuantizedKeepsThePromiseOrTheValue) {
   std::mt19937_64 random(6);
   for (const ScalarType type : {ScalarType::float32, ScalarType::float64})
     for (std::uint32_t bits : {1u, 7u, 16u, 24u, 40u, 52u, Quantization::kAbsolute}) {
@@ -417,14 +419,14 @@ TEST(ValueColumn, QuantizedKeepsThePromiseOrTheValue) {
     }
 }
 
-TEST(ValueColumn, QuantizedBoxWithoutVolume) {
+TEST(ColumnCoder, QuantizedBoxWithoutVolume) {
   ArrayInfo info = info_of(ScalarType::float64);
   info.quantization = {16, {3}, {3}, 0, 0};
   const std::vector<double> values(vertices().size(), 3.0);
   EXPECT_LT(expect_back(info, vertices(), packed(values)), 30u);
 }
 
-TEST(ValueColumn, WhatIsPredictedCostsNearlyNothing) {
+TEST(ColumnCoder, WhatIsPredictedCostsNearlyNothing) {
   const auto cost = [](const Elements& elements, ScalarType type, std::uint32_t components,
                        auto value) {
     return expect_back(info_of(type, components), elements,
@@ -448,7 +450,7 @@ TEST(ValueColumn, WhatIsPredictedCostsNearlyNothing) {
 }
 
 // Two components that are equal, or opposite, need as many bytes as one component.
-TEST(ValueColumn, EqualComponentsCostNearlyNothing) {
+TEST(ColumnCoder, EqualComponentsCostNearlyNothing) {
   std::mt19937_64 random(7);
   std::vector<double> one, two, opposite;
   for (std::size_t i = 0; i < vertices().size(); ++i) {
@@ -466,7 +468,7 @@ TEST(ValueColumn, EqualComponentsCostNearlyNothing) {
 
 // Part of the mesh is a mirrored copy: each value of the second half occurred in the first half,
 // between the same other values.
-TEST(ValueColumn, CopiesAreFound) {
+TEST(ColumnCoder, CopiesAreFound) {
   std::mt19937_64 random(8);
   const std::size_t half = vertices().size() / 2;
   Elements line;
@@ -507,7 +509,7 @@ std::vector<double> mirrored(const Elements& elements, std::uint64_t seed, doubl
 }
 
 // The two halves of a mesh have about the same values, but with any sign.
-TEST(ValueColumn, EarlierValuesAreRecalled) {
+TEST(ColumnCoder, EarlierValuesAreRecalled) {
   for (double apart : {0.0, 0x1p-50})
     for (Level level : {Level::fast, Level::standard, Level::best}) {
       std::vector<double> values = mirrored(vertices(), 4, apart);
@@ -543,7 +545,7 @@ std::vector<double> standing_again(const Elements& elements, std::mt19937_64& ra
 }
 
 // Elements that occurred before need almost no bytes, in later groups too.
-TEST(ValueColumn, ElementsThatStoodBeforeAreCopied) {
+TEST(ColumnCoder, ElementsThatStoodBeforeAreCopied) {
   const ArrayInfo info = info_of(ScalarType::float64, 3);
   for (Level level : {Level::fast, Level::standard, Level::best}) {
     std::mt19937_64 random(5);
@@ -563,7 +565,7 @@ TEST(ValueColumn, ElementsThatStoodBeforeAreCopied) {
 
 // Elements are copied in all kinds of groups and tiles, and between groups of other values, NaNs
 // and other kinds of numbers.
-TEST(ValueColumn, CopiesOfAllKindsOfValues) {
+TEST(ColumnCoder, CopiesOfAllKindsOfValues) {
   std::mt19937_64 random(6);
   for (const Elements* elements : {&vertices(), &cells()})
     for (int round = 0; round < 12; ++round) {
@@ -587,7 +589,7 @@ TEST(ValueColumn, CopiesOfAllKindsOfValues) {
 
 // Earlier values are recalled in each tile, even if only some blocks have values. Trials do not
 // change the state of the coder.
-TEST(ValueColumn, EarlierValuesOnSomeBlocks) {
+TEST(ColumnCoder, EarlierValuesOnSomeBlocks) {
   Elements only;
   for (std::size_t i = 0; i < cells().size(); ++i)
     if (cells().all.blocks[i] != 1) only.points.push_back(cells().points[i]);
@@ -630,7 +632,7 @@ std::size_t expect_back_with(const ArrayInfo& info, const Elements& elements, co
 }
 
 // Elements that had equal values one step ago have equal values again.
-TEST(ValueColumn, PartnersAreFound) {
+TEST(ColumnCoder, PartnersAreFound) {
   for (double apart : {0.0, 0x1p-50})
     for (Level level : {Level::fast, Level::standard, Level::best}) {
       Plan plan;
@@ -654,14 +656,14 @@ TEST(ValueColumn, PartnersAreFound) {
 }
 
 // A single NaN or infinity does not make its neighbours more expensive to code.
-TEST(ValueColumn, NonFiniteNeighboursDoNotSpread) {
+TEST(ColumnCoder, NonFiniteNeighboursDoNotSpread) {
   std::vector<double> values(vertices().size(), 1.5);
   values[5] = std::numeric_limits<double>::infinity();
   values[150] = std::numeric_limits<double>::quiet_NaN();
   EXPECT_LT(expect_back(info_of(ScalarType::float64), vertices(), packed(values)), 120u);
 }
 
-TEST(ValueColumn, TheSameBytesEachTime) {
+TEST(ColumnCoder, TheSameBytesEachTime) {
   std::mt19937_64 random(9);
   const ArrayInfo info = info_of(ScalarType::float64, 3);
   const Bytes values = values_of(vertices(), ScalarType::float64, 3, smooth);
@@ -725,7 +727,7 @@ void expect_harmless(const Victim& victim, const Coded& damaged) {
   }
 }
 
-TEST(ValueColumn, DamagedBytesDoNoHarm) {
+TEST(ColumnCoder, DamagedBytesDoNoHarm) {
   std::mt19937_64 random(11);
   for (const Victim& victim : victims())
     for (int round = 0; round < 120; ++round) {
@@ -744,7 +746,7 @@ TEST(ValueColumn, DamagedBytesDoNoHarm) {
     }
 }
 
-TEST(ValueColumn, RandomBytesDoNoHarm) {
+TEST(ColumnCoder, RandomBytesDoNoHarm) {
   std::mt19937_64 random(12);
   for (const Victim& victim : victims())
     for (int round = 0; round < 120; ++round) {
@@ -764,7 +766,7 @@ TEST(ValueColumn, RandomBytesDoNoHarm) {
 
 // Each group consists of one element, and its domain differs from that of the previous group.
 // Translating the states of very many other elements for each group would be excessive work.
-TEST(ValueColumn, DomainsChangeInProportionToElements) {
+TEST(ColumnCoder, DomainsChangeInProportionToElements) {
   constexpr std::uint32_t kSlots = 1 << 16;
   constexpr int kGroups = 200;
   const auto value_of = [](int group) { return group % 2 == 0 ? 0.5 : std::sqrt(2.0 + group); };
@@ -789,17 +791,17 @@ TEST(ValueColumn, DomainsChangeInProportionToElements) {
 
   // A writer that ignores this limit is refused, but not too early.
   const auto shared = std::make_shared<const ArrayInfo>(info);
-  ScalarColumn<SplitEncoder> careless(shared, 0, true);
-  ScalarColumn<SplitDecoder> reader(shared, 0, true);
+  ComponentCoder<SplitEncoder> careless(shared, 0, true);
+  ComponentCoder<SplitDecoder> reader(shared, 0, true);
   careless.state().make_room(kSlots - 1);
   reader.state().make_room(kSlots - 1);
   int changes = 0;
   for (;; ++changes) {
     ASSERT_LT(changes, kGroups);
     SplitEncoder out;
-    DomainPlan plan;
-    plan.domain = {changes % 2 == 0 ? DomainKind::decimal : DomainKind::floats, 0, false, true};
-    ASSERT_TRUE(careless.begin_group(out, plan, {}, 8));
+    DomainAndTable wanted;
+    wanted.domain = {changes % 2 == 0 ? DomainKind::decimal : DomainKind::floats, 0, false, true};
+    ASSERT_TRUE(careless.begin_group(out, wanted, {}, 8));
     const Bytes bytes = out.finish();
     SplitDecoder in(bytes);
     if (!reader.begin_group(in, {}, {}, 8)) break;
@@ -812,7 +814,7 @@ TEST(ValueColumn, DomainsChangeInProportionToElements) {
 
 // An element without a value counts once, however many trials the writer makes. Otherwise the
 // writer would change domains more often than readers allow.
-TEST(ValueColumn, TrialsCountNoElements) {
+TEST(ColumnCoder, TrialsCountNoElements) {
   constexpr std::uint32_t kSlots = 6000000;
   constexpr std::size_t kCovered = 64, kUncovered = 1000;
   TiledItems group;
@@ -849,11 +851,11 @@ TEST(ValueColumn, TrialsCountNoElements) {
   EXPECT_GT(under_zstd, 0);
 }
 
-TEST(ValueColumn, SamplesAreSpreadOverTheGroup) {
+TEST(ColumnCoder, SamplesAreSpreadOverTheGroup) {
   for (const std::size_t of : {1u, 100u, 1024u, 5000u, 65536u, 1000000u}) {
     std::size_t taken = 0, in_first_half = 0;
     for (std::size_t place = 0; place < of; ++place) {
-      if (!DomainSample::takes(place, of)) continue;
+      if (!GroupSample::takes(place, of)) continue;
       ++taken;
       in_first_half += place < of / 2 ? 1 : 0;
     }

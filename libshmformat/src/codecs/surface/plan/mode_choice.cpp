@@ -1,10 +1,10 @@
-#include "codecs/surface/values/mode_choice.h"
+#include "codecs/surface/plan/mode_choice.h"
 
 #include <algorithm>
 #include <array>
 
 #include "codecs/shared/value_domain.h"
-#include "codecs/surface/values/fitting.h"
+#include "codecs/surface/plan/fitting.h"
 
 namespace shm {
 namespace {
@@ -59,19 +59,19 @@ bool differs_from_lattice(std::uint32_t mode, std::uint32_t known) {
   }
 }
 
-/// Samples sorted by set; the sets are stored one after another.
+/// Elements sorted by set; the sets are stored one after another.
 struct Members {
-  /// `set_of(sample)` returns the set of a sample.
+  /// `set_of(element)` returns the set of an element.
   template <class SetOf>
-  Members(const ModeSamples& all, std::size_t sets, SetOf&& set_of) : begin(sets + 1) {
-    for (const ModeSample& sample : all.samples)
-      if (!sample.copied) ++begin[set_of(sample) + 1];
+  Members(const InputsOfElements& all, std::size_t sets, SetOf&& set_of) : begin(sets + 1) {
+    for (const ElementInputs& element : all.elements)
+      if (!element.copied) ++begin[set_of(element) + 1];
     for (std::size_t s = 0; s < sets; ++s) begin[s + 1] += begin[s];
     order.resize(begin[sets]);
     auto next = begin;
-    for (std::size_t i = 0; i < all.samples.size(); ++i)
-      if (!all.samples[i].copied)
-        order[next[set_of(all.samples[i])]++] = static_cast<std::uint32_t>(i);
+    for (std::size_t i = 0; i < all.elements.size(); ++i)
+      if (!all.elements[i].copied)
+        order[next[set_of(all.elements[i])]++] = static_cast<std::uint32_t>(i);
   }
   std::span<const std::uint32_t> of(std::size_t s) const {
     return std::span(order).subspan(begin[s], begin[s + 1] - begin[s]);
@@ -80,31 +80,31 @@ struct Members {
   std::vector<std::uint32_t> order;
 };
 
-/// Calls visit(sample, predictor, added) for `count` evenly spread members, except members without
+/// Calls visit(element, predictor, added) for `count` evenly spread members, except members without
 /// an index. `added`: state to add to predictions.
 template <class Visit>
-void for_each_picked(const ModeSamples& all, std::span<const std::uint32_t> members,
+void for_each_picked(const InputsOfElements& all, std::span<const std::uint32_t> members,
                      std::size_t count, std::uint32_t input, Visit&& visit) {
   for (std::size_t i = 0; i < count; ++i) {
     const std::uint32_t picked =
         members[static_cast<std::size_t>(std::uint64_t{i} * members.size() / count)];
-    const ModeSample& sample = all.samples[picked];
-    if (!sample.index) continue;
-    const auto& features = input == kDifferences ? all.differences[picked] : sample.state;
+    const ElementInputs& element = all.elements[picked];
+    if (!element.index) continue;
+    const auto& features = input == kDifferences ? all.differences[picked] : element.state;
     const auto at = [&](std::uint32_t feature) { return features[feature]; };
-    visit(sample, Predictor(sample.known, at), input == kDifferences ? sample.reference : 0.0);
+    visit(element, Predictor(element.known, at), input == kDifferences ? element.reference : 0.0);
   }
 }
 
 /// Fits weights for the fitted mode.
 template <class Space>
-Weights fit_members(const Space& space, const ModeSamples& all,
+Weights fit_members(const Space& space, const InputsOfElements& all,
                     std::span<const std::uint32_t> members, std::uint32_t input) {
   std::vector<FitSample> samples;
   for_each_picked(all, members, std::min(members.size(), kFitAt), input,
-                  [&](const auto& sample, const auto& predictor, double added) {
+                  [&](const auto& element, const auto& predictor, double added) {
                     const double base = predictor.lattice();
-                    const double target = space.state(*sample.index) - base - added;
+                    const double target = space.state(*element.index) - base - added;
                     if (is_finite(target)) samples.push_back({predictor.terms(base), target});
                   });
   return fit_weights(samples);
@@ -115,13 +115,15 @@ Weights fit_members(const Space& space, const ModeSamples& all,
 template <class Space>
 class FamilyFits {
  public:
-  FamilyFits(const Space& space, const ModeSamples& all, std::span<const std::uint16_t> families,
-             const Members& classes, std::span<const ClassModes> modes)
+  FamilyFits(const Space& space, const InputsOfElements& all,
+             std::span<const std::uint16_t> families, const Members& classes,
+             std::span<const ClassModes> modes)
       : space_(&space),
         all_(&all),
         families_(families),
         count_(families.empty() ? 0u : *std::max_element(families.begin(), families.end()) + 1u),
-        members_(all, count_, [&](const ModeSample& sample) { return families[sample.of_class]; }),
+        members_(all, count_,
+                 [&](const ElementInputs& element) { return families[element.of_class]; }),
         sharing_(count_),
         weights_{std::vector<std::optional<Weights>>(count_),
                  std::vector<std::optional<Weights>>(count_)} {
@@ -153,7 +155,7 @@ class FamilyFits {
   }
 
   const Space* space_;
-  const ModeSamples* all_;
+  const InputsOfElements* all_;
   std::span<const std::uint16_t> families_;  // family of each class
   std::size_t count_;
   Members members_;
@@ -169,7 +171,7 @@ template <class Space>
 class Search {
  public:
   /// `members`: elements of the class; not empty. `start`: current modes of the class.
-  Search(const Space& space, const ModeSamples& all, std::span<const std::uint32_t> members,
+  Search(const Space& space, const InputsOfElements& all, std::span<const std::uint32_t> members,
          std::uint32_t of_class, const ClassModes& start, std::uint32_t input, bool matches,
          FamilyFits<Space>& families)
       : space_(&space),
@@ -208,7 +210,7 @@ class Search {
  private:
   /// An element on which modes are tried.
   struct Pick {
-    const ModeSample* sample = nullptr;
+    const ElementInputs* element = nullptr;
     FeatureAt at;
     double lattice = 0.0, added = 0.0;  // added: state to add to predictions
   };
@@ -221,12 +223,12 @@ class Search {
       for (std::size_t i = begin; i < most; i += apart) {
         const std::uint32_t picked =
             members_[static_cast<std::size_t>(std::uint64_t{i} * members_.size() / most)];
-        const ModeSample& sample = all_->samples[picked];
-        if (!sample.index) continue;
+        const ElementInputs& element = all_->elements[picked];
+        if (!element.index) continue;
         const bool differs = chosen_.input == kDifferences;
-        const FeatureAt at{differs ? &all_->differences[picked] : &sample.state};
-        picks_[picked_++] = {&sample, at, Predictor(sample.known, at).lattice(),
-                             differs ? sample.reference : 0.0};
+        const FeatureAt at{differs ? &all_->differences[picked] : &element.state};
+        picks_[picked_++] = {&element, at, Predictor(element.known, at).lattice(),
+                             differs ? element.reference : 0.0};
       }
     looked_ = std::min(picked_, kFirstLooks);
   }
@@ -238,9 +240,9 @@ class Search {
       return false;
     if (mode == kPartnerMode)
       return std::any_of(members_.begin(), members_.end(),
-                         [&](std::uint32_t m) { return all_->samples[m].has_partner; });
+                         [&](std::uint32_t m) { return all_->elements[m].has_partner; });
     if (!matches_ && mode >= kMatchMode && mode != kFittedMode) return false;
-    return differs_from_lattice(mode, all_->samples[members_[0]].known);
+    return differs_from_lattice(mode, all_->elements[members_[0]].known);
   }
   /// Computes the residuals of a mode at the current picks, except residuals that are already
   /// computed.
@@ -248,11 +250,11 @@ class Search {
     Looks& looks = looks_[mode];
     for (; looks.count < looked_; ++looks.count) {
       const Pick& pick = picks_[looks.count];
-      const bool can = mode != kPartnerMode || pick.sample->has_partner;
-      const double prediction = Predictor(pick.sample->known, pick.at, pick.lattice)
+      const bool can = mode != kPartnerMode || pick.element->has_partner;
+      const double prediction = Predictor(pick.element->known, pick.at, pick.lattice)
                                     .predict(can ? mode : kLattice, chosen_.weights) +
                                 pick.added;
-      const std::uint32_t cost = cost_of(minus(*pick.sample->index, space_->index(prediction)));
+      const std::uint32_t cost = cost_of(minus(*pick.element->index, space_->index(prediction)));
       looks.missed[looks.count] = static_cast<std::uint16_t>(cost);
       looks.sum += cost;
     }
@@ -375,7 +377,7 @@ class Search {
   };
 
   const Space* space_;
-  const ModeSamples* all_;
+  const InputsOfElements* all_;
   std::span<const std::uint32_t> members_;
   std::uint32_t of_class_;
   const ClassModes* start_;
@@ -392,29 +394,29 @@ class Search {
 }  // namespace
 
 template <class Space>
-void choose_modes(const Space& space, const ModeSamples& samples,
+void choose_modes(const Space& space, const InputsOfElements& elements,
                   std::span<const std::uint16_t> families, bool matches,
                   std::vector<ClassModes>& modes) {
-  const Members members(samples, modes.size(),
-                        [](const ModeSample& sample) { return sample.of_class; });
-  FamilyFits fits(space, samples, families, members, modes);
+  const Members members(elements, modes.size(),
+                        [](const ElementInputs& element) { return element.of_class; });
+  FamilyFits fits(space, elements, families, members, modes);
   for (std::uint32_t c = 0; c < modes.size(); ++c) {
     const auto own = members.of(c);
     if (own.empty()) continue;
     const ClassModes start = modes[c];
-    Search alone(space, samples, own, c, start, kStates, matches, fits);
+    Search alone(space, elements, own, c, start, kStates, matches, fits);
     alone.run();
     modes[c] = alone.chosen();
-    if (samples.differences.empty()) continue;
-    Search difference(space, samples, own, c, start, kDifferences, matches, fits);
+    if (elements.differences.empty()) continue;
+    Search difference(space, elements, own, c, start, kDifferences, matches, fits);
     difference.run();
     if (difference.bits() < alone.bits()) modes[c] = difference.chosen();
   }
 }
 
-#define SHM_CHOOSE_MODES(Space)                                                                \
-  template void choose_modes(const Space&, const ModeSamples&, std::span<const std::uint16_t>, \
-                             bool, std::vector<ClassModes>&)
+#define SHM_CHOOSE_MODES(Space)                                     \
+  template void choose_modes(const Space&, const InputsOfElements&, \
+                             std::span<const std::uint16_t>, bool, std::vector<ClassModes>&)
 SHM_CHOOSE_MODES(LinearSpace);
 SHM_CHOOSE_MODES(DecimalSpace);
 SHM_CHOOSE_MODES(FloatSpace<float>);
@@ -434,12 +436,13 @@ bool ModeWatch::begin_tile(std::span<const std::uint16_t> classes, bool hurries)
     ++count[number];
   }
   records_.resize(count.size());
+  coded_.resize(count.size());
   const bool chooses = !hurries || does_worse(count, classes.size());
   for (std::size_t c = 0; c < count.size(); ++c) {
     Record& record = records_[c];
-    record.count = record.bits = 0;
     if (chooses && count[c] > 0) record.tiles_since = 0;
   }
+  coded_.assign(count.size(), {});
   return chooses;
 }
 
@@ -449,8 +452,8 @@ bool ModeWatch::does_worse(std::span<const std::uint32_t> count, std::size_t ele
   bool worse = false;
   for (std::size_t c = 0; c < count.size(); ++c) {
     Record& record = records_[c];
-    if (record.count > 0) {
-      const double bits = record.bits / record.count;
+    if (coded_[c].count > 0) {
+      const double bits = coded_[c].bits / coded_[c].count;
       if (record.bits_then < 0 || record.tiles_since == 0) record.bits_then = bits;
       if (bits > record.bits_then * 1.06 + 0.1) worse = true;
     }
@@ -461,128 +464,29 @@ bool ModeWatch::does_worse(std::span<const std::uint32_t> count, std::size_t ele
   return worse;
 }
 
-// --- domains
+// --- tiles
 
-namespace {
-
-/// Cost in bits of an escape, in addition to the bits of the value.
-constexpr double kEscapeBits = 8.0;
-
-/// Converts the elements of a sample to the states and indices of another domain.
-template <class Space>
-ModeSamples in_domain(const ArrayInfo& info, std::size_t component, const DomainPlan& plan,
-                      const Space& space, const DomainSample& sample) {
-  const ValueTranslator from(info, component, sample.domain);
-  const ValueTranslator to(info, component, plan.domain);
-  const bool same = plan.domain.has_states_of(sample.domain);
-  const auto translate = [&](double& state) {
-    if (same) return;
-    const double moved = to.from_value(from.as_value(state));
-    state = is_finite(moved) ? moved : 0.0;
-  };
-  ModeSamples translated = sample.elements;
-  for (std::size_t i = 0; i < translated.samples.size(); ++i) {
-    ModeSample& element = translated.samples[i];
-    for (std::uint32_t f = 0; f < kFeatures; ++f) {
-      if (f < kFLast && (element.known >> f & 1) == 0) continue;
-      translate(element.state[f]);
-      if (!translated.differences.empty()) translate(translated.differences[i][f]);
-    }
-    translate(element.reference);
-    if (!element.copied) element.index = index_in(space, to, sample.bits[i]);
-  }
-  return translated;
-}
-
-/// The residual of an element.
-constexpr std::uint8_t kEscape = 254, kCopied = 255;
-struct ElementMiss {
-  std::uint8_t length = kCopied;  // bit length of the residual, or kEscape or kCopied
-  bool second = false;            // whether the second mode predicts the element
-  bool may_be_second = false;     // whether the choice between the two modes is coded
-};
-
-template <class Space>
-DomainEstimate estimate(const ArrayInfo& info, std::size_t component, const DomainPlan& plan,
-                        const Space& space, const DomainSample& sample,
-                        std::span<const std::uint16_t> families, bool matches,
-                        std::vector<ClassModes>& modes) {
-  const ModeSamples elements = in_domain(info, component, plan, space, sample);
-  if (modes.empty()) {
-    modes.resize(families.size());
-    choose_modes(space, elements, families, matches, modes);
-  }
-
-  const ValueTranslator translator(info, component, plan.domain);
-  DomainEstimate found;
-  found.predicted.resize(elements.samples.size());
-  found.by_element.resize(elements.samples.size());
-  found.lengths.resize(elements.samples.size());
-  std::vector<ElementMiss> missed(elements.samples.size());
-  std::array<std::uint64_t, 65> lengths{};
-  std::uint64_t coded = 0, marked = 0, seconds = 0;
-  for (std::size_t i = 0; i < missed.size(); ++i) {
-    const ModeSample& element = elements.samples[i];
-    if (element.copied) continue;
-    if (!element.index) {
-      missed[i].length = kEscape;
-      continue;
-    }
-    const ClassModes& class_modes = modes[element.of_class];
-    const bool differs = class_modes.input == kDifferences;
-    const auto& features = differs ? elements.differences[i] : element.state;
-    const auto at = [&](std::uint32_t feature) { return features[feature]; };
-    const Predictor predictor(element.known, at);
-    const auto predict = [&](std::uint32_t mode) {
-      const bool can = mode != kPartnerMode || element.has_partner;
-      return predictor.predict(can ? mode : kLattice, class_modes.weights) +
-             (differs ? element.reference : 0.0);
-    };
-    found.predicted[i] = predict(class_modes.mode);
-    const std::int64_t first = space.index(found.predicted[i]);
-    std::uint32_t length = bit_length(minus(*element.index, first));
-    if (class_modes.second != kNoMode) {
-      const double second = predict(class_modes.second);
-      const std::int64_t other = space.index(second);
-      missed[i].may_be_second = other != first;
-      const std::uint32_t its_length = bit_length(minus(*element.index, other));
-      missed[i].second = its_length + 1 < length;
-      if (missed[i].second) {
-        length = its_length;
-        found.predicted[i] = second;
-      }
-      marked += missed[i].may_be_second ? 1 : 0;
-      seconds += missed[i].second ? 1 : 0;
-    }
-    found.predicted[i] = translator.as_value(found.predicted[i]);
-    missed[i].length = static_cast<std::uint8_t>(length);
-    ++lengths[length];
-    ++coded;
-  }
-
-  for (std::size_t i = 0; i < missed.size(); ++i) {
-    const ElementMiss& miss = missed[i];
-    double& bits = found.by_element[i];
-    if (miss.length == kCopied) continue;
-    if (miss.length == kEscape)
-      bits = static_cast<double>(8 * scalar_bytes(info.type)) + kEscapeBits;
-    else
-      bits = bits_of_one(lengths[miss.length], coded) + static_cast<double>(miss.length);
-    if (miss.length < kEscape) found.lengths[i] = miss.length;
-    if (miss.may_be_second) bits += bits_of_one(miss.second ? seconds : marked - seconds, marked);
-    found.bits += bits;
-  }
-  return found;
-}
-
-}  // namespace
-
-DomainEstimate estimate_plan(const ArrayInfo& info, std::size_t component, const DomainPlan& plan,
-                             const DomainSample& sample, std::span<const std::uint16_t> families,
-                             bool matches, std::vector<ClassModes>& modes) {
-  return with_space(info, plan.domain, plan.table, [&](const auto& space) {
-    return estimate(info, component, plan, space, sample, families, matches, modes);
+TilePlan TilePlanner::plan(ComponentCoder<SplitEncoder>& component, const ColumnTile& tile,
+                           std::span<const std::uint64_t> bits, ModeWatch* watch, bool hurries) {
+  const bool chooses = watch == nullptr || watch->begin_tile(tile.classes.of_item, hurries);
+  component.models().copy_modes(modes_);
+  TilePlan plan;
+  plan.modes = modes_;
+  if (watch != nullptr) plan.coded = watch->coded();
+  if (!chooses) return plan;
+  plan.inputs = &inputs_;
+  ColumnState& state = component.state();
+  inputs_.elements.resize(tile.items.size());
+  if (state.has_reference()) inputs_.differences.resize(tile.items.size());
+  const ColumnStyle& style = component.style();
+  with_space(state.info(), state.domain(), component.table(), [&](const auto& space) {
+    for (std::size_t i = 0; i < tile.items.size(); ++i)
+      look_ahead(state, space, style.known(), tile, i, bits[i], inputs_.elements[i],
+                 state.has_reference() ? &inputs_.differences[i] : nullptr);
+    choose_modes(space, inputs_, tile.classes.families, style.matches, modes_);
+    return true;
   });
+  return plan;
 }
 
 }  // namespace shm

@@ -1,4 +1,4 @@
-#include "codecs/surface/values/fitting.h"
+#include "codecs/surface/plan/fitting.h"
 
 #include <algorithm>
 #include <cmath>

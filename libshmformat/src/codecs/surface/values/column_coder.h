@@ -1,0 +1,394 @@
+// The coders of an array. It is coded one component after another, tile by tile, to one bitstream
+// per group.
+//   ComponentCoder  codes one component. For each value it computes a prediction from the
+//                   neighbourhood (value_predictor.h), codes the residual (column_models.h), and
+//                   stores the restored value (column_state.h)
+//   ColumnCoder     the components of an array, and the data that they share
+//   ColumnDecoder   decodes the groups of an array
+// ComponentCoder and ColumnCoder contain the same code for both directions. When encoding, they
+// code decisions that the caller has made: domains, style, copies, and the modes of each tile
+// (plan/column_planner.h).
+// spec: "Value columns"
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <memory>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "codecs/shared/codec_id.h"
+#include "codecs/shared/neighbourhood.h"
+#include "codecs/shared/value_domain.h"
+#include "codecs/surface/values/column_models.h"
+#include "codecs/surface/values/column_state.h"
+#include "codecs/surface/values/copied_elements.h"
+#include "codecs/surface/values/value_predictor.h"
+#include "entropy/models.h"
+#include "entropy/range_coder.h"
+
+namespace shm {
+
+/// The elements of one group, divided into tiles.
+struct TiledItems {
+  std::vector<Neighbourhood> items;
+  std::vector<std::uint32_t> blocks;       ///< element block of each cell; empty for vertices
+  std::vector<std::size_t> tile_begin{0};  ///< first item of each tile
+
+  /// Number of uncovered elements per tile that were left out because no covered element depends on
+  /// them. Numbers are modulo 2^64, since some of these elements may belong to a later tile. Empty
+  /// if no elements were left out.
+  std::vector<std::uint64_t> left_out;
+
+  struct Tile {
+    std::span<const Neighbourhood> items;
+    std::span<const std::uint32_t> blocks;
+    std::uint64_t left_out = 0;
+  };
+  Tile tile(std::size_t t) const {
+    const std::size_t begin = tile_begin[t];
+    const std::size_t end = t + 1 < tile_begin.size() ? tile_begin[t + 1] : items.size();
+    return {std::span(items).subspan(begin, end - begin),
+            blocks.empty() ? std::span<const std::uint32_t>()
+                           : std::span(blocks).subspan(begin, end - begin),
+            left_out.empty() ? 0 : left_out[t]};
+  }
+  void clear() {
+    items.clear();
+    blocks.clear();
+    left_out.clear();
+    tile_begin.assign(1, 0);
+  }
+};
+
+// Match tables, bit mixing and value history need up to 3 MB per component. They are enabled only
+// for arrays with at most 16 components, and for at most 64 components of all static arrays
+// together. Frozen: part of the format.
+inline constexpr std::uint32_t kMostTableComponents = 16, kMostTableComponentsInAll = 64;
+
+struct ColumnTraits {
+  /// Whether values may repeat so often that zstd compresses them better; false for coordinates
+  bool repeats = true;
+  bool tables = true;  ///< whether the column has tables, unless it has too many components
+
+  /// If the column has tables: whether values may be recalled, and elements may have partners.
+  bool earlier_values = true;
+  /// If values may be recalled and are not quantized: whether elements of several components may be
+  /// copies of earlier elements.
+  bool copies = false;
+};
+
+/// How the components of an array are coded in a group.
+struct ColumnStyle {
+  Reach reach = Reach::farther;  ///< distance at which neighbours are used
+  bool matches = true;           ///< whether predictions use matches and other components
+  bool mixes = false;            ///< whether residuals are coded with mixed bits
+  bool copies = false;           ///< whether elements may be coded as copies of earlier elements
+
+  /// Returns the bits of Neighbourhood::known that this style uses.
+  std::uint32_t known() const {
+    constexpr std::uint32_t kNearest = Neighbourhood::kLattice | 7 * Neighbourhood::kThird;
+    constexpr std::uint32_t kToBeyond = kNearest | 7 * Neighbourhood::kBeyond;
+    if (reach == Reach::lattice) return kNearest;
+    return reach == Reach::beyond ? kToBeyond : kToBeyond | 7 * Neighbourhood::kFarther;
+  }
+};
+
+/// Returns the bits of the scalar of `width` bytes at an address.
+inline std::uint64_t load_scalar(const std::byte* at, std::size_t width) {
+  std::uint64_t bits = 0;
+  if constexpr (std::endian::native == std::endian::little)
+    std::memcpy(&bits, at, width);
+  else
+    std::memcpy(reinterpret_cast<std::byte*>(&bits) + (8 - width), at, width);
+  return bits;
+}
+
+// --- encoding: the decisions that are coded
+
+/// An element with all data that predictions of its value need.
+struct ElementInputs {
+  std::array<double, kFeatures> state{};
+  std::optional<std::int64_t> index;  ///< index of the value in the domain; nothing: an escape
+  std::uint32_t known = 0, of_class = 0;
+  bool has_partner = false;
+  bool copied = false;   ///< true: a copy of an earlier element, which is not predicted
+  double reference = 0;  ///< state of the element's reference
+};
+/// The inputs of several elements.
+struct InputsOfElements {
+  std::vector<ElementInputs> elements;
+  /// Features minus the features of the reference, by element; empty if there are no references
+  std::vector<std::array<double, kFeatures>> differences;
+};
+
+/// Number of residuals that were coded in a class, and the sum of their lengths in bits.
+struct CodedResiduals {
+  double count = 0, bits = 0;
+};
+
+/// How one component of a tile will be encoded. It refers to data of the caller.
+struct TilePlan {
+  std::span<const ClassModes> modes;  ///< by class
+  /// Inputs of all elements of the tile, if the caller has computed them. In this case the states
+  /// of the component are already those after the tile. Null: the inputs are not computed yet.
+  const InputsOfElements* inputs = nullptr;
+  std::span<CodedResiduals> coded;  ///< by class: counts to which the coder adds; may be empty
+};
+
+// --- one component
+
+template <class Coder>
+class ComponentCoder {
+ public:
+  /// `earlier_values`: true if values may be recalled or have partners.
+  ComponentCoder(std::shared_ptr<const ArrayInfo> info, std::size_t component, bool earlier_values)
+      : state_(std::move(info), component), models_(earlier_values ? kPartnerMode : kStayMode) {}
+
+  /// Sets the style of this group and of all later groups, until the next call.
+  void set_style(const ColumnStyle& style) {
+    style_ = style;
+    state_.use_matches(style.matches);
+  }
+  const ColumnStyle& style() const { return style_; }
+
+  /// Begins a group. The encoder codes `wanted`; the decoder ignores it and reads the domain from
+  /// the stream. `before`: the previous components, which have already begun the group. Returns
+  /// false if the data is damaged, for example if a table has more than `most_entries` entries or
+  /// the domain changes too often.
+  bool begin_group(Coder& coder, const DomainAndTable& wanted,
+                   std::span<const ComponentCoder<Coder>> before, std::uint64_t most_entries);
+  /// Begins a tile. Returns false if the memory budget refuses the memory for the tile.
+  bool begin_tile(const ColumnTile& tile) {
+    if (!state_.begin_tile(tile)) return false;
+    models_.begin_tile(tile.classes);
+    return true;
+  }
+  /// Codes the values of the tile, given as bits. The decoder ignores `plan` and reads the modes
+  /// from the stream. Returns false if the data is damaged.
+  bool code_tile(Coder& coder, const ColumnTile& tile, std::span<std::uint64_t> bits,
+                 const TilePlan& plan = {});
+  /// Returns the values and residual sizes of the last tile.
+  const CodedTile& coded_tile() const { return state_.coded_tile(); }
+
+  const ArrayInfo& info() const { return state_.info(); }
+  /// Returns the state from which later elements are predicted.
+  ColumnState& state() { return state_; }
+  const ColumnModels<Coder>& models() const { return models_; }
+  /// Returns the rank table of the group; empty: indices are coded directly, without ranks.
+  std::span<const std::int64_t> table() const { return table_; }
+  /// Returns the entries from which a table of indices in this domain is predicted. `before`: see
+  /// begin_group().
+  std::vector<std::int64_t> known_entries(const ValueDomain& domain,
+                                          std::span<const ComponentCoder<Coder>> before) const;
+
+ private:
+  /// The result of coding one value.
+  struct CodedValue {
+    double state = 0.0;
+    ResidualSize size = 0;
+    bool second = false;    // whether the second mode predicted the value
+    bool recalled = false;  // whether an earlier value predicted the value
+  };
+  struct Prediction {
+    double state = 0.0;
+    std::int64_t index = 0;
+    bool second = false;
+  };
+
+  template <class Space>
+  bool code_values(Coder& coder, const Space& space, const ColumnTile& tile,
+                   std::span<std::uint64_t> bits);
+  template <class Space, class Predict>
+  std::optional<CodedValue> code_value(Coder& coder, const Space& space, const TileElement& element,
+                                       const Predict& predict, std::uint64_t& bits);
+  template <class Space, class Predict>
+  Prediction code_prediction(Coder& coder, const Space& space, const TileElement& element,
+                             const Predict& predict, std::int64_t actual);
+  template <class Space, class Predict>
+  std::optional<std::int64_t> code_index(Coder& coder, const Space& space,
+                                         const TileElement& element, const Predict& predict,
+                                         std::int64_t actual, CodedValue& value);
+  template <class Space>
+  bool code_recalled(Coder& coder, const Space& space, const TileElement& element,
+                     const Prediction& expected, std::int64_t& index, CodedValue& value);
+  template <class Space>
+  bool code_bits(Coder& coder, const Space& space, std::int64_t index, std::uint64_t& bits);
+
+  /// Encoding: returns true if the plan of the tile contains the inputs of its elements.
+  bool has_inputs() const {
+    if constexpr (Coder::kDecodes) return false;
+    return plan_.inputs != nullptr;
+  }
+  const ElementInputs& inputs(std::size_t i) const { return plan_.inputs->elements[i]; }
+  /// Encoding: counts a residual of this length in bits.
+  void count_residual(std::uint32_t of_class, std::uint32_t length) {
+    if constexpr (Coder::kDecodes) return;
+    if (plan_.coded.empty()) return;
+    plan_.coded[of_class].count += 1;
+    plan_.coded[of_class].bits += length;
+  }
+
+  ColumnStyle style_;
+  // Rank table of the group; empty: indices are coded directly, without ranks
+  std::vector<std::int64_t> table_;
+  ColumnState state_;
+  ColumnModels<Coder> models_;
+  TilePlan plan_;  // encoding: plan of the current tile
+};
+
+extern template class ComponentCoder<SplitEncoder>;
+extern template class ComponentCoder<SplitDecoder>;
+
+// --- all components
+
+template <class Coder>
+class ColumnCoder {
+ public:
+  /// `blocks`: element blocks that the array covers, ascending; empty: all blocks.
+  [[gnu::cold]] ColumnCoder(const ArrayInfo& info, std::vector<std::uint32_t> blocks,
+                            const ColumnTraits& traits);
+
+  const ArrayInfo& info() const { return *info_; }
+  bool has_tables() const { return has_tables_; }
+  /// Returns true if values may be recalled, and elements may have partners.
+  bool has_earlier_values() const { return has_earlier_values_; }
+  bool has_copies() const { return has_copies_; }
+  /// Returns the number of bytes of one component of an element, and of a whole element.
+  std::size_t scalar_width() const { return width_; }
+  std::size_t element_bytes() const { return width_ * info_->components; }
+  std::span<ComponentCoder<Coder>> components() { return components_; }
+  /// Returns the style of the current group.
+  const ColumnStyle& style() const { return style_; }
+
+  /// Allocates memory for `slots` slots. Call it before a group that uses them if earlier groups
+  /// were left out. `all`: number of slots of all elements, if some elements are left out.
+  void make_room(std::uint32_t slots, std::uint32_t all);
+  /// Declares that every group has a reference. Call it before the first element.
+  void use_reference();
+
+  bool covers(std::uint32_t block) const {
+    return blocks_.empty() || std::binary_search(blocks_.begin(), blocks_.end(), block);
+  }
+  /// Returns the covered elements of a tile. The state of each uncovered element becomes the last
+  /// state.
+  std::span<const Neighbourhood> covered(const TiledItems::Tile& tile);
+  /// Returns the covered elements of a tile, and calls skip(item) for each uncovered element.
+  template <class Skip>
+  std::span<const Neighbourhood> covered(const TiledItems::Tile& tile, Skip&& skip) {
+    if (blocks_.empty()) return tile.items;
+    covered_.clear();
+    for (std::size_t i = 0; i < tile.items.size(); ++i) {
+      if (covers(tile.blocks[i]))
+        covered_.push_back(tile.items[i]);
+      else
+        skip(tile.items[i]);
+    }
+    return covered_;
+  }
+
+  /// Codes the head of a group: first the style, then the domain of each component. `domains`:
+  /// used for encoding only. Returns false if the data is damaged.
+  bool code_head(Coder& coder, const ColumnStyle& style, std::span<const DomainAndTable> domains,
+                 std::uint64_t most_entries);
+  /// Begins a tile of these elements: determines their classes, and codes which elements are
+  /// copies. `back`: by element; see ColumnTile::back. Returns false if the data is damaged.
+  bool begin_tile(Coder& coder, std::span<const Neighbourhood> items,
+                  std::span<std::uint32_t> back);
+  /// Returns the tile for one component, after all components before it have been coded.
+  ColumnTile tile_of(std::size_t component, std::span<const Neighbourhood> items,
+                     std::span<const std::uint64_t> reference, std::span<const std::uint32_t> back);
+  /// Codes one component of a tile that it has begun, see ComponentCoder::code_tile().
+  bool code_tile(Coder& coder, std::size_t component, const ColumnTile& tile,
+                 std::span<std::uint64_t> bits, const TilePlan& plan = {});
+
+  /// Returns the classes of these elements, which distinguish the neighbours in `known`. The result
+  /// is valid until the next call.
+  TileClasses classify(std::span<const Neighbourhood> items, std::uint32_t known);
+  ClassNumbers& class_numbers() { return class_numbers_; }
+
+  /// Values that may be sources of copies, if there are copies; by component.
+  using History = std::vector<std::vector<std::uint64_t>>;
+  const History& history() const { return history_; }
+  /// Makes all elements so far unavailable as sources of copies.
+  void forget_history();
+
+ private:
+  void keep_history(std::size_t component, std::span<const std::uint64_t> bits);
+
+  std::shared_ptr<const ArrayInfo> info_;
+  std::vector<std::uint32_t> blocks_;  // covered blocks; empty: all blocks
+  bool has_tables_, has_earlier_values_, has_copies_;
+  std::size_t width_;
+  std::vector<ComponentCoder<Coder>> components_;
+  ColumnStyle style_;
+  TreeModel<2> reach_;
+  AdaptiveBit matches_, copies_;
+  ClassNumbers class_numbers_;
+  CopiedElements<Coder> copied_;
+  History history_;
+
+  // Data of the current tile
+  std::vector<Neighbourhood> covered_;
+  std::vector<std::uint16_t> classes_;
+  std::vector<const CodedTile*> coded_tiles_;  // of the components before the current component
+};
+
+extern template class ColumnCoder<SplitEncoder>;
+extern template class ColumnCoder<SplitDecoder>;
+
+/// Decodes the groups of an array.
+class ColumnDecoder {
+ public:
+  /// See ColumnCoder.
+  [[gnu::cold]] ColumnDecoder(const ArrayInfo& info, std::vector<std::uint32_t> blocks,
+                              const ColumnTraits& traits = {})
+      : column_(info, std::move(blocks), traits) {}
+
+  /// Returns true if groups of this column may use `codec`.
+  bool takes(Codec codec) const {
+    return codec == Codec::columns || codec == Codec::shuffled_zstd ||
+           (codec == Codec::mixed_columns && column_.has_tables());
+  }
+
+  /// Allocates memory for slots, see ColumnCoder.
+  void make_room(std::uint32_t slots, std::uint32_t all = 0) { column_.make_room(slots, all); }
+  /// Declares that every group has a reference. Call it before the first element.
+  void use_reference() { column_.use_reference(); }
+  /// Sets the memory budget for the slots. `memory` must outlive the column. Call it before the
+  /// first element. If the budget refuses memory, decode_tile() fails.
+  void use_memory(ColumnMemory& memory);
+
+  /// Begins a group. `bytes` must stay valid until the next call, and may unpack to at most `limit`
+  /// bytes. Returns false if the data is damaged or groups of this column may not use the codec.
+  bool begin_group(Codec codec, std::span<const std::byte> bytes, std::uint64_t limit);
+  /// Returns the reach that the neighbourhoods of the group must have. Call it after begin_group().
+  Reach reach() const {
+    return codec_ == Codec::shuffled_zstd ? Reach::lattice : column_.style().reach;
+  }
+  /// Decodes the next tile and appends the values of its covered elements, packed, to `out`.
+  /// `reference`: reference values of these elements, with the same layout as the values; or null.
+  bool decode_tile(const TiledItems::Tile& tile, std::vector<std::byte>& out,
+                   const std::byte* reference = nullptr);
+
+ private:
+  bool copy_unpacked(std::span<const Neighbourhood> items, std::vector<std::byte>& out);
+
+  ColumnCoder<SplitDecoder> column_;
+  const ColumnMemory* memory_ = nullptr;  // memory budget, if memory is bounded
+  SplitDecoder coder_;
+  Codec codec_ = Codec::columns;
+  std::vector<std::byte> unpacked_;  // shuffled_zstd: values of the group, packed
+  std::size_t unpacked_at_ = 0;
+  // Data of the current tile
+  std::vector<std::uint64_t> bits_, reference_bits_;
+  std::vector<std::uint32_t> back_;  // see ColumnTile::back
+};
+
+}  // namespace shm
