@@ -129,12 +129,12 @@ class FileWriter {
   std::uint64_t extra_bytes_ = 0;
   std::vector<container::StepPart> parts_;  // parts of step values that have not been written yet
   std::vector<std::byte> part_bytes_;
-  std::vector<std::byte>
-      schema_payload_;  // schema payload of the file that go_on() continues; otherwise empty
+  // Schema payload of the file that go_on() continues; otherwise empty.
+  std::vector<std::byte> schema_payload_;
   std::optional<StepEncoder> step_values_;  // set by begin_steps()
   bool times_set_ = false;
-  std::uint64_t steps_ =
-      0;  // number of steps according to the chunks adopted or continued, and to the step times
+  // Number of steps according to the chunks adopted or continued, and to the step times.
+  std::uint64_t steps_ = 0;
 };
 
 }  // namespace shm

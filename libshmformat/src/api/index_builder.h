@@ -36,11 +36,10 @@ class IndexBuilder {
   const FoundChunks* found_;
   Decoder decoder_;
   container::Index index_;
-  std::size_t groups_ = 0,
-              parts_ = 0;  // numbers of groups and parts of found_ that have been processed
-  std::size_t pieces_ = 0,
-              piece_of_chunk_ =
-                  0;  // numbers of decoded pieces of step values: in all, and in the current chunk
+  // Numbers of groups and parts of found_ that have been processed.
+  std::size_t groups_ = 0, parts_ = 0;
+  // Numbers of decoded pieces of step values: in all, and in the current chunk.
+  std::size_t pieces_ = 0, piece_of_chunk_ = 0;
 };
 
 }  // namespace shm

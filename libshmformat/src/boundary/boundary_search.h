@@ -43,8 +43,8 @@ class BoundarySearch {
   struct Vertex {
     std::uint64_t number = 0;
     std::uint64_t ordinal = 0;  // number of vertices introduced before it
-    std::uint64_t holds =
-        1;  // occurrences in cycles of stored sides, plus 1 until the vertex is finalized
+    // Occurrences in cycles of stored sides, plus 1 until the vertex is finalized.
+    std::uint64_t holds = 1;
     std::uint32_t place = kNone;  // index of the vertex in found_; kNone if it is not there yet
     bool is_finalized = false;
   };
@@ -100,8 +100,8 @@ class BoundarySearch {
   const Schema* schema_;
   std::uint64_t max_bytes_;
   SurfaceBuilder found_;
-  std::vector<CellForm>
-      forms_;  // form of the cells of each block, if they have a fixed number of nodes
+  // Form of the cells of each block, if they have a fixed number of nodes.
+  std::vector<CellForm> forms_;
   std::vector<CellColumn> cell_columns_;  // state of each column of the cell layout
   std::uint64_t next_vertex_ = 0, next_cell_ = 0, left_out_ = 0;
   std::size_t unchecked_ = 0;  // number of nodes since the last check of the memory
@@ -118,8 +118,8 @@ class BoundarySearch {
   // The current cell.
   Cell cell_;
   std::vector<std::byte> record_;
-  std::uint32_t kept_as_ =
-      kNone;  // index of the cell in cells_; kNone until one of its sides is stored
+  // Index of the cell in cells_; kNone until one of its sides is stored.
+  std::uint32_t kept_as_ = kNone;
   std::vector<std::uint32_t> nodes_;         // vertex slots of its nodes
   std::array<std::uint64_t, 8> ordinals_{};  // ordinals of the corners of a solid
   bool is_mirrored_ = false;                 // true: its sides are ordered as seen from inside

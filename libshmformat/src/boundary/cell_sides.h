@@ -20,8 +20,8 @@ struct CellForm {
                  ///< its end
   };
   Kind kind = unknown;
-  std::uint32_t corners =
-      0;  ///< number of nodes that are corners; set for the kinds `itself` and `solid`
+  /// Number of nodes that are corners; set for the kinds `itself` and `solid`.
+  std::uint32_t corners = 0;
   std::span<const ShapeFace> sides;  ///< corners of each side, counter-clockwise seen from outside;
                                      ///< set for the kind `solid`
   /// True for wedges. In some files, the corners of their first triangle are in counter-clockwise

@@ -115,8 +115,8 @@ class SideTable {
   std::vector<std::vector<std::uint32_t>> long_;
   std::vector<std::uint32_t> free_long_;
   std::uint64_t long_bytes_ = 0;
-  std::vector<std::uint32_t>
-      heads_;  // first sides of the chains of hashed sides; the size is a power of two
+  // First sides of the chains of hashed sides; the size is a power of two.
+  std::vector<std::uint32_t> heads_;
   std::vector<Link> links_;  // links of each hashed side, by index of the side
   std::size_t hashed_ = 0;
   Scatter scatter_;

@@ -114,8 +114,8 @@ class SurfaceBuilder {
   BoundarySurface surface_;               // until sort(), face_begin lacks its first element, 0
   std::vector<std::uint64_t> ordinals_;   // ordinal of each vertex
   std::vector<std::uint64_t> positions_;  // position in coding order of the cell of each face
-  std::vector<std::vector<std::uint64_t>>
-      marks_;                 // by request: marks of the faces' cells, for stepped cell arrays
+  // By request: marks of the faces' cells, for stepped cell arrays.
+  std::vector<std::vector<std::uint64_t>> marks_;
   std::vector<bool> filled_;  // by request: true if values have been stored
   std::vector<std::uint32_t> vertices_by_number_, faces_by_number_;
 };

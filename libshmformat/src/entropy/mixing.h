@@ -36,12 +36,12 @@ namespace mixing {
 
 inline constexpr std::uint32_t kHistoryBits = 6;
 inline constexpr std::uint32_t kMaxClues = 5;
-inline constexpr std::uint32_t kDepths =
-    4;  // number of depths of a path that have separate weights
-inline constexpr std::uint32_t kTableBits =
-    16;  // log2 of the number of predictions that are looked up by clue
-inline constexpr std::uint32_t kClueLimit =
-    30;  // limit of the counts of predictions by clue; the low limit makes them forget fast
+// Number of depths of a path that have separate weights.
+inline constexpr std::uint32_t kDepths = 4;
+// Log2 of the number of predictions that are looked up by clue.
+inline constexpr std::uint32_t kTableBits = 16;
+// Limit of the counts of predictions by clue; the low limit makes them forget fast.
+inline constexpr std::uint32_t kClueLimit = 30;
 inline constexpr std::int32_t kStretchLimit = 2839;  // 256 ln 65535
 inline constexpr std::int32_t kBias = 256;           // constant input of the weighted sum
 inline constexpr std::int32_t kOne = 1 << 16;        // a weight of 1

@@ -151,7 +151,8 @@ Result<std::optional<Schema>> ChunkReader::find_schema(std::span<const std::byte
 
 namespace {
 
-/// Restores the index entries from the lines of a ChunkList.
+/// Restores the index entries from the lines of a ChunkList, which records chunks while they are
+/// read.
 class EntryReader {
  public:
   explicit EntryReader(std::span<const std::byte> lines) : in_(lines) {}
@@ -207,7 +208,7 @@ EntryReader::Line EntryReader::next() {
   return line;
 }
 
-/// Returns the name of the first field that differs, or an empty string.
+/// Returns the name of the first field in which two index entries differ, or an empty string.
 std::string_view difference_of(const StepEntry& listed, const StepEntry& there) {
   if (listed.array != there.array) return "array";
   if (listed.step != there.step) return "step";

@@ -46,8 +46,8 @@ Result<IndexEntry> last_chunk(RandomSource& source, ChunkKind kind) {
     return truncated("the file does not end with an end record", "end record", end);
   if (last.offset > end) return corrupt("points beyond the file", "end record", end);
   last.bytes = end - last.offset;
-  // If parity follows the first trailer, the trailer found here is a copy of the first, and only
-  // the chunk's header states the correct length. The chunk itself is checked when it is read.
+  // If parity follows the first trailer, the trailer found here is a copy of the first trailer, and
+  // only the chunk's header states the correct length. The chunk itself is checked when it is read.
   const auto header = header_at(source, last.offset, end, chunk_name(last.kind));
   if (!header) return header.error();
   if (!*header || (*header)->payload_bytes >= last.bytes || (*header)->chunk_bytes() >= last.bytes)

@@ -47,8 +47,8 @@ class ActiveSurface {
     std::array<FaceCorner, 4> next{},
         previous{};                  ///< links of the lists of faces around each vertex
     std::array<FaceEdge, 4> mate{};  ///< mate across the edge from quad[i] to quad[i + 1]
-    std::array<std::uint8_t, 4>
-        fan{};  ///< number of hexahedra between this face and its mate, at most 255
+    /// Number of hexahedra between this face and its mate, at most 255.
+    std::array<std::uint8_t, 4> fan{};
     std::array<std::uint8_t, 4> owner_corner{};  ///< owner's corner number of each vertex; the
                                                  ///< owner is the hexahedron that added the face
     std::uint32_t cell = kNone;                  ///< cell slot of the owner
@@ -160,8 +160,8 @@ class ActiveSurface {
   std::vector<Face> faces_;
   std::vector<std::uint8_t> cell_faces_;  // number of active faces, by cell slot
   static constexpr std::size_t kRestingSlots = 256;
-  std::deque<std::uint32_t>
-      free_vertices_;  // free slots; the slot that was freed first is in front
+  // Free slots; the slot that was freed first is in front.
+  std::deque<std::uint32_t> free_vertices_;
   std::vector<std::uint32_t> free_faces_, free_cells_;
   std::vector<Introduced> introduced_;
   std::size_t oldest_ = 0;  // index in introduced_: no vertex before it is alive

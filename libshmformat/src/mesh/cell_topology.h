@@ -57,11 +57,11 @@ struct CellTopology {
   /// Position of each stored corner in the coder's frame. Set if there is a layout.
   std::array<std::uint8_t, 8> framed{0, 1, 2, 3, 4, 5, 6, 7};
 
-  bool by_faces =
-      false;  ///< true: a polyhedron given face by face, each face closed by its first vertex
+  /// True: a polyhedron given face by face, each face closed by its first vertex.
+  bool by_faces = false;
   std::uint32_t cell_slot = kNone;
-  std::uint8_t face_mask =
-      0;  ///< bit k: face k was active before this cell; not set by the replay codec
+  /// Bit k: face k was active before this cell; not set by the replay codec.
+  std::uint8_t face_mask = 0;
 
   std::uint32_t stored_position(std::uint32_t position) const {
     return hexahedral && position < 8 ? stored_corner[position] : position;

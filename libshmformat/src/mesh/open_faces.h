@@ -57,9 +57,8 @@ class OpenFaces {
   };
   struct Vertex {
     std::uint32_t first = kNone;
-    std::uint8_t faces = 0, edges = 0,
-                 bare =
-                     0;  ///< counts at the vertex; bare: number of faces that no flat cell covers
+    /// Counts at the vertex; bare: number of faces that no flat cell covers.
+    std::uint8_t faces = 0, edges = 0, bare = 0;
   };
 
   /// Adds the next cell. `corners` are its vertex slots. behind() then returns the cells across its

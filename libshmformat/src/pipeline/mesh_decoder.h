@@ -81,8 +81,8 @@ class DecodingQueue {
     std::size_t segment = 0;  ///< the number passed to begin_segment()
     std::uint64_t group = 0;  ///< number of the group of a block
     std::optional<DecodedBlock> block;
-    std::vector<std::uint64_t>
-        left_alive;  ///< numbers of the vertices that are not finalized at the end of the segment
+    /// Numbers of the vertices that are not finalized at the end of the segment.
+    std::vector<std::uint64_t> left_alive;
   };
 
  private:

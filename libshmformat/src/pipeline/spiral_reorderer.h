@@ -52,8 +52,8 @@ class SpiralReorderer {
   std::uint64_t next_age_ = 0;
   std::map<std::uint64_t, std::uint32_t> by_age_;
   std::unordered_map<std::uint32_t, Waiting> cells_;
-  std::unordered_map<Face, std::array<std::uint32_t, 2>, FaceHash>
-      faces_;  // the cells at each face, at most two
+  // The cells at each face, at most two.
+  std::unordered_map<Face, std::array<std::uint32_t, 2>, FaceHash> faces_;
 
   bool has_previous_ = false;
   Corners previous_{};

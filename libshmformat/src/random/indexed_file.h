@@ -99,8 +99,8 @@ class IndexedFile {
     std::vector<std::byte> bytes;  ///< group header as stored in the payload
     container::GroupHeader header;
     std::uint64_t payload_offset = 0;  ///< offset of the payload in the file
-    std::vector<std::uint64_t>
-        stream_offset;  ///< offset in the file of each stream that the header lists
+    /// Offset in the file of each stream that the header lists.
+    std::vector<std::uint64_t> stream_offset;
   };
   Result<GroupHead> read_group_head(std::size_t group);
   /// Announces to the source that these groups will be read as a whole.
@@ -142,18 +142,18 @@ class IndexedFile {
   std::unique_ptr<const Schema> schema_;  // on the heap, since other objects keep a pointer to it
   std::uint64_t index_offset_ = 0;
   container::Index index_;
-  bool has_long_headers_ =
-      false;  // true: chunk headers are long even if short headers would suffice
+  // True: chunk headers are long even if short headers would suffice.
+  bool has_long_headers_ = false;
   std::vector<SegmentInfo> segments_;
   std::vector<container::IndexEntry> groups_;
   std::vector<std::size_t> first_group_;  // index in groups_ of the first group of each segment;
                                           // then the number of groups
   std::unique_ptr<const DecodableParts> decodable_;
-  std::unordered_map<std::size_t, GroupHead>
-      heads_;                    // group headers that prefetch_streams() has read, by group
+  // Group headers that prefetch_streams() has read, by group.
+  std::unordered_map<std::size_t, GroupHead> heads_;
   std::vector<std::byte> kept_;  // payload kept by read_chunk_of_parts()
-  std::uint64_t kept_offset_ =
-      kNoOffset;                  // offset of that payload's chunk; kNoOffset: kept_ is not valid
+  // Offset of that payload's chunk; kNoOffset: kept_ is not valid.
+  std::uint64_t kept_offset_ = kNoOffset;
   std::uint64_t kept_bytes_ = 0;  // length of that chunk
   std::uint8_t kept_version_ = 0;
 };

@@ -82,8 +82,8 @@ class PiecePicker {
   std::size_t segment_ = 0, group_ = 0;
   std::uint64_t found_ = 0;
   MeshBlock piece_;
-  std::unordered_set<std::uint64_t>
-      shared_;  // vertices in the piece that other segments may contain, too
+  // Vertices in the piece that other segments may contain, too.
+  std::unordered_set<std::uint64_t> shared_;
 
   Numbers vertices_, cells_;
   std::vector<std::uint64_t> block_cells_;

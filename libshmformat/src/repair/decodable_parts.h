@@ -46,8 +46,8 @@ struct DecodableParts {
     std::uint32_t array = 0;
     std::uint64_t step = 0;
     bool refers = false;  ///< true if any of its parts, including lost ones, refers to another step
-    std::vector<Part>
-        parts;  ///< values.group: index in `groups`; values.first: element index within these parts
+    /// Values.group: index in `groups`; values.first: element index within these parts.
+    std::vector<Part> parts;
   };
   std::vector<Step> steps;  ///< sorted by array, then by step
 

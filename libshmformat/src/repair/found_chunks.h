@@ -92,8 +92,8 @@ class FoundChunks {
   std::optional<container::Index> index_;
   std::uint64_t index_offset_ = 0;
   std::vector<std::byte> schema_payload_;
-  bool has_long_headers_ =
-      false;  // true: the schema chunk has a long header although a short header would suffice
+  // True: the schema chunk has a long header although a short header would suffice.
+  bool has_long_headers_ = false;
   std::optional<Schema> schema_;
   std::vector<Damage> damages_;
   // Used only without an index.

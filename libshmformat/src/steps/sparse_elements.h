@@ -29,8 +29,8 @@ struct SparseGroup {
   std::vector<Tile> tiles;             ///< tiles with covered elements
   std::vector<std::uint64_t> numbers;  ///< numbers of the covered elements, if known
   std::uint32_t slots = 0;             ///< upper bound of the slots used in this and earlier groups
-  std::uint32_t all_slots =
-      0;  ///< upper bound of the slots of all elements of this and earlier groups
+  /// Upper bound of the slots of all elements of this and earlier groups.
+  std::uint32_t all_slots = 0;
   std::uint32_t uncovered_behind = 0;  ///< number of uncovered elements after the last tile
 
   std::size_t bytes() const {

@@ -77,8 +77,8 @@ class StepElements {
     bool made = false;            // true: `sparse` has been built
     std::vector<OfGroup> groups;  // groups that have elements of the arrays
     std::size_t counted = 0;      // number of groups whose elements have been counted
-    std::vector<SparseGroup>
-        sparse;  // elements of `groups`, without those not needed; set if `made`
+    // Elements of `groups`, without those not needed; set if `made`.
+    std::vector<SparseGroup> sparse;
 
     /// Returns the index in `groups` of the first group that is not before `group`.
     std::size_t nth(std::size_t group) const;

@@ -111,12 +111,12 @@ class StepEncoder {
   std::uint64_t step_ = 0, first_ = 0;
   std::uint64_t reference_step_ = 0;
   StepReference most_here_ = StepReference::nothing;
-  std::optional<StepReference>
-      reference_;  // reference of the current step, once it has been chosen
+  // Reference of the current step, once it has been chosen.
+  std::optional<StepReference> reference_;
   bool has_referred_ = false;
   std::optional<Column> column_;
-  std::size_t groups_ =
-      0;  // number of groups with elements of the array, including the current group
+  // Number of groups with elements of the array, including the current group.
+  std::size_t groups_ = 0;
   std::size_t group_ = 0;    // index of the current group
   std::uint64_t count_ = 0;  // number of elements in the current group; 0: no group has begun
   std::vector<std::byte> pending_;

@@ -107,8 +107,8 @@ class StepTopology {
     container::GroupHeader header;  // lists only the streams that are needed
     std::vector<std::byte> streams;
     bool counted = false;
-    std::map<std::uint32_t, std::uint32_t>
-        block_cells;  // number of cells of each block; empty until they are counted
+    // Number of cells of each block; empty until they are counted.
+    std::map<std::uint32_t, std::uint32_t> block_cells;
   };
 
   Result<void> decode_next();
@@ -124,8 +124,8 @@ class StepTopology {
   CellBytes cell_bytes_;
   std::vector<Group> groups_;
   std::uint64_t cells_in_all_ = 0, vertices_in_all_ = 0, most_active_ = 0;
-  std::unique_ptr<GroupDecoder>
-      decoder_;  // decoder of the segment of group next_ - 1, positioned after that group
+  // Decoder of the segment of group next_ - 1, positioned after that group.
+  std::unique_ptr<GroupDecoder> decoder_;
   std::size_t next_ = 0;
   GroupElements elements_;  // elements of group next_ - 1
   bool has_elements_ = false;
