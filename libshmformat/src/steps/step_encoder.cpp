@@ -11,7 +11,8 @@
 namespace shm {
 namespace {
 
-constexpr int kWideArrayZstdLevel = 9;  // for arrays with too many components for columns
+// Zstd level for arrays with too many components for columns.
+constexpr int kWideArrayZstdLevel = 9;
 
 }  // namespace
 
@@ -153,7 +154,8 @@ Result<EncodedColumn> StepEncoder::encode() {
   return column_->encode(*elements, pending_, level_, reference(*reference_));
 }
 
-/// Chooses, in the first group of a step, the reference for all groups of the step.
+/// Chooses the reference for all groups of a step, in the first group of the step, by encoding this
+/// group with each permitted reference.
 EncodedColumn StepEncoder::choose_reference(const ColumnElements& elements) {
   EncodedColumn best;
   for (const StepReference kind :
@@ -176,8 +178,9 @@ EncodedColumn StepEncoder::encode_in_terms() {
   return encode_terms(schema_->arrays[*array_], pending_, reference(*reference_), scratch_).column;
 }
 
-/// Chooses, in the first group of a step, the reference for all groups of the step. Keeps the
-/// reference of the step before, unless it now needs a quarter more bytes than when it was chosen.
+/// Chooses the reference for all groups of a step that is coded with the codec terms, in the first
+/// group of the step. Keeps the reference of the previous step, unless the first group now needs a
+/// quarter more bytes than when that reference was chosen.
 EncodedColumn StepEncoder::choose_terms() {
   Before& before = before_[*array_];
   const auto with = [&](StepReference kind) {
@@ -199,7 +202,7 @@ EncodedColumn StepEncoder::choose_terms() {
       before.liked = StepReference::trend;
     }
   }
-  // If this step could not refer to a trend yet, the next step chooses again.
+  // If this step could not refer to a trend, the next step chooses again.
   before.liked_bytes = most_here_ == most_ ? best.column.bytes.size() : 0;
   reference_ = best.refers ? before.liked : StepReference::nothing;
   return std::move(best.column);

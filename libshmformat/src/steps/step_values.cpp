@@ -40,8 +40,8 @@ bool StepColumn<Coder>::begin(std::uint32_t segment, StepReference reference) {
   if (goes_on && reference != reference_) return false;
   if (!goes_on) {
     const ArrayInfo& info = schema_->arrays[array_];
-    // In all segments but the first, vertices are in two "blocks": 0 for own vertices, 1 for
-    // imported vertices (see GroupElements).
+    // In all segments but the first, the column treats vertices as elements of two "blocks": 0 for
+    // own vertices, 1 for imported vertices (see GroupElements).
     const bool may_import = segment > 0 && info.location == Location::point;
     column_.emplace(info, may_import ? std::vector<std::uint32_t>{0} : info.blocks,
                     ColumnTraits{.earlier_values = schema_->earlier_values});
