@@ -1,4 +1,4 @@
-// Archives: sequences of complete files, the members, with a list of the members at the end.
+// Archives: sequences of complete files, called members, with a list of the members at the end.
 #include "shm/archive.h"
 
 #include <algorithm>
@@ -24,7 +24,7 @@ bool file_start(std::span<const std::byte> head, container::FileStart& start) {
   return container::get(in, start);
 }
 
-/// Writes the bytes of a member to the archive, counts them, and stores the first bytes to check
+/// Writes the bytes of a member to the archive and counts them. Stores the first bytes, to check
 /// the file start.
 class MemberSink final : public ByteSink {
  public:
@@ -43,7 +43,7 @@ class MemberSink final : public ByteSink {
     bytes_ = 0;
     open_ = true;
   }
-  /// Ends the member and returns its size in bytes. Fails with ErrorCode::misuse if its bytes do
+  /// Ends the member and returns its size in bytes. Fails with ErrorCode::misuse if the member does
   /// not begin like a .shm file of one mesh.
   Result<std::uint64_t> end() {
     open_ = false;
@@ -130,7 +130,7 @@ class __attribute__((visibility("hidden"))) ArchiveWriter::Impl {
   ByteSink* sink_;
   MemberSink member_;
   bool in_member_ = false;
-  std::uint64_t bytes_ = 0;  // size of the file start and of all members so far
+  std::uint64_t bytes_ = 0;  // size in bytes of the file start and of all members so far
   container::MemberList list_;
   std::set<std::string> names_;
   std::optional<Error> failed_;

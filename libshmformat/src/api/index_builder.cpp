@@ -74,7 +74,8 @@ Result<void> IndexBuilder::add(const FoundChunk& chunk) {
   return {};
 }
 
-/// Returns the index entry of a chunk without its offset. For step values, `first` is also missing.
+/// Returns the index entry of a chunk without its offset. The entry of step values does not contain
+/// `first` either.
 Result<IndexEntry> IndexBuilder::entry_of(const FoundChunk& chunk) {
   if (!chunk.whole || chunk.header.sequence != index_.entries.size()) return not_all(chunk.offset);
   IndexEntry entry;

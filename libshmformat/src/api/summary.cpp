@@ -1,4 +1,5 @@
-// Summary: computes the totals that a Reader counts from the headers of chunks, without decoding.
+// Summary: computes the totals that a Reader counts, but from the headers of chunks, without
+// decoding.
 #include "shm/summary.h"
 
 #include <algorithm>
@@ -197,12 +198,12 @@ Result<void> Summarizer::finish() {
   if (!same) return file_.wrong_index("does not match the contents of the file");
   totals_.total_bytes = source_->size();
   totals_.streams["container"] = totals_.total_bytes - coded;
-  // Check that steps are complete and in order.
+  // StepIndex::of() checks that steps are complete and in order.
   const auto steps = StepIndex::of(file_);
   return steps ? Result<void>() : Result<void>(steps.error());
 }
 
-/// Checks version and features before the first chunk is read.
+/// Checks version and features of the file before its first chunk is read.
 Result<void> check_start(RandomSource& source, const ReadLimits& limits) {
   std::vector<std::byte> start(
       static_cast<std::size_t>(std::min<std::uint64_t>(source.size(), container::kFileStartBytes)));

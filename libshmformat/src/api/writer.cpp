@@ -1,5 +1,5 @@
-// Writer: passes the mesh to the mesh encoder, and its groups, the step values and the extras to
-// the FileWriter.
+// Writer: passes the mesh to the mesh encoder. Passes the groups that the mesh encoder returns, the
+// step values and the extras to the FileWriter.
 #include "shm/writer.h"
 
 #include <algorithm>
@@ -137,7 +137,7 @@ class __attribute__((visibility("hidden"))) Writer::Impl {
 
   std::uint32_t key_steps_;
   Level level_;
-  std::optional<StepTopology> topology_;  // set only if the schema has arrays with steps
+  std::optional<StepTopology> topology_;  // set only if the schema has stepped arrays
 };
 
 Writer::Writer(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}

@@ -17,7 +17,7 @@ struct CellForm {
     itself,      ///< the cell is a face, an edge or a point, which consists of its first nodes
     solid,       ///< the first nodes of the cell are corners, which form its sides
     polyhedron,  ///< the nodes of the cell list its faces; each face repeats its first vertex at
-                 ///< its end its end
+                 ///< its end
   };
   Kind kind = unknown;
   /// Number of nodes that are corners; set for the kinds `itself` and `solid`.

@@ -9,8 +9,8 @@
 namespace shm {
 namespace {
 
-// Bytes of groups of the first segment that are decoded before threads start. Decoding them takes
-// about a millisecond.
+// Size in bytes of the groups of the first segment that are decoded before threads start. Decoding
+// groups of this size takes about a millisecond.
 constexpr std::size_t kAloneBytes = std::size_t{4} << 10;
 
 }  // namespace
@@ -93,7 +93,8 @@ Result<void> SegmentDecoder::begin_streams() {
 
 namespace {
 
-/// Removes vertices and values but keeps their memory. The cells stay, and are overwritten later.
+/// Removes vertices and values from the block but keeps their memory. The cells stay, and are
+/// overwritten later.
 void clear(MeshBlock& block) {
   block.vertex_numbers.clear();
   block.xyz.clear();
@@ -288,8 +289,8 @@ void MeshDecoder::leave(const std::vector<std::uint64_t>& alive, std::uint32_t s
 }
 
 /// Checks that the block continues where the last block ended, and counts its vertices and cells.
-/// Readers of single parts, even of damaged files, do not check the box: a wrong box is no reason
-/// to withhold intact data.
+/// Also checks the bounding box. Readers of single parts, even of damaged files, do not check the
+/// box: a wrong box is no reason to withhold intact data.
 Result<void> MeshDecoder::join(const DecodedBlock& block) {
   if (block.segment.segment == segment_starts_.size()) {
     if (block.segment.first_cell != cells_ || block.segment.first_vertex != vertices_)

@@ -157,8 +157,8 @@ void IndexedFile::prefetch_groups(std::span<const std::size_t> groups) {
   source_->prefetch(ranges);
 }
 
-/// Returns the length of the chunk header and the group header together, if the chunk header has
-/// the form that writers choose.
+/// Returns the total length in bytes of the chunk header and the group header, if the chunk header
+/// has the form that writers choose.
 std::uint64_t IndexedFile::head_bytes(const IndexEntry& group) const {
   container::ChunkHeader header;
   header.segment = group.segment;
@@ -267,8 +267,8 @@ Result<container::GroupChunk> IndexedFile::read_group(std::size_t group,
   std::vector<std::byte>& payload = out.payload;
   const auto& streams = head->header.streams;
   const std::uint64_t begin = head->payload_offset;
-  // Reads up to the end of the last wanted stream. If the file is cut off after it, the group can
-  // still be read.
+  // Only the bytes up to the end of the last wanted stream are read. If the file is cut off after
+  // this stream, the group can still be read.
   std::uint64_t needed = payload.size();
   for (std::size_t s = 0; s < streams.size(); ++s)
     if (parts.includes(streams[s]))
@@ -349,7 +349,7 @@ Result<void> IndexedFile::expect_group(std::size_t group,
 }
 
 Result<void> IndexedFile::expect_totals() const {
-  if (decodable_) return {};  // if some groups are lost, totals cannot be checked
+  if (decodable_) return {};  // totals cannot be checked if some groups are lost
   std::uint64_t vertices = 0, cells = 0;
   bool ok = index_.block_cells.size() == schema().blocks.size();
   for (const IndexEntry& group : groups_) {
@@ -367,14 +367,14 @@ Result<void> IndexedFile::expect_totals() const {
   return ok && cells == 0 ? Result<void>() : wrong_index("its groups do not add up to its totals");
 }
 
-/// Determines from the first chunk whether chunk headers are always long. `bytes` begin at the file
+/// Determines from the first chunk whether all chunk headers are long. `bytes` begin at the file
 /// start.
 void IndexedFile::look_at_beginning(std::span<const std::byte> bytes) {
   const auto first = bytes.subspan(std::min(bytes.size(), container::kFileStartBytes));
   has_long_headers_ = container::header_bytes(first) == kLongHeaderBytes;
 }
 
-/// Reads the file start and the first chunk.
+/// Reads the file start and the first chunk, which is the schema.
 Result<void> IndexedFile::read_schema() {
   if (index_.entries.empty() ||
       index_.entries[0].kind != static_cast<std::uint8_t>(ChunkKind::schema) ||

@@ -1,4 +1,4 @@
-// Reads the topology of groups that are found through the index.
+// Function that reads the topology of a group that is found through the index.
 #pragma once
 
 #include <cstddef>
