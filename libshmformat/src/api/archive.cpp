@@ -31,7 +31,7 @@ class MemberSink final : public ByteSink {
   explicit MemberSink(ByteSink& sink) : sink_(&sink) {}
   Result<void> write(std::span<const std::byte> more) override {
     if (error_) return *error_;
-    if (!open_) return *(error_ = misuse("a write to a member that has ended", "archive"));
+    if (!open_) return *(error_ = misuse("a member was written to after it had ended", "archive"));
     for (std::size_t i = 0; i < more.size() && bytes_ + i < head_.size(); ++i)
       head_[static_cast<std::size_t>(bytes_) + i] = more[i];
     bytes_ += more.size();
@@ -88,7 +88,7 @@ class __attribute__((visibility("hidden"))) ArchiveWriter::Impl {
   Result<ByteSink*> add_member(const std::string& name) {
     if (auto status = end_member(); !status) return status.error();
     if (!is_member_name(name))
-      return fail(misuse("'" + name + "' cannot be a member's name", "archive"));
+      return fail(misuse("'" + name + "' is not a valid member name", "archive"));
     if (!names_.insert(name).second)
       return fail(misuse("there are two members '" + name + "'", "archive"));
     list_.members.push_back({name, 0});
@@ -107,7 +107,7 @@ class __attribute__((visibility("hidden"))) ArchiveWriter::Impl {
     container::put_trailer(trailer, bytes_);
     if (auto status = sink_->write(trailer.bytes); !status) return fail(status.error());
     if (auto status = sink_->commit(); !status) return fail(status.error());
-    failed_ = misuse("is finished", "archive");
+    failed_ = misuse("the archive is finished", "archive");
     return bytes_ + chunks.offset() + trailer.bytes.size();
   }
 
@@ -183,7 +183,7 @@ Result<ArchiveReader> ArchiveReader::open(RandomSource& source, const ReadLimits
   std::uint64_t offset = container::kFileStartBytes;
   for (const container::Member& member : list.members) {
     if (!is_member_name(member.name) || !names.insert(member.name).second)
-      return wrong("an invalid or repeated member name", place->offset);
+      return wrong("a member name is invalid or repeated", place->offset);
     if (member.bytes > place->offset - offset)
       return wrong("member '" + member.name + "' would not fit into the file", place->offset);
     archive.members_.push_back({member.name, offset, member.bytes});

@@ -89,7 +89,7 @@ Result<container::Index> index_anew(RandomSource& source, const FoundChunks& fou
   container::put(payload, *index);
   const std::uint64_t bytes = payload.bytes.size(), end = found.end_of_chunks();
   if (bytes > limits.max_chunk_bytes)
-    return over_limit("would need " + std::to_string(bytes) + " bytes, the limit is " +
+    return over_limit("would need " + std::to_string(bytes) + " bytes, but the limit is " +
                           std::to_string(limits.max_chunk_bytes),
                       "index", end);
   // The original index may be a few bytes longer or shorter than the rebuilt index. There are two

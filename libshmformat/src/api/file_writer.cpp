@@ -189,7 +189,7 @@ Result<void> FileWriter::check(const Extra& extra) {
     return misuse("extra '" + extra.key + "': data does not match type and shape", "extras");
   if (extra.refers != Reference::nothing && extra.type != ScalarType::int32 &&
       extra.type != ScalarType::int64)
-    return misuse("extra '" + extra.key + "': references are int32 or int64", "extras");
+    return misuse("extra '" + extra.key + "': references must be int32 or int64", "extras");
   return {};
 }
 

@@ -77,7 +77,7 @@ Result<void> MeshFeed::check_cells() {
   for (std::size_t c = 0; c < cells; ++c) {
     const std::uint32_t block = block_of(c);
     if (block >= schema_->blocks.size())
-      return misuse("a cell of an unknown block: " + std::to_string(block), "mesh");
+      return misuse("a cell belongs to an unknown block: " + std::to_string(block), "mesh");
     ++block_cells_[block];
     std::uint64_t nodes = schema_->blocks[block].nodes_per_cell;
     if (begin.empty() && nodes == 0)
@@ -97,7 +97,7 @@ Result<void> MeshFeed::check_cells() {
     for (const std::uint64_t v :
          mesh_->corners.part(corner, static_cast<std::size_t>(nodes), corners_)) {
       if (v >= vertices_.size())
-        return misuse("a corner is not a vertex: " + std::to_string(v), "mesh");
+        return misuse("a cell uses a vertex that does not exist: " + std::to_string(v), "mesh");
       std::uint32_t& uses = vertices_[static_cast<std::size_t>(v)].uses;
       uses += uses == kEndless ? 0 : 1;
     }

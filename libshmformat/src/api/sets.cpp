@@ -163,7 +163,7 @@ Result<std::vector<double>> factors(const Folder& folder) {
 std::string contradiction(const MeshSet& set) {
   const std::size_t members = set.members.size();
   if (set.kind == Kind::sides ? set.sides.size() != members : !set.sides.empty())
-    return "has " + std::to_string(members) + " members, and " + std::to_string(set.sides.size()) +
+    return "has " + std::to_string(members) + " members, but " + std::to_string(set.sides.size()) +
            " sides";
   if (set.kind != Kind::elements && !set.blocks.empty())
     return "has blocks, but is not an element set";

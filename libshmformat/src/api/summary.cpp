@@ -101,7 +101,7 @@ Result<void> Summarizer::add_chunk(const ChunkHeader& header, const IndexEntry& 
       case ChunkKind::members: break;
     }
   if ((header.flags & container::kChunkOptional) != 0) return {};
-  return wrong("this reader does not know the chunk, which is not optional",
+  return wrong("this reader does not support the chunk, which is not optional",
                ErrorCode::unsupported);
 }
 

@@ -65,7 +65,7 @@ Result<void> BoundarySearch::check(const MeshBlock& block) const {
            block.arrays[column.array].size() == elements * column.bytes;
     }
   return ok ? Result<void>()
-            : misuse("the block is not the next one, or is incomplete", "boundary");
+            : misuse("the block is not the next block, or is incomplete", "boundary");
 }
 
 Result<void> BoundarySearch::check_memory() {
@@ -113,7 +113,7 @@ Result<void> BoundarySearch::add_vertex(const MeshBlock& block, std::size_t v) {
     free_vertices_.pop_back();
   }
   if (!slots_.insert(block.vertex_numbers[v], slot))
-    return corrupt("vertex " + std::to_string(block.vertex_numbers[v]) + " is there twice",
+    return corrupt("vertex " + std::to_string(block.vertex_numbers[v]) + " occurs twice",
                    "boundary");
   vertices_[slot] = {block.vertex_numbers[v], block.first_vertex + v, 1, kNone, false};
   std::byte* const record = records_.data() + slot * layout.bytes;

@@ -44,7 +44,7 @@ Result<IndexEntry> last_chunk(RandomSource& source, ChunkKind kind) {
   last.kind = static_cast<std::uint8_t>(kind);
   if (!get_trailer(in, last.offset))
     return truncated("the file does not end with an end record", "end record", end);
-  if (last.offset > end) return corrupt("points beyond the file", "end record", end);
+  if (last.offset > end) return corrupt("the trailer points beyond the file", "end record", end);
   last.bytes = end - last.offset;
   // If parity follows the first trailer, the trailer found here is a copy of the first trailer, and
   // only the chunk's header states the correct length. The chunk itself is checked when it is read.
@@ -76,8 +76,8 @@ Result<std::vector<std::byte>> read_chunk(RandomSource& source, const IndexEntry
   const std::string section = chunk_name(entry.kind);
   if (entry.bytes < kShortHeaderBytes)
     return corrupt("the index lists a chunk that is too short", section, entry.offset);
-  const Error too_large = over_limit("a chunk of " + std::to_string(entry.bytes) +
-                                         " bytes, the limit is " + std::to_string(max_bytes),
+  const Error too_large = over_limit("the chunk has " + std::to_string(entry.bytes) +
+                                         " bytes, but the limit is " + std::to_string(max_bytes),
                                      section, entry.offset);
   if (entry.bytes > kLongHeaderBytes && entry.bytes - kLongHeaderBytes > max_bytes)
     return too_large;

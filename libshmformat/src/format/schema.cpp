@@ -197,7 +197,7 @@ Result<void> check_quantization(const Quantization& q, ScalarType type, std::siz
   if (q.max_abs != 0 || q.spacing != 0)
     return wrong(what + ": an error bound and the bits of a box exclude each other");
   if (q.bits == 0) return {};
-  if (q.bits > 52) return wrong(what + ": quantization takes 1 to 52 bits");
+  if (q.bits > 52) return wrong(what + ": quantization must have 1 to 52 bits");
   if (q.minimum.size() != components || q.maximum.size() != components)
     return wrong(what + ": quantization needs a range for each component");
   for (std::size_t c = 0; c < components; ++c)
@@ -212,7 +212,7 @@ Result<void> check_array(const Schema& schema, const ArrayInfo& array) {
   if (!is_scalar(array.type)) return wrong(what + ": unknown scalar type");
   if (array.location > Location::cell) return wrong(what + ": unknown location");
   if (array.components < 1 || array.components > 65535)
-    return wrong(what + ": 1 to 65535 components are possible");
+    return wrong(what + ": the number of components must be 1 to 65535");
   if (array.location == Location::point && !array.blocks.empty())
     return wrong(what + ": point arrays cover every vertex");
   for (std::size_t i = 0; i < array.blocks.size(); ++i)
@@ -275,11 +275,12 @@ std::uint64_t bytes_of(const ArrayInfo& array) {
 }
 
 Error too_many_blocks(const ReadLimits& limits) {
-  return wrong("more element blocks than the limit of " + std::to_string(limits.max_blocks),
-               ErrorCode::over_limit);
+  return wrong(
+      "there are more element blocks than the limit of " + std::to_string(limits.max_blocks),
+      ErrorCode::over_limit);
 }
 Error too_many_arrays(const ReadLimits& limits) {
-  return wrong("more arrays than the limit of " + std::to_string(limits.max_arrays),
+  return wrong("there are more arrays than the limit of " + std::to_string(limits.max_arrays),
                ErrorCode::over_limit);
 }
 
@@ -359,7 +360,7 @@ Result<void> check_schema(const Schema& schema, const ReadLimits& limits) {
   if (schema.order == Order::keep && !schema.corner_order)
     return wrong("order keep requires corner_order");
   if (schema.step_references > StepReference::trend) return wrong("unknown step references");
-  if (!is_float(schema.coordinate_type)) return wrong("coordinates are float32 or float64");
+  if (!is_float(schema.coordinate_type)) return wrong("coordinates must be float32 or float64");
   if (auto status = check_quantization(schema.coordinate_quantization, schema.coordinate_type, 3,
                                        "coordinates");
       !status)
@@ -375,7 +376,7 @@ Result<void> check_schema(const Schema& schema, const ReadLimits& limits) {
     components += array.per_step ? 0 : array.components;
   }
   if (components > limits.max_static_components)
-    return wrong("more components of static arrays than the limit of " +
+    return wrong("the static arrays have more components than the limit of " +
                      std::to_string(limits.max_static_components),
                  ErrorCode::over_limit);
   return {};
@@ -633,7 +634,7 @@ Result<std::vector<Extra>> get_extras(std::span<const std::byte> payload, std::u
   if (version > 0 && size > most_unpacked(payload.size()))
     return corrupt("unpacks to more bytes than its packed size permits");
   if (size > limit)
-    return over_limit("unpacks to " + std::to_string(size) + " bytes, the limit is " +
+    return over_limit("unpacks to " + std::to_string(size) + " bytes, but the limit is " +
                       std::to_string(limit));
   const auto blob = get_packed(in, limit);
   if (!blob) return corrupt("cannot be unpacked");

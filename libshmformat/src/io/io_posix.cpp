@@ -142,7 +142,8 @@ Result<std::unique_ptr<FileSink>> FileSink::create(const std::string& path, Temp
   if (!sink->replaces_ && ::lstat(path.c_str(), &status) == 0) return taken_error(path);
   if (!exists && ::lstat(path.c_str(), &status) == 0) {
     errno = ENOENT;
-    return system_error(ErrorCode::output, "is a symbolic link that leads nowhere", path);
+    return system_error(ErrorCode::output, "is a symbolic link to a file that does not exist",
+                        path);
   }
   if (exists) {
     sink->permissions_ = Permissions{status.st_mode & 0777u, status.st_gid};
@@ -202,7 +203,7 @@ FileSink::~FileSink() {
 Result<void> FileSink::write(std::span<const std::byte> bytes) {
   if (committed_)
     return Error{
-        .code = ErrorCode::misuse, .detail = "is written after its commit()", .file = path_};
+        .code = ErrorCode::misuse, .detail = "cannot be written after commit()", .file = path_};
   while (!bytes.empty()) {
     const ssize_t n = ::write(descriptor_, bytes.data(), bytes.size());
     if (n < 0 && errno == EINTR) continue;
@@ -280,7 +281,8 @@ Result<void> FileSink::link() {
   };
   if (link_as(path_)) return {};
   bool taken = errno == EEXIST;
-  const Error error = system_error(ErrorCode::output, "cannot be given its name", path_);
+  const Error error =
+      system_error(ErrorCode::output, "cannot be stored under its final name", path_);
   if (!taken) return rename_copy(error);
   if (!replaces_) return taken_error(path_);
   const std::string machine = name_of_machine();
@@ -294,11 +296,12 @@ Result<void> FileSink::link() {
     struct stat status {};
     if (::fstat(descriptor_, &status) == 0) remove_leftovers(path_, machine, status.st_mtime);
     if (::rename(beside.c_str(), path_.c_str()) == 0) return {};
-    const Error why = system_error(ErrorCode::output, "cannot be given its name", path_);
+    const Error why =
+        system_error(ErrorCode::output, "cannot be stored under its final name", path_);
     ::unlink(beside.c_str());
     return why;
   }
-  return system_error(ErrorCode::output, "cannot be given its name", path_);
+  return system_error(ErrorCode::output, "cannot be stored under its final name", path_);
 }
 
 /// Renames the temporary file to its final name. If an existing file must not be replaced, this
@@ -318,7 +321,7 @@ Result<void> FileSink::rename_temporary() const {
     if (errno == EEXIST || ::lstat(path_.c_str(), &status) == 0) return taken_error(path_);
   }
   if (::rename(temporary_.c_str(), path_.c_str()) == 0) return {};
-  return system_error(ErrorCode::output, "cannot be given its name", path_);
+  return system_error(ErrorCode::output, "cannot be stored under its final name", path_);
 }
 
 /// Copies a file without a name to a named file. Used if the system cannot give the file a name, as
@@ -367,7 +370,7 @@ Result<std::size_t> FileSource::read(std::span<std::byte> into) {
 Result<std::unique_ptr<FileRandomSource>> FileSource::anywhere() const {
   struct stat status {};
   if (::fstat(descriptor_, &status) != 0 || !S_ISREG(status.st_mode))
-    return Error{.code = ErrorCode::io, .detail = "cannot be read at any position", .file = path_};
+    return Error{.code = ErrorCode::io, .detail = "is not seekable", .file = path_};
   std::unique_ptr<FileRandomSource> source(new FileRandomSource());
   source->path_ = path_;
   source->size_ = static_cast<std::uint64_t>(status.st_size);
@@ -382,7 +385,7 @@ Result<std::unique_ptr<FileRandomSource>> FileRandomSource::open(const std::stri
   source->descriptor_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
   if (source->descriptor_ < 0) return system_error(ErrorCode::io, "cannot be opened", path);
   const off_t end = ::lseek(source->descriptor_, 0, SEEK_END);
-  if (end < 0) return system_error(ErrorCode::io, "cannot be read at any position", path);
+  if (end < 0) return system_error(ErrorCode::io, "is not seekable", path);
   source->size_ = static_cast<std::uint64_t>(end);
   return source;
 }

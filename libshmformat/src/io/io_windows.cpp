@@ -244,7 +244,7 @@ Result<std::unique_ptr<FileSink>> FileSink::create(const std::string& path, Temp
     if (!sink->replaces_) return taken_error(path);
     if ((attributes & FILE_ATTRIBUTE_READONLY) != 0) return refused("is read-only");
     if ((attributes & FILE_ATTRIBUTE_REPARSE_POINT) != 0) {
-      if (!there) return refused("is a symbolic link that leads nowhere");
+      if (!there) return refused("is a symbolic link to a file that does not exist");
       std::wstring real(32768, L'\0');
       real.resize(::GetFinalPathNameByHandleW(there.get(), real.data(),
                                               static_cast<DWORD>(real.size()), 0));
@@ -293,7 +293,7 @@ FileSink::~FileSink() {
 Result<void> FileSink::write(std::span<const std::byte> bytes) {
   if (committed_)
     return Error{
-        .code = ErrorCode::misuse, .detail = "is written after its commit()", .file = path_};
+        .code = ErrorCode::misuse, .detail = "cannot be written after commit()", .file = path_};
   while (!bytes.empty()) {
     DWORD done = 0;
     const auto wanted = static_cast<DWORD>(std::min(bytes.size(), kMostBytes));
@@ -347,7 +347,7 @@ Result<void> FileSink::rename_temporary() const {
     return taken_error(path_);
   if (replaces_ && why == ERROR_ACCESS_DENIED && rename_over_open(temporary_, to)) return {};
   ::SetLastError(why);
-  return system_error(ErrorCode::output, "cannot be given its name", path_);
+  return system_error(ErrorCode::output, "cannot be stored under its final name", path_);
 }
 
 // --- reading
@@ -399,7 +399,7 @@ std::optional<std::uint64_t> size_of(int descriptor) {
 /// Opens the file again by name, since duplicates of the open file would share its position.
 Result<std::unique_ptr<FileRandomSource>> FileSource::anywhere() const {
   if (path_ == "-" || !size_of(descriptor_))
-    return Error{.code = ErrorCode::io, .detail = "cannot be read at any position", .file = path_};
+    return Error{.code = ErrorCode::io, .detail = "is not seekable", .file = path_};
   return FileRandomSource::open(path_);
 }
 
@@ -409,8 +409,7 @@ Result<std::unique_ptr<FileRandomSource>> FileRandomSource::open(const std::stri
   source->descriptor_ = descriptor_of(open_handle(path, GENERIC_READ, OPEN_EXISTING));
   if (source->descriptor_ < 0) return system_error(ErrorCode::io, "cannot be opened", path);
   const auto size = size_of(source->descriptor_);
-  if (!size)
-    return Error{.code = ErrorCode::io, .detail = "cannot be read at any position", .file = path};
+  if (!size) return Error{.code = ErrorCode::io, .detail = "is not seekable", .file = path};
   source->size_ = *size;
   return source;
 }

@@ -58,14 +58,14 @@ Result<void> SegmentDecoder::begin_group(container::GroupChunk chunk) {
 
 Result<void> SegmentDecoder::check_header() {
   if (group_.first_cell != next_cell_ || group_.first_vertex != next_vertex_)
-    return damaged("the group does not follow the one before it");
+    return damaged("the group does not continue where the previous group ended");
   if (start_.segment == 0 && group_.imported_vertices > 0)
     return damaged("the first segment cannot import vertices");
   const std::uint64_t file = group_offset_ + payload_.size();
   if (auto status = check_active(group_, limits_, file); !status) return placed(status.error());
   if (group_.decoded_bytes > limits_.max_group_bytes)
-    return damaged("unpacks to " + std::to_string(group_.decoded_bytes) + " bytes, the limit is " +
-                       std::to_string(limits_.max_group_bytes),
+    return damaged("unpacks to " + std::to_string(group_.decoded_bytes) +
+                       " bytes, but the limit is " + std::to_string(limits_.max_group_bytes),
                    ErrorCode::over_limit);
   return {};
 }
@@ -294,7 +294,8 @@ void MeshDecoder::leave(const std::vector<std::uint64_t>& alive, std::uint32_t s
 Result<void> MeshDecoder::join(const DecodedBlock& block) {
   if (block.segment.segment == segment_starts_.size()) {
     if (block.segment.first_cell != cells_ || block.segment.first_vertex != vertices_)
-      return damaged("the group does not follow the one before it", groups_, block.offset);
+      return damaged("the group does not continue where the previous group ended", groups_,
+                     block.offset);
     segment_starts_.push_back(cells_);
     segment_connectivity_.push_back(block.connectivity);
   } else if (segment_connectivity_.back() == ConnectivityCodec::automatic) {

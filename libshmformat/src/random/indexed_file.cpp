@@ -26,7 +26,7 @@ Result<void> IndexedFile::expect_limits() const {
         std::tuple(index_.cells, limits_.max_cells, " cells")})
     if (count > limit)
       return over_limit(
-          "has " + std::to_string(count) + unit + ", the limit is " + std::to_string(limit),
+          "has " + std::to_string(count) + unit + ", but the limit is " + std::to_string(limit),
           "index", index_offset_);
   return {};
 }
@@ -44,7 +44,8 @@ Result<void> IndexedFile::open_damaged() {
   const auto known = FoundChunks::of(*source_, limits_);
   if (!known) return known.error();
   if (!known->schema())
-    return corrupt("no copy is undamaged; the file cannot be read without it", "schema");
+    return corrupt("no copy of the schema is undamaged; the file cannot be read without a schema",
+                   "schema");
   decodable_ = std::make_unique<const DecodableParts>(DecodableParts::of(*known));
   index_offset_ = decodable_->index_offset;
   index_ = decodable_->totals;
@@ -235,7 +236,7 @@ Result<std::vector<std::byte>> IndexedFile::read_stream(std::size_t group, const
   const std::string section = "group " + std::to_string(group);
   const std::string name = container::stream_name(entry.kind);
   if (entry.bytes > limits_.max_chunk_bytes)
-    return over_limit(name + ": " + std::to_string(entry.bytes) + " bytes, the limit is " +
+    return over_limit(name + ": " + std::to_string(entry.bytes) + " bytes, but the limit is " +
                           std::to_string(limits_.max_chunk_bytes),
                       section, groups_[group].offset);
   auto bytes = container::read_bytes(*source_, head.stream_offset[stream], entry.bytes, section);
@@ -259,7 +260,7 @@ Result<container::GroupChunk> IndexedFile::read_group(std::size_t group,
   auto head = read_group_head(group);
   if (!head) return head.error();
   if (entry.offset + entry.bytes - head->payload_offset > limits_.max_chunk_bytes)
-    return over_limit("a chunk of " + std::to_string(entry.bytes) + " bytes, the limit is " +
+    return over_limit("the chunk has " + std::to_string(entry.bytes) + " bytes, but the limit is " +
                           std::to_string(limits_.max_chunk_bytes),
                       "group " + std::to_string(group), entry.offset);
   out.version = head->header.version;

@@ -195,7 +195,7 @@ Result<void> PiecePicker::end_mesh() {
   for (Numbers* numbers : {&vertices_, &cells_})
     if (const auto twice = numbers->set.twice())
       return corrupt(std::string(numbers == &cells_ ? "cell " : "vertex ") +
-                         std::to_string(*twice) + " is there twice",
+                         std::to_string(*twice) + " occurs twice",
                      "mesh");
   shared_.clear();
   return {};

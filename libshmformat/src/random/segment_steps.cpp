@@ -230,7 +230,7 @@ Result<void> SegmentSteps::check_reference(std::size_t step,
   }
   const std::size_t needed = kind == StepReference::trend ? 2 : 1;
   if (step < key_ + needed || header.reference_step != index_->steps(array_)[step - 1].step)
-    return wrong("refers to a step that is not the one before it");
+    return wrong("refers to a step that is not the previous step");
   if (kind > most_) return wrong("refers to earlier steps, which the file does not allow");
   return {};
 }

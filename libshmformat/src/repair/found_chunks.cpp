@@ -55,7 +55,7 @@ Result<void> FoundChunks::read() {
   for (const FoundChunk& chunk : scan_.chunks)
     if (chunk.whole && !container::is_known(chunk.header) &&
         (chunk.header.flags & container::kChunkOptional) == 0)
-      return unsupported("this reader does not know the chunk, which is not optional",
+      return unsupported("this reader does not support the chunk, which is not optional",
                          container::chunk_name(chunk.header.kind), chunk.offset);
   if (auto status = find_schema(); !status) return status;
   if (auto status = find_index(); !status) return status;
@@ -85,8 +85,8 @@ Result<void> FoundChunks::find_schema() {
   for (const FoundChunk& chunk : scan_.chunks) {
     if (!chunk.whole || !chunk.is(ChunkKind::schema)) continue;
     if (first != nullptr && !holds_the_same(*first, chunk))
-      return corrupt("differs from the one at byte " + std::to_string(first->offset) +
-                         ": these are parts of two files",
+      return corrupt("differs from the copy at byte " + std::to_string(first->offset) +
+                         ": the file consists of parts of two files",
                      "schema", chunk.offset);
     if (first == nullptr) first = &chunk;
   }
@@ -281,7 +281,7 @@ Result<void> FoundChunks::judge_by_numbers() {
     if (before != nullptr && before->header.sequence == chunk.header.sequence) {
       if (chunk.whole && !holds_the_same(*before, chunk))
         return corrupt("has the number of the chunk at byte " + std::to_string(before->offset) +
-                           ", but other bytes: these are parts of two files",
+                           ", but different bytes: the file consists of parts of two files",
                        container::chunk_name(chunk.header.kind), chunk.offset);
       if (chunk.whole) damages_.push_back(damage_of(DamageKind::repeated, chunk, source_->size()));
       continue;

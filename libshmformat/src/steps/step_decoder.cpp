@@ -48,7 +48,7 @@ Result<void> StepDecoder::begin_step(const container::StepHeader& header, std::u
   Last& last = last_[header.array];
   if (!is_complete() || (last.begun && header.step <= last.step))
     return wrong_step_values(*schema_, header,
-                             "begins before another step is complete, or after a later one");
+                             "begins before another step is complete, or after a later step");
   if (last.begun) {
     last.step_before = last.step;
     last.run = last.has_referred ? last.run + 1 : 1;
@@ -95,7 +95,7 @@ Result<StepReference> StepDecoder::reference_of(const container::StepHeader& hea
   }
   if (last.run == 0 || header.reference_step != last.step_before ||
       (kind == StepReference::trend && last.run < 2))
-    return wrong_step_values(*schema_, header, "refers to a step that is not the one before it");
+    return wrong_step_values(*schema_, header, "refers to a step that is not the previous step");
   if (schema_->arrays[header.array].quantization.lossy())
     return wrong_step_values(*schema_, header, "refers to a step, but the array is quantized");
   if (kind > schema_->step_references)

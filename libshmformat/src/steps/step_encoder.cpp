@@ -92,7 +92,7 @@ Result<void> StepEncoder::begin_step(std::uint32_t array, std::uint64_t step) {
   reference_ = std::exchange(given_reference_, std::nullopt);
   has_referred_ = false;
   if (reference_ && *reference_ > most_here_ && elements_[array] > 0)
-    return misuse("a step cannot refer to steps that were not given", "steps");
+    return misuse("a step cannot refer to steps that were not added", "steps");
   column_.emplace(*schema_, array);
   return {};
 }
