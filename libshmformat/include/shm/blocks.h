@@ -51,7 +51,7 @@ struct MeshBlock {
   std::vector<std::uint64_t> vertex_numbers;  ///< original numbers (Order::keep) or stream numbers
   std::vector<std::byte> xyz;                 ///< 3 coordinates of each vertex
   std::uint64_t first_cell = 0;               ///< position of the first cell in coding order
-  /// Original numbers (Order::keep) or positions in coding order.
+  /// Original cell numbers (Order::keep) or positions of the cells in coding order.
   std::vector<std::uint64_t> cell_numbers;
   std::vector<std::uint32_t> cell_blocks;
   /// Offsets of the cells in `corners`; cells + 1 entries.

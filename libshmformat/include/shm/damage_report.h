@@ -16,7 +16,7 @@ enum class DamageKind : std::uint8_t {
   missing,       ///< the part is not in the file: its bytes were cut off or removed
   repeated,      ///< the part is intact, but a copy of a part that already occurred
   out_of_order,  ///< the part is intact, but in the wrong place
-  stray,         ///< these bytes belong to no part of the file
+  stray,         ///< the bytes belong to no part of the file
 };
 
 /// One chunk, or another part of the file, that is damaged or not in its place. If a chunk with
@@ -47,7 +47,7 @@ struct Damage {
 };
 
 struct DamageReport {
-  std::vector<Damage> damages;  ///< in file order; empty if all checksums are correct
+  std::vector<Damage> damages;  ///< damages in file order; empty if all checksums are correct
   /// True if all chunks and the index are intact, at any position in the file. write_in_order()
   /// then restores the file.
   bool restorable = false;

@@ -47,7 +47,7 @@ struct ReadLimits {
   std::uint64_t max_decoded_bytes = ~std::uint64_t{0};
 };
 
-/// Options of a Reader. They do not affect the results of reading.
+/// Options of a Reader, which do not affect the results of reading.
 struct ReadOptions {
   /// Number of threads that decode segments ahead of the caller's thread. 1: no such threads, 0:
   /// one thread per core.

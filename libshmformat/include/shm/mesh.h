@@ -135,7 +135,8 @@ class NumberSpan {
 struct MeshArrays {
   std::span<const std::byte> xyz;  ///< 3 coordinates for each vertex
   std::uint64_t cells = 0;
-  std::span<const std::uint32_t> cell_blocks;  ///< empty: all cells belong to block 0
+  /// Block index of each cell; empty: all cells are in block 0.
+  std::span<const std::uint32_t> cell_blocks;
   NumberSpan corner_begin;  ///< offsets of the cells in `corners`; empty: each cell has
                             ///< nodes_per_cell corners, as its block declares
   NumberSpan corners;

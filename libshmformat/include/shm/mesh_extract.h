@@ -68,7 +68,7 @@ class SHM_API MeshExtractor {
   std::uint64_t step_count() const;
   const std::vector<std::uint64_t>& block_cells() const;
 
-  /// Reads all extras of the file. Their references are numbers of the whole mesh.
+  /// Reads all extras of the file. References in these extras are numbers of the whole mesh.
   Result<std::vector<Extra>> extras();
   /// Returns the time of each step; empty if the file has no step times.
   Result<std::vector<double>> step_times();

@@ -24,7 +24,7 @@ class SHM_API CodingOrder {
 
 struct WriteOptions {
   std::uint32_t group_cells = 65536;    ///< number of cells in one chunk group, 1..2^20
-  CodingOrder* coding_order = nullptr;  ///< borrowed, may be null
+  CodingOrder* coding_order = nullptr;  ///< receiver of the coding order; borrowed, may be null
   Level level = Level::standard;
   /// Codec of the cells. If it is `automatic`, the level chooses, by trying codecs on the first
   /// cells of each segment.

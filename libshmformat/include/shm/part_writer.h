@@ -45,7 +45,7 @@ struct PartStart {
 
 /// Finished chunks of a part, in the order of the file.
 struct PartChunks {
-  std::vector<std::byte> bytes;  ///< as stored in the file, after place() has numbered them
+  std::vector<std::byte> bytes;  ///< data of the chunks, complete after place()
   std::vector<std::byte> index;  ///< index entries of these chunks; pass them to PartJoiner::add
   std::uint32_t count = 0;       ///< number of chunks
 };
@@ -56,8 +56,8 @@ SHM_API Result<void> place(PartChunks& chunks, std::uint32_t first);
 /// Position of a part's elements among the elements of the whole mesh, needed for time steps.
 struct PartSteps {
   std::uint32_t first_group = 0;  ///< number of chunks of mesh_chunks() in all earlier parts
-  /// For each array of the schema, as in `elements`. The entries of arrays without time steps are
-  /// ignored.
+  /// Both lists have an entry for each array of the schema. The entries of arrays without time
+  /// steps are ignored.
   std::vector<std::uint64_t> first_elements;  ///< number of elements in all earlier parts
   std::vector<std::uint64_t> elements;        ///< number of elements in the whole mesh
 };

@@ -86,7 +86,7 @@ class [[nodiscard]] Result {
 template <>
 class [[nodiscard]] Result<void> {
  public:
-  Result() noexcept {}  // not = default: that would fill the storage of the Error with zeros
+  Result() noexcept {}  // "= default" would fill the storage of the Error with zeros
   Result(Error error) : error_(std::move(error)) {}
 
   explicit operator bool() const noexcept { return !error_.has_value(); }

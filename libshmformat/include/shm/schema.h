@@ -171,7 +171,8 @@ enum class ConnectivityCodec : std::uint8_t {
   paper = 1,      ///< the published scheme, kept as a baseline (spec "Connectivity stream")
   rows = 2,       ///< hexahedra are predicted from the neighbouring row (spec "Row hexahedra")
   replay = 3,  ///< hexahedra and their numbers repeat earlier hexahedra (spec "Replay hexahedra")
-  /// Hexahedra are coded as by the rows codec, but smaller and slower (spec "Mixed rows").
+  /// The rows codec with mixed predictions: files are smaller, coding is slower (spec "Mixed
+  /// rows").
   mixed = 4,
   /// A cell is coded as the previous cell plus constant offsets (spec "Shifts"). This codec is many
   /// times faster than the others if vertices are numbered in rows and layers. Values are coded in
@@ -207,7 +208,7 @@ enum class StepReference : std::uint8_t {
 /// Description of a mesh, stored before its first vertex.
 struct Schema {
   Order order = Order::keep;
-  /// False: corners may be restored rotated (not allowed in Order::keep).
+  /// False: a cell may be restored with rotated corners (not allowed in Order::keep).
   bool corner_order = true;
   std::uint32_t delay = 0;  ///< number of cells in the delay buffer; 0: none
   ScalarType coordinate_type = ScalarType::float64;  ///< float32 or float64

@@ -27,7 +27,7 @@ struct Mesh;
 struct MeshSet {
   enum class Kind : std::uint8_t { nodes = 0, sides = 1, elements = 2 };
   Kind kind = Kind::nodes;
-  std::int64_t id = 0;  ///< any number; the number need not be unique, even within a kind
+  std::int64_t id = 0;  ///< number of the set; need not be unique, even within a kind
   std::string name;     ///< name of the set; may be empty
   /// Numbers of the members, from 0, in any order. The members of a node set are vertices, those of
   /// other sets are cells. If the mesh is renumbered, the members in its extras are renumbered too.

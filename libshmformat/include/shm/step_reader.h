@@ -33,7 +33,7 @@ struct StepRequest {
   bool numbers = true;
 };
 
-/// The values of one chunk group.
+/// Values of an array at a step in one chunk group.
 struct StepValues {
   std::uint64_t first = 0;        ///< position of the first element in the array's coding order
   std::vector<std::byte> values;  ///< values of the elements, packed

@@ -80,7 +80,8 @@ class __attribute__((visibility("hidden"))) Appender::Impl {
   Calls calls_;
   bool with_extras_ = true;
 
-  std::optional<FileWriter> writer_;  // created when the old chunks have been copied
+  // Writer of the new file; created when the old chunks have been copied.
+  std::optional<FileWriter> writer_;
   std::optional<StepTopology> topology_;
   StepEncoder* encoder_ = nullptr;
 };

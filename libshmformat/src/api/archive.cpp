@@ -62,7 +62,7 @@ class MemberSink final : public ByteSink {
   std::array<std::byte, container::kFileStartBytes> head_{};
   std::uint64_t bytes_ = 0;
   bool open_ = false;
-  std::optional<Error> error_;  // the first error of a write
+  std::optional<Error> error_;  // first error that a write returned
 };
 
 }  // namespace

@@ -133,7 +133,7 @@ class FileWriter {
   std::vector<std::byte> part_bytes_;
   // Payload of the schema chunk of the file that go_on() continues; otherwise empty.
   std::vector<std::byte> schema_payload_;
-  std::optional<StepEncoder> step_values_;  // set by begin_steps()
+  std::optional<StepEncoder> step_values_;  // encoder of step values; set by begin_steps()
   bool times_set_ = false;
   // Number of steps, computed from the chunks that were adopted or continued, and from the step
   // times.

@@ -46,7 +46,7 @@ Result<container::Index> IndexBuilder::make() {
   if (auto status = decode(beginning); !status) return status.error();
   for (const FoundChunk& chunk : found_->chunks()) {
     if (chunk.header.sequence == 0 && chunk.is(ChunkKind::schema))
-      continue;  // the file beginning that was decoded first contains the schema
+      continue;  // the schema has already been decoded as part of the beginning of the file
     if (auto status = add(chunk); !status) return status.error();
   }
   auto made = decoder_.held();

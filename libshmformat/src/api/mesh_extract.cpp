@@ -102,7 +102,7 @@ class __attribute__((visibility("hidden"))) MeshExtractor::Impl {
   bool all_read_ = false;
   // True: the blocks taken have no influence on which groups must be read.
   bool runs_ahead_ = false;
-  // An error that is reported after all earlier blocks have been taken.
+  // Error that next() reports after all earlier blocks have been taken.
   std::optional<Error> error_ahead_;
 
   // State of taking blocks.
@@ -112,7 +112,7 @@ class __attribute__((visibility("hidden"))) MeshExtractor::Impl {
   const std::vector<std::uint64_t> no_numbers_;
   bool done_ = false;
   std::optional<Error> error_;
-  // Declared after file_, which the threads of the queue use.
+  // Queue of groups to decode; declared after file_, which the threads of the queue use.
   std::unique_ptr<DecodingQueue> queue_;
 
   // State of reading the current step values.

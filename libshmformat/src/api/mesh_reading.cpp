@@ -253,7 +253,8 @@ class MeshCollector {
 
   Mesh mesh_;
   ComingNumbers vertices_, cells_;
-  std::optional<VertexPlaces> places_;  // if set, vertices_ is no longer used
+  // Final positions of vertices; if set, vertices_ is no longer used.
+  std::optional<VertexPlaces> places_;
   // False if a point array has steps: point data is then sorted at the end.
   bool may_have_places_ = true;
   std::vector<VertexColumn> vertex_columns_;

@@ -109,15 +109,17 @@ class __attribute__((visibility("hidden"))) Decoder::Impl {
   // Parts of step values in the current chunk; their bytes are in part_bytes_.
   std::deque<container::StepPart> parts_;
   std::vector<std::byte> part_bytes_;
-  // An error that is reported after all earlier blocks have been taken.
+  // Error that advance() reports after all earlier blocks have been taken.
   std::optional<Error> error_ahead_;
 
   container::ChunkList chunks_;     // chunks read so far, against which the index is checked
-  std::unique_ptr<Schema> schema_;  // on the heap, since coders keep a pointer to the schema
+  std::unique_ptr<Schema> schema_;  // schema; on the heap, since coders keep a pointer to it
   std::vector<std::byte> schema_bytes_;
   std::unique_ptr<MeshDecoder> mesh_;
-  std::optional<StepTopology> topology_;    // set only if the schema has stepped arrays
-  std::optional<StepDecoder> step_values_;  // created with the first step values
+  // Topology for step values; set only if the schema has stepped arrays.
+  std::optional<StepTopology> topology_;
+  // Decoder of step values; created with the first step values.
+  std::optional<StepDecoder> step_values_;
   std::uint64_t steps_ = 0, decoded_bytes_ = 0;
   bool step_times_read_ = false;
   std::map<std::string, std::uint64_t> stream_bytes_;
@@ -244,7 +246,8 @@ Result<void> Decoder::Impl::read_payload(std::span<const std::byte> payload) {
     case ChunkKind::step_times: chunks_.add(header); return read_step_times(payload);
     case ChunkKind::extra: chunks_.add(header); return read_extra(payload);
     case ChunkKind::index: return read_index(payload);
-    case ChunkKind::members: break;  // occurs only in archives, which have been refused before
+    case ChunkKind::members:
+      break;  // this chunk occurs only in archives, which have been refused before
   }
   return {};
 }

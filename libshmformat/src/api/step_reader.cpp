@@ -30,7 +30,8 @@ struct SegmentMesh {
   }
 
   StepTopology topology;
-  std::optional<StepElements> elements;  // created when the topology has all groups
+  // Elements of arrays; created when the topology has all groups.
+  std::optional<StepElements> elements;
 };
 
 }  // namespace

@@ -164,7 +164,7 @@ Result<void> Summarizer::add_step_values(const ChunkHeader& header, const IndexE
   if (!container::get(in, parts, header.version, header.payload_bytes))
     return corrupt("its header is invalid", section, entry.offset);
   if (!std::equal(entry.parts.begin(), entry.parts.end(), parts.begin(), parts.end(), is_told_by))
-    return corrupt("the chunk that the index lists is not here", section, entry.offset);
+    return corrupt("the index lists a chunk that is not at this position", section, entry.offset);
   for (const container::StepPart& part : parts) {
     if (part.header.array >= array_names_.size())
       return corrupt("does not belong to a stepped array", section, entry.offset);

@@ -139,7 +139,8 @@ class __attribute__((visibility("hidden"))) Writer::Impl {
 
   std::uint32_t key_steps_;
   Level level_;
-  std::optional<StepTopology> topology_;  // set only if the schema has stepped arrays
+  // Topology for step values; set only if the schema has stepped arrays.
+  std::optional<StepTopology> topology_;
 };
 
 Writer::Writer(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}

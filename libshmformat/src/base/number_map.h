@@ -171,7 +171,7 @@ class NumberMap {
     return line;
   }
 
-  IdMap table_;  // IdMap from number / kLine to the index in `lines_`
+  IdMap table_;  // map from number / kLine to the index of a line in lines_
   std::vector<Line> lines_;
   std::vector<std::uint8_t> counts_;  // number of numbers present in each line
   std::vector<std::uint32_t> free_;

@@ -149,7 +149,7 @@ class OrderedTasks {
     std::unique_ptr<Task> task;
     std::deque<std::pair<In, std::size_t>> inputs;
     std::deque<std::pair<Out, std::size_t>> outputs;
-    bool running = false, ended = false, closed = false;  // closed: end() of the task was called
+    bool running = false, ended = false, closed = false;  // closed: Task::end() was called
     std::optional<Error> error;
     Thrown thrown;
 

@@ -280,7 +280,8 @@ bool decompress_in_steps(ZSTD_DCtx* context, std::span<const std::byte> bytes, s
     out.resize(before + piece.pos);
     if (zstd_failed(state)) return false;
     if (state == 0) break;
-    if (piece.pos == 0 && in.pos == in.size) return false;  // the frame ends too early
+    if (piece.pos == 0 && in.pos == in.size)
+      return false;  // the input ends before the end of the frame
   }
   return in.pos == in.size && out.size() == size;
 }

@@ -70,7 +70,7 @@ class ZstdCompressor {
 
  private:
   struct Context;
-  std::unique_ptr<Context> context_;  // created by the first call
+  std::unique_ptr<Context> context_;  // zstd context; created by the first call
 };
 
 std::vector<std::byte> zstd_compress(std::span<const std::byte> bytes, int level);
@@ -98,7 +98,7 @@ class ZstdDecompressor {
 
  private:
   struct Context;
-  std::unique_ptr<Context> context_;  // created by the first call
+  std::unique_ptr<Context> context_;  // zstd context; created by the first call
 };
 
 /// Decompresses one frame. Returns nullopt unless the output has exactly `size` bytes.

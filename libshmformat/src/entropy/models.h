@@ -164,7 +164,7 @@ class LazyModel {
   }
 
  private:
-  std::vector<Model> held_;  // the model if it has been created; otherwise empty
+  std::vector<Model> held_;  // contains the model if it has been created; otherwise empty
 };
 
 /// Models for up to 65535 contexts. Each context has one model, which is created on first use.
@@ -182,7 +182,7 @@ class LazyModels {
   }
 
  private:
-  // For each context: 1 + index into held_, or 0 if its model has not been created.
+  // Index into held_, plus 1, of the model of each context; 0 if the model has not been created.
   std::vector<std::uint16_t> numbers_;
   std::vector<Model> held_;
 };

@@ -34,7 +34,7 @@ class AdaptiveBit {
   /// Returns the probability of a 1 in units of 1/65536, from 1 to 65535.
   std::uint32_t probability_of_one() const {
     const std::uint32_t p = state_ >> 16;
-    return p == 0 ? 1 : p;  // at most 65535, since state_ has 32 bits
+    return p == 0 ? 1 : p;  // p is at most 65535, since state_ has 32 bits
   }
   /// Returns the number of decisions seen so far, at most the limit.
   std::uint32_t count() const { return state_ & 0x3ff; }
@@ -203,7 +203,8 @@ class RangeDecoder {
   std::uint32_t raw_part(int count) {
     range_ >>= count;
     std::uint32_t value = code_ / range_;
-    if (value >> count != 0) value = (1u << count) - 1;  // possible only in damaged streams
+    if (value >> count != 0)
+      value = (1u << count) - 1;  // such a large value occurs only in damaged streams
     code_ -= value * range_;
     while (range_ < kRangeTop) {
       range_ <<= 8;

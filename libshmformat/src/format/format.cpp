@@ -101,7 +101,7 @@ HeaderState get(ByteReader& in, ChunkHeader& header) {
     header.kind = head.get_u8();
     header.version = head.get_u8();
     header.flags = head.get_u8();
-    head.get_u8();  // the reserved byte, which is always zero; the checksum covers it
+    head.get_u8();  // skips the reserved byte, which is always zero; the checksum covers this byte
     header.sequence = head.get_u32();
     header.segment = head.get_u32();
     header.payload_bytes = head.get_u64();

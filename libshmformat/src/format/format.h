@@ -68,7 +68,7 @@ enum class ChunkKind : std::uint8_t {
   step_times = 4,
   extra = 5,
   index = 6,
-  members = 9,  ///< the list of members of an archive; archives have no other chunks
+  members = 9,  ///< list of the members of an archive; archives have no other chunks
 };
 std::string chunk_name(std::uint8_t kind);
 
@@ -133,7 +133,7 @@ struct StreamEntry {
   StreamKind kind = StreamKind::connectivity;
   std::uint32_t array = 0;  ///< number of the array; only used for StreamKind::array
   Codec codec{};
-  /// Bit k is set if decoding needs the stream of kind k; stored in version 0 only.
+  /// Streams needed for decoding: bit k is set for the stream of kind k. Stored in version 0 only.
   std::uint32_t needs = 0;
   std::uint64_t bytes = 0;
   std::uint32_t checksum = 0;

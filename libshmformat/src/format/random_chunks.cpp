@@ -66,7 +66,7 @@ Result<ChunkHeader> checked_header(std::span<const std::byte> chunk, const Index
       header.version > version_of_chunk(static_cast<ChunkKind>(header.kind), {}) ||
       header.segment != entry.segment || header.payload_bytes > entry.bytes ||
       header.chunk_bytes() != entry.bytes)
-    return corrupt("the chunk that the index lists is not here", chunk_name(entry.kind),
+    return corrupt("the index lists a chunk that is not at this position", chunk_name(entry.kind),
                    entry.offset);
   return header;
 }
@@ -107,7 +107,7 @@ Result<void> for_each_chunk(RandomSource& source, std::span<const IndexEntry> en
     if (!header) return header.error();
     if (!*header || (*header)->kind != entry.kind || (*header)->sequence != sequence++ ||
         (*header)->payload_bytes > entry.bytes || (*header)->chunk_bytes() != entry.bytes)
-      return corrupt("the chunk that the index lists is not here", section, entry.offset);
+      return corrupt("the index lists a chunk that is not at this position", section, entry.offset);
     if (auto status = visit(**header, entry); !status) return status;
     end += entry.bytes;
   }

@@ -75,7 +75,7 @@ Process process_of(std::string_view name, std::string_view machine) {
 /// Removes temporary files for the same path whose processes have been killed. Temporary files from
 /// other machines are removed when they are more than an hour old.
 void remove_leftovers(const std::string& path, const std::string& machine, std::int64_t now) {
-  constexpr std::int64_t kOld = 3600;  // in seconds
+  constexpr std::int64_t kOld = 3600;  // age in seconds
   const std::string folder = folder_of(path), front = temporary_front(path, name_in(path));
   const std::string_view head = std::string_view(front).substr(name_in(front));
   DIR* directory = ::opendir(folder.c_str());

@@ -6,7 +6,7 @@
 #endif
 #define WIN32_LEAN_AND_MEAN
 #include <windows.h>
-// This header must come first.
+// windows.h must be included before other headers of Windows.
 #include <fcntl.h>
 #include <io.h>
 
@@ -67,7 +67,8 @@ std::string narrow(std::wstring_view units) {
 /// Returns `path` in the form that system calls accept. Long paths must be absolute and have a
 /// prefix.
 std::wstring system_path(const std::string& path) {
-  // In characters. The system allows 260, but a folder needs space for a short name, too.
+  // Longest path, in characters, without a prefix. The system allows 260, but a folder needs space
+  // for a short name, too.
   constexpr std::size_t kLongest = 240;
   const std::wstring name = wide(path);
   std::wstring whole(32768, L'\0');

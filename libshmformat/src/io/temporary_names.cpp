@@ -11,7 +11,7 @@
 namespace shm {
 
 std::string temporary_front(const std::string& path, std::size_t name) {
-  // In bytes, for the name without the process, machine and attempt.
+  // Longest name in bytes, without the process, machine and attempt.
   constexpr std::size_t kLongest = 200;
   std::size_t end = std::min(path.size(), name + kLongest);
   // The cut must not be inside a UTF-8 character: some systems reject such names.

@@ -125,7 +125,8 @@ inline constexpr auto kIsMirrored = [] {
     table[o] = ((std::popcount(o / 6) & 1) != 0) != (o % 6 >= 3);
   return table;
 }();
-inline constexpr std::uint8_t kMirrorX = 1 * 6 + 0;  // the orientation that reverses x
+// Number of the orientation that only reverses x.
+inline constexpr std::uint8_t kMirrorX = 1 * 6 + 0;
 
 /// kOrientationOf[base][x][y]: the orientation with this base that converts the axes x and y to
 /// these bits.

@@ -280,7 +280,7 @@ Result<void> ChoosingEncoder::run(std::vector<Runner>& runners, std::size_t piec
                                   bool mixes) const {
   using enum ConnectivityCodec;
   const std::uint64_t bytes = value_bytes(pieces);
-  // The runner whose value size is always determined; never shifts.
+  // Runner for which the size of the values is always determined; never the shifts runner.
   Runner* first = find(runners, rows);
   if (!first) first = &runners.back();
   ValueChoices choices;
@@ -353,14 +353,15 @@ auto ChoosingEncoder::best_of(std::span<Runner> runners) const -> Runner& {
 /// Returns true if `smaller` saves enough compared with `faster`, a runner whose codec is faster.
 bool ChoosingEncoder::is_better(const Runner& smaller, const Runner& faster) const {
   if (!is_worth_it(smaller.size, faster.size)) return false;
-  // Decoding mixed bits takes several times as long, also in small meshes.
+  // Decoding mixed bits takes several times as long as decoding other bits, also in small meshes.
   return smaller.codec != ConnectivityCodec::mixed || trial_.level == Level::best ||
          (faster.size.all() - smaller.size.all()) * trial_.spare_share > faster.size.all();
 }
 
 bool ChoosingEncoder::is_worth_it(const SegmentSize& smaller, const SegmentSize& faster) const {
   if (smaller.all() >= faster.all()) return false;
-  if (sample_cells_ < trial_.sample_cells) return true;  // in a short segment time does not matter
+  if (sample_cells_ < trial_.sample_cells)
+    return true;  // in a short segment, coding time does not matter
   const auto is_felt = [&](std::uint64_t bytes) {
     return 8 * bytes * trial_.spare_bits > sample_cells_;
   };

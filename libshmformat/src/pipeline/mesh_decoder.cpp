@@ -299,8 +299,8 @@ Result<void> MeshDecoder::join(const DecodedBlock& block) {
     segment_starts_.push_back(cells_);
     segment_connectivity_.push_back(block.connectivity);
   } else if (segment_connectivity_.back() == ConnectivityCodec::automatic) {
-    segment_connectivity_.back() = block.connectivity;  // replaces the entry of unused vertices,
-                                                        // which came before the first cells
+    segment_connectivity_.back() = block.connectivity;  // until now, the segment had only unused
+                                                        // vertices and therefore no codec
   }
   if (auto status = check_imports(block); !status) return status;
   if (block.group_end && !block.group_end->has_its_box)

@@ -28,7 +28,7 @@ class SegmentDecoder {
   /// decoder. Streams of values that are not in `parts` are ignored.
   SegmentDecoder(const Schema& schema, const ReadLimits& limits, std::uint32_t segment,
                  DecodedParts parts = {});
-  SegmentDecoder(const SegmentDecoder&) = delete;  // deleted because decoder_ borrows group_
+  SegmentDecoder(const SegmentDecoder&) = delete;  // not copyable, because decoder_ borrows group_
   SegmentDecoder& operator=(const SegmentDecoder&) = delete;
 
   /// Begins the next group. The offset and the number of the group are used only in error messages.
@@ -57,7 +57,7 @@ class SegmentDecoder {
   ReadLimits limits_;
   DecodedParts parts_;
   SegmentStart start_;
-  std::unique_ptr<GroupDecoder> decoder_;  // created with the first group
+  std::unique_ptr<GroupDecoder> decoder_;  // decoder of the groups; created with the first group
 
   std::vector<std::byte> payload_;
   container::GroupHeader group_;
@@ -99,7 +99,7 @@ class DecodingQueue {
   DecodingQueue(const Schema& schema, const ReadLimits& limits, const ReadOptions& options,
                 Check check = {});
   DecodingQueue(const DecodingQueue&) =
-      delete;  // deleted because the tasks hold a pointer to the queue
+      delete;  // not copyable, because the tasks have a pointer to the queue
   DecodingQueue& operator=(const DecodingQueue&) = delete;
 
   /// Begins the next segment. The outputs of the segment contain `segment`; `number` is the number
@@ -138,7 +138,7 @@ class DecodingQueue {
   const Schema* schema_;
   ReadLimits limits_;
   Check check_;
-  std::unique_ptr<Segment> segment_;  // the current segment; used without threads
+  std::unique_ptr<Segment> segment_;  // current segment; used only without threads
   std::optional<Output> left_;    // an output that has not been returned yet: the end of the last
                                   // segment; used without threads
   MeshBlock room_;                // block whose memory may be reused; used without threads

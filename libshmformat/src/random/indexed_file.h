@@ -143,7 +143,7 @@ class IndexedFile {
 
   RandomSource* source_;
   ReadLimits limits_;
-  // On the heap, since other objects keep a pointer to the schema.
+  // Schema of the file; on the heap, since other objects keep a pointer to it.
   std::unique_ptr<const Schema> schema_;
   std::uint64_t index_offset_ = 0;
   container::Index index_;

@@ -1,4 +1,4 @@
-// Function that reads the topology of a group that is found through the index.
+// Declares add_group(), which finds a group through the index and reads its topology.
 #pragma once
 
 #include <cstddef>

@@ -196,7 +196,8 @@ Result<std::vector<std::byte>> SegmentSteps::decode(std::size_t step, const Step
   });
   if (!known || found == parts.end() || found->header.count != part.count ||
       found->header.codec != part.codec || container::refers_to(found->header) != part.reference)
-    return corrupt("the chunk that the index lists is not here", "step values", part.offset);
+    return corrupt("the index lists a chunk that is not at this position", "step values",
+                   part.offset);
   for (auto before = parts.begin(); before != found; ++before) in.get_bytes(before->bytes);
   const container::StepHeader& header = found->header;
   StepParts& column = *columns_[step - pass_.from];

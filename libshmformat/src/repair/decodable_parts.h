@@ -3,8 +3,8 @@
 // - in these groups, the arrays whose bitstreams are undamaged;
 // - the step values that cover all these groups of a segment and refer to no lost values.
 //
-// They are computed from FoundChunks, and listed by the entries that an index of these parts would
-// have.
+// The parts are computed from FoundChunks. They are described by the entries that an index of these
+// parts would have.
 // spec: "Recovery"
 #pragma once
 

@@ -37,7 +37,8 @@ class StepDecoder {
   /// State of an array at its last step.
   struct Last {
     bool begun = false;
-    std::uint64_t step = 0, first = 0;  // first: index of the next element to read
+    std::uint64_t step = 0, first = 0;  // number of the last step, and index of its first element
+                                        // that has not been read
     std::size_t groups = 0;             // number of groups read
     StepMemory values;
     std::uint64_t step_before = 0;

@@ -76,7 +76,7 @@ class StepElements {
     std::uint32_t array = 0;      // an array that has this cover; other arrays may have it too
     bool is_sparse = false;       // true: the arrays cover few elements
     bool made = false;            // true: `sparse` has been built
-    std::vector<OfGroup> groups;  // the groups that have elements of the arrays
+    std::vector<OfGroup> groups;  // groups that have elements of the arrays
     std::size_t counted = 0;      // number of groups whose elements have been counted
     // Elements of `groups`, without those that are not needed; set if `made` is true.
     std::vector<SparseGroup> sparse;

@@ -79,7 +79,8 @@ StepReference StepEncoder::most_next(std::uint32_t array) const {
 Result<void> StepEncoder::begin_step(std::uint32_t array, std::uint64_t step) {
   Before& before = before_[array];
   if (step < before.next_step) return misuse("steps of an array must ascend", "steps");
-  reference_step_ = before.next_step - 1;  // not used if the step may not refer to other steps
+  // This number is not used if the step may not refer to other steps.
+  reference_step_ = before.next_step - 1;
   most_here_ = most_next(array);
   before.next_step = step + 1;
   if (elements_[array] > 0)

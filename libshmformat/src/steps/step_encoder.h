@@ -71,7 +71,7 @@ class StepEncoder {
  private:
   /// State of an array between its steps.
   struct Before {
-    std::uint64_t next_step = 0;  ///< lowest number that the next step may have
+    std::uint64_t next_step = 0;  ///< lowest step number that may come next
     std::uint32_t run = 0;        ///< number of steps since the last key step, key step included
     StepMemory values;
     /// Reference that was chosen last for the codec terms.

@@ -27,9 +27,9 @@ struct GroupElements {
   /// `blocks` is 1 for an imported vertex and 0 for other vertices.
   TiledItems vertices;
   TiledItems cells;
-  std::uint32_t slots = 0;  ///< upper bound of the slots in the items
+  std::uint32_t slots = 0;  ///< upper bound of the slots in `vertices` and `cells`
 
-  /// Numbers that the vertices that are not imported, and the cells, have in a Reader.
+  /// Numbers, in a Reader, of the vertices that are not imported, and of the cells.
   std::vector<std::uint64_t> vertex_numbers, cell_numbers;
 
   std::size_t bytes() const {

@@ -65,7 +65,7 @@ class StepColumn {
   const Schema* schema_;
   std::uint32_t array_;
   std::uint64_t most_kept_;
-  std::unique_ptr<ColumnMemory> kept_;  // limits the memory of the column; used only for decoding
+  std::unique_ptr<ColumnMemory> kept_;  // memory limit of the column; used only for decoding
   std::optional<ValueColumn<Coder>> column_;
   std::uint32_t segment_ = 0;
   StepReference reference_ = StepReference::nothing;
