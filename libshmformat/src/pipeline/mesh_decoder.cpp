@@ -304,7 +304,7 @@ Result<void> MeshDecoder::join(const DecodedBlock& block) {
   }
   if (auto status = check_imports(block); !status) return status;
   if (block.group_end && !block.group_end->has_its_box)
-    return damaged("its box is not that of its vertices", groups_, block.offset);
+    return damaged("the box of the group does not match its vertices", groups_, block.offset);
   count(block);
   return {};
 }
