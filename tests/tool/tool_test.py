@@ -233,7 +233,7 @@ class ToolTest(FolderTest):
                 lying, healed = os.path.join(folder, number + ".shm"), self.path(number + ".shm")
                 error = self.shm("verify", lying, code=3)[1]
                 if "box" in sentence and "Group" in sentence:
-                    self.assertIn("its box is not that of its vertices", error)
+                    self.assertIn("the box of the group does not match its vertices", error)
                     continue
                 self.assertRegex(error, "index, at byte [0-9]+: entry [0-9]+, of the .* at byte [0-9]+, has another ")
                 self.shm("repair", lying, "-o", healed)

@@ -1,9 +1,9 @@
-// Appender: adds time steps to an existing file by writing a new one. It copies the contents of the
-// old file without decoding them and then writes the new steps, encoded exactly as the Writer of
-// the old file would have encoded them. The old file does not change. A caller that replaces it
-// only after finish() has succeeded (a FileSink does so) has either the old or the new file in
-// place at every instant. Memory: that of a Writer after end_mesh, plus that of a StepReader that
-// has read the last steps.
+// Appender: adds time steps to an existing file by writing a new file. It copies the contents of
+// the old file without decoding them. It then writes the new steps, encoded exactly as the Writer
+// of the old file would have encoded them. The old file does not change. If a caller replaces the
+// old file only after finish() has succeeded (a FileSink does so), either the old or the new file
+// is in place at every instant. An Appender needs the memory of a Writer after end_mesh, plus that
+// of a StepReader that has read the last steps.
 // spec: "Step values", "Index and trailer"
 #pragma once
 
@@ -21,20 +21,22 @@ namespace shm {
 
 struct AppendOptions {
   Level level = Level::standard;
-  /// At least one of this many steps of an array is a key step, as in WriteOptions::key_steps. 0:
-  /// the longest distance between key steps in the old file, but at least 8. New steps refer to at
-  /// most as many earlier steps as the schema of the file allows (Schema::step_references).
+  /// Distance between key steps, as in WriteOptions::key_steps: of this many consecutive steps of
+  /// an array, at least one is a key step. 0: the longest distance between key steps in the old
+  /// file, but at least 8. The schema of the old file limits the number of earlier steps to which a
+  /// new step may refer (Schema::step_references).
   std::uint32_t key_steps = 0;
 };
 
-/// Order of calls: open; optionally drop_extras; then steps, times and extras in any order; then
-/// finish. After the first error every call returns that error. Not thread safe. The Appender
-/// trusts the index and the chunk headers of the old file, as a StepReader does. Damage inside a
-/// chunk that is only copied remains in the new file; a reader of that chunk detects it.
+/// Adds time steps to a copy of a file. Order of calls: open; optionally drop_extras; then steps,
+/// times and extras in any order; then finish. After the first error every call returns that error.
+/// An Appender is not thread safe. It trusts the index and the chunk headers of the old file, as a
+/// StepReader does. Damage inside a chunk that is only copied remains in the new file; a reader of
+/// that chunk detects the damage.
 class SHM_API Appender {
  public:
-  /// `file` is a complete .shm file, not an archive. Both arguments are borrowed and must outlive
-  /// the Appender. Nothing is written to `sink` before the first step, times or extra.
+  /// Opens `file`, a complete .shm file that is not an archive. Both arguments are borrowed and
+  /// must outlive the Appender. Nothing is written to `sink` before the first step, times or extra.
   static Result<Appender> open(RandomSource& file, ByteSink& sink,
                                const AppendOptions& options = {}, const ReadLimits& limits = {});
   Appender(Appender&&) noexcept;
@@ -49,24 +51,24 @@ class SHM_API Appender {
   std::uint64_t steps() const;
   /// Returns the number of elements of a stepped array.
   std::uint64_t elements(std::uint32_t array) const;
-  /// Returns the old file without its step values, as a .shm file. A Reader of it yields the mesh,
-  /// static arrays, times and extras; MeshBlock::vertex_numbers and cell_numbers give the coding
-  /// order. The source is valid as long as the Appender and `file`.
+  /// Returns the old file without its step values, as a .shm file. A Reader of this file yields the
+  /// mesh, static arrays, times and extras. Its MeshBlock::vertex_numbers and cell_numbers show the
+  /// coding order. The source is valid as long as the Appender and `file`.
   Result<std::unique_ptr<ByteSource>> without_steps();
 
   /// Leaves out the extras of the old file. Must be called before steps, times or extras are added.
   Result<void> drop_extras();
   /// Adds values of a stepped array at a step, as Writer::add_step_values() does. New steps of an
-  /// array must come after its last step in the old file. Quantized arrays keep their error bound,
-  /// also for values outside the box of an N-bit quantization.
+  /// array must come after the last step that the array has in the old file. Quantized arrays keep
+  /// their error bound, also for values outside the box of an N-bit quantization.
   Result<void> add_step_values(std::uint32_t array, std::uint64_t step,
                                std::span<const std::byte> values);
-  /// Sets the time of every step, including the steps of the old file. Call it at most once;
-  /// without a call the old times are kept.
+  /// Sets the time of every step, including the steps of the old file. Call this function at most
+  /// once. Without a call the new file has the times of the old file.
   Result<void> set_step_times(std::span<const double> times);
   Result<void> add_extra(const Extra& extra);
 
-  /// Writes the index and the totals, and commits the sink. The new file is valid only if this
+  /// Writes the index and the totals, and commits the sink. The new file is valid only if finish()
   /// succeeds.
   Result<SizeReport> finish();
 

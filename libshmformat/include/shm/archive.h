@@ -1,6 +1,6 @@
-// Archives: several named .shm files in one file, e.g. the pieces of a decomposed mesh or the files
-// of a restarted run. Each member is a complete .shm file, stored unchanged, so that any Reader can
-// read it.
+// Archives: files that contain several named .shm files, e.g. the pieces of a decomposed mesh or
+// the files of a restarted run. Each member is a complete .shm file, stored unchanged, so that any
+// Reader can read it.
 // spec: "Archive"
 #pragma once
 
@@ -17,19 +17,19 @@
 
 namespace shm {
 
-/// One file in an archive.
+/// File in an archive.
 struct ArchiveMember {
-  std::string name;          ///< see is_member_name()
+  std::string name;          ///< file name of the member, for which is_member_name() is true
   std::uint64_t offset = 0;  ///< offset of its first byte in the archive
   std::uint64_t bytes = 0;
 };
 
-/// Returns true if `name` is a plain file name of 1 to 255 bytes, not a path: without '/', '\\' and
-/// control characters, and neither "." nor "..".
+/// Returns true if `name` is a plain file name of 1 to 255 bytes, not a path. Such a name contains
+/// no '/', '\\' or control characters, and is neither "." nor "..".
 SHM_API bool is_member_name(std::string_view name);
 
-/// Writes members one after the other, front to back. After the first error every call returns that
-/// error. Not thread safe; distinct ArchiveWriters are independent.
+/// Writes an archive, member after member, front to back. After the first error every call returns
+/// that error. An ArchiveWriter is not thread safe; distinct ArchiveWriters are independent.
 class SHM_API ArchiveWriter {
  public:
   /// `sink` is borrowed and must outlive the ArchiveWriter.
@@ -38,13 +38,14 @@ class SHM_API ArchiveWriter {
   ArchiveWriter& operator=(ArchiveWriter&&) noexcept;
   ~ArchiveWriter();
 
-  /// Ends the previous member and begins one named `name`, which must be a valid member name that
-  /// is not in use yet. The bytes written to the returned sink until the next call of the
-  /// ArchiveWriter must form one .shm file that is not itself an archive; only its first bytes are
-  /// checked. The sink lives as long as the ArchiveWriter.
+  /// Ends the previous member and begins a member with the name `name`, which must be a valid
+  /// member name that is not in use yet. The bytes written to the returned sink until the next call
+  /// of the ArchiveWriter must form one .shm file that is not itself an archive. Only the first
+  /// bytes are checked. The sink lives as long as the ArchiveWriter.
   Result<ByteSink*> add_member(const std::string& name);
   /// Ends the last member, writes the list of members and commits the sink. The file is valid only
-  /// if this succeeds; the destructor reports nothing. Returns the total number of bytes written.
+  /// if finish() succeeds; the destructor reports no errors. Returns the total number of bytes
+  /// written.
   Result<std::uint64_t> finish();
 
  private:
@@ -53,19 +54,20 @@ class SHM_API ArchiveWriter {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Returns true if a file that begins with `head` is an archive. 16 bytes are enough.
+/// Returns true if a file that begins with `head` is an archive. The first 16 bytes of a file are
+/// enough.
 SHM_API bool looks_like_archive(std::span<const std::byte> head);
 
-/// Lists the members of an archive; read a member through a SectionSource. Distinct readers are
-/// independent.
+/// Lists the members of an archive. To read a member, use a SectionSource. Distinct ArchiveReaders
+/// are independent.
 class SHM_API ArchiveReader {
  public:
   /// Reads the list of members, whose size is limited by limits.max_chunk_bytes. `source` is
   /// borrowed during the call.
   static Result<ArchiveReader> open(RandomSource& source, const ReadLimits& limits = {});
-  /// Members in file order. All names are valid member names and distinct.
+  /// Returns the members in file order. All names are valid member names and distinct.
   const std::vector<ArchiveMember>& members() const { return members_; }
-  /// Returns the member of that name, or null.
+  /// Returns the member with the name `name`, or null.
   const ArchiveMember* find(std::string_view name) const;
 
  private:

@@ -1,5 +1,5 @@
-// The items that a Reader yields: vertices and cells block by block, values of time steps, and
-// totals. All types are plain values.
+// Items that a Reader yields: vertices and cells block by block, values of time steps, and totals.
+// All types are plain values.
 #pragma once
 
 #include <array>
@@ -43,44 +43,47 @@ std::vector<T> numbers_as(ScalarType type, std::span<const std::byte> from) {
   return to;
 }
 
-/// A run of vertices and cells in coding order. Cell i may use the vertices below
-/// `vertices_before_cell[i]` of this block and any earlier vertex that is not finalized.
+/// A run of vertices and cells in coding order. Cell i may use two kinds of vertices: those of this
+/// block with an index below `vertices_before_cell[i]`, and all vertices of earlier blocks that are
+/// not finalized.
 struct MeshBlock {
   std::uint64_t first_vertex = 0;             ///< stream number of the first vertex
   std::vector<std::uint64_t> vertex_numbers;  ///< original numbers (Order::keep) or stream numbers
   std::vector<std::byte> xyz;                 ///< 3 coordinates of each vertex
   std::uint64_t first_cell = 0;               ///< position of the first cell in coding order
-  std::vector<std::uint64_t>
-      cell_numbers;  ///< original numbers (Order::keep) or positions in coding order
+  /// Original cell numbers (Order::keep) or positions of the cells in coding order.
+  std::vector<std::uint64_t> cell_numbers;
   std::vector<std::uint32_t> cell_blocks;
-  std::vector<std::uint64_t>
-      corner_begin;                     ///< offsets of the cells in `corners`; cells + 1 entries
+  /// Offsets of the cells in `corners`; cells + 1 entries.
+  std::vector<std::uint64_t> corner_begin;
   std::vector<std::uint64_t> corners;   ///< vertex numbers of the corners
-  std::vector<std::uint64_t> last_use;  ///< for each cell: bit i is set if it finalizes corner i
+  std::vector<std::uint64_t> last_use;  ///< last uses of vertices, per cell: bit i is set if the
+                                        ///< cell finalizes its corner i
   std::vector<std::uint64_t> vertices_before_cell;
-  /// Empty if each vertex occurs once, in the segment that owns it. If a single segment is read: 1
-  /// for each vertex that an earlier segment owns, otherwise 0.
+  /// Imported vertices. Empty if each vertex occurs once, in the segment that owns it. If a single
+  /// segment is read: 1 for each vertex that an earlier segment owns, otherwise 0.
   std::vector<std::uint8_t> imported;
-  /// Values of static arrays by array index: point arrays for each vertex, cell arrays for each
-  /// cell whose block they cover. Empty for stepped arrays.
+  /// Values of static arrays, by array index. Point arrays have a value for each vertex; cell
+  /// arrays have a value for each cell whose block they cover. Empty for stepped arrays.
   std::vector<std::vector<std::byte>> arrays;
 
   std::size_t vertex_count() const { return vertex_numbers.size(); }
   std::size_t cell_count() const { return cell_blocks.size(); }
 };
 
-/// A segment as described by the index. Reading the segment fails if its contents differ from this
+/// Segment as described by the index. Reading the segment fails if its contents differ from this
 /// description.
 struct SegmentInfo {
-  std::uint64_t first_cell = 0, cells = 0;       ///< in coding order
-  std::uint64_t first_vertex = 0, vertices = 0;  ///< vertices that the segment owns; stream numbers
-  std::uint64_t bytes = 0;                       ///< size of its groups in the file
-  /// Smallest x y z and largest x y z of its vertices, imported vertices included; +inf and -inf if
-  /// there are none.
+  std::uint64_t first_cell = 0, cells = 0;  ///< range of cells in coding order
+  /// Range of vertices that the segment owns, by stream number.
+  std::uint64_t first_vertex = 0, vertices = 0;
+  std::uint64_t bytes = 0;  ///< size in bytes of the segment's groups in the file
+  /// Smallest x y z and largest x y z of the segment's vertices, imported vertices included; +inf
+  /// and -inf if the segment has no vertices.
   std::array<double, 6> box{};
 };
 
-/// The values of a stepped array in one chunk group, in coding order of its elements.
+/// Values of a stepped array in one chunk group, in coding order of the elements.
 struct StepPiece {
   std::uint32_t array = 0;
   std::uint64_t step = 0;
@@ -90,29 +93,30 @@ struct StepPiece {
 struct StepTimes {
   std::vector<double> times;
 };
-/// Totals of a whole file; the last item that a Reader yields.
+/// Totals of a whole file: the last item that a Reader yields.
 struct Totals {
   std::uint64_t vertices = 0, cells = 0, hexahedra = 0;
   std::uint64_t max_active_vertices = 0;
-  std::vector<std::uint64_t>
-      segment_starts;  ///< position of each segment's first cell in coding order
+  /// Position of each segment's first cell in coding order.
+  std::vector<std::uint64_t> segment_starts;
   /// Connectivity codec of each segment; automatic for a segment without cells.
   std::vector<ConnectivityCodec> segment_connectivity;
   std::uint64_t imported_vertices = 0;  ///< vertices coded again by segments that do not own them
   std::uint64_t total_bytes = 0;
-  std::map<std::string, std::uint64_t> streams;  ///< bytes of each kind of stream, as in SizeReport
+  /// Size in bytes of each kind of stream, as in SizeReport.
+  std::map<std::string, std::uint64_t> streams;
   std::uint64_t steps = 0;
   std::vector<std::uint64_t> block_cells;
-  std::uint64_t trailing_bytes =
-      0;  ///< ignored bytes after the end record, left by an interrupted append
+  /// Number of ignored bytes after the end record, which an interrupted append has left.
+  std::uint64_t trailing_bytes = 0;
 };
 
-// The contents of a MeshBlock as single events, for callers that keep only a small part of the
-// mesh.
+// Events: the contents of a MeshBlock as single vertices and cells, for callers that store only a
+// small part of the mesh.
 
 struct VertexEvent {
   std::uint64_t number;
-  std::span<const std::byte> xyz;  ///< 3 coordinates
+  std::span<const std::byte> xyz;  ///< 3 coordinates of the vertex
 };
 struct CellEvent {
   std::uint64_t number;
@@ -125,8 +129,9 @@ struct FinalizeEvent {
 };
 using Event = std::variant<VertexEvent, CellEvent, FinalizeEvent>;
 
-/// Calls `handler(event)` for each event of `block` in stream order: the vertices that a cell
-/// introduces, the cell, the vertices that it finalizes. Spans are valid during the call.
+/// Calls `handler(event)` for each event of `block` in stream order. The events of a cell are the
+/// vertices that it introduces, the cell itself, and the vertices that it finalizes. Spans are
+/// valid during the call.
 template <class Handler>
 void for_each_event(const MeshBlock& block, ScalarType coordinate_type, Handler&& handler) {
   const std::size_t xyz_bytes = 3 * scalar_bytes(coordinate_type);

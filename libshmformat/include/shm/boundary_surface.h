@@ -1,6 +1,6 @@
-// The boundary surface of a mesh: the faces that belong to exactly one cell, for pictures, web
-// pages and other views from outside. It is found in one pass; memory grows with the active surface
-// and the size of the result.
+// BoundaryFinder and read_boundary: find the boundary surface of a mesh. The boundary consists of
+// the faces that belong to exactly one cell, for pictures, web pages and other views from outside.
+// It is found in one pass. Memory grows with the active surface and the size of the result.
 //   shm::FileRandomSource& file = ...;
 //   const auto surface = shm::read_boundary(file);
 //   if (!surface) return complain(surface.error().message());
@@ -33,19 +33,19 @@ class SHM_API BoundaryFinder {
   ~BoundaryFinder();
 
   /// Adds the next block, as returned by a Reader, or by a MeshExtractor with the requested arrays.
-  /// In the second case the result is the boundary of the piece; since the cells of a piece do not
-  /// finalize vertices, memory then grows with the size of the piece. Other blocks fail with
+  /// The blocks of a MeshExtractor result in the boundary of the piece. Since the cells of a piece
+  /// do not finalize vertices, memory then grows with the size of the piece. Other blocks fail with
   /// ErrorCode::misuse, or with ErrorCode::corrupt if a cell uses a vertex that does not exist.
   Result<void> add(const MeshBlock& block);
-  /// Adds values of a stepped array, in coding order. Call it after the last block. Values that
-  /// were not requested are ignored.
+  /// Adds values of a stepped array, in coding order. Call this function after the last block.
+  /// Values that were not requested are ignored.
   Result<void> add(const StepPiece& piece);
-  /// Adds values of an array at a step, as returned by a StepReader or MeshExtractor. They are
-  /// assigned by element numbers if `values` has numbers, otherwise by coding order. Values of a
-  /// piece must have numbers.
+  /// Adds values of an array at a step, as returned by a StepReader or MeshExtractor. If `values`
+  /// has element numbers, the values are assigned by these numbers, otherwise by coding order.
+  /// Values of a piece must have numbers.
   Result<void> add(std::uint32_t array, std::uint64_t step, const StepValues& values);
-  /// Ends the input and returns the boundary. ErrorCode::misuse if no values of a requested stepped
-  /// array were added although it has some, or if finish() was called before.
+  /// Ends the input and returns the boundary. ErrorCode::misuse if a requested stepped array has
+  /// values but none were added, or if finish() was called before.
   Result<BoundarySurface> finish();
 
  private:
@@ -54,17 +54,17 @@ class SHM_API BoundaryFinder {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Finds the boundary of a file with random access. Only the requested values are read. `reading`
-/// sets the number of threads. A wrong index can hide cells, as in a MeshExtractor.
+/// Finds the boundary of a file with random access. The function reads only the requested values.
+/// `reading` sets the number of threads. A wrong index can hide cells, as in a MeshExtractor.
 /// ErrorCode::misuse if a requested array does not exist or has no values at its step. `source` is
 /// borrowed during the call.
 SHM_API Result<BoundarySurface> read_boundary(RandomSource& source,
                                               const BoundaryOptions& options = {},
                                               const ReadLimits& limits = {},
                                               const ReadOptions& reading = {});
-/// Finds the boundary of a stream. The stream is read to its end or, if it has time steps, until
-/// all requested values have arrived. All static arrays are decoded, and so are all steps before
-/// the requested steps.
+/// Finds the boundary of a stream. The function reads the stream to its end or, if it has time
+/// steps, until all requested values have arrived. It decodes all static arrays, and all steps
+/// before the requested steps.
 SHM_API Result<BoundarySurface> read_boundary(ByteSource& source,
                                               const BoundaryOptions& options = {},
                                               const ReadLimits& limits = {},

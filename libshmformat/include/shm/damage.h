@@ -1,6 +1,6 @@
-// Damage: finds all damage in a .shm file by the marks and checksums of chunks and bitstreams,
-// without decoding values. MeshExtractor::open_damaged() (shm/mesh_extract.h) reads the intact
-// parts of such a file.
+// Damage: functions that find all damage in a .shm file, and restore files whose chunks are intact.
+// Damage is found by the marks and checksums of chunks and bitstreams, without decoding values.
+// MeshExtractor::open_damaged() (shm/mesh_extract.h) reads the intact parts of a damaged file.
 // spec: "Container", "Recovery"
 #pragma once
 
@@ -17,18 +17,19 @@
 
 namespace shm {
 
-/// Scans all of `source`, which is borrowed during the call. Fails if the source cannot be read, is
-/// an archive (ErrorCode::unsupported) or contains no part of a .shm file (ErrorCode::corrupt).
-/// Chunks with correct checksums are not decoded; a Reader does that. Time: each byte is read a few
-/// times at most. Memory: the largest chunk (ReadLimits::max_chunk_bytes) and a few hundred bytes
-/// per chunk.
+/// Finds all damage in `source`, which is borrowed during the call. Fails if the source cannot be
+/// read, is an archive (ErrorCode::unsupported) or contains no part of a .shm file
+/// (ErrorCode::corrupt). Chunks with correct checksums are not decoded; a Reader decodes and checks
+/// them. Each byte is read a few times at most. The function needs memory for the largest chunk
+/// (ReadLimits::max_chunk_bytes) and a few hundred bytes per chunk.
 SHM_API Result<DamageReport> find_damage(RandomSource& source, const ReadLimits& limits = {});
 
-/// Writes a file with exactly its original bytes. All its chunks must be intact, but may be out of
-/// place, repeated or mixed with stray bytes. The file start and the trailer are rebuilt. A lost
-/// index is rebuilt from everything that a Decoder finds; its bytes may differ from the original if
-/// DamageReport::has_other_ranges. Fails without writing anything unless DamageReport::restorable
-/// is true, or DamageReport::lacks_index is true and the index could be rebuilt.
+/// Writes a file with exactly its original bytes. All chunks of `source` must be intact, but may be
+/// out of place, repeated or mixed with stray bytes. The file start and the trailer are rebuilt. A
+/// lost index is rebuilt from everything that a Decoder finds; the bytes of this index may differ
+/// from the original if DamageReport::has_other_ranges is true. Fails without writing anything
+/// unless DamageReport::restorable is true, or DamageReport::lacks_index is true and the index
+/// could be rebuilt.
 SHM_API Result<void> write_in_order(RandomSource& source, ByteSink& sink,
                                     const ReadLimits& limits = {});
 

@@ -1,5 +1,5 @@
-// Sources and sinks of bytes: small interfaces and their usual implementations. File names are
-// passed to the system unchanged; on Windows they are UTF-8.
+// Sources and sinks of bytes: small interfaces and their usual implementations. The library passes
+// file names to the operating system unchanged. On Windows, file names are UTF-8.
 #pragma once
 
 #include <cstddef>
@@ -17,24 +17,25 @@ namespace shm {
 class FileRandomSource;
 class RandomSource;
 
-/// Receives bytes, front to back. Implement it to write to any destination; the library never
-/// seeks.
+/// Destination of a sequence of bytes. Implement this interface to write to any destination. The
+/// library never seeks.
 class SHM_API ByteSink {
  public:
   virtual ~ByteSink() = default;
   /// Writes all of `bytes` or returns an error. After an error the library does not use the sink
   /// again.
   virtual Result<void> write(std::span<const std::byte> bytes) = 0;
-  /// Writes `bytes` bytes of `from`, starting at `offset`. A sink may override it to let the system
-  /// copy.
+  /// Copies `bytes` bytes of `from`, starting at `offset`, to this sink. A sink may override this
+  /// function to let the operating system copy.
   virtual Result<void> copy(RandomSource& from, std::uint64_t offset, std::uint64_t bytes);
-  /// Declares the output complete. Writer::finish() and all other calls that finish a file call it
-  /// once, after the last byte. Most sinks do nothing here. A sink that passes its bytes on to
-  /// another sink passes this call on too, unless more bytes follow (after a member of an archive).
+  /// Declares the output complete. Writer::finish() and all other calls that finish a file call
+  /// commit() once, after the last byte. Most sinks do nothing here. A sink that passes its bytes
+  /// on to another sink also passes on this call. The exception is a sink after whose bytes more
+  /// bytes follow, such as the sink of an archive member.
   virtual Result<void> commit();
 };
 
-/// Delivers bytes, front to back.
+/// Sequence of bytes that is read from front to back.
 class SHM_API ByteSource {
  public:
   virtual ~ByteSource() = default;
@@ -42,14 +43,14 @@ class SHM_API ByteSource {
   virtual Result<std::size_t> read(std::span<std::byte> into) = 0;
 };
 
-/// Appends all bytes to `bytes`.
+/// Sink that appends all bytes to its member `bytes`.
 class SHM_API MemorySink final : public ByteSink {
  public:
   Result<void> write(std::span<const std::byte> bytes) override;
   std::vector<std::byte> bytes;
 };
 
-/// Reads borrowed memory, which must outlive the source.
+/// Source that reads borrowed memory. The memory must outlive the source.
 class SHM_API MemorySource final : public ByteSource {
  public:
   explicit MemorySource(std::span<const std::byte> bytes) : left_(bytes) {}
@@ -61,53 +62,43 @@ class SHM_API MemorySource final : public ByteSource {
   std::span<const std::byte> left_;
 };
 
-/// Counts the bytes and discards them.
+/// Sink that counts the bytes and discards them.
 class SHM_API NullSink final : public ByteSink {
  public:
   Result<void> write(std::span<const std::byte> bytes) override;
   std::uint64_t bytes = 0;
 };
 
-/// Writes a file that appears complete or not at all. Bytes are written to an unnamed file in the
-/// same folder, which disappears with its process. commit() flushes this file to the disk and makes
-/// it visible under the final name; an existing file of that name is replaced by renaming. Writer,
-/// PartJoiner, Appender and ArchiveWriter call commit() in finish(), and write_mesh() and
-/// write_in_order() call it at their end. Callers that write bytes themselves must call it too: a
-/// FileSink that is destroyed without commit() leaves no file.
+/// Sink that writes a file, which appears complete or not at all. The bytes are written to an
+/// unnamed file in the same folder, which disappears with its process. commit() flushes this file
+/// to the disk and makes it visible under the final name. An existing file of that name is replaced
+/// by renaming. Writer, PartJoiner, Appender and ArchiveWriter call commit() in finish().
+/// write_mesh() and write_in_order() call commit() at their end. Callers that write bytes
+/// themselves must call commit() too: a FileSink that is destroyed without commit() leaves no file.
 ///
-/// If the system has no unnamed files, or if the caller requests a named temporary file, its name
-/// is ".NAME.tmp" plus numbers that identify the process and the machine. It is removed when the
-/// FileSink is destroyed without commit(). If a process was killed, the next create() of a named
-/// temporary file for the same path removes its leftovers (after an hour if they are from another
-/// machine).
+/// If the system has no unnamed files, or if the caller requests a named temporary file, the name
+/// of the temporary file is ".NAME.tmp" plus numbers that identify the process and the machine. The
+/// temporary file is removed when the FileSink is destroyed without commit(). If a process was
+/// killed, the next create() of a named temporary file for the same path removes the leftovers of
+/// that process (after an hour if they are from another machine).
 ///
 /// The new file inherits the permissions and, if allowed, the group of the file that it replaces
 /// (Windows has neither). If the path is a symbolic link, its target is replaced. On Windows a file
-/// that is open elsewhere can be replaced only if its file system supports that. "-" is standard
-/// output (commit does nothing).
-///
-/// If the system has no unnamed files, or if a named one is requested, the temporary file is called
-/// ".NAME.tmp" plus numbers of process and machine. It is removed when the FileSink is destroyed
-/// without commit(). If a process was killed, the next create() of a named file for the same path
-/// removes its leftovers (after an hour if they are from another machine).
-///
-/// A replaced file passes on its permissions and, if allowed, its group (Windows has neither). If
-/// the path is a symbolic link, its target is replaced. On Windows a file that is open elsewhere
-/// can be replaced only if its file system supports that. "-" is standard output (commit does
-/// nothing).
+/// that is open elsewhere can be replaced only if its file system supports that. The path "-" means
+/// standard output; commit() then does nothing.
 class SHM_API FileSink final : public ByteSink {
  public:
   enum class Temporary : std::uint8_t { unnamed, named };
   enum class Existing : std::uint8_t { replace, refuse };
-  /// `how`: `named` forces a named temporary file. `existing`: `refuse` fails with
-  /// ErrorCode::output if the path exists now or at the commit, and leaves the existing file
-  /// unchanged.
+  /// Creates the temporary file for `path`. If `how` is `named`, the temporary file has a name. If
+  /// `existing` is `refuse`, create() or commit() fails with ErrorCode::output if the path exists
+  /// at that time, and leaves the existing file unchanged.
   static Result<std::unique_ptr<FileSink>> create(const std::string& path,
                                                   Temporary how = Temporary::unnamed,
                                                   Existing existing = Existing::replace);
-  /// Creates a scratch file in `folder`, which only this user may access and which never appears
-  /// under a final name. If the file needs a temporary name, that name contains `name`, to show
-  /// where the file comes from. commit() does nothing.
+  /// Creates a scratch file in `folder`. Only the current user may access this file, and the file
+  /// never appears under a final name. If the file needs a temporary name, that name contains
+  /// `name`, to show the origin of the file. commit() does nothing.
   static Result<std::unique_ptr<FileSink>> create_scratch(const std::string& folder,
                                                           const std::string& name,
                                                           Temporary how = Temporary::unnamed);
@@ -116,14 +107,15 @@ class SHM_API FileSink final : public ByteSink {
   FileSink& operator=(const FileSink&) = delete;
   Result<void> write(std::span<const std::byte> bytes) override;
   Result<void> copy(RandomSource& from, std::uint64_t offset, std::uint64_t bytes) override;
-  /// Completes the file. After commit() has succeeded, further calls do nothing and nothing more
-  /// can be written. Everything that can fail happens before the file appears under its name,
-  /// except flushing the folder; the error then says so.
+  /// Completes the file. After commit() has succeeded, further calls do nothing, and nothing more
+  /// can be written. All operations that can fail happen before the file appears under its name,
+  /// except flushing the folder. The message of an error in flushing the folder says that the file
+  /// exists.
   Result<void> commit() override;
 
-  /// Returns the name by which this process may open the file until commit(), to write to it
-  /// without this sink; for an unnamed file, a name in /proc. Empty if commit() does not rename a
-  /// file.
+  /// Returns the name under which this process may open the file until commit(), to write to it
+  /// without this sink. For an unnamed file this is a name in /proc. Returns an empty name if
+  /// commit() does not rename a file.
   const std::string& temporary() const { return temporary_; }
   bool is_named() const { return named_; }
 
@@ -142,15 +134,15 @@ class SHM_API FileSink final : public ByteSink {
     std::uint32_t mode = 0, group = 0;
   };
   int descriptor_ = -1;
-  bool named_ = false;    // true: there is a temporary file to remove
-  bool scratch_ = false;  // true: the file never gets a final name
+  bool named_ = false;    // true: a temporary file has to be removed
+  bool scratch_ = false;  // true: this file is a scratch file and never gets a final name
   bool committed_ = false;
   bool replaces_ = true;  // true: commit() replaces an existing file
   std::optional<Permissions> permissions_;
   std::string path_, temporary_;
 };
 
-/// Reads a file; "-" is standard input.
+/// Source that reads a file; the path "-" means standard input.
 class SHM_API FileSource final : public ByteSource {
  public:
   static Result<std::unique_ptr<FileSource>> open(const std::string& path);
@@ -173,7 +165,7 @@ struct ByteRange {
   std::uint64_t offset = 0, bytes = 0;
 };
 
-/// Delivers bytes from any offset.
+/// Source of bytes that can be read from any offset.
 class SHM_API RandomSource {
  public:
   virtual ~RandomSource() = default;
@@ -181,12 +173,12 @@ class SHM_API RandomSource {
   /// Fills `into` with the bytes from `offset` on, or fails.
   virtual Result<void> read_at(std::uint64_t offset, std::span<std::byte> into) = 0;
   /// Announces the ranges that will be read next, mostly in this order, so that a remote source can
-  /// fetch them together. Most sources do nothing. Announced ranges may lie outside of the source,
-  /// and may never be read.
+  /// fetch these ranges together. Most sources do nothing. An announced range may lie outside the
+  /// source, and may never be read.
   virtual void prefetch(std::span<const ByteRange> ranges);
 };
 
-/// Reads borrowed memory, which must outlive the source.
+/// Source with random access to borrowed memory. The memory must outlive the source.
 class SHM_API MemoryRandomSource final : public RandomSource {
  public:
   explicit MemoryRandomSource(std::span<const std::byte> bytes) : bytes_(bytes) {}
@@ -197,7 +189,7 @@ class SHM_API MemoryRandomSource final : public RandomSource {
   std::span<const std::byte> bytes_;
 };
 
-/// Makes another source usable by several threads, by letting only one thread at a time read.
+/// Source that makes another source usable by several threads: only one thread at a time reads.
 class SHM_API SharedSource final : public RandomSource {
  public:
   explicit SharedSource(std::unique_ptr<RandomSource> source);
@@ -213,7 +205,7 @@ class SHM_API SharedSource final : public RandomSource {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Reads a seekable file.
+/// Source with random access to a seekable file.
 class SHM_API FileRandomSource final : public RandomSource {
  public:
   static Result<std::unique_ptr<FileRandomSource>> open(const std::string& path);
@@ -223,9 +215,9 @@ class SHM_API FileRandomSource final : public RandomSource {
   std::uint64_t size() const override { return size_; }
   Result<void> read_at(std::uint64_t offset, std::span<std::byte> into) override;
   /// Copies `bytes` bytes, beginning at `offset`, to the current position of the open file
-  /// `descriptor`, without passing them through this process; file systems that support it share
-  /// the blocks of both files. Returns the number of bytes copied. It is less than `bytes`, or 0,
-  /// if the system cannot copy them.
+  /// `descriptor`. The bytes do not pass through this process. File systems that support it share
+  /// the blocks of both files. Returns the number of bytes copied: less than `bytes`, or 0, if the
+  /// operating system cannot copy them.
   std::uint64_t copy_to(int descriptor, std::uint64_t offset, std::uint64_t bytes) const;
 
  private:
@@ -236,7 +228,8 @@ class SHM_API FileRandomSource final : public RandomSource {
   std::string path_;
 };
 
-/// A range of bytes of another source, as a separate source, sequential or with random access.
+/// Range of bytes of another source, usable as a separate source, sequentially or with random
+/// access.
 class SHM_API SectionSource final : public RandomSource, public ByteSource {
  public:
   /// `whole` is borrowed and must outlive the section. Reading beyond the end of `whole` fails.

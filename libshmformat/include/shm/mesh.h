@@ -24,7 +24,8 @@
 namespace shm {
 
 /// A mesh whose vertices and cells are numbered from 0. Values are raw bytes of the declared scalar
-/// types in host order. A plain value: several threads may call const members at the same time.
+/// types in host byte order. Several threads may call const members of the same object at the same
+/// time.
 struct Mesh {
   Schema schema;
   std::vector<std::byte> xyz;              ///< 3 coordinates for each vertex
@@ -32,11 +33,12 @@ struct Mesh {
   std::vector<std::uint64_t> corner_begin = {
       0};                              ///< offsets of the cells in `corners`; cells + 1 entries
   std::vector<std::uint64_t> corners;  ///< vertex numbers of the corners
-  /// Values of static arrays, by array index: one element for each vertex, or for each cell of a
-  /// covered block in cell order. Empty for stepped arrays.
+  /// Values of static arrays, by array index. A point array has one element for each vertex; a cell
+  /// array has one element for each cell of a covered block, in cell order. Empty for stepped
+  /// arrays.
   std::vector<std::vector<std::byte>> arrays;
-  /// Values of stepped arrays: [array][step], elements as in `arrays`. Empty for static arrays and
-  /// for steps without values.
+  /// Values of stepped arrays: [array][step], with the same elements as in `arrays`. Empty for
+  /// static arrays and for steps without values.
   std::vector<std::vector<std::vector<std::byte>>> steps;
   std::vector<double> step_times;
   std::vector<Extra> extras;
@@ -48,26 +50,27 @@ struct Mesh {
   std::uint64_t cell_count() const { return cell_blocks.size(); }
 
   /// Returns the smallest x y z and the largest x y z of the finite coordinates; +inf and -inf if
-  /// there are none.
+  /// no coordinate is finite.
   SHM_API std::array<double, 6> bounds() const;
   /// Returns the coordinates x y z of all vertices, vertex after vertex.
   template <class T>
   std::vector<T> points_as() const {
     return numbers_as<T>(schema.coordinate_type, xyz);
   }
-  /// Returns the corners of the cells of a block with eight nodes per cell, as hexahedra have;
-  /// empty for other blocks.
+  /// Returns the corners of the cells of a block with eight nodes per cell, e.g. hexahedra. Empty
+  /// for other blocks.
   SHM_API std::vector<std::array<std::uint64_t, 8>> hexahedra(std::uint32_t block = 0) const;
-  /// Returns the index of the first array of that name and location, if there is one.
+  /// Returns the index of the first array with that name and location, or std::nullopt if there is
+  /// none.
   SHM_API std::optional<std::size_t> find_array(Location location, std::string_view name) const;
-  /// Returns the values of an array (of a stepped array: its values at `step`); the components of
-  /// an element are stored together. Empty if the array has no such values.
+  /// Returns the values of an array, or of a stepped array at step `step`. The components of an
+  /// element are stored together. Empty if the array has no such values.
   template <class T>
   std::vector<T> values_as(std::size_t array, std::size_t step = 0) const {
     if (array >= schema.arrays.size()) return {};
     return numbers_as<T>(schema.arrays[array].type, values(array, step));
   }
-  /// Returns the same values as raw bytes of the array's type.
+  /// Returns the values of an array, as values_as() does, but as raw bytes of the array's type.
   SHM_API std::span<const std::byte> values(std::size_t array, std::size_t step = 0) const;
 
   /// Makes a mesh with one block of hexahedra from the coordinates of each vertex and the eight
@@ -98,7 +101,7 @@ struct Mesh {
                       std::span<const std::byte> values);
 };
 
-/// A view of numbers of 32 or 64 bits that the caller owns.
+/// View of 32-bit or 64-bit numbers that the caller owns.
 class NumberSpan {
  public:
   NumberSpan() = default;
@@ -128,39 +131,42 @@ class NumberSpan {
   std::size_t size_ = 0;
 };
 
-/// A mesh in arrays of the caller, laid out as in a Mesh, for Writer::add_mesh().
+/// Mesh whose arrays the caller owns, in the layout of Mesh. Used by Writer::add_mesh().
 struct MeshArrays {
   std::span<const std::byte> xyz;  ///< 3 coordinates for each vertex
   std::uint64_t cells = 0;
-  std::span<const std::uint32_t> cell_blocks;  ///< empty: all cells belong to block 0
-  NumberSpan corner_begin;  ///< empty: each cell has nodes_per_cell corners, as its block declares
+  /// Block index of each cell; empty: all cells are in block 0.
+  std::span<const std::uint32_t> cell_blocks;
+  NumberSpan corner_begin;  ///< offsets of the cells in `corners`; empty: each cell has
+                            ///< nodes_per_cell corners, as its block declares
   NumberSpan corners;
-  std::vector<std::span<const std::byte>> arrays;  ///< as Mesh::arrays
+  std::vector<std::span<const std::byte>> arrays;  ///< values of static arrays, as in Mesh::arrays
 };
 
-/// Writes a whole mesh. Vertices are interleaved with cells and finalized as early as possible
-/// (vertex compaction). Unless the order is Order::keep, references in extras are renumbered to the
-/// numbers that a Reader will see. Cells are reordered only by the delay buffer. Sizes that
-/// contradict each other are ErrorCode::misuse. Needs 16 bytes per vertex and cell in addition to
-/// the memory of a Writer.
+/// Writes a whole mesh. The vertices are interleaved with the cells and finalized as early as
+/// possible (vertex compaction). Unless the order is Order::keep, references in extras are
+/// renumbered to the numbers that a Reader will see. Only the delay buffer reorders cells. Fails
+/// with ErrorCode::misuse if sizes contradict each other. Needs 16 bytes per vertex and cell in
+/// addition to the memory of a Writer.
 SHM_API Result<SizeReport> write_mesh(ByteSink& sink, const Mesh& mesh,
                                       const WriteOptions& options = {});
 
 /// Reads a whole file. With Order::keep all vertices and cells have their original numbers,
-/// otherwise the numbers of the stream. Memory: one and a half times the mesh, plus a second copy
-/// of all corners if a delay buffer reordered cells of several shapes. `limits` protect against
-/// hostile files. For bytes in memory, the index gives the size of the mesh in advance, as in
-/// read_file().
+/// otherwise the numbers of the stream. Needs one and a half times the memory of the mesh, plus a
+/// second copy of all corners if a delay buffer reordered cells of several shapes. `limits` protect
+/// against hostile files. If the source is a MemorySource, the function reads the size of the mesh
+/// from the index in advance, as read_file() does.
 SHM_API Result<Mesh> read_mesh(ByteSource& source, const ReadLimits& limits = {},
                                const ReadOptions& options = {});
 SHM_API Result<Mesh> read_mesh(MemorySource& source, const ReadLimits& limits = {},
                                const ReadOptions& options = {});
 
-/// write_mesh() and read_mesh() for files. A file appears complete or not at all; an existing file
-/// is kept unless `existing` allows replacing it. Errors contain the file name. If the file is
-/// seekable, its index gives the size of the mesh in advance. Reading then needs memory for the
-/// mesh and for a Reader, and 4 bytes for each vertex and cell that arrives out of order, at the
-/// end 12 bytes (a million hexahedra with two fields: 1.3 times the mesh).
+/// Write and read a file, as write_mesh() and read_mesh() do. A written file appears complete or
+/// not at all. An existing file is kept unless `existing` allows replacing it. Errors contain the
+/// file name. If the file is seekable, read_file() reads the size of the mesh from the index in
+/// advance. Reading then needs memory for the mesh and for a Reader, and 4 bytes for each vertex
+/// and cell that arrives out of order, at the end 12 bytes. For a million hexahedra with two fields
+/// this is 1.3 times the mesh.
 SHM_API Result<SizeReport> write_file(const std::string& path, const Mesh& mesh,
                                       const WriteOptions& options = {},
                                       FileSink::Existing existing = FileSink::Existing::refuse);

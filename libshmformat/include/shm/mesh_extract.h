@@ -1,9 +1,9 @@
 // MeshExtractor: reads a piece of a mesh from a .shm file: some of its cells with their vertices
 // and values. The extractor reads the index, the schema, and only the segments that may contain
 // such cells. From these segments it reads only the requested streams and, for stepped arrays, only
-// the requested steps. Memory: one chunk group (with threads: as in ReadOptions), the vertices that
-// wait for their last use, and 8 to 16 bytes for each vertex and cell of the piece; for steps also
-// the memory of a StepReader.
+// the requested steps. It needs memory for one chunk group (with threads: as in ReadOptions), for
+// the vertices that wait for their last use, and 8 to 16 bytes for each vertex and cell of the
+// piece. For steps it also needs the memory of a StepReader.
 // spec: "Segments", "Index and trailer"
 #pragma once
 
@@ -24,21 +24,24 @@
 
 namespace shm {
 
-/// The extractor skips segments that, according to the index, cannot contain selected cells. A
-/// wrong index can therefore hide cells (they are missing in the piece), but has no other effect.
-/// Data that is read must agree with the index, including boxes; otherwise reading fails. Not
-/// thread safe; distinct MeshExtractors are independent.
+/// Reads pieces of a mesh. The extractor skips segments that, according to the index, cannot
+/// contain selected cells. A wrong index can therefore hide cells, which are then missing in the
+/// piece, but has no other effect. The data that the extractor reads must agree with the index,
+/// including boxes; otherwise reading fails. A MeshExtractor is not thread safe; distinct
+/// MeshExtractors are independent.
 class SHM_API MeshExtractor {
  public:
-  /// Reads index and schema. `source` is borrowed and must outlive the MeshExtractor.
+  /// Reads the index and the schema. `source` is borrowed and must outlive the MeshExtractor.
   static Result<MeshExtractor> open(RandomSource& source, const ReadLimits& limits = {});
-  /// Opens a damaged file for reading its intact parts: of each segment, the groups before the
-  /// first one whose cells or coordinates are damaged; values of arrays whose bitstreams are
-  /// intact; and step values of these groups if everything that they refer to is intact. segments()
-  /// then lists the segments of which anything is left; vertices(), cells() and block_cells()
-  /// return the known counts of the whole file. A request for all cells returns all cells that are
-  /// left. Reads the whole file once, and then the requested parts. Accepts undamaged files too.
-  /// Fails if no schema is left or the file cannot be read.
+  /// Opens a damaged file for reading its intact parts:
+  /// - in each segment, the groups before the first group whose cells or coordinates are damaged;
+  /// - values of arrays whose bitstreams are intact;
+  /// - step values of these groups, if everything that the step values refer to is intact.
+  ///
+  /// segments() then lists the segments of which anything is left. vertices(), cells() and
+  /// block_cells() return the known counts of the whole file. A request for all cells returns all
+  /// cells that are left. The whole file is read once, and then the requested parts. Undamaged
+  /// files are accepted too. Fails if no schema is left or the file cannot be read.
   static Result<MeshExtractor> open_damaged(RandomSource& source, const ReadLimits& limits = {});
   MeshExtractor(MeshExtractor&&) noexcept;
   MeshExtractor& operator=(MeshExtractor&&) noexcept;
@@ -46,17 +49,18 @@ class SHM_API MeshExtractor {
 
   const Schema& schema() const;
   const std::vector<SegmentInfo>& segments() const;
-  /// Static arrays (indices into Schema::arrays) that are lost in a segment of segments(). In parts
-  /// of the piece from that segment their values are NaN, or 0 for integers, unless another segment
-  /// has the vertex too. Empty unless the file is damaged.
+  /// Returns the static arrays (indices into Schema::arrays) that are lost in the segment with
+  /// index `segment` in segments(). In parts of the piece from that segment the values of these
+  /// arrays are NaN, or 0 for integers, unless another segment has the vertex too. Empty unless the
+  /// file is damaged.
   std::span<const std::uint32_t> lost_arrays(std::size_t segment) const;
-  /// Returns the number of a segment in the file; it differs from the index in segments() if
-  /// segments are lost.
+  /// Returns the number of a segment in the file. This number differs from the index in segments()
+  /// if segments are lost.
   std::uint32_t segment_number(std::size_t segment) const;
   /// Returns true if a damaged file has or may have had values of a stepped array at a step. These
   /// values may be lost.
   bool had_values(std::uint32_t array, std::uint64_t step) const;
-  // Totals of the whole file, from the index.
+  // Totals of the whole file, according to the index.
   std::uint64_t vertices() const;
   std::uint64_t cells() const;
   std::uint64_t hexahedra() const;
@@ -64,44 +68,47 @@ class SHM_API MeshExtractor {
   std::uint64_t step_count() const;
   const std::vector<std::uint64_t>& block_cells() const;
 
-  /// Reads all extras of the file. Their references are numbers of the whole mesh.
+  /// Reads all extras of the file. References in these extras are numbers of the whole mesh.
   Result<std::vector<Extra>> extras();
-  /// Returns the time of each step; empty if the file has none.
+  /// Returns the time of each step; empty if the file has no step times.
   Result<std::vector<double>> step_times();
   /// Returns the steps at which a stepped array has values, ascending.
   Result<std::vector<std::uint64_t>> steps(std::uint32_t array);
 
-  /// Returns a reader of the file's steps that uses the same index. The first call creates it; it
-  /// lives as long as this object. A request to that reader cancels a request of begin_values(),
-  /// and vice versa.
+  /// Returns a reader of the file's steps that uses the same index. The first call creates the
+  /// reader, which lives as long as this object. A request to that reader cancels a request of
+  /// begin_values(), and vice versa.
   Result<StepReader*> step_reader();
 
-  /// Starts a request, whose parts next() returns, and drops the previous piece. Announces to the
-  /// source which ranges will be read, if the index shows them. Only the thread options of
-  /// `options` are used; the source is always read in the caller's thread. Results and errors are
-  /// the same for any number of threads. If the piece has to be searched for (by a box, or by
-  /// numbers that are not in file order), the threads work on one group at a time.
-  /// ErrorCode::misuse if the request names something that the file does not have.
+  /// Starts a request, and drops the previous piece. next() then returns the parts of the requested
+  /// piece. If the index shows which ranges will be read, begin() announces these ranges to the
+  /// source. Only the thread options of `options` are used; the source is always read in the
+  /// caller's thread. Results and errors are the same for any number of threads. If the piece has
+  /// to be searched for (by a box, or by numbers that are not in file order), the threads work on
+  /// one group at a time. ErrorCode::misuse if the request refers to anything that the file does
+  /// not have.
   Result<void> begin(const ExtractRequest& request, const ReadOptions& options = {});
-  /// Returns the next part of the piece; null at the end. Valid until the next call. Parts come
-  /// segment by segment, not always in order; numbers are those of the whole mesh. Each cell occurs
-  /// once. Each vertex occurs once, before or with the first cell that uses it; vertices that no
-  /// cell uses occur only if all cells are selected or ExtractRequest::unused_vertices is set. In a
-  /// part, first_vertex and first_cell count within the piece. last_use is 0, unless the piece
-  /// consists of all cells of an undamaged file; then last_use is as in a Reader. `imported` is
-  /// empty, and so are arrays that were not requested.
+  /// Returns the next part of the piece; null at the end. The part is valid until the next call.
+  /// Parts come segment by segment, not always in order. Numbers are those of the whole mesh. Each
+  /// cell occurs once. Each vertex occurs once, before or with the first cell that uses it.
+  /// Vertices that no cell uses occur only if all cells are selected or
+  /// ExtractRequest::unused_vertices is set. In a part, first_vertex and first_cell are positions
+  /// within the piece. last_use is 0, unless the piece consists of all cells of an undamaged file;
+  /// then last_use is as in a Reader. `imported` is empty, and arrays that were not requested are
+  /// empty too.
   Result<MeshBlock*> next();
 
-  // After next() has returned null.
-  /// Numbers of the vertices and cells of the piece, ascending.
+  /// Return the numbers of the vertices and cells of the piece, ascending. Complete only after
+  /// next() has returned null.
   const std::vector<std::uint64_t>& vertex_numbers() const;
   const std::vector<std::uint64_t>& cell_numbers() const;
-  /// Starts reading a stepped array at a step, for next_values(). Ascending steps are fastest.
-  /// ErrorCode::misuse if the array has no values at that step.
+  /// Starts reading a stepped array at a step, for next_values(). Call this function after next()
+  /// has returned null. Reading in ascending order of steps is fastest. ErrorCode::misuse if the
+  /// array has no values at that step.
   Result<void> begin_values(std::uint32_t array, std::uint64_t step);
   /// Returns values of elements of the piece with their numbers (StepValues::first is 0); null at
-  /// the end. Each element occurs once; elements of a damaged file whose values are lost are left
-  /// out. Valid until the next call.
+  /// the end. Each element occurs once. Elements of a damaged file whose values are lost are left
+  /// out. The values are valid until the next call.
   Result<StepValues*> next_values();
 
  private:

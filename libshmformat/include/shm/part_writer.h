@@ -1,19 +1,19 @@
 // PartWriter and PartJoiner: several writers (ranks of an MPI program, processes, threads) write
-// one file together, each of them some consecutive segments of the mesh. The file has the same
-// bytes as one Writer would produce from the whole mesh with the same schema and options. The
-// library does not communicate between the writers: the caller passes on the data that they
-// exchange.
+// one file together. Each writer writes one part: some consecutive segments of the mesh. The file
+// has the same bytes as the file that one Writer would produce from the whole mesh with the same
+// schema and options. The library does not communicate between the writers: the caller passes on
+// the data that they exchange.
 //
 // Each part:
-//   create                 needs the start of its first segment: its first cell, and the number of
-//                          vertices that earlier parts own
+//   create                 needs the start of the part: its first segment, its first cell, and the
+//                          number of vertices that earlier parts own
 //   add_...                adds its cells, each vertex before its first cell in the part
 //   end_mesh               codes all pending cells
 //   set_imported_numbers   sets the numbers of the vertices of earlier parts; not in Order::keep
-//   mesh_chunks            returns chunks: place() them after those of the previous part, and write
-//                          them
+//   mesh_chunks            returns chunks: place() them after the chunks of the previous part, and
+//                          write them
 //   begin_steps            begins the time steps; then for each array and step:
-//     begin_step, add_step_values, end_step   one part chooses the reference (StepReference)
+//     begin_step, add_step_values, end_step   one part chooses the reference to earlier steps
 //   end_steps              matches begin_steps; returns chunks, as end_step does
 // One PartJoiner, anywhere:
 //   create                 writes everything before the parts
@@ -39,36 +39,39 @@ namespace shm {
 struct PartStart {
   std::uint32_t segment = 0;     ///< number of its first segment
   std::uint64_t first_cell = 0;  ///< number of cells in all earlier parts
-  std::uint64_t first_vertex =
-      0;  ///< number of vertices that earlier parts own: their cells use these vertices first
+  /// Number of vertices that earlier parts own: their cells use these vertices first.
+  std::uint64_t first_vertex = 0;
 };
 
-/// Finished chunks, in the order of the file.
+/// Finished chunks of a part, in the order of the file.
 struct PartChunks {
-  std::vector<std::byte> bytes;  ///< as stored in the file, after place() has numbered them
+  std::vector<std::byte> bytes;  ///< data of the chunks, complete after place()
   std::vector<std::byte> index;  ///< index entries of these chunks; pass them to PartJoiner::add
   std::uint32_t count = 0;       ///< number of chunks
 };
-/// Numbers the chunks of a part: `first` is the number of chunks before them in the file, including
+/// Numbers the chunks of a part. `first` is the number of chunks before them in the file, including
 /// the schema (PartJoiner::chunks). ErrorCode::corrupt if `chunks` did not come from a PartWriter.
 SHM_API Result<void> place(PartChunks& chunks, std::uint32_t first);
 
-/// Position of a part's elements among all elements, for time steps.
+/// Position of a part's elements among the elements of the whole mesh, needed for time steps.
 struct PartSteps {
   std::uint32_t first_group = 0;  ///< number of chunks of mesh_chunks() in all earlier parts
-  /// By array of the schema; the entries of arrays without time steps are ignored.
+  /// Both lists have an entry for each array of the schema. The entries of arrays without time
+  /// steps are ignored.
   std::vector<std::uint64_t> first_elements;  ///< number of elements in all earlier parts
   std::vector<std::uint64_t> elements;        ///< number of elements in the whole mesh
 };
 
-/// Writes one part of a file. Memory: that of a Writer, plus the finished chunks until the caller
-/// takes them; except in Order::keep also 16 bytes per vertex until then. After the first error
-/// every call returns that error. Not thread safe; distinct PartWriters are independent.
+/// Writes one part of a file. A PartWriter needs the memory of a Writer, plus that of the finished
+/// chunks until the caller takes them. Except in Order::keep it also needs 16 bytes per vertex
+/// until then. After the first error every call returns that error. A PartWriter is not thread
+/// safe; distinct PartWriters are independent.
 class SHM_API PartWriter {
  public:
-  /// Segments must begin at cells that are known in advance: set options.segment_cells or
-  /// options.segment_starts, or set options.restart_budget to 0. options.coding_order is borrowed.
-  /// It receives the part's own vertices, and its cells, whose numbers start at start.first_cell.
+  /// Begins a part. Segments must begin at cells that are known in advance: set
+  /// options.segment_cells or options.segment_starts, or set options.restart_budget to 0.
+  /// options.coding_order is borrowed. It receives the part's own vertices, and the part's cells,
+  /// whose numbers start at start.first_cell.
   static Result<PartWriter> create(Schema schema, const WriteOptions& options,
                                    const PartStart& start);
   PartWriter(PartWriter&&) noexcept;
@@ -82,39 +85,41 @@ class SHM_API PartWriter {
   /// segment 0.
   Result<void> add_imported_vertex(std::uint64_t number, std::span<const std::byte> xyz,
                                    std::span<const std::byte> data = {});
-  /// Adds a vertex that no cell uses, as in Writer. Allowed only in the last part.
+  /// Adds a vertex that no cell uses, as Writer::add_unused_vertex() does. Allowed only in the last
+  /// part.
   Result<void> add_unused_vertex(std::uint64_t number, std::span<const std::byte> xyz,
                                  std::span<const std::byte> data = {});
-  /// Adds a cell, as in Writer; `last_use` refers to the cells of the whole mesh. A part must not
-  /// add cells beyond the start of the next part.
+  /// Adds a cell, as Writer::add_cell() does; `last_use` refers to the cells of the whole mesh. A
+  /// part must not add cells beyond the start of the next part.
   Result<void> add_cell(std::uint32_t block, std::span<const std::uint64_t> corners,
                         std::uint64_t last_use = 0, std::span<const std::byte> data = {});
-  /// Codes all pending cells. After this call options.coding_order has received everything: unless
-  /// the order is Order::keep, own vertex i of the part has number start.first_vertex + i.
+  /// Codes all pending cells. After this call options.coding_order has received all vertices and
+  /// cells of the part. Unless the order is Order::keep, own vertex i of the part has number
+  /// start.first_vertex + i.
   Result<void> end_mesh();
   /// Sets the numbers of the imported vertices, in the order of the calls of add_imported_vertex.
-  /// Call it after end_mesh, except in Order::keep.
+  /// Call this function after end_mesh, except in Order::keep.
   Result<void> set_imported_numbers(std::span<const std::uint64_t> numbers);
-  /// Returns the chunks of the mesh. Call it once, after all of the above.
+  /// Returns the chunks of the mesh. Call this function once, after all functions above.
   Result<PartChunks> mesh_chunks();
 
-  /// Begins the time steps. Call it after mesh_chunks, before the first step.
+  /// Begins the time steps. Call this function after mesh_chunks, before the first step.
   Result<void> begin_steps(const PartSteps& steps);
-  /// Returns true if this part chooses the references of the array's steps, because it has the
-  /// first element of the array.
+  /// Returns true if this part chooses the references of the array's steps to earlier steps,
+  /// because the part has the first element of the array.
   bool chooses(std::uint32_t array) const;
   /// Begins a step of an array. All parts must process steps in the same order, and steps of an
-  /// array must ascend. `basis` is the reference chosen by the choosing part; in that part it is
-  /// std::nullopt. It is ignored if a part has no elements of the array.
+  /// array must ascend. `basis` is the reference that the choosing part has chosen; in the choosing
+  /// part it is std::nullopt. If a part has no elements of the array, `basis` is ignored.
   Result<void> begin_step(std::uint32_t array, std::uint64_t step,
                           std::optional<StepReference> basis = std::nullopt);
   /// Adds values of the part's own elements in coding order, in pieces of any size.
   Result<void> add_step_values(std::span<const std::byte> values);
-  /// In the choosing part: returns the chosen reference once it is known, after one group of
-  /// values.
+  /// Returns the reference that the choosing part has chosen, in that part. The reference is known
+  /// after one group of values; before, the result is std::nullopt.
   std::optional<StepReference> step_basis() const;
-  /// Ends the step, and returns the chunks that are finished. Small values are held back, to share
-  /// a chunk with later values.
+  /// Ends the step, and returns the chunks that are finished. Small values are held back, so that
+  /// they can share a chunk with later values.
   Result<PartChunks> end_step();
   /// Ends the time steps, and returns the chunks that were held back.
   Result<PartChunks> end_steps();
@@ -125,26 +130,27 @@ class SHM_API PartWriter {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Order of calls: create; add the mesh chunks of all parts, then the chunks of each step; then
-/// times and extras; then finish. After the first error every call returns that error.
+/// Writes the file parts before, after and between the parts of the PartWriters. Order of calls:
+/// create; add the mesh chunks of all parts, then the chunks of each step; then times and extras;
+/// then finish. After the first error every call returns that error.
 class SHM_API PartJoiner {
  public:
-  /// `sink` is borrowed. It receives only the bytes that the joiner itself writes; bytes that a
-  /// call writes belong at the offset() from before this call. `schema` and `options` must be those
-  /// of the parts.
+  /// Writes everything before the parts. `sink` is borrowed. It receives only the bytes that the
+  /// joiner itself writes. Bytes that a call writes belong at the file offset that offset()
+  /// returned before this call. `schema` and `options` must be those of the parts.
   static Result<PartJoiner> create(ByteSink& sink, Schema schema, const WriteOptions& options);
   PartJoiner(PartJoiner&&) noexcept;
   PartJoiner& operator=(PartJoiner&&) noexcept;
   ~PartJoiner();
 
-  /// Return the offset of the next byte of the file, and the number of chunks before it.
+  /// Return the offset of the next byte of the file, and the number of chunks before that byte.
   std::uint64_t offset() const;
   std::uint32_t chunks() const;
-  /// Adds the next chunks of the file, from offset() on. `index` and `bytes` are the index data and
-  /// the size in bytes of these chunks. ErrorCode::corrupt if the two do not match.
+  /// Adds the next chunks of the file, from offset() on. `index` and `bytes` are the index data of
+  /// these chunks and their size in bytes. ErrorCode::corrupt if the two do not match.
   Result<void> add(std::span<const std::byte> index, std::uint64_t bytes);
 
-  /// As in Writer.
+  /// Work like the functions of the same name in Writer.
   Result<void> set_step_times(std::span<const double> times);
   Result<void> add_extra(const Extra& extra);
   Result<SizeReport> finish();  ///< commits the sink

@@ -1,9 +1,9 @@
 // Reader and Decoder: decode a .shm file piece by piece. Memory grows with the active surface and
-// one chunk, not with the mesh. For a file with stepped arrays they also hold the compressed
+// one chunk, not with the mesh. For a file with stepped arrays both also store the compressed
 // connectivity, up to 64 MiB of neighbourhoods (ReadOptions::kept_topology_bytes), and one step of
-// all stepped arrays if that is 128 MiB or less.
-//   Decoder   push: receives bytes and yields items; no I/O, no threads, no global state
-//   Reader    pull: reads from a ByteSource and yields items; with threads if requested
+// all stepped arrays if that step needs 128 MiB or less.
+//   Decoder   push: receives bytes and yields items; uses no I/O, no threads, no global state
+//   Reader    pull: reads from a ByteSource and yields items; uses threads if requested
 // spec: "Decoding a file"
 #pragma once
 
@@ -26,11 +26,12 @@ struct Index;
 }
 
 /// One item of a file. A Decoder yields MeshBlocks, then StepPieces, and finally Totals. Extras and
-/// StepTimes can occur between any of them.
+/// StepTimes can occur between any of these items.
 using Item = std::variant<MeshBlock, StepPiece, StepTimes, Extra, Totals>;
 
 /// Decodes bytes that the caller feeds to it, in pieces of any size, even single bytes. After the
-/// first error every call returns that error. Not thread safe; distinct Decoders are independent.
+/// first error every call returns that error. A Decoder is not thread safe; distinct Decoders are
+/// independent.
 class SHM_API Decoder {
  public:
   explicit Decoder(const ReadLimits& limits = {});
@@ -43,19 +44,20 @@ class SHM_API Decoder {
     item_ready,  ///< take() returns an item
     finished,    ///< all items up to end_of_input() have been taken
   };
-  /// Copies `bytes` into the decoder's buffer, which contains at most one chunk in addition to
-  /// them.
+  /// Copies `bytes` into the decoder's buffer. In addition to these bytes the buffer contains at
+  /// most one chunk.
   Result<void> feed(std::span<const std::byte> bytes);
-  /// Declares the end of the input: from now on a missing end record is ErrorCode::truncated.
+  /// Declares the end of the input. From now on a missing end record is ErrorCode::truncated.
   void end_of_input();
   /// Decodes until an item is ready or more input is needed.
   Result<Progress> advance();
-  /// Must hold: advance() returned item_ready. Moves the item out.
+  /// Moves the ready item out of the decoder. Must hold: advance() returned item_ready.
   Item take();
-  /// Returns a block that the caller no longer needs, so that its memory is used for a later block.
-  /// Calling it is optional and only saves time.
+  /// Hands back a block that the caller no longer needs, so that the decoder uses its memory for a
+  /// later block. This call is optional and only saves time.
   void reuse(MeshBlock&& block);
-  /// Null until the schema has been decoded; then valid for the decoder's life.
+  /// Returns the schema; null until the schema has been decoded. The pointer is then valid for the
+  /// decoder's life.
   const Schema* schema() const;
 
  private:
@@ -73,7 +75,8 @@ class SHM_API Decoder {
 /// Reads a whole file from a ByteSource through a Decoder.
 class SHM_API Reader {
  public:
-  /// Reads up to and including the schema. `source` is borrowed and must outlive the Reader.
+  /// Reads the file up to and including the schema. `source` is borrowed and must outlive the
+  /// Reader.
   static Result<Reader> open(ByteSource& source, const ReadLimits& limits = {},
                              const ReadOptions& options = {});
   Reader(Reader&&) noexcept;
@@ -81,7 +84,8 @@ class SHM_API Reader {
   ~Reader();
 
   const Schema& schema() const;
-  /// Returns the next item; null at the end, also on further calls. Valid until the next call.
+  /// Returns the next item; null at the end, also on further calls. The item is valid until the
+  /// next call.
   Result<Item*> next();
 
  private:

@@ -1,5 +1,6 @@
-// RecordedOrder: records the order in which a Writer codes vertices and cells, and derives from it
-// the order in which the Writer expects step values and the numbers that a Reader will see.
+// RecordedOrder: records the order in which a Writer codes vertices and cells. From this order it
+// derives the order in which the Writer expects step values, and the numbers that a Reader will
+// see.
 //   shm::RecordedOrder order;
 //   options.coding_order = &order;
 //   ... Writer::create, vertices and cells, end_mesh ...
@@ -19,26 +20,28 @@
 
 namespace shm {
 
-/// Needs 8 bytes for each vertex and cell. A plain value; several threads may call const members at
-/// once.
+/// Recorded coding order of a mesh. Needs 8 bytes for each vertex and cell. Several threads may
+/// call const members at the same time.
 struct SHM_API RecordedOrder final : public CodingOrder {
-  std::vector<std::uint64_t> vertices, cells;  ///< their numbers, in coding order
+  std::vector<std::uint64_t> vertices,
+      cells;  ///< numbers of the vertices and of the cells, in coding order
 
   void vertex(std::uint64_t number) override { vertices.push_back(number); }
   void cell(std::uint64_t number) override { cells.push_back(number); }
 
   /// Returns the elements of an array in the order in which the Writer expects their values. An
-  /// element is a vertex number, or the index of a cell, counted in input order among the cells
-  /// that have values. `cell_blocks`: the block of each cell, in input order; may be empty if the
-  /// array covers all blocks. ErrorCode::misuse if the vertices were not numbered 0 to n - 1, each
-  /// once, or if `cell_blocks` does not have one entry per cell.
+  /// element of a point array is a vertex number. An element of a cell array is the index of a
+  /// cell, counted in input order among the cells that have values. `cell_blocks` contains the
+  /// block of each cell, in input order; it may be empty if the array covers all blocks.
+  /// ErrorCode::misuse if the vertices were not numbered 0 to n - 1, each number once, or if
+  /// `cell_blocks` does not have one entry per cell.
   Result<std::vector<std::uint64_t>> elements(const Schema& schema, std::size_t array,
                                               std::span<const std::uint32_t> cell_blocks) const;
 
   /// Converts the references of an extra from the numbers that the Writer received to the numbers
-  /// that a Reader will see; needed unless the order is Order::keep. Numbers that refer to nothing
-  /// are kept. Needs 8 bytes per vertex or cell during the call. ErrorCode::misuse as in
-  /// elements(), or if the references are neither int32 nor int64.
+  /// that a Reader will see. This is necessary unless the order is Order::keep. Numbers of vertices
+  /// or cells that do not exist are kept. Needs 8 bytes per vertex or cell during the call.
+  /// ErrorCode::misuse as in elements(), or if the references are neither int32 nor int64.
   Result<void> renumber(Extra& extra) const;
 };
 

@@ -1,11 +1,11 @@
-// Result: the outcome of a library call, a value or an Error. All errors have the same form: code,
-// file, offset, section, and one sentence.
+// Result: the outcome of a library call, which is a value or an Error. All errors have the same
+// form: code, file, offset, section, and one sentence.
 //
-// The library throws no exceptions except std::bad_alloc. It leaves the call that ran out of
-// memory, but never a destructor or a move. If a thread of the library runs out of memory, the
-// caller's call throws when it needs the result of that thread. Nothing leaks. Afterwards the
-// object can only be destroyed or assigned to, and a file that it was writing is not finished. If a
-// call returns a value, the value is correct.
+// The library throws no exceptions except std::bad_alloc. This exception leaves the call that ran
+// out of memory, but never a destructor or a move. If a thread of the library runs out of memory,
+// the caller's call throws when it needs the result of that thread. Nothing leaks. Afterwards the
+// object can only be destroyed or assigned to, and a file that it was writing remains unfinished.
+// If a call returns a value, the value is correct.
 #pragma once
 
 #if __cplusplus < 202002L
@@ -27,7 +27,7 @@
 
 namespace shm {
 
-/// Kind of a failure. The numbers are frozen: programs switch on them.
+/// Kind of a failure. The numbers are frozen, because programs switch on them.
 enum class ErrorCode : std::uint8_t {
   io = 1,       ///< the operating system failed to read
   truncated,    ///< the input ends before it should
@@ -40,11 +40,11 @@ enum class ErrorCode : std::uint8_t {
 
 inline constexpr std::uint64_t kNoOffset = ~std::uint64_t{0};
 
-/// One failure. A plain value: it can be copied, stored and printed.
+/// A failure. Objects of this type are plain values: they can be copied, stored and printed.
 struct Error {
   ErrorCode code = ErrorCode::corrupt;
-  std::string detail = {};           ///< one human-readable sentence, without file and place
-  std::string section = {};          ///< part of the file, e.g. "group 3, geometry" or "CELLS"
+  std::string detail = {};   ///< one human-readable sentence, without the file and the position
+  std::string section = {};  ///< part of the file, e.g. "group 3, geometry" or "CELLS"
   std::uint64_t offset = kNoOffset;  ///< byte offset in the file, kNoOffset if unknown
   std::string file = {};             ///< path, empty if unknown
 
@@ -52,9 +52,9 @@ struct Error {
   SHM_API std::string message() const;
 };
 
-/// Either a value or an Error. Move-only values are allowed. Never throws by itself. Asking an
-/// Error for its value, or a value for its error, is a bug of the caller and ends the program
-/// (std::terminate).
+/// Either a value or an Error. The value may be of a move-only type. A Result never throws by
+/// itself. Requesting the value of an Error, or the error of a value, is a bug of the caller and
+/// ends the program (std::terminate).
 template <class T = void>
 class [[nodiscard]] Result {
  public:
@@ -86,7 +86,7 @@ class [[nodiscard]] Result {
 template <>
 class [[nodiscard]] Result<void> {
  public:
-  Result() noexcept {}  // not = default: that would fill the storage of the Error with zeros
+  Result() noexcept {}  // "= default" would fill the storage of the Error with zeros
   Result(Error error) : error_(std::move(error)) {}
 
   explicit operator bool() const noexcept { return !error_.has_value(); }

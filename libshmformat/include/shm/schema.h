@@ -1,5 +1,5 @@
-// Schema: the description of a mesh that is stored before its first vertex: scalar types, cell
-// shapes, element blocks, data arrays, order; also extras.
+// Schema: the description of a mesh that is stored before its first vertex. It consists of scalar
+// types, cell shapes, element blocks, data arrays and the order. This header also declares extras.
 // spec: "Schema", "Extras"
 #pragma once
 
@@ -30,7 +30,8 @@ enum class ScalarType : std::uint8_t {
   float64 = 10,
 };
 
-/// Returns the size of one scalar in bytes: 1, 2, 4 or 8; 0 for a value outside the enumeration.
+/// Returns the size of one scalar in bytes: 1, 2, 4 or 8. Returns 0 for a value outside the
+/// enumeration.
 constexpr std::size_t scalar_bytes(ScalarType type) {
   switch (type) {
     case ScalarType::int8:
@@ -67,12 +68,12 @@ constexpr bool is_signed_integer(ScalarType type) {
 SHM_API std::string_view scalar_name(ScalarType type);
 
 /// Geometric kind of a cell. `nodes_per_cell` determines the order of the element: a hexahedron
-/// with 20 nodes is the serendipity element, one with 27 nodes the full quadratic element. Nodes
-/// are in VTK's order for the shape (corners first; corners 0..3 of a hexahedron are the
-/// bottom, 4..7 the top, 4 above 0); converters permute the nodes of formats with another order.
-/// The values are the bytes of the format (spec "Cell shapes").
+/// with 20 nodes is the serendipity element, a hexahedron with 27 nodes the full quadratic element.
+/// Nodes are in VTK's order for the shape, corners first. Corners 0..3 of a hexahedron are the
+/// bottom, 4..7 the top, with corner 4 above corner 0. Converters permute the nodes of formats with
+/// another order. The values are the bytes of the format (spec "Cell shapes").
 enum class CellShape : std::uint8_t {
-  other = 0,  ///< a list of vertices without a geometry that the library knows
+  other = 0,  ///< a list of vertices whose geometry the library does not know
   vertex = 1,
   line = 2,
   triangle = 3,
@@ -82,18 +83,19 @@ enum class CellShape : std::uint8_t {
   pyramid = 7,
   wedge = 8,
   hexahedron = 9,
-  polyhedron = 10,  ///< a list of the vertices of its faces, face after face; the face sizes are
-                    ///< stored separately
-  faces = 11,       ///< a polyhedron, face by face; each face ends with its first vertex again
+  polyhedron = 10,  ///< a list of the vertices of the faces of a polyhedron, face after face; the
+                    ///< face sizes are stored separately
+  faces = 11,  ///< a polyhedron, stored face by face; each face ends with its first vertex again
 };
 SHM_API std::string_view shape_name(CellShape shape);
 
 /// A set of cells that share a shape (Exodus element block, Gmsh entity, VTK cell type).
 struct BlockInfo {
-  std::int64_t id = 0;  ///< id of the block in the source; need not be unique or positive
+  std::int64_t id = 0;  ///< id of the block in the source; the id need not be unique or positive
   std::string name;
   CellShape shape = CellShape::hexahedron;
-  std::uint32_t nodes_per_cell = 8;  ///< 0: differs from cell to cell
+  /// Number of nodes of each cell; 0: the number differs from cell to cell.
+  std::uint32_t nodes_per_cell = 8;
   bool operator==(const BlockInfo&) const = default;
 };
 
@@ -103,31 +105,34 @@ inline constexpr std::uint32_t kMaxNodesPerCell = 1 << 16;
 enum class Location : std::uint8_t { point = 0, cell = 1 };
 
 /// Uniform quantization of floating-point values. A value v of component c is stored as the integer
-/// k nearest to (v - minimum[c]) / step() and restored as minimum[c] + k * step(), rounded to the
-/// stored type. Non-finite values, and finite values whose restored value would exceed
+/// k nearest to (v - minimum[c]) / step(). It is restored as minimum[c] + k * step(), rounded to
+/// the stored type. Non-finite values, and finite values whose restored value would exceed
 /// `max_error()`, are stored exactly; -0.0 may be restored as 0.0. The step is defined in one of
-/// two ways: by N bits of a box, with step = (largest side of the box) / (2^N - 1); or by an
-/// absolute bound with an explicit step, see `absolute()`.
+/// two ways. For N bits of a box, step = (largest side of the box) / (2^N - 1). For an absolute
+/// bound, the step is given explicitly, see `absolute()`.
 struct Quantization {
   static constexpr std::uint32_t kAbsolute = 64;  ///< value of `bits` for an absolute bound
 
-  std::uint32_t bits = 0;       ///< 0: lossless; 1..52: bits of the box; or kAbsolute
-  std::vector<double> minimum;  ///< per component, finite; absolute: the value of k = 0
-  std::vector<double> maximum;  ///< per component, finite, >= minimum; absolute: empty
-  double max_abs = 0;           ///< absolute: the bound; otherwise 0
-  double spacing = 0;           ///< absolute: the step; otherwise 0
+  std::uint32_t bits = 0;  ///< 1..52: bits of the box; kAbsolute: absolute bound; 0: lossless
+  /// Finite minimum per component; for an absolute bound: the value of k = 0.
+  std::vector<double> minimum;
+  /// Finite maximum per component, >= minimum; for an absolute bound: empty.
+  std::vector<double> maximum;
+  double max_abs = 0;  ///< maximum error for an absolute bound; otherwise 0
+  double spacing = 0;  ///< quantization step for an absolute bound; otherwise 0
   bool operator==(const Quantization&) const = default;
 
-  /// Returns a quantization that guarantees |restored - v| <= max_abs for every finite value, 0 <
-  /// max_abs < 1e300. Restored values are multiples of a step slightly smaller than 2 * max_abs, so
-  /// that few values exceed the bound after rounding to the stored type and have to be stored
-  /// exactly. A caller who knows the values may change `spacing`: the bound holds for any step.
+  /// Returns a quantization that guarantees |restored - v| <= max_abs for every finite value. Must
+  /// hold: 0 < max_abs < 1e300. Restored values are multiples of a step slightly smaller than 2 *
+  /// max_abs. Few values then exceed the bound after rounding to the stored type and have to be
+  /// stored exactly. A caller who knows the values may change `spacing`: the bound holds for any
+  /// step.
   SHM_API static Quantization absolute(double max_abs, std::uint32_t components);
   bool lossy() const { return bits != 0; }
   SHM_API double step() const;
-  /// Returns the guaranteed bound of |restored - v| for a value stored as `type`. Absolute: max_abs
-  /// for every type. Box: half a step plus the rounding to the stored type at the largest magnitude
-  /// of the box.
+  /// Returns the guaranteed bound of |restored - v| for a value stored as `type`. For an absolute
+  /// bound this is max_abs for every type. For N bits of a box it is half a step plus the rounding
+  /// to the stored type at the largest magnitude of the box.
   SHM_API double max_error(ScalarType type) const;
 };
 
@@ -137,11 +142,13 @@ struct ArrayInfo {
   Location location = Location::point;
   ScalarType type = ScalarType::float64;
   std::uint32_t components = 1;  ///< 1..65535
-  bool per_step = false;         ///< true: one set of values per time step; false: static
-  /// Cell arrays: indices of the blocks that have values, ascending; empty: all blocks.
+  /// True: the array has one set of values per time step; false: the array is static.
+  bool per_step = false;
+  /// Indices of the blocks whose cells have values, ascending (cell arrays only). If empty, all
+  /// blocks have values.
   std::vector<std::uint32_t> blocks;
-  /// Empty for field data. Otherwise the source's name for this kind of array, e.g.
-  /// "exodus:node_num_map"; writers of other formats may leave such an array out.
+  /// Name that the source format has for this kind of array, e.g. "exodus:node_num_map"; empty for
+  /// field data. Writers of other formats may leave out an array with a role.
   std::string role;
   Quantization quantization;
   bool operator==(const ArrayInfo&) const = default;
@@ -149,43 +156,49 @@ struct ArrayInfo {
 
 /// Order in which a Reader returns vertices and cells (spec "Order").
 enum class Order : std::uint8_t {
-  keep = 0,    ///< vertex numbers, cell order and corner order exactly as in the source
-  stream = 1,  ///< cells in input order except for the delay buffer, vertices numbered by first use
-  free = 2,    ///< the same mesh: as stream, but the cells may have been reordered before writing
+  keep = 0,    ///< vertex numbers, cell order and corner order are exactly as in the source
+  stream = 1,  ///< cells are in input order except for the delay buffer; vertices are numbered by
+               ///< first use
+  free = 2,    ///< the mesh is the same, but its cells may have been reordered before writing;
+               ///< vertices are numbered by first use
 };
 /// Returns "keep", "stream" or "free".
 SHM_API std::string_view order_name(Order order);
 
-/// Codec of the cells of a segment. A Reader accepts all of them.
+/// Codec of the cells of a segment. A Reader accepts all codecs.
 enum class ConnectivityCodec : std::uint8_t {
-  automatic = 0,  ///< chosen by the Writer's level
-  paper = 1,      ///< the published scheme, as a baseline (spec "Connectivity stream")
+  automatic = 0,  ///< the Writer's level chooses the codec
+  paper = 1,      ///< the published scheme, kept as a baseline (spec "Connectivity stream")
   rows = 2,       ///< hexahedra are predicted from the neighbouring row (spec "Row hexahedra")
-  replay = 3,     ///< hexahedra and their numbers repeat earlier ones (spec "Replay hexahedra")
-  mixed = 4,      ///< as rows, but smaller and slower (spec "Mixed rows")
-  /// A cell is coded as the previous cell plus constant offsets. Many times faster if vertices are
-  /// numbered in rows and layers; values are coded in the same way and become larger (spec
-  /// "Shifts"). Any order without a delay buffer, cells of 1 to 64 nodes, no stepped array with
-  /// more than 32 components.
+  replay = 3,  ///< hexahedra and their numbers repeat earlier hexahedra (spec "Replay hexahedra")
+  /// The rows codec with mixed predictions: files are smaller, coding is slower (spec "Mixed
+  /// rows").
+  mixed = 4,
+  /// A cell is coded as the previous cell plus constant offsets (spec "Shifts"). This codec is many
+  /// times faster than the others if vertices are numbered in rows and layers. Values are coded in
+  /// the same way and become larger. The codec supports any order without a delay buffer, cells of
+  /// 1 to 64 nodes, and no stepped array with more than 32 components.
   shifts = 5,
-  /// A cell is coded by the positions of its vertices in earlier cells: fast for all kinds of
-  /// meshes (spec "Patterns"). Any order without a delay buffer, cells of 1 to 64 nodes.
+  /// A cell is coded by the positions of its vertices in earlier cells, which is fast for all kinds
+  /// of meshes (spec "Patterns"). The codec supports any order without a delay buffer, and cells of
+  /// 1 to 64 nodes.
   patterns = 6,
 };
 /// Returns "automatic", "paper", "rows", "replay", "mixed", "shifts" or "patterns".
 SHM_API std::string_view codec_name(ConnectivityCodec codec);
 
 /// Amount of work that a Writer spends on making files small. A Reader reads the files of all
-/// levels, since every bitstream names its codec.
+/// levels, since every bitstream states its codec.
 enum class Level : std::uint8_t {
-  fast = 0,      ///< shifts if suitable; otherwise patterns, or rows if patterns are not possible
-  standard = 1,  ///< the smallest of shifts, replay, rows and mixed, or a faster one that is nearly
-                 ///< as small
-  best = 2,  ///< the smallest of the same codecs; values are coded with mixed predictions, which is
-             ///< slower
+  fast = 0,  ///< the shifts codec if it suits the mesh; otherwise the patterns codec, or rows if
+             ///< patterns are not possible
+  standard = 1,  ///< the smallest of the codecs shifts, replay, rows and mixed, or a faster codec
+                 ///< that is nearly as small
+  best = 2,  ///< the smallest of the codecs shifts, replay, rows and mixed; values are coded with
+             ///< mixed predictions, which is slower
 };
 
-/// Earlier steps relative to which the values of a stepped array at one step are coded.
+/// Earlier steps to which the values of a stepped array at one step refer.
 enum class StepReference : std::uint8_t {
   nothing = 0,
   before = 1,  ///< the previous step
@@ -195,20 +208,22 @@ enum class StepReference : std::uint8_t {
 /// Description of a mesh, stored before its first vertex.
 struct Schema {
   Order order = Order::keep;
-  bool corner_order = true;  ///< false: corners may be restored rotated (not in Order::keep)
-  std::uint32_t delay = 0;   ///< number of cells in the delay buffer; 0: none
+  /// False: a cell may be restored with rotated corners (not allowed in Order::keep).
+  bool corner_order = true;
+  std::uint32_t delay = 0;  ///< number of cells in the delay buffer; 0: none
   ScalarType coordinate_type = ScalarType::float64;  ///< float32 or float64
   Quantization coordinate_quantization;
   std::vector<BlockInfo> blocks;
   std::vector<ArrayInfo> arrays;
-  std::string source_format;  ///< origin of the mesh: "exodus", "vtk", "gmsh", ...; may be empty
-  /// The largest reference that step values may have. Writer and Reader hold that number of earlier
-  /// steps of all stepped arrays. A Writer lowers it if WriteOptions::key_steps rules out such
-  /// references.
+  std::string source_format;  ///< format from which the mesh was converted: "exodus", "vtk",
+                              ///< "gmsh", ...; may be empty
+  /// The largest reference that step values may have. Writer and Reader store the corresponding
+  /// number of earlier steps of all stepped arrays. A Writer lowers this value if
+  /// WriteOptions::key_steps rules out such references.
   StepReference step_references = StepReference::trend;
-  /// True if values may be coded by reference to earlier values, and if the other features of 0.10
-  /// may be used; false in files of versions 0.9 and 0.1. Readers set it. A Writer always sets it
-  /// for a new file and ignores the value given here.
+  /// True if values may be coded by reference to earlier values, and if the other features of
+  /// format 0.10 may be used. False in files of versions 0.9 and 0.1. Readers set this member. A
+  /// Writer always sets it for a new file and ignores the value given here.
   bool earlier_values = true;
   bool operator==(const Schema&) const = default;
 
@@ -219,29 +234,32 @@ struct Schema {
 };
 
 /// Returns the name under which reports list the size of an array: "array:point/NAME" or
-/// "array:cell/NAME", with "#2", "#3", ... appended if the name occurs again at the same location.
+/// "array:cell/NAME". If the name occurs again at the same location, "#2", "#3", ... is appended.
 SHM_API std::string array_stream_name(const Schema& schema, std::size_t array);
-/// Returns the names of all arrays. Asking for a single name scans all arrays before it.
+/// Returns the array_stream_name() of all arrays. This is faster than array_stream_name() for each
+/// array, which scans all arrays before it.
 SHM_API std::vector<std::string> array_stream_names(const Schema& schema);
 
-/// Meaning of the numbers in an Extra. If the mesh is renumbered, these numbers are changed too.
+/// Meaning of the numbers in an Extra. If the mesh is renumbered, numbers that refer to vertices or
+/// cells are changed too.
 enum class Reference : std::uint8_t {
   nothing = 0,
   vertex = 1,  ///< vertex numbers, from 0
   cell = 2,    ///< cell numbers, from 0
 };
 
-/// A typed key/value pair for data that the mesh model does not cover: sets, names, maps of the
-/// source. Text is stored as uint8. Values that refer to vertices or cells must be int32 or int64;
-/// negative numbers are never renumbered.
+/// A typed key/value pair for data that the mesh model does not cover, such as sets, names and maps
+/// of the source. Text is stored as uint8. Values that refer to vertices or cells must be int32 or
+/// int64. Negative numbers are never renumbered.
 struct Extra {
-  /// Slash-separated path that begins with the format, e.g. "exodus/skeleton", or with "mesh" for
-  /// data of no particular format (sets.h).
+  /// Slash-separated path. It begins with the source format, e.g. "exodus/skeleton", or with "mesh"
+  /// for data of no particular format (sets.h).
   std::string key;
   ScalarType type = ScalarType::uint8;
   Reference refers = Reference::nothing;
-  std::vector<std::uint64_t> shape;  ///< sizes, row-major; their product is the number of values
-  std::vector<std::byte> data;       ///< values in host byte order
+  /// Sizes of the dimensions, row-major; their product is the number of values.
+  std::vector<std::uint64_t> shape;
+  std::vector<std::byte> data;  ///< values in host byte order
   bool operator==(const Extra&) const = default;
 };
 

@@ -1,6 +1,6 @@
 // SegmentReader: reads one segment of a .shm file at a time, in any order. It reads only the bytes
-// of the segment, the index and the schema. Distinct SegmentReaders are independent, so threads or
-// processes can divide a file among them.
+// of the segment, the index and the schema. Distinct SegmentReaders are independent, so that
+// several threads or processes can each read some segments of a file.
 // spec: "Segments", "Index and trailer"
 #pragma once
 
@@ -18,7 +18,7 @@ namespace shm {
 
 class SHM_API SegmentReader {
  public:
-  /// Reads index and schema. `source` is borrowed and must outlive the SegmentReader.
+  /// Reads the index and the schema. `source` is borrowed and must outlive the SegmentReader.
   static Result<SegmentReader> open(RandomSource& source, const ReadLimits& limits = {});
   SegmentReader(SegmentReader&&) noexcept;
   SegmentReader& operator=(SegmentReader&&) noexcept;
@@ -26,9 +26,9 @@ class SHM_API SegmentReader {
 
   const Schema& schema() const;
   const std::vector<SegmentInfo>& segments() const;
-  /// Reads all of segment `index`: its cells and every vertex that they use. MeshBlock::imported
-  /// marks vertices that an earlier segment owns; they have the same numbers and values in both
-  /// segments. Only the last segment that uses a vertex finalizes it.
+  /// Reads all of segment `index`: its cells and every vertex that these cells use.
+  /// MeshBlock::imported marks vertices that an earlier segment owns; these vertices have the same
+  /// numbers and values in both segments. Only the last segment that uses a vertex finalizes it.
   Result<std::vector<MeshBlock>> read(std::size_t index);
 
  private:

@@ -1,8 +1,8 @@
 // Sets of a mesh: nodes, sides of cells, or cells, each set with a number and a name. A file stores
-// them as extras "mesh/node_set/I/...", "mesh/side_set/I/..." and "mesh/element_set/I/...", for all
-// source formats (spec/registry.md, "Open names"). The functions below convert extras to sets and
-// back. Files from before 0.10 store sets under keys of their source format, which these functions
-// ignore: `shm compress old.shm -o new.shm` converts them.
+// sets as extras "mesh/node_set/I/...", "mesh/side_set/I/..." and "mesh/element_set/I/...",
+// whatever the source format (spec/registry.md, "Open names"). The functions below convert extras
+// to sets and back. Files from before 0.10 store sets under keys of their source format. These
+// functions ignore such keys; `shm compress old.shm -o new.shm` converts them.
 //   shm::Mesh mesh = ...;
 //   const auto sets = shm::sets_of(mesh);            // from mesh.extras
 //   auto extras = shm::extras_of_sets({&inlet, 1});  // for mesh.extras, or Writer::add_extra
@@ -27,33 +27,35 @@ struct Mesh;
 struct MeshSet {
   enum class Kind : std::uint8_t { nodes = 0, sides = 1, elements = 2 };
   Kind kind = Kind::nodes;
-  std::int64_t id = 0;  ///< any number; need not be unique, even within a kind
-  std::string name;     ///< may be empty
-  /// Numbers from 0, in any order: vertices of a node set, otherwise cells. In extras they are
-  /// renumbered with the mesh.
+  std::int64_t id = 0;  ///< number of the set; need not be unique, even within a kind
+  std::string name;     ///< name of the set; may be empty
+  /// Numbers of the members, from 0, in any order. The members of a node set are vertices, those of
+  /// other sets are cells. If the mesh is renumbered, the members in its extras are renumbered too.
   std::vector<std::uint64_t> members;
-  /// Side sets: the side of each member cell, from 1 to 2^31 - 1, numbered as in Exodus. Sides of a
-  /// hexahedron: 1 {0 1 5 4}, 2 {1 2 6 5}, 3 {2 3 7 6}, 4 {0 4 7 3}, 5 {0 3 2 1}, 6 {4 5 6 7}.
+  /// Sides of the member cells, for side sets: one side for each member, from 1 to 2^31 - 1,
+  /// numbered as in Exodus. Sides of a hexahedron: 1 {0 1 5 4}, 2 {1 2 6 5}, 3 {2 3 7 6}, 4 {0 4 7
+  /// 3}, 5 {0 3 2 1}, 6 {4 5 6 7}.
   std::vector<std::int32_t> sides;
-  /// Element sets: indices into Schema::blocks. All cells of these blocks belong to the set, in
-  /// addition to the members.
+  /// Blocks of an element set (indices into Schema::blocks). All cells of these blocks belong to
+  /// the set, in addition to the members.
   std::vector<std::uint32_t> blocks;
-  /// Distribution factors; empty if all are 1. Node and element sets have one factor per member.
-  /// Side sets have one factor per node of each side, side after side. Some files contain another
-  /// number of factors, so the number is not checked.
+  /// Distribution factors; empty if all factors are 1. Node and element sets have one factor per
+  /// member. Side sets have one factor per node of each side, side after side. Some files contain
+  /// another number of factors, so the number is not checked.
   std::vector<double> factors;
   bool operator==(const MeshSet&) const = default;
 };
 
-/// Counts of the vertices, cells and blocks of a mesh. Numbers in sets must be below them.
+/// Counts of the vertices, cells and blocks of a mesh. Numbers in sets must be smaller than these
+/// counts.
 struct SetBounds {
   std::uint64_t vertices = 0, cells = 0, blocks = 0;
 };
 
-/// Returns all sets, in the order of their first extras. ErrorCode::corrupt if a set is invalid:
-/// members or blocks that the mesh does not have, a number of sides that differs from the number of
-/// members, or values of a wrong type; Error::section is then the common prefix of its keys.
-/// Memory: that of the sets, which is at most 8 times that of their extras.
+/// Returns all sets, in the order of their first extras. Fails with ErrorCode::corrupt if a set is
+/// invalid: it has members or blocks that the mesh does not have, its numbers of sides and members
+/// differ, or its values have a wrong type. Error::section is then the common prefix of the set's
+/// keys. The sets need at most 8 times the memory of their extras.
 SHM_API Result<std::vector<MeshSet>> sets_of_extras(std::span<const Extra> extras,
                                                     const SetBounds& bounds);
 /// Returns the sets of mesh.extras.
@@ -62,25 +64,26 @@ SHM_API Result<std::vector<MeshSet>> sets_of(const Mesh& mesh);
 /// Returns the extras that store the sets: id, name (if there is one), members, sides, blocks,
 /// factors. The id is left out if it is the set's number in the keys plus 1 and members or blocks
 /// show that the set exists. The sets of each kind are numbered from 0, in the order of `sets`.
-/// Integers are stored with 32 bits if all numbers of an extra fit; factors are stored as float32
-/// if no precision is lost. ErrorCode::misuse if the number of sides differs from the number of
-/// members, or if a set has data that its kind cannot have.
+/// Integers are stored with 32 bits if all numbers of an extra fit. Factors are stored as float32
+/// if no precision is lost. ErrorCode::misuse if the numbers of sides and members differ, or if a
+/// set has data that its kind cannot have.
 SHM_API Result<std::vector<Extra>> extras_of_sets(std::span<const MeshSet> sets);
 
-// The same conversions for single sets, for callers that continue after an invalid set.
+// Conversions of single sets, for callers that continue after an invalid set.
 
-/// The extras that store one set.
+/// Extras that store one set.
 struct SetPlace {
   MeshSet::Kind kind = MeshSet::Kind::nodes;
-  std::uint64_t number = 0;         ///< the number I in its keys
-  std::vector<std::size_t> extras;  ///< ascending indices; extras with unknown fields are left out
+  std::uint64_t number = 0;  ///< number I of the set in its keys, e.g. 3 in "mesh/side_set/3/"
+  /// Ascending indices of the extras; extras with unknown fields are left out.
+  std::vector<std::size_t> extras;
 };
 
 /// Finds all sets, in the order of their first extras. If a key occurs twice, the second extra is
 /// ignored.
 SHM_API std::vector<SetPlace> find_sets(std::span<const Extra> extras);
-/// Reads one set. `place` must come from find_sets() for the same extras. Fails like
-/// sets_of_extras().
+/// Reads one set. `place` must come from find_sets() for the same extras. Fails under the same
+/// conditions as sets_of_extras().
 SHM_API Result<MeshSet> read_set(std::span<const Extra> extras, const SetPlace& place,
                                  const SetBounds& bounds);
 

@@ -1,4 +1,4 @@
-// Includes all headers of the library. The comments of each header are its manual.
+// Includes all headers of the library. The comments in the headers are the manual of the library.
 #pragma once
 
 #include "shm/appender.h"

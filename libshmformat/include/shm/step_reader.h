@@ -1,9 +1,10 @@
 // StepReader: reads one stepped array at one step, without the rest of the file. The StepReader
-// reads the index, the schema, and the chunks of that array from the key step of the requested step
-// on. It reads the connectivity of the mesh only if values are predicted from it or if element
-// numbers are requested, and nothing else of the mesh. Memory, as in a Reader: the compressed
-// connectivity that was read, up to 64 MiB of neighbourhoods decoded from it, and the most recently
-// read steps of arrays whose steps refer to each other, 128 MiB at most.
+// reads the index, the schema, and the chunks of that array from the last key step at or before the
+// requested step on. It reads the connectivity of the mesh only if values are predicted from it or
+// if element numbers are requested, and no other data of the mesh. As a Reader does, it stores the
+// compressed connectivity that was read, and up to 64 MiB of neighbourhoods decoded from it. It
+// also stores the most recently read steps of arrays whose steps refer to each other, at most 128
+// MiB.
 // spec: "Step values", "Index and trailer"
 #pragma once
 
@@ -25,31 +26,33 @@ class IndexedFile;
 struct StepRequest {
   std::uint32_t array = 0;  ///< index of a stepped array
   std::uint64_t step = 0;
-  std::optional<std::size_t>
-      segment{};  ///< if given: reads only this segment; otherwise all, in order
-  /// Requests the numbers of the elements. Without them fewer bytes are read if the file keeps the
-  /// source's numbers. The numbers are the same at every step.
+  /// Only segment to read. If not given, all segments are read, in order.
+  std::optional<std::size_t> segment{};
+  /// Requests the numbers of the elements. Without the numbers fewer bytes are read if the file
+  /// keeps the source's numbers. The numbers are the same at every step.
   bool numbers = true;
 };
 
-/// The values of one chunk group.
+/// Values of an array at a step in one chunk group.
 struct StepValues {
   std::uint64_t first = 0;        ///< position of the first element in the array's coding order
   std::vector<std::byte> values;  ///< values of the elements, packed
-  /// If requested: the number of the vertex or cell of each value, as in MeshBlock::vertex_numbers
-  /// and MeshBlock::cell_numbers.
+  /// Number of the vertex or cell of each value, as in MeshBlock::vertex_numbers and
+  /// MeshBlock::cell_numbers. Empty if not requested.
   std::vector<std::uint64_t> numbers;
 };
 
-/// Reads stepped arrays. Ascending steps are fastest: the step after the most recently read step
-/// can be decoded without other steps. Not thread safe; distinct StepReaders are independent.
+/// Reads stepped arrays. Reading in ascending order is fastest: the step after the most recently
+/// read step can be decoded without other steps. A StepReader is not thread safe; distinct
+/// StepReaders are independent.
 class SHM_API StepReader {
  public:
-  /// Reads index, schema and step times. `source` is borrowed and must outlive the StepReader.
+  /// Reads the index, the schema and the step times. `source` is borrowed and must outlive the
+  /// StepReader.
   static Result<StepReader> open(RandomSource& source, const ReadLimits& limits = {});
-  /// Opens a damaged file for reading its intact parts, as MeshExtractor::open_damaged() does:
-  /// segments() lists the segments of which anything is left, and steps() the steps with values in
-  /// any of them. next() skips segments whose values are lost.
+  /// Opens a damaged file for reading its intact parts, as MeshExtractor::open_damaged() does.
+  /// segments() then lists the segments of which anything is left, and steps() lists the steps with
+  /// values in any of these segments. next() skips segments whose values are lost.
   static Result<StepReader> open_damaged(RandomSource& source, const ReadLimits& limits = {});
   StepReader(StepReader&&) noexcept;
   StepReader& operator=(StepReader&&) noexcept;
@@ -57,17 +60,19 @@ class SHM_API StepReader {
 
   const Schema& schema() const;
   const std::vector<SegmentInfo>& segments() const;
-  /// Returns the time of each step; empty if the file has none.
+  /// Returns the time of each step; empty if the file has no step times.
   const std::vector<double>& step_times() const;
   /// Returns the number of elements of a stepped array, according to the index.
   std::uint64_t elements(std::uint32_t array) const;
   /// Returns the steps at which the array has values, ascending.
   std::vector<std::uint64_t> steps(std::uint32_t array) const;
 
-  /// Starts a request, whose values next() returns, and drops the rest of the previous request.
+  /// Starts a request, and drops the rest of the previous request. next() then returns the
+  /// requested values.
   Result<void> begin(const StepRequest& request);
   /// Returns the values of the next group that has elements of the array, in coding order; null at
-  /// the end. Valid until the next call. The values of a vertex are in the segment that owns it.
+  /// the end. The values are valid until the next call. The values of a vertex are in the segment
+  /// that owns it.
   Result<StepValues*> next();
   /// Reads all values of a request, as begin() and next() would return them.
   Result<std::vector<StepValues>> read(const StepRequest& request);
@@ -76,9 +81,9 @@ class SHM_API StepReader {
   friend class MeshExtractor;
   class Impl;
   explicit StepReader(std::unique_ptr<Impl> impl);
-  /// Makes a StepReader of a file that is already open.
+  /// Creates a StepReader for a file that is already open.
   static Result<StepReader> of(std::shared_ptr<IndexedFile> file);
-  /// Fails under the same conditions as begin().
+  /// Checks a request for `array` at `step`. Fails under the same conditions as begin().
   Result<void> expect(std::uint32_t array, std::uint64_t step) const;
   std::unique_ptr<Impl> impl_;
 };

@@ -1,6 +1,6 @@
-// Summary: the contents of a .shm file, reported without its cells and values. Only a small part of
-// the file is read, and memory grows with the number of chunks and the size of the extras, not with
-// the mesh.
+// Summary: describes the contents of a .shm file without its cells and values. Only a small part of
+// the file is read. Memory grows with the number of chunks and the size of the extras, not with the
+// mesh.
 // spec: "Index and trailer"
 #pragma once
 
@@ -14,27 +14,21 @@ namespace shm {
 
 struct Summary {
   Schema schema;
-  std::vector<double> step_times;  ///< empty if the file has none
-  std::vector<Extra> extras;       ///< in file order
-  Totals totals;                   ///< as a Reader yields them at the end
+  std::vector<double> step_times;  ///< times of the steps; empty if the file has no step times
+  std::vector<Extra> extras;       ///< extras of the file, in file order
+  Totals totals;                   ///< totals of the whole file, as a Reader yields them at the end
 };
 
 /// Reads the index, schema, extras and step times completely. Of all other chunks, including groups
-/// and parts of step values, it reads only the headers. These headers must match the index, and the
+/// and parts of step values, only the headers are read. These headers must match the index, and the
 /// file must not have other chunks. Bytes after the end record (left by an interrupted append) are
 /// counted in `totals`. `source` is borrowed during the call.
 ///
 /// Damage to bitstreams is not detected, and the number of cells of each block is taken from the
 /// index without a check; use a Reader to verify them. The members max_active_vertices and
-/// max_group_bytes of `limits`, and the limits on the size of the result, are ignored, so a file
-/// that is too large to be read can still be reported. ErrorCode::truncated if the end of the file
-/// is missing.
-///
-/// Damage to bitstreams is not detected, and the number of cells of each block is taken from the
-/// index without a check; use a Reader to verify them. The members max_active_vertices and
-/// max_group_bytes of `limits`, and the limits on the size of the result, are ignored, so a file
-/// that is too large to be read can still be reported. ErrorCode::truncated if the file was cut
-/// off.
+/// max_group_bytes of `limits`, and the limits on the size of the result, are ignored, so that a
+/// file that is too large to be read can still be reported. ErrorCode::truncated if the end of the
+/// file is missing.
 SHM_API Result<Summary> read_summary(RandomSource& source, const ReadLimits& limits = {});
 
 }  // namespace shm

@@ -1,4 +1,4 @@
-// The boundary surface of a mesh. All types are plain values.
+// BoundarySurface: the boundary surface of a mesh. All types are plain values.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,7 @@
 
 namespace shm {
 
-/// An array whose values are transferred from the mesh to its boundary.
+/// Array whose values are transferred from the mesh to its boundary.
 struct BoundaryArray {
   std::uint32_t array = 0;  ///< index into Schema::arrays
   std::uint64_t step = 0;   ///< step of a stepped array; ignored for static arrays
@@ -18,53 +18,51 @@ struct BoundaryArray {
 
 struct BoundaryOptions {
   std::vector<BoundaryArray> arrays{};
-  /// Memory limit for the surface and for the search. A mesh that needs more fails with
-  /// ErrorCode::over_limit. Memory of a Reader or a MeshExtractor is not counted.
+  /// Memory limit in bytes for the surface and for the search. A mesh that needs more fails with
+  /// ErrorCode::over_limit. The memory of a Reader or a MeshExtractor is not counted.
   std::uint64_t max_bytes = std::uint64_t{1} << 32;
 };
 
-/// A boundary surface. It consists of
+/// Boundary surface of a mesh. It consists of two kinds of faces:
 /// - the sides of volume cells (tetrahedra, pyramids, wedges, hexahedra, polyhedra of shape
-/// `faces`) that belong to exactly one volume cell,
-/// - and all cells of lower dimension: triangles, quads and polygons, lines (2 corners) and
-/// vertices (1 corner).
+///   `faces`) that belong to exactly one volume cell,
+/// - all cells of lower dimension: triangles, quads and polygons, lines (2 corners) and vertices (1
+///   corner).
 ///
 /// Only the corners of second-order cells are considered. Two sides are equal if they go around the
 /// same vertices in the same order, in either direction.
 /// - A side of three or more cells is not part of the boundary.
-/// - If a vertex occurs twice in a row in a side, it counts once. A side with fewer than three
-/// corners after that is ignored, so a collapsed hexahedron matches the wedge next to it.
-/// - A side that one cell has twice, as in a hexahedron with zero volume, does not count, since the
-/// cell is on both sides of it. A side that one cell has three times counts once.
-/// - A triangle or quad that coincides with a side of a volume cell does not affect it: both are
-/// part of the boundary.
-///
-/// A plain value.
+/// - If a vertex occurs twice in a row in a side, the repetition is ignored. A side with fewer than
+///   three corners after that is ignored, so a collapsed hexahedron matches the wedge next to it.
+/// - A side that occurs twice in one cell, as in a hexahedron with zero volume, does not count,
+///   since the cell is on both sides of it. A side that occurs three times in one cell counts once.
+/// - A triangle or quad that coincides with a side of a volume cell does not affect this side: both
+///   the triangle or quad and, if it belongs to one cell only, the side are part of the boundary.
 struct BoundarySurface {
   ScalarType coordinate_type = ScalarType::float64;
-  /// Vertices that the faces use, in coding order: their numbers in the mesh, as in
-  /// MeshBlock::vertex_numbers, and 3 coordinates of each vertex.
+  /// Vertices that the faces use, in coding order: `vertex_numbers` contains their numbers in the
+  /// mesh, as in MeshBlock::vertex_numbers, and `xyz` contains 3 coordinates of each vertex.
   std::vector<std::uint64_t> vertex_numbers;
   std::vector<std::byte> xyz;
   /// Faces in the coding order of their cells, and within a cell by side. `face_begin` contains the
-  /// offsets of the faces in `corners` (faces + 1 entries), `corners` contains indices into the
-  /// vertices above. The corners of a side of a volume cell go around counter-clockwise as seen
+  /// offsets of the faces in `corners` (faces + 1 entries). `corners` contains indices into
+  /// `vertex_numbers`. The corners of a side of a volume cell go around counter-clockwise as seen
   /// from outside, starting with any corner, provided that the corners of the cell are ordered as
-  /// in schema.h. (A mirrored cell has mirrored sides. Two orders are in use for wedges;
-  /// coordinates decide which one a cell has.) The corners of other cells are stored as in the
-  /// mesh.
+  /// in schema.h. A mirrored cell has mirrored sides. Two orders are in use for wedges; the
+  /// coordinates of a wedge decide which order it has. The corners of other cells are stored as in
+  /// the mesh.
   std::vector<std::uint64_t> face_begin;
   std::vector<std::uint32_t> corners;
-  /// For each face: the number of its cell, as in MeshBlock::cell_numbers, and the block index of
-  /// that cell.
+  /// Origin of each face: the number of its cell, as in MeshBlock::cell_numbers, and the block
+  /// index of that cell.
   std::vector<std::uint64_t> cell_numbers;
   std::vector<std::uint32_t> blocks;
-  /// For each face: the side of its cell, counted from 1, as in MeshSet::sides; for polyhedra,
-  /// counted in the order of their faces. 0: the face is the cell itself.
+  /// Side of its cell that each face is, counted from 1, as in MeshSet::sides. The sides of a
+  /// polyhedron are counted in the order of its faces. 0: the face is the cell itself.
   std::vector<std::uint32_t> sides;
   /// Values of BoundaryOptions::arrays, in the same order. Point arrays have one element per
-  /// vertex. Cell arrays have one element per face, taken from its cell; NaN, or 0 for integers, if
-  /// the cell has no values.
+  /// vertex. Cell arrays have one element per face: the value of the face's cell, or NaN (0 for
+  /// integers) if the cell has no value.
   std::vector<std::vector<std::byte>> arrays;
   /// Number of cells whose faces are unknown: cells of shape `other` or `polyhedron`, and cells
   /// with too few nodes for their shape.

@@ -1,4 +1,4 @@
-// The version of these headers and of the loaded library.
+// Version of these headers and of the loaded library.
 #pragma once
 
 #include <cstdint>

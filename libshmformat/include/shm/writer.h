@@ -1,9 +1,9 @@
 // Writer: receives a mesh vertex by vertex and cell by cell, and writes a .shm file to a sink.
-// Memory grows with the active surface, the delay buffer and one chunk group, not with the mesh.
-// With stepped arrays it also holds the compressed connectivity, up to 64 MiB of neighbourhoods,
-// and one step of all stepped arrays if that is 128 MiB or less.
+// Memory grows with the active surface, the delay buffer and one chunk group, not with the mesh. If
+// the mesh has stepped arrays, the Writer also stores the compressed connectivity, up to 64 MiB of
+// neighbourhoods, and one step of all stepped arrays if that step needs 128 MiB or less.
 // spec: "Group"
-// The event grammar is that of streaming meshes (Isenburg & Lindstrom 2005).
+// The vertex and cell events are those of streaming meshes (Isenburg & Lindstrom 2005).
 #pragma once
 
 #include <cstdint>
@@ -21,10 +21,11 @@ namespace shm {
 
 struct MeshArrays;  // shm/mesh.h
 
-/// Order of calls: create; then either any mix of add_vertex and add_cell, with each vertex before
-/// the first cell that uses it, or add_mesh; then end_mesh; then steps and extras; then finish.
-/// After the first error every call returns that error. Not thread safe; distinct Writers are
-/// independent. Values are raw bytes of the declared scalar type in host byte order.
+/// Receives a mesh and encodes it. Order of calls: create; then either any mix of add_vertex and
+/// add_cell, with each vertex before the first cell that uses it, or add_mesh; then end_mesh; then
+/// steps and extras; then finish. After the first error every call returns that error. A Writer is
+/// not thread safe; distinct Writers are independent. Values are raw bytes of the declared scalar
+/// type in host byte order.
 class SHM_API Writer {
  public:
   /// `sink` and options.coding_order are borrowed and must outlive the Writer.
@@ -33,57 +34,57 @@ class SHM_API Writer {
   Writer& operator=(Writer&&) noexcept;
   ~Writer();
 
-  /// Adds a vertex. `number` identifies it in later calls. The number must be free: never used
+  /// Adds a vertex. `number` identifies the vertex in later calls. It must be free: never used
   /// before, or (except in Order::keep) finalized. With Order::keep a Reader returns the same
-  /// number. `xyz`: 3 scalars of the coordinate type. `data`: values of the static point arrays in
-  /// schema order, packed.
+  /// number. `xyz` contains 3 scalars of the coordinate type. `data` contains the packed values of
+  /// the static point arrays, in schema order.
   Result<void> add_vertex(std::uint64_t number, std::span<const std::byte> xyz,
                           std::span<const std::byte> data = {});
-  /// Adds a vertex that no cell uses; it is coded immediately and not kept in memory. Other
-  /// vertices that turn out to be unused at the end of the mesh are coded too, but stay in memory
-  /// until then.
+  /// Adds a vertex that no cell uses. The Writer codes this vertex immediately and does not keep it
+  /// in memory. Vertices from add_vertex() that no cell has used by the end of the mesh are coded
+  /// too, but stay in memory until then.
   Result<void> add_unused_vertex(std::uint64_t number, std::span<const std::byte> xyz,
                                  std::span<const std::byte> data = {});
-  /// Adds a cell. `corners`: nodes_per_cell numbers of live vertices; repeats are allowed.
-  /// `last_use`: bit i (i < 64) is set if no later cell uses corner i. Vertices that are never
-  /// marked stay in memory to the end, in Writer and Reader. `data`: values of the static cell
-  /// arrays that cover this block, in schema order, packed.
+  /// Adds a cell. `corners` contains nodes_per_cell numbers of live vertices; repeats are allowed.
+  /// Bit i (i < 64) of `last_use` is set if no later cell uses corner i. Vertices that are never
+  /// marked stay in memory to the end, in Writer and Reader. `data` contains the packed values of
+  /// the static cell arrays that cover this block, in schema order.
   Result<void> add_cell(std::uint32_t block, std::span<const std::uint64_t> corners,
                         std::uint64_t last_use = 0, std::span<const std::byte> data = {});
-  // Functions that add several vertices or cells in one call.
-  /// Adds vertices. `xyz` and `data`: coordinates and values of all vertices, vertex after vertex.
+  /// Adds vertices, as add_vertex() does for one vertex. `xyz` and `data` contain the coordinates
+  /// and the values of all vertices, vertex after vertex.
   Result<void> add_vertices(std::span<const std::uint64_t> numbers, std::span<const std::byte> xyz,
                             std::span<const std::byte> data = {});
-  /// Adds `cells` cells of one block with the same number of corners. `last_uses`: one value per
-  /// cell, or empty.
+  /// Adds `cells` cells of one block with the same number of corners. `last_uses` contains one
+  /// value per cell, or is empty.
   Result<void> add_cells(std::uint32_t block, std::size_t cells,
                          std::span<const std::uint64_t> corners,
                          std::span<const std::uint64_t> last_uses = {},
                          std::span<const std::byte> data = {});
-  /// Adds a whole mesh, whose vertices are numbered from 0. Vertices are interleaved with the cells
-  /// and finalized as early as possible (vertex compaction). No other vertices or cells may be
-  /// added; continue with end_mesh(). ErrorCode::misuse if sizes contradict each other, or if a
-  /// vertex or block number does not exist. `mesh` is borrowed during the call, which needs 8 bytes
-  /// per vertex.
+  /// Adds a whole mesh, whose vertices are numbered from 0. The vertices are interleaved with the
+  /// cells and finalized as early as possible (vertex compaction). No other vertices or cells may
+  /// be added; continue with end_mesh(). Fails with ErrorCode::misuse if sizes contradict each
+  /// other, or if a vertex or block number does not exist. `mesh` is borrowed during the call. The
+  /// call needs 8 bytes of memory per vertex.
   Result<void> add_mesh(const MeshArrays& mesh);
 
   /// Codes all pending vertices and cells; unused vertices come last. No vertices or cells may
   /// follow.
   Result<void> end_mesh();
 
-  /// Adds values of array `array` (a per_step array) at step `step`. Pass the values of all its
-  /// elements in coding order, in pieces of any size. Steps of an array must ascend, and one array
-  /// at one step must be complete before the next begins.
+  /// Adds values of the stepped array `array` at step `step`. Pass the values of all elements of
+  /// the array in coding order, in pieces of any size. Steps of an array must ascend. One array at
+  /// one step must be complete before the next array or step begins.
   Result<void> add_step_values(std::uint32_t array, std::uint64_t step,
                                std::span<const std::byte> values);
-  /// Sets the time of each step. Call it once, at any time after end_mesh.
+  /// Sets the time of each step. Call this function once, at any time after end_mesh.
   Result<void> set_step_times(std::span<const double> times);
-  /// Adds an extra, at any time after create. Its references must already use the numbers that a
-  /// Reader will see.
+  /// Adds an extra, at any time after create. References in the extra must already use the numbers
+  /// that a Reader will see.
   Result<void> add_extra(const Extra& extra);
 
   /// Writes the index and the totals, and commits the sink. The file is valid, and the file of a
-  /// FileSink exists, only if this succeeds; the destructor reports nothing.
+  /// FileSink exists, only if finish() succeeds. The destructor reports no errors.
   Result<SizeReport> finish();
 
  private:

@@ -23,7 +23,7 @@ using container::ChunkKind;
 using container::IndexEntry;
 
 constexpr std::uint32_t kLeastKeySteps = 8;
-/// Largest possible size of a chunk of step values that further parts may share.
+/// Largest possible size in bytes of a chunk of step values to which further parts may be added.
 constexpr std::uint64_t kMostUnfinished =
     container::kLongHeaderBytes + container::kMostStepHeadBytes + container::kPartBytesTogether;
 
@@ -53,9 +53,10 @@ class __attribute__((visibility("hidden"))) Appender::Impl {
   /// State of a stepped array in the old file.
   struct Array {
     std::optional<std::uint64_t> last_step;
-    std::uint32_t run = 0;     ///< number of steps since the last key step, including it
+    std::uint32_t run = 0;     ///< number of steps since the last key step, key step included
     bool last_refers = false;  ///< true: the last step refers to other steps
-    bool remembered = false;  ///< true: remember() has passed the array's last steps to the encoder
+    /// True: remember() has passed the last steps of the array to the encoder.
+    bool remembered = false;
   };
 
   void look_at_steps();
@@ -79,7 +80,8 @@ class __attribute__((visibility("hidden"))) Appender::Impl {
   Calls calls_;
   bool with_extras_ = true;
 
-  std::optional<FileWriter> writer_;  // created when the old chunks have been copied
+  // Writer of the new file; created when the old chunks have been copied.
+  std::optional<FileWriter> writer_;
   std::optional<StepTopology> topology_;
   StepEncoder* encoder_ = nullptr;
 };
@@ -115,7 +117,8 @@ void Appender::Impl::look_at_steps() {
     if (array.last_step) end_step(array);
 }
 
-/// Selects the chunks to copy. A repeated schema is never copied; finish() repeats it if necessary.
+/// Selects the chunks to copy. A repetition of the schema is never copied; finish() repeats the
+/// schema if necessary.
 Result<ChunkCopy> Appender::Impl::copy_of(bool with_steps, bool with_times, bool with_extras,
                                           const IndexEntry* without) {
   return ChunkCopy::of(*source_, file_.index().entries, file_.index_offset(),
@@ -129,7 +132,8 @@ Result<ChunkCopy> Appender::Impl::copy_of(bool with_steps, bool with_times, bool
                        });
 }
 
-/// Returns the last chunk of step values if further parts may share it, otherwise null.
+/// Returns the last chunk of step values if further parts may be added to this chunk, otherwise
+/// null.
 const IndexEntry* Appender::Impl::unfinished_parts() const {
   const auto& entries = file_.index().entries;
   const auto last = std::find_if(entries.rbegin(), entries.rend(), [](const IndexEntry& entry) {
@@ -142,8 +146,8 @@ const IndexEntry* Appender::Impl::unfinished_parts() const {
   return waits && last->bytes <= kMostUnfinished ? &*last : nullptr;
 }
 
-/// Returns the coded bytes of the copied chunks by stream name. If `with_steps` is set, includes
-/// all step values.
+/// Returns the coded size in bytes of the copied chunks, by stream name. If `with_steps` is true,
+/// includes all step values.
 Result<Appender::Impl::Streams> Appender::Impl::streams(const ChunkCopy& copy,
                                                         bool with_steps) const {
   const auto summary = read_summary(*source_, file_.limits());
@@ -243,7 +247,7 @@ Result<std::vector<std::byte>> Appender::Impl::read_step(std::uint32_t array, st
   }
 }
 
-/// Passes to the encoder the old steps to which the next step may refer.
+/// Passes to the encoder those old steps of the array to which the next step may refer.
 Result<void> Appender::Impl::remember(std::uint32_t array) {
   Array& known = arrays_[array];
   if (std::exchange(known.remembered, true) || !known.last_step) return {};

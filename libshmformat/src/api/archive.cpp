@@ -1,4 +1,4 @@
-// Archives: sequences of complete files, the members, with a list of the members at the end.
+// Archives: sequences of complete files, called members, with a list of the members at the end.
 #include "shm/archive.h"
 
 #include <algorithm>
@@ -24,14 +24,14 @@ bool file_start(std::span<const std::byte> head, container::FileStart& start) {
   return container::get(in, start);
 }
 
-/// Writes the bytes of a member to the archive, counts them, and stores the first bytes to check
+/// Writes the bytes of a member to the archive and counts them. Stores the first bytes, to check
 /// the file start.
 class MemberSink final : public ByteSink {
  public:
   explicit MemberSink(ByteSink& sink) : sink_(&sink) {}
   Result<void> write(std::span<const std::byte> more) override {
     if (error_) return *error_;
-    if (!open_) return *(error_ = misuse("a write to a member that has ended", "archive"));
+    if (!open_) return *(error_ = misuse("a member was written to after it had ended", "archive"));
     for (std::size_t i = 0; i < more.size() && bytes_ + i < head_.size(); ++i)
       head_[static_cast<std::size_t>(bytes_) + i] = more[i];
     bytes_ += more.size();
@@ -43,7 +43,7 @@ class MemberSink final : public ByteSink {
     bytes_ = 0;
     open_ = true;
   }
-  /// Ends the member and returns its size in bytes. Fails with ErrorCode::misuse if its bytes do
+  /// Ends the member and returns its size in bytes. Fails with ErrorCode::misuse if the member does
   /// not begin like a .shm file of one mesh.
   Result<std::uint64_t> end() {
     open_ = false;
@@ -62,7 +62,7 @@ class MemberSink final : public ByteSink {
   std::array<std::byte, container::kFileStartBytes> head_{};
   std::uint64_t bytes_ = 0;
   bool open_ = false;
-  std::optional<Error> error_;  // the first error of a write
+  std::optional<Error> error_;  // first error that a write returned
 };
 
 }  // namespace
@@ -88,7 +88,7 @@ class __attribute__((visibility("hidden"))) ArchiveWriter::Impl {
   Result<ByteSink*> add_member(const std::string& name) {
     if (auto status = end_member(); !status) return status.error();
     if (!is_member_name(name))
-      return fail(misuse("'" + name + "' cannot be a member's name", "archive"));
+      return fail(misuse("'" + name + "' is not a valid member name", "archive"));
     if (!names_.insert(name).second)
       return fail(misuse("there are two members '" + name + "'", "archive"));
     list_.members.push_back({name, 0});
@@ -107,7 +107,7 @@ class __attribute__((visibility("hidden"))) ArchiveWriter::Impl {
     container::put_trailer(trailer, bytes_);
     if (auto status = sink_->write(trailer.bytes); !status) return fail(status.error());
     if (auto status = sink_->commit(); !status) return fail(status.error());
-    failed_ = misuse("is finished", "archive");
+    failed_ = misuse("the archive is finished", "archive");
     return bytes_ + chunks.offset() + trailer.bytes.size();
   }
 
@@ -130,7 +130,7 @@ class __attribute__((visibility("hidden"))) ArchiveWriter::Impl {
   ByteSink* sink_;
   MemberSink member_;
   bool in_member_ = false;
-  std::uint64_t bytes_ = 0;  // size of the file start and of all members so far
+  std::uint64_t bytes_ = 0;  // size in bytes of the file start and of all members so far
   container::MemberList list_;
   std::set<std::string> names_;
   std::optional<Error> failed_;
@@ -183,7 +183,7 @@ Result<ArchiveReader> ArchiveReader::open(RandomSource& source, const ReadLimits
   std::uint64_t offset = container::kFileStartBytes;
   for (const container::Member& member : list.members) {
     if (!is_member_name(member.name) || !names.insert(member.name).second)
-      return wrong("an invalid or repeated member name", place->offset);
+      return wrong("a member name is invalid or repeated", place->offset);
     if (member.bytes > place->offset - offset)
       return wrong("member '" + member.name + "' would not fit into the file", place->offset);
     archive.members_.push_back({member.name, offset, member.bytes});

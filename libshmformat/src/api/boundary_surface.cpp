@@ -101,7 +101,7 @@ std::vector<std::uint32_t> static_arrays_of(const Schema& schema, const Boundary
   return arrays;
 }
 
-/// Returns the requested steps, without duplicates, in the order in which they can be read with the
+/// Returns the requested steps, without duplicates, in the order in which reading them needs the
 /// least work.
 std::vector<BoundaryArray> steps_of(const Schema& schema, const BoundaryOptions& options) {
   std::vector<BoundaryArray> steps;
@@ -184,7 +184,7 @@ Result<BoundarySurface> read_boundary(RandomSource& source, const BoundaryOption
     const auto opened = mesh->step_reader();
     if (!opened) return opened.error();
     step_reader = *opened;
-    // If an array has no values at its step, fails before reading the mesh.
+    // If an array has no values at its step, this call fails before the mesh is read.
     for (const BoundaryArray& wanted : steps)
       if (auto status = step_reader->begin({wanted.array, wanted.step, {}, false}); !status)
         return status.error();

@@ -37,7 +37,7 @@ class CompactNumbers {
     else
       narrow_.reserve(count);
   }
-  /// For operator[] and set(). Must hold: i < size().
+  /// Access the number at index `i`. Must hold: i < size().
   std::uint64_t operator[](std::size_t i) const { return is_wide_ ? wide_[i] : narrow_[i]; }
   void set(std::size_t i, std::uint64_t number) {
     if (number > kMostNarrow) widen();
@@ -63,8 +63,8 @@ class CompactNumbers {
     narrow_ = std::vector<std::uint32_t>();
   }
 
-  bool is_wide_ = false;  // true: all numbers are in wide_, since at least one needs 64 bits;
-                          // false: all numbers are in narrow_
+  bool is_wide_ = false;  // true: all numbers are in wide_, since at least one number needs 64
+                          // bits; false: all numbers are in narrow_
   std::vector<std::uint32_t> narrow_;
   std::vector<std::uint64_t> wide_;
 };

@@ -28,15 +28,15 @@ bool is_of_locations(const Damage& damage) {
          damage.kind == DamageKind::stray;
 }
 
-/// Returns true if no chunk with contents is known to be damaged: only information about the
-/// location of chunks is.
+/// Returns true if no chunk with contents is known to be damaged. Only chunks with information
+/// about the location of other chunks may then be damaged.
 bool has_all_that_is_known(const FoundChunks& found) {
   return found.schema() &&
          std::all_of(found.damages().begin(), found.damages().end(), is_of_locations);
 }
 
 /// Returns true if the file can be restored with its own index. A repeated schema replaces a lost
-/// one.
+/// schema.
 bool is_restorable(const FoundChunks& found) {
   if (!found.index() || !has_all_that_is_known(found)) return false;
   const auto& entries = found.index()->entries;
@@ -62,8 +62,8 @@ std::optional<container::FileStart> start_of(const FoundChunks& found) {
 }
 
 /// Returns true if the array ranges in the rebuilt index would differ from those in the original
-/// index. Only version 0 has ranges, and the ranges of quantized arrays describe original values,
-/// which the file does not contain.
+/// index. Only version 0 has ranges. The ranges of quantized arrays describe original values, which
+/// the file does not contain.
 bool has_other_ranges(const FoundChunks& found) {
   const auto start = start_of(found);
   if (!found.schema() || !start || container::version_of_chunk(ChunkKind::index, *start) != 0)
@@ -74,9 +74,9 @@ bool has_other_ranges(const FoundChunks& found) {
   });
 }
 
-/// Rebuilds the index. A lost chunk after the last known chunk would remain unnoticed. Unless it is
-/// certain that there is no such chunk, the index must therefore fill the rest of the file, with a
-/// difference of a few bytes.
+/// Rebuilds the index. If a chunk after the last known chunk is lost, nothing else shows the loss.
+/// Unless it is certain that no such chunk is lost, the index must therefore fill the rest of the
+/// file, with a difference of a few bytes.
 Result<container::Index> index_anew(RandomSource& source, const FoundChunks& found,
                                     const ReadLimits& limits) {
   if (!has_all_that_is_known(found)) return corrupt("some chunks are damaged", "index");
@@ -89,12 +89,13 @@ Result<container::Index> index_anew(RandomSource& source, const FoundChunks& fou
   container::put(payload, *index);
   const std::uint64_t bytes = payload.bytes.size(), end = found.end_of_chunks();
   if (bytes > limits.max_chunk_bytes)
-    return over_limit("would need " + std::to_string(bytes) + " bytes, the limit is " +
+    return over_limit("would need " + std::to_string(bytes) + " bytes, but the limit is " +
                           std::to_string(limits.max_chunk_bytes),
                       "index", end);
-  // The original index may be a few bytes longer or shorter for two reasons: another version of
-  // zstd compresses differently, and in version 0 the ranges of quantized values differ from those
-  // that were written. The difference must be smaller than a chunk.
+  // The original index may be a few bytes longer or shorter than the rebuilt index. There are two
+  // reasons: another version of zstd compresses differently, and in version 0 the ranges of
+  // quantized values differ from those that were written. The difference must be smaller than a
+  // chunk.
   ChunkHeader header;
   header.payload_bytes = bytes;
   header.is_long = container::has_long_header(header, *start);
@@ -107,7 +108,7 @@ Result<container::Index> index_anew(RandomSource& source, const FoundChunks& fou
 }
 
 /// Writes the whole file, except the index and the trailer, in the order of `entries`. The first
-/// undamaged schema replaces lost copies.
+/// undamaged schema replaces lost copies of the schema.
 Result<void> write_chunks(RandomSource& source, const FoundChunks& found,
                           std::span<const IndexEntry> entries, ByteSink& sink) {
   const std::vector<std::byte> beginning = found.beginning();

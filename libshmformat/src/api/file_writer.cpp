@@ -1,4 +1,4 @@
-// FileWriter: writes everything in a file except the contents of groups.
+// FileWriter: writes all parts of a file. It receives the contents of groups from the mesh encoder.
 #include "api/file_writer.h"
 
 #include <algorithm>
@@ -14,11 +14,11 @@ namespace {
 
 using container::ChunkKind;
 
-/// Files of at least this size repeat the schema before the index, which helps a reader that must
-/// repair the file.
+/// Size in bytes from which on a file repeats the schema before the index. The repetition helps a
+/// reader that must repair the file.
 constexpr std::uint64_t kRepeatSchemaFrom = std::uint64_t{1} << 20;
-/// Limit in bytes for the extras that are packed together, so that one damaged byte does not damage
-/// more than these.
+/// Limit in bytes for the extras that are packed together. Because of the limit, one damaged byte
+/// does not damage more than these extras.
 constexpr std::uint64_t kExtrasTogether = std::uint64_t{1} << 18;
 
 }  // namespace
@@ -122,10 +122,10 @@ Result<void> FileWriter::check_step_values(std::uint32_t array,
   return {};
 }
 
-/// Returns true if this part may share a chunk with others: it is small, belongs to group 0 and
-/// covers the whole array. Each other part is stored in a separate chunk. Reading one array then
-/// reads little data of other arrays, and the parts of an array that several writers write are next
-/// to each other.
+/// Returns true if this part may share a chunk with other parts: it is small, belongs to group 0
+/// and covers the whole array. All other parts are stored in separate chunks. Reading one array
+/// then reads little data of other arrays, and the parts of an array that several writers write are
+/// next to each other.
 bool FileWriter::stands_with_others(const container::StepPart& part) const {
   return container::version_of_chunk(ChunkKind::step_values, start_) > 0 &&
          part.header.group == 0 && part.header.count == step_values_->elements(part.header.array) &&
@@ -189,7 +189,7 @@ Result<void> FileWriter::check(const Extra& extra) {
     return misuse("extra '" + extra.key + "': data does not match type and shape", "extras");
   if (extra.refers != Reference::nothing && extra.type != ScalarType::int32 &&
       extra.type != ScalarType::int64)
-    return misuse("extra '" + extra.key + "': references are int32 or int64", "extras");
+    return misuse("extra '" + extra.key + "': references must be int32 or int64", "extras");
   return {};
 }
 
@@ -204,15 +204,15 @@ Result<void> FileWriter::add_extra(const Extra& extra) {
   return {};
 }
 
-/// Writes the extras added since the last chunk.
+/// Writes the extras that were added since the last chunk.
 Result<void> FileWriter::write_extras() {
   const std::vector<Extra> extras = std::exchange(extras_, {});
   extra_bytes_ = 0;
   const bool together = container::version_of_chunk(ChunkKind::extra, start_) > 0;
   for (std::size_t i = 0; i < extras.size(); i += together ? extras.size() : 1) {
     auto payload = together ? extras_payload(extras) : extra_payload(extras[i]);
-    // If the extras exceed a reader's budget, packs them less tightly. The budget grows with the
-    // size of the file, and grows fast enough for such a chunk.
+    // If the extras exceed a reader's budget for unpacked data, they are packed less tightly. The
+    // budget grows with the size of the file, and grows fast enough for such a chunk.
     std::uint64_t bytes = 0;
     for (const Extra& extra : extras) bytes += bytes_of(extra);
     if (together && bytes > budget_.left(chunks_.offset() + payload.size()))

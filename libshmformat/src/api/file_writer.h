@@ -1,5 +1,5 @@
 // FileWriter: writes the chunks of a file to a sink, and the index that lists them. The mesh
-// encoder delivers complete groups. FileWriter encodes step values, times and extras itself.
+// encoder delivers complete groups. FileWriter itself encodes step values, times and extras.
 // spec: "Container", "Step values", "Step times", "Extras", "Index and trailer"
 #pragma once
 
@@ -46,7 +46,7 @@ class Calls {
 
 class FileWriter {
  public:
-  /// `sink` and `schema` are borrowed. Must hold: `schema` has been checked.
+  /// Creates a writer. `sink` and `schema` are borrowed. Must hold: `schema` has been checked.
   FileWriter(ByteSink& sink, const Schema& schema)
       : schema_(&schema), chunks_(sink), array_keys_(array_stream_names(schema)) {}
   FileWriter(const FileWriter&) = delete;
@@ -55,23 +55,24 @@ class FileWriter {
   /// Starts a new file of the current version: writes the file start and the schema.
   Result<void> start();
   /// Continues a file of which the sink already contains some chunks. `schema` is the payload of
-  /// its schema chunk, whose version applies to all further chunks. `streams` lists the coded bytes
-  /// of the existing chunks by stream name, as in the index.
+  /// the schema chunk of this file; its version applies to all further chunks. `streams` lists the
+  /// coded size in bytes of the existing chunks by stream name, as in the index.
   void go_on(std::vector<std::byte> schema, container::ChunkWriter::State state,
              std::map<std::string, std::uint64_t> streams, std::uint64_t steps);
 
-  /// Call it after go_on() if the last chunk of step values has not been copied. Its parts are
-  /// written again, so that small parts added later can share the chunk, as if the file had been
-  /// written without interruption. `payload` is the payload of that chunk, in the version of the
-  /// file. Fails with ErrorCode::corrupt if it is invalid.
+  /// Continues with the last chunk of step values of the old file. Must be called after go_on() if
+  /// that chunk has not been copied. The parts of the chunk are written again, so that small parts
+  /// added later can share the chunk, as if the file had been written without interruption.
+  /// `payload` is the payload of the chunk, in the version of the file. Fails with
+  /// ErrorCode::corrupt if the payload is invalid.
   Result<void> go_on_with_parts(std::span<const std::byte> payload);
 
-  /// Adds chunks to the index that the sink already contains, after the chunks written here. `part`
-  /// is an index that take_part() returned; its totals are ignored. Fails with ErrorCode::corrupt
-  /// if the sizes of the chunks do not add up to `bytes` bytes.
+  /// Adds to the index those chunks that the sink already contains after the chunks written here.
+  /// `part` is an index that take_part() returned; its totals are ignored. Fails with
+  /// ErrorCode::corrupt if the sizes of the chunks do not add up to `bytes` bytes.
   Result<void> adopt(const container::Index& part, std::uint64_t bytes);
-  /// Returns `totals` with the index entries and the stream sizes since the start or the last call,
-  /// then resets both. Must hold: no step of an array is being written.
+  /// Returns `totals` with the index entries and the stream sizes since the start or the last call.
+  /// Then resets entries and sizes. Must hold: no step of an array is being written.
   container::Index take_part(container::Index totals);
   std::uint64_t offset() const { return chunks_.offset(); }
   std::uint32_t chunks() const { return chunks_.count(); }
@@ -80,8 +81,8 @@ class FileWriter {
                            const std::vector<std::vector<std::byte>>& streams);
 
   bool has_step_encoder() const { return step_values_.has_value(); }
-  /// Call it before the first step values. `topology` is borrowed. The other arguments are those of
-  /// StepEncoder.
+  /// Begins the step values. Must be called before the first step values. `topology` is borrowed.
+  /// The other arguments are those of StepEncoder.
   StepEncoder& begin_steps(StepTopology& topology, std::vector<std::uint64_t> elements,
                            std::uint32_t key_steps, Level level);
   /// Checks that the array is stepped and that `values` consist of whole elements.
@@ -92,20 +93,20 @@ class FileWriter {
                                std::span<const std::byte> values) {
     return step_values_->add(array, step, values);
   }
-  /// Ends the current step of an array, if there is one. If its part is small, it may wait for
-  /// other small parts that share the chunk.
+  /// Ends the current step of an array, if there is one. If the part of this step is small, it may
+  /// wait for other small parts that share the chunk.
   Result<void> end_step_array() { return step_values_ ? step_values_->end_step() : Result<void>(); }
   /// Writes the waiting parts, each of which contains all elements of its array.
   Result<void> write_parts() { return write_parts(0); }
   bool has_times() const { return times_set_; }
   Result<void> set_step_times(std::span<const double> times);
   static Result<void> check(const Extra& extra);
-  /// Adds an extra. Must hold: check() has accepted the extra. It is written before the next chunk
-  /// of another kind, together with all other extras added before that chunk.
+  /// Adds an extra. Must hold: check() has accepted the extra. The extra is written before the next
+  /// chunk of another kind, together with all other extras added before that chunk.
   Result<void> add_extra(const Extra& extra);
 
   /// Writes the rest of the file: in a large file the schema again, then the index and the trailer.
-  /// `totals` are the totals of the mesh. Must be the last call.
+  /// `totals` are the totals of the mesh. No other function may be called afterwards.
   Result<SizeReport> finish(container::Index totals);
 
  private:
@@ -124,17 +125,19 @@ class FileWriter {
   std::vector<std::string> array_keys_;
   std::map<std::string, std::uint64_t> stream_bytes_;
   container::FileStart start_;
-  UnpackBudget budget_{ReadLimits().max_unpacked_bytes};  // budget of a reader with default limits
-  std::vector<Extra> extras_;                             // extras that have not been written yet
+  UnpackBudget budget_{
+      ReadLimits().max_unpacked_bytes};  // memory budget of a reader with default limits
+  std::vector<Extra> extras_;            // extras that have not been written yet
   std::uint64_t extra_bytes_ = 0;
   std::vector<container::StepPart> parts_;  // parts of step values that have not been written yet
   std::vector<std::byte> part_bytes_;
-  std::vector<std::byte>
-      schema_payload_;  // schema payload of the file that go_on() continues; otherwise empty
-  std::optional<StepEncoder> step_values_;  // set by begin_steps()
+  // Payload of the schema chunk of the file that go_on() continues; otherwise empty.
+  std::vector<std::byte> schema_payload_;
+  std::optional<StepEncoder> step_values_;  // encoder of step values; set by begin_steps()
   bool times_set_ = false;
-  std::uint64_t steps_ =
-      0;  // number of steps according to the chunks adopted or continued, and to the step times
+  // Number of steps, computed from the chunks that were adopted or continued, and from the step
+  // times.
+  std::uint64_t steps_ = 0;
 };
 
 }  // namespace shm

@@ -1,8 +1,7 @@
-// IndexBuilder: rebuilds a lost index from chunks, none of which may be missing. A Decoder decodes
-// the whole file and counts the totals of the mesh. In version 0, the index also contains ranges of
-// the decoded values. These equal the ranges that the writer stored, unless values are quantized.
-// - Input: FoundChunks.
-// - Output: container::Index.
+// IndexBuilder: rebuilds a lost index from FoundChunks, which must contain all chunks of the file.
+// A Decoder decodes the whole file and counts the totals of the mesh. In version 0, the index also
+// contains ranges of the decoded values. These ranges equal the ranges that the writer stored,
+// unless values are quantized.
 // spec: "Index and trailer", "Recovery"
 #pragma once
 
@@ -17,7 +16,7 @@ namespace shm {
 
 class IndexBuilder {
  public:
-  /// All arguments are borrowed. Must hold: `found` has a schema.
+  /// Creates a builder. All references are borrowed. Must hold: `found` has a schema.
   IndexBuilder(RandomSource& source, const FoundChunks& found, const ReadLimits& limits,
                std::uint8_t version);
 
@@ -36,11 +35,10 @@ class IndexBuilder {
   const FoundChunks* found_;
   Decoder decoder_;
   container::Index index_;
-  std::size_t groups_ = 0,
-              parts_ = 0;  // numbers of groups and parts of found_ that have been processed
-  std::size_t pieces_ = 0,
-              piece_of_chunk_ =
-                  0;  // numbers of decoded pieces of step values: in all, and in the current chunk
+  // Number of groups and number of parts of found_ that have been processed.
+  std::size_t groups_ = 0, parts_ = 0;
+  // Number of decoded pieces of step values, in total and in the current chunk.
+  std::size_t pieces_ = 0, piece_of_chunk_ = 0;
 };
 
 }  // namespace shm

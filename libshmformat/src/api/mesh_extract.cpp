@@ -57,15 +57,15 @@ class __attribute__((visibility("hidden"))) MeshExtractor::Impl {
   Result<StepValues*> next_values();
 
  private:
-  /// The groups of a segment that may contain requested elements.
+  /// Groups of a segment that may contain requested elements.
   struct Groups {
     std::size_t next = 0, end = 0;
-    std::size_t end_box = 0;  // end of the groups that have vertices in the box
+    std::size_t end_box = 0;  // end of the groups that may have vertices in the box
   };
 
   const Schema& schema() const { return file_->schema(); }
 
-  // Functions for the mesh
+  // Functions that read the mesh.
   void want(const ExtractRequest& request);
   void prefetch_visits();
   Result<MeshBlock*> next_part();
@@ -84,7 +84,7 @@ class __attribute__((visibility("hidden"))) MeshExtractor::Impl {
     return !request_->wants_unused() && picker_->found() >= request_->expected();
   }
 
-  // Functions for step values
+  // Functions that read step values.
   Result<void> find_all_owners();
   Result<void> find_owners(PiecePicker::Imports& left, bool by_box, std::vector<bool>& seen);
   Result<bool> next_segment_values();
@@ -96,24 +96,26 @@ class __attribute__((visibility("hidden"))) MeshExtractor::Impl {
   DecodedParts wanted_;
   std::vector<PieceRequest::Visit> visits_;
   std::size_t next_visit_ = 0;
-  // State of reading groups
-  std::optional<std::size_t> reading_;  // the segment that is being read
+  // State of reading groups.
+  std::optional<std::size_t> reading_;  // index of the segment that is being read
   Groups groups_;                       // groups of the segment that is being read
   bool all_read_ = false;
-  bool runs_ahead_ =
-      false;  // true: the blocks taken have no influence on which groups must be read
-  std::optional<Error> error_ahead_;  // reported after all earlier blocks have been taken
+  // True: the blocks taken have no influence on which groups must be read.
+  bool runs_ahead_ = false;
+  // Error that next() reports after all earlier blocks have been taken.
+  std::optional<Error> error_ahead_;
 
-  // State of taking blocks
+  // State of taking blocks.
   std::optional<std::size_t> segment_;  // segment of the last block that was passed to the picker
-  bool in_group_ = false;               // true: more blocks of the group of that block will follow
+  bool in_group_ = false;  // true: more blocks of the group of the last block will follow
   std::optional<PiecePicker> picker_;
   const std::vector<std::uint64_t> no_numbers_;
   bool done_ = false;
   std::optional<Error> error_;
-  std::unique_ptr<DecodingQueue> queue_;  // declared after file_, which its threads use
+  // Queue of groups to decode; declared after file_, which the threads of the queue use.
+  std::unique_ptr<DecodingQueue> queue_;
 
-  // State of the current step values
+  // State of reading the current step values.
   std::set<std::size_t> owner_segments_;  // segments that own vertices of the piece
   bool owners_known_ = false;
   std::uint32_t array_ = 0;
@@ -180,7 +182,8 @@ void MeshExtractor::Impl::want(const ExtractRequest& request) {
   if (!all) wanted_.arrays = std::move(arrays);
 }
 
-/// Announces to the source the groups that the visits will read, if these are already certain.
+/// Announces to the source the groups that the visits to segments will read, if these groups are
+/// already certain.
 void MeshExtractor::Impl::prefetch_visits() {
   std::vector<std::size_t> all;
   for (const PieceRequest::Visit& visit : visits_) {
@@ -335,7 +338,7 @@ void MeshExtractor::Impl::fill_lost(MeshBlock& block, std::size_t segment) const
 }
 
 /// Decodes the cells and numbers of a whole segment, without values. Calls visit(block) for each
-/// block until it returns false.
+/// block until `visit` returns false.
 template <class Visit>
 Result<void> MeshExtractor::Impl::walk(std::size_t segment, Visit&& visit) {
   DecodedParts parts = DecodedParts::without_values();
@@ -383,7 +386,8 @@ bool MeshExtractor::Impl::needs_no_more() const {
 
 // --- steps
 
-/// Finds the segments that own vertices of the piece: the step values of a vertex are stored there.
+/// Finds the segments that own vertices of the piece. The step values of a vertex are stored in the
+/// segment that owns it.
 Result<void> MeshExtractor::Impl::find_all_owners() {
   if (owners_known_) return {};
   owner_segments_ = picker_->point_segments();
@@ -401,7 +405,7 @@ Result<void> MeshExtractor::Impl::find_all_owners() {
   }
   PiecePicker::Imports left = picker_->imports();
   std::vector<bool> seen(segments.size());
-  // Compares boxes only if that is not slower than reading the segments.
+  // Boxes are compared only if that is not slower than reading the segments.
   constexpr std::size_t kMostLooks = std::size_t{1} << 28;
   for (const bool by_box : {true, false}) {
     if (by_box && left.size() > kMostLooks / (segments.size() + 1)) continue;
@@ -415,7 +419,7 @@ Result<void> MeshExtractor::Impl::find_all_owners() {
 }
 
 /// Searches the owners of imported vertices, from the nearest earlier segment on. If `by_box` is
-/// set, reads only segments whose box contains one of the vertices.
+/// true, reads only segments whose box contains one of the vertices.
 Result<void> MeshExtractor::Impl::find_owners(PiecePicker::Imports& left, bool by_box,
                                               std::vector<bool>& seen) {
   std::size_t segment = 0;
@@ -443,7 +447,7 @@ Result<void> MeshExtractor::Impl::begin_values(std::uint32_t array, std::uint64_
   if (!done_) return misuse("step values can be read only after the mesh", "piece");
   const auto reader = steps();
   if (!reader) return reader.error();
-  // Fails if the array or the step does not exist.
+  // This call fails if the array or the step does not exist.
   const auto known =
       request_->all() ? (*reader)->begin({array, step}) : (*reader)->expect(array, step);
   if (!known) return known;

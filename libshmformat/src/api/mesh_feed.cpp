@@ -29,8 +29,9 @@ class MeshFeed {
 
  private:
   struct Vertex {
-    std::uint32_t entry = kNone;  // entry of the vertex in the encoder; kNone: not added yet
-    std::uint32_t uses = 0;       // number of remaining uses
+    // Entry of the vertex in the encoder; kNone if the vertex has not been added yet.
+    std::uint32_t entry = kNone;
+    std::uint32_t uses = 0;  // number of uses by cells that have not been added yet
   };
   /// Largest count of uses. A vertex with at least this number of uses is never finalized.
   static constexpr std::uint32_t kEndless = std::numeric_limits<std::uint32_t>::max();
@@ -52,10 +53,10 @@ class MeshFeed {
   std::size_t xyz_bytes_;
   std::vector<std::uint64_t> block_cells_;
   std::vector<Vertex> vertices_;
-  std::vector<std::size_t> next_element_;  // by array: next element of a cell array
+  std::vector<std::size_t> next_element_;  // index of the next element of each cell array
   std::size_t next_corner_ = 0;
   std::vector<std::uint64_t> corners_;  // corners of the current cell
-  std::vector<std::uint32_t> entries_;  // entries of the current cell
+  std::vector<std::uint32_t> entries_;  // encoder entries of the corners of the current cell
   std::vector<std::byte> data_;
 };
 
@@ -76,7 +77,7 @@ Result<void> MeshFeed::check_cells() {
   for (std::size_t c = 0; c < cells; ++c) {
     const std::uint32_t block = block_of(c);
     if (block >= schema_->blocks.size())
-      return misuse("a cell of an unknown block: " + std::to_string(block), "mesh");
+      return misuse("a cell belongs to an unknown block: " + std::to_string(block), "mesh");
     ++block_cells_[block];
     std::uint64_t nodes = schema_->blocks[block].nodes_per_cell;
     if (begin.empty() && nodes == 0)
@@ -96,7 +97,7 @@ Result<void> MeshFeed::check_cells() {
     for (const std::uint64_t v :
          mesh_->corners.part(corner, static_cast<std::size_t>(nodes), corners_)) {
       if (v >= vertices_.size())
-        return misuse("a corner is not a vertex: " + std::to_string(v), "mesh");
+        return misuse("a cell uses a vertex that does not exist: " + std::to_string(v), "mesh");
       std::uint32_t& uses = vertices_[static_cast<std::size_t>(v)].uses;
       uses += uses == kEndless ? 0 : 1;
     }
@@ -147,10 +148,10 @@ const std::byte* MeshFeed::data_of_cell(std::uint32_t block) {
 }
 
 /// Returns a bit mask of those nodes of the current cell, up to node `last`, that are the vertex
-/// `entry`.
+/// with this `entry`.
 std::uint64_t MeshFeed::nodes_with(std::uint32_t entry, std::size_t last) const {
   std::uint64_t nodes = 0;
-  if (entries_.size() == 8) {  // loop with a fixed number of iterations, which is faster
+  if (entries_.size() == 8) {  // a loop with a fixed number of iterations, which is faster
     for (std::size_t i = 0; i < 8; ++i) nodes |= std::uint64_t{entries_[i] == entry} << i;
     return nodes & ((std::uint64_t{2} << last) - 1);
   }

@@ -1,4 +1,4 @@
-// Functions shared by writing and reading of whole meshes.
+// Functions that are used for writing and for reading whole meshes.
 #pragma once
 
 #include <cstddef>

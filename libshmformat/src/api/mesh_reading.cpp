@@ -16,12 +16,12 @@ namespace shm {
 namespace {
 
 /// Permutes elements of `stride` bytes in place: the old element from[i] becomes element i. Must
-/// hold: `from` contains each number from 0 on exactly once.
+/// hold: `from` contains each number from 0 to its size - 1 exactly once.
 void move_elements(void* elements, const CompactNumbers& from, std::size_t stride) {
   if (stride == 0) return;
   auto* const bytes = static_cast<std::byte*>(elements);
   const auto element = [&](std::size_t i) { return bytes + i * stride; };
-  std::vector<std::byte> first(stride);  // first element of a cycle
+  std::vector<std::byte> first(stride);  // first element of a cycle of the permutation
   std::vector<bool> moved(from.size());
   for (std::size_t begin = 0; begin < from.size(); ++begin) {
     if (moved[begin] || from[begin] == begin) continue;
@@ -39,12 +39,13 @@ void move_elements(void* elements, const CompactNumbers& from, std::size_t strid
 }
 
 /// Returns the number of elements for which to reserve memory, if `size` elements have been read
-/// and `expected` are expected in total. The expected number comes from the index and may be wrong.
-/// It is therefore trusted only up to a multiple of `size`: 256 times for up to 2^24 elements, and
-/// 4 times beyond.
+/// and `expected` elements are expected in total. The expected number comes from the index and may
+/// be wrong. It is therefore trusted only up to a multiple of `size`: 256 times for up to 2^24
+/// elements, and 4 times beyond.
 std::uint64_t believed(std::uint64_t size, std::uint64_t expected) {
   constexpr std::uint64_t kMost = std::numeric_limits<std::size_t>::max() / 256;
-  constexpr std::uint64_t kMuch = std::uint64_t{1} << 24;  // in elements
+  // Number of elements from which on the index is trusted less.
+  constexpr std::uint64_t kMuch = std::uint64_t{1} << 24;
   if (size >= expected || expected > kMost) return size;
   return std::min(expected, std::max(std::min(size * 256, kMuch), size * 4));
 }
@@ -65,11 +66,11 @@ void add(std::vector<T>& to, const std::vector<T>& more, std::uint64_t expected)
   to.insert(to.end(), more.begin(), more.end());
 }
 
-/// The numbers of vertices or cells in the order in which they are read. Nothing is stored while
-/// they are 0, 1, 2, ...
+/// Numbers of vertices or cells, in the order in which they are read. Nothing is stored while the
+/// numbers are 0, 1, 2, ...
 class ComingNumbers {
  public:
-  /// Adds numbers. `expected` is their expected total count, or 0 if unknown.
+  /// Adds numbers. `expected` is the expected total count of numbers, or 0 if unknown.
   void add(const std::vector<std::uint64_t>& numbers, std::uint64_t expected) {
     for (const std::uint64_t number : numbers) {
       if (in_order_ && number == count_) {
@@ -85,11 +86,11 @@ class ComingNumbers {
     }
   }
   bool in_order() const { return in_order_; }
-  /// Returns the numbers in the order in which they were read, and removes them. Must hold: not
-  /// in_order().
+  /// Returns the numbers in the order in which they were read, and removes them. Must hold:
+  /// in_order() is false.
   CompactNumbers take() { return std::exchange(numbers_, {}); }
   /// Returns the position of each number, and removes the numbers. Fails unless each number from 0
-  /// on occurs exactly once. Must hold: not in_order().
+  /// to the count of numbers - 1 occurs exactly once. Must hold: in_order() is false.
   Result<CompactNumbers> positions(const char* kind) {
     const CompactNumbers numbers = take();
     CompactNumbers positions = CompactNumbers::zeros(numbers.size());
@@ -113,12 +114,12 @@ class ComingNumbers {
 };
 
 /// Stores the values of vertices that are read in any order. Each value is stored in its final
-/// position immediately. The number of vertices must be known.
+/// position immediately. The number of vertices must be known in advance.
 class VertexPlaces {
  public:
   explicit VertexPlaces(std::uint64_t vertices) : taken_(static_cast<std::size_t>(vertices)) {}
-  /// Records the next vertex numbers. If one of them is too large or occurs twice, are_taken()
-  /// returns false from then on.
+  /// Records the next vertex numbers. If a number is too large or occurs twice, are_taken() returns
+  /// false from then on.
   template <class Numbers>
   void take(const Numbers& numbers) {
     for (std::size_t i = 0; i < numbers.size(); ++i) {
@@ -133,8 +134,8 @@ class VertexPlaces {
   }
   /// Returns true if each vertex number has been recorded exactly once.
   bool are_taken() const { return make_sense_ && count_ == taken_.size(); }
-  /// Stores `values`, `stride` bytes per vertex, in `all`. Must hold: `numbers` were passed to the
-  /// last call of take().
+  /// Stores `values`, which have `stride` bytes per vertex, in `all`. Must hold: `numbers` were
+  /// passed to the last call of take().
   template <class Numbers>
   void put(const Numbers& numbers, const std::vector<std::byte>& values, std::size_t stride,
            std::vector<std::byte>& all) const {
@@ -226,9 +227,9 @@ class MeshCollector {
         add(mesh_.arrays[a], block.arrays[a], told_array_bytes_[a]);
   }
   void take_vertices(const MeshBlock& block);
-  /// The coordinates, or a static point array.
+  /// Values of vertices: the coordinates, or a static point array.
   struct VertexColumn {
-    std::optional<std::size_t> array;  // index of the array; nullopt: coordinates
+    std::optional<std::size_t> array;  // index of the point array; nullopt for the coordinates
     std::size_t stride = 0;
   };
   /// Returns the values of a column in a mesh or a block.
@@ -252,16 +253,17 @@ class MeshCollector {
 
   Mesh mesh_;
   ComingNumbers vertices_, cells_;
-  std::optional<VertexPlaces> places_;  // if set, vertices_ is no longer used
-  bool may_have_places_ =
-      true;  // false if a point array has steps: point data is then sorted at the end
+  // Final positions of vertices; if set, vertices_ is no longer used.
+  std::optional<VertexPlaces> places_;
+  // False if a point array has steps: point data is then sorted at the end.
+  bool may_have_places_ = true;
   std::vector<VertexColumn> vertex_columns_;
-  std::vector<std::uint64_t> begin_;  // corner_begin of the current block's cells
-  static constexpr std::uint64_t kMostTold = std::uint64_t{1}
-                                             << 40;  // larger sizes would overflow in products
+  std::vector<std::uint64_t> begin_;  // corner_begin of the cells of the current block
+  // Largest expected size that is used; larger sizes would overflow in products.
+  static constexpr std::uint64_t kMostTold = std::uint64_t{1} << 40;
   std::uint64_t told_vertices_ = 0, told_cells_ = 0, told_corners_ = 0;
-  std::vector<std::uint64_t>
-      told_array_bytes_;  // by array: size in bytes of all its elements, according to the index
+  // Size in bytes of all elements of each array, according to the index.
+  std::vector<std::uint64_t> told_array_bytes_;
 };
 
 std::uint64_t MeshCollector::told_elements(std::size_t array, const ToldSizes& expected) const {

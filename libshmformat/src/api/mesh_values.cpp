@@ -1,4 +1,5 @@
-// Properties and values of a Mesh, and its construction from arrays.
+// Member functions of Mesh that return its properties and values, and functions that construct a
+// Mesh from arrays.
 #include <algorithm>
 #include <cmath>
 #include <limits>

@@ -12,7 +12,7 @@
 namespace shm {
 namespace {
 
-/// Returns out with out[i] = in[from[i]]; elements have `stride` bytes.
+/// Returns a list `out` with out[i] = in[from[i]]. An element has `stride` bytes.
 std::vector<std::byte> gather(const std::vector<std::byte>& in,
                               const std::vector<std::uint64_t>& from, std::size_t stride) {
   std::vector<std::byte> out(from.size() * stride);
@@ -110,8 +110,8 @@ Result<SizeReport> write_mesh(ByteSink& sink, const Mesh& mesh, const WriteOptio
   RecordedOrder order;
   PassedOrder passed(order, options.coding_order);
   WriteOptions own = options;
-  // The coding order is needed to sort step values, and, in orders other than keep, to renumber
-  // references.
+  // The coding order is needed to sort step values. Unless the order is Order::keep, it is also
+  // needed to renumber references.
   const bool is_used = mesh.schema.order != Order::keep || has_steps(mesh.schema);
   if (is_used) own.coding_order = &passed;
   auto writer = Writer::create(sink, mesh.schema, own);

@@ -48,7 +48,8 @@ class __attribute__((visibility("hidden"))) PartJoiner::Impl {
   }
 
  private:
-  /// Adds the totals of a part. Parts with only step values, or without groups, have no totals.
+  /// Adds the totals of a part. Parts without groups, such as parts with only step values, have no
+  /// totals.
   Result<void> add_totals(const container::Index& part) {
     if (part.segments == 0) return {};
     if (part.block_cells.size() != totals_.block_cells.size()) return of_another_schema();

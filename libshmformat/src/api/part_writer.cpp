@@ -78,7 +78,7 @@ class __attribute__((visibility("hidden"))) PartWriter::Impl {
     mesh_.begin_part({start.segment, start.first_cell, start.first_vertex});
   }
 
-  /// Runs `work` if no error has occurred and the writer is in this phase.
+  /// Runs `work` if no error has occurred and the writer is in the phase `phase`.
   template <class Work>
   auto in_phase(int phase, Work&& work) {
     return calls_.run([&]() -> decltype(work()) {
@@ -195,8 +195,9 @@ class __attribute__((visibility("hidden"))) PartWriter::Impl {
   std::uint32_t key_steps_;
   Level level_;
   std::size_t kept_topology_bytes_;
-  std::optional<StepTopology> topology_;  // if the schema has steps, or from begin_steps() on
-  StepEncoder* steps_ = nullptr;          // set by begin_steps()
+  // Topology of the part; set if the schema has steps, or from begin_steps() on.
+  std::optional<StepTopology> topology_;
+  StepEncoder* steps_ = nullptr;  // encoder of step values; set by begin_steps()
   std::vector<std::uint64_t> first_elements_, all_elements_;
   std::uint32_t array_ = 0;  // array of the current step
   std::uint64_t step_number_ = 0;

@@ -1,5 +1,6 @@
 // Decoder: finds chunks in the bytes that a caller feeds, and decodes items from the chunks.
-// Reader: a Decoder that reads the bytes from a source itself. writer.cpp is the counterpart.
+// Reader: a Decoder that reads the bytes from a source itself. The counterpart that writes files is
+// writer.cpp.
 #include "shm/reader.h"
 
 #include <algorithm>
@@ -103,24 +104,27 @@ class __attribute__((visibility("hidden"))) Decoder::Impl {
   bool ended_ = false;
   std::optional<Error> error_;
   std::optional<Item> item_;
-  std::vector<Extra> extras_;  // extras of the current chunk
+  std::vector<Extra> extras_;  // extras of the current chunk that have not been taken yet
   std::size_t next_extra_ = 0;
-  std::deque<container::StepPart>
-      parts_;  // step value parts of the current chunk; their bytes are in part_bytes_
+  // Parts of step values in the current chunk; their bytes are in part_bytes_.
+  std::deque<container::StepPart> parts_;
   std::vector<std::byte> part_bytes_;
-  std::optional<Error> error_ahead_;  // reported after all earlier blocks have been taken
+  // Error that advance() reports after all earlier blocks have been taken.
+  std::optional<Error> error_ahead_;
 
-  container::ChunkList chunks_;     // chunks read so far, to check the index
-  std::unique_ptr<Schema> schema_;  // on the heap, since coders keep a pointer to it
+  container::ChunkList chunks_;     // chunks read so far, against which the index is checked
+  std::unique_ptr<Schema> schema_;  // schema; on the heap, since coders keep a pointer to it
   std::vector<std::byte> schema_bytes_;
   std::unique_ptr<MeshDecoder> mesh_;
-  std::optional<StepTopology> topology_;    // set only if the schema has arrays with steps
-  std::optional<StepDecoder> step_values_;  // created with the first step values
+  // Topology for step values; set only if the schema has stepped arrays.
+  std::optional<StepTopology> topology_;
+  // Decoder of step values; created with the first step values.
+  std::optional<StepDecoder> step_values_;
   std::uint64_t steps_ = 0, decoded_bytes_ = 0;
   bool step_times_read_ = false;
   std::map<std::string, std::uint64_t> stream_bytes_;
-  std::vector<std::string>
-      array_names_;  // stream names of the arrays, set with the first step values
+  // Stream names of the arrays, set with the first step values.
+  std::vector<std::string> array_names_;
   bool totals_taken_ = false;
   std::uint64_t trailing_bytes_ = 0;
 };
@@ -227,7 +231,7 @@ Result<Decoder::Progress> Decoder::Impl::missing() {
 
 Result<void> Decoder::Impl::read_payload(std::span<const std::byte> payload) {
   const container::ChunkHeader& header = file_.header();
-  if (!container::is_known(header)) {  // an unknown chunk that is optional
+  if (!container::is_known(header)) {  // an unknown chunk, which is skipped because it is optional
     chunks_.add(header);
     return {};
   }
@@ -242,13 +246,15 @@ Result<void> Decoder::Impl::read_payload(std::span<const std::byte> payload) {
     case ChunkKind::step_times: chunks_.add(header); return read_step_times(payload);
     case ChunkKind::extra: chunks_.add(header); return read_extra(payload);
     case ChunkKind::index: return read_index(payload);
-    case ChunkKind::members: break;  // occurs only in archives, which have been refused before
+    case ChunkKind::members:
+      break;  // this chunk occurs only in archives, which have been refused before
   }
   return {};
 }
 
 Result<void> Decoder::Impl::read_schema(std::span<const std::byte> payload) {
   if (schema_) {  // a repetition of the schema, which helps to repair files, must equal the first
+                  // copy
     if (payload.size() == schema_bytes_.size() &&
         std::equal(payload.begin(), payload.end(), schema_bytes_.begin()))
       return {};
@@ -273,8 +279,8 @@ std::uint64_t Decoder::Impl::elements_of(std::uint32_t array) const {
   return cells;
 }
 
-/// Records the header of the group, to check the index and to decode the group's topology again for
-/// step values.
+/// Records the header of the group. It is needed to check the index, and to decode the group's
+/// topology again for step values.
 void Decoder::Impl::look_at_group(std::span<const std::byte> payload) {
   ByteReader in(payload);
   container::GroupHeader header;

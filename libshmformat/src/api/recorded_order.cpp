@@ -14,9 +14,9 @@ namespace {
 constexpr std::uint64_t kUnset = ~std::uint64_t{0};
 
 Error not_counted(std::size_t vertices) {
-  return misuse(
-      "vertices are not numbered from 0 to " + std::to_string(vertices - 1) + ", each once",
-      "coding order");
+  return misuse("the vertices are not numbered from 0 to " + std::to_string(vertices - 1) +
+                    ", each number once",
+                "coding order");
 }
 
 template <class T>
@@ -35,14 +35,14 @@ void replace(std::span<std::byte> values, const std::vector<std::uint64_t>& posi
 Result<std::vector<std::uint64_t>> RecordedOrder::elements(
     const Schema& schema, std::size_t array, std::span<const std::uint32_t> cell_blocks) const {
   if (array >= schema.arrays.size())
-    return misuse("no array " + std::to_string(array), "coding order");
+    return misuse("there is no array " + std::to_string(array), "coding order");
   const ArrayInfo& info = schema.arrays[array];
   if (info.location == Location::point) {
     if (positions_in(vertices).size() != vertices.size()) return not_counted(vertices.size());
     return vertices;
   }
   if (positions_in(cells).size() != cells.size())
-    return misuse("cells are not numbered from 0 on, each once", "coding order");
+    return misuse("the cells are not numbered from 0 on, each number once", "coding order");
   if (info.blocks.empty()) return cells;
   if (cell_blocks.size() != cells.size())
     return misuse("cell_blocks has " + std::to_string(cell_blocks.size()) +
@@ -71,7 +71,7 @@ Result<void> RecordedOrder::renumber(Extra& extra) const {
   else if (extra.type == ScalarType::int64)
     replace<std::int64_t>(extra.data, position);
   else
-    return misuse("references are int32 or int64", extra.key);
+    return misuse("references must be int32 or int64", extra.key);
   return {};
 }
 

@@ -1,4 +1,4 @@
-// SegmentReader: finds the groups of one segment in the index, and decodes only these.
+// SegmentReader: finds the groups of one segment in the index, and decodes only these groups.
 #include "shm/segment_reader.h"
 
 #include <string>

@@ -18,8 +18,8 @@ namespace {
 
 using Kind = MeshSet::Kind;
 
-// Long lists are cut into parts of this size in bytes, since the values of an extra are packed
-// together and must be in memory at the same time.
+// Size in bytes of the parts into which long lists are cut. Long lists are cut since the values of
+// an extra are packed together and must be in memory at the same time.
 constexpr std::size_t kPartBytes = std::size_t{16} << 20;
 
 constexpr std::array<std::string_view, 3> kFolders{"mesh/node_set/", "mesh/side_set/",
@@ -28,7 +28,7 @@ constexpr std::string_view kId = "id", kName = "name", kMembers = "members", kSi
                            kBlocks = "blocks", kFactors = "factors";
 constexpr std::array kFields{kId, kName, kMembers, kSides, kBlocks, kFactors};
 
-// Parses a number without sign or leading zeros, so that no two keys mean the same set.
+// Parses a number without sign or leading zeros, so that no two keys can refer to the same set.
 std::optional<std::uint64_t> number_of(std::string_view text) {
   std::uint64_t number = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
@@ -37,7 +37,7 @@ std::optional<std::uint64_t> number_of(std::string_view text) {
   return number;
 }
 
-// The parts of a key such as "mesh/side_set/3/members/1".
+// Parts of a key such as "mesh/side_set/3/members/1".
 struct Key {
   Kind kind = Kind::nodes;
   std::uint64_t number = 0;
@@ -68,7 +68,7 @@ std::optional<Key> parse(std::string_view key) {
   return parsed;
 }
 
-// The extras of one set by field. If a list is stored in several parts, it ends before the first
+// Extras of one set, by field. If a list is stored in several parts, the list ends before the first
 // missing part.
 class Folder {
  public:
@@ -113,9 +113,9 @@ T value_at(const Extra& extra, std::size_t index) {
   return value;
 }
 
-// Returns the integers of a field. They must have 32 or 64 bits and be at least `least`. Unless
-// they are negative, they must be less than `end`. Their references must be of the kind `refers`.
-// Errors state the field.
+// Returns the integers of a field. Integers must have 32 or 64 bits and be at least `least`. Unless
+// they are negative, they must be less than `end`. Their kind of reference must be `refers`. Errors
+// state the field.
 template <class T>
 Result<std::vector<T>> integers(const Folder& folder, std::string_view field, Reference refers,
                                 std::int64_t least, std::uint64_t end) {
@@ -159,11 +159,11 @@ Result<std::vector<double>> factors(const Folder& folder) {
 }
 
 // Returns a description of the contradiction between the lists of a set, or an empty string if
-// there is none.
+// there is no contradiction.
 std::string contradiction(const MeshSet& set) {
   const std::size_t members = set.members.size();
   if (set.kind == Kind::sides ? set.sides.size() != members : !set.sides.empty())
-    return "has " + std::to_string(members) + " members, and " + std::to_string(set.sides.size()) +
+    return "has " + std::to_string(members) + " members, but " + std::to_string(set.sides.size()) +
            " sides";
   if (set.kind != Kind::elements && !set.blocks.empty())
     return "has blocks, but is not an element set";
@@ -203,8 +203,8 @@ void put_integers(std::vector<Extra>& out, const std::string& key, Reference ref
     put_parts<std::int64_t>(out, key, ScalarType::int64, refers, std::span(values));
 }
 
-// Returns true if conversion to float does not change the value. Returns false for NaN, so that its
-// bits are preserved.
+// Returns true if conversion to float does not change the value. Returns false for NaN, so that the
+// bits of the NaN are preserved.
 bool is_float_value(double value) {
   if (!(value >= -double{std::numeric_limits<float>::max()} &&
         value <= double{std::numeric_limits<float>::max()}))

@@ -1,4 +1,4 @@
-// StepReader: finds the chunks of a step through the index, and reads only these.
+// StepReader: finds the chunks of a step through the index, and reads only these chunks.
 #include "shm/step_reader.h"
 
 #include <algorithm>
@@ -19,7 +19,7 @@
 namespace shm {
 namespace {
 
-/// The topology of one segment, and the elements of arrays in that segment.
+/// Topology of one segment, and the elements of arrays in that segment.
 struct SegmentMesh {
   SegmentMesh(const Schema& schema, std::uint64_t most_bytes, const ElementNeeds& needs,
               std::size_t most_kept, const CellBytes& cell_bytes)
@@ -30,7 +30,8 @@ struct SegmentMesh {
   }
 
   StepTopology topology;
-  std::optional<StepElements> elements;  // created when the topology has all groups
+  // Elements of arrays; created when the topology has all groups.
+  std::optional<StepElements> elements;
 };
 
 }  // namespace
@@ -69,19 +70,19 @@ class __attribute__((visibility("hidden"))) StepReader::Impl {
   StepIndex index_;
   std::vector<double> times_;
   StepReference most_ = StepReference::nothing;
-  CellBytes cell_bytes_;  // shared by the topologies of all segments
+  CellBytes cell_bytes_;  // list shared by the topologies of all segments
   CoverNumbers covers_;
-  std::map<std::size_t, SegmentMesh> meshes_;  // meshes by segment
-  std::size_t kept_bytes_ = 0;                 // memory of all meshes except mesh_
-  std::map<std::pair<std::uint32_t, std::size_t>, HeldSteps>
-      held_;  // held values by array and segment
+  std::map<std::size_t, SegmentMesh> meshes_;  // mesh of each segment that is in memory
+  std::size_t kept_bytes_ = 0;                 // memory in bytes of all meshes except mesh_
+  // Values that are stored between requests, by array and segment.
+  std::map<std::pair<std::uint32_t, std::size_t>, HeldSteps> held_;
 
-  // The current request.
+  // State of the current request.
   StepRequest request_;
   std::size_t wanted_ = 0;  // index of the requested step among the steps of the array
-  std::size_t segment_ = 0,
-              end_segment_ = 0;        // current segment, and end of the segments to read
-  std::optional<SegmentSteps> steps_;  // set for the current segment
+  // Current segment, and end of the range of segments to read.
+  std::size_t segment_ = 0, end_segment_ = 0;
+  std::optional<SegmentSteps> steps_;  // reader of the steps of the current segment
   SegmentMesh* mesh_ = nullptr;        // mesh of the current segment; null if it is not needed
   std::optional<Error> error_;
   StepValues values_;
@@ -134,7 +135,7 @@ Result<void> StepReader::Impl::begin(const StepRequest& request) {
   return {};
 }
 
-/// Announces to the source which chunks of step values will be read, at most kMostRanges.
+/// Announces to the source which chunks of step values will be read, at most kMostRanges chunks.
 void StepReader::Impl::prefetch_parts() {
   constexpr std::size_t kMostRanges = 1 << 14;
   const auto& steps = index_.steps(request_.array);

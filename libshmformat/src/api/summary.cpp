@@ -1,4 +1,5 @@
-// Summary: computes the totals that a Reader counts from the headers of chunks, without decoding.
+// Summary: computes the totals that a Reader counts, but from the headers of chunks, without
+// decoding.
 #include "shm/summary.h"
 
 #include <algorithm>
@@ -100,7 +101,7 @@ Result<void> Summarizer::add_chunk(const ChunkHeader& header, const IndexEntry& 
       case ChunkKind::members: break;
     }
   if ((header.flags & container::kChunkOptional) != 0) return {};
-  return wrong("this reader does not know the chunk, which is not optional",
+  return wrong("this reader does not support the chunk, which is not optional",
                ErrorCode::unsupported);
 }
 
@@ -163,7 +164,7 @@ Result<void> Summarizer::add_step_values(const ChunkHeader& header, const IndexE
   if (!container::get(in, parts, header.version, header.payload_bytes))
     return corrupt("its header is invalid", section, entry.offset);
   if (!std::equal(entry.parts.begin(), entry.parts.end(), parts.begin(), parts.end(), is_told_by))
-    return corrupt("the chunk that the index lists is not here", section, entry.offset);
+    return corrupt("the index lists a chunk that is not at this position", section, entry.offset);
   for (const container::StepPart& part : parts) {
     if (part.header.array >= array_names_.size())
       return corrupt("does not belong to a stepped array", section, entry.offset);
@@ -197,12 +198,12 @@ Result<void> Summarizer::finish() {
   if (!same) return file_.wrong_index("does not match the contents of the file");
   totals_.total_bytes = source_->size();
   totals_.streams["container"] = totals_.total_bytes - coded;
-  // Check that steps are complete and in order.
+  // StepIndex::of() checks that steps are complete and in order.
   const auto steps = StepIndex::of(file_);
   return steps ? Result<void>() : Result<void>(steps.error());
 }
 
-/// Checks version and features before the first chunk is read.
+/// Checks version and features of the file before its first chunk is read.
 Result<void> check_start(RandomSource& source, const ReadLimits& limits) {
   std::vector<std::byte> start(
       static_cast<std::size_t>(std::min<std::uint64_t>(source.size(), container::kFileStartBytes)));

@@ -1,5 +1,5 @@
-// Writer: passes the mesh to the mesh encoder, and its groups, the step values and the extras to
-// the FileWriter.
+// Writer: passes the mesh to the mesh encoder. Passes the groups that the mesh encoder returns, the
+// step values and the extras to the FileWriter.
 #include "shm/writer.h"
 
 #include <algorithm>
@@ -40,7 +40,7 @@ class __attribute__((visibility("hidden"))) Writer::Impl {
   template <class Work>
   Result<void> in_mesh(Work&& work) {
     return calls_.run([&]() -> Result<void> {
-      return mesh_ended_ ? misuse("the mesh has been ended", "mesh") : work();
+      return mesh_ended_ ? misuse("end_mesh has already been called", "mesh") : work();
     });
   }
   /// Runs `work` if no error has occurred and the mesh has ended.
@@ -70,7 +70,8 @@ class __attribute__((visibility("hidden"))) Writer::Impl {
                          std::span<const std::uint64_t> corners,
                          std::span<const std::uint64_t> last_uses,
                          std::span<const std::byte> data) {
-    if (block >= schema_.blocks.size()) return misuse("cells of an unknown block", "mesh");
+    if (block >= schema_.blocks.size())
+      return misuse("the cells belong to an unknown block", "mesh");
     const std::size_t data_bytes = cell_data_bytes(schema_)[block];
     const std::size_t nodes = cells == 0 ? 0 : corners.size() / cells;
     if (cells * nodes != corners.size() || data.size() != cells * data_bytes ||
@@ -85,7 +86,8 @@ class __attribute__((visibility("hidden"))) Writer::Impl {
     return {};
   }
   Result<void> add_mesh(const MeshArrays& mesh) {
-    if (!mesh_.is_new()) return misuse("a whole mesh cannot follow vertices or cells", "mesh");
+    if (!mesh_.is_new())
+      return misuse("add_mesh cannot be called after vertices or cells were added", "mesh");
     return feed_mesh(mesh_, schema_, mesh);
   }
   Result<void> end_mesh() {
@@ -137,7 +139,8 @@ class __attribute__((visibility("hidden"))) Writer::Impl {
 
   std::uint32_t key_steps_;
   Level level_;
-  std::optional<StepTopology> topology_;  // set only if the schema has arrays with steps
+  // Topology for step values; set only if the schema has stepped arrays.
+  std::optional<StepTopology> topology_;
 };
 
 Writer::Writer(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}

@@ -1,6 +1,7 @@
-// Reading and writing of bytes in the format. All numbers of more than one byte are little-endian.
-// ByteWriter appends to a vector. ByteReader reads from borrowed bytes. Past their end, it returns
-// zeros and records the failure: check ok() once per structure, before using the values.
+// ByteWriter and ByteReader: write and read bytes of the format. All numbers of more than one byte
+// are little-endian. ByteWriter appends to a vector. ByteReader reads from borrowed bytes. If a
+// read passes the end of these bytes, ByteReader returns zeros and records the failure: check ok()
+// once per structure, before using the values.
 // spec: "Conventions", "Checksums"
 #pragma once
 
@@ -20,8 +21,8 @@ namespace shm {
 struct ReadLimits;
 
 // Counts in the format have 64 bits, but sizes in memory have only 32 bits on some machines. Every
-// number read from a file is checked against the reader's limits before it is converted to a size,
-// and within_sizes() restricts these limits to the range of std::size_t.
+// number read from a file is checked against the reader's limits before it is converted to a size.
+// within_sizes() restricts these limits to the range of std::size_t.
 
 /// Returns the number as a size, or the largest possible size if the number is larger.
 inline std::size_t to_size(std::uint64_t number) {
@@ -34,15 +35,15 @@ constexpr std::uint64_t limit_with(std::uint64_t limit, std::uint64_t each, std:
   return bytes > (kAll - limit) / each ? kAll : limit + each * bytes;
 }
 /// Returns the limits unchanged if sizes have 64 bits. If sizes have 32 bits, reduces each limit on
-/// bytes to at most 1 GiB: data that needs more memory fails with over_limit, even if the caller
-/// allows more.
+/// bytes to at most 1 GiB. Data that needs more memory then fails with over_limit, even if the
+/// caller allows more.
 ReadLimits within_sizes(ReadLimits limits);
 
 static_assert(std::endian::native == std::endian::little ||
               std::endian::native == std::endian::big);
 
-/// Copies `count` scalars of `width` bytes each, and converts them between the byte order of the
-/// host and little-endian order.
+/// Copies `count` scalars of `width` bytes each. If the host is big-endian, reverses the bytes of
+/// each scalar, to convert between the byte order of the host and little-endian order.
 inline void copy_little_endian(std::byte* to, const std::byte* from, std::size_t count,
                                std::size_t width) {
   if (count == 0) return;
@@ -106,20 +107,20 @@ class ByteReader {
     std::uint64_t v = 0;
     for (int shift = 0; shift < 64; shift += 7) {
       const std::uint8_t byte = get_u8();
-      if (shift == 63 && byte > 1) ok_ = false;  // the number would have more than 64 bits
+      if (shift == 63 && byte > 1) ok_ = false;  // a number of more than 64 bits
       v |= static_cast<std::uint64_t>(byte & 0x7f) << shift;
       if (byte < 0x80) return v;
     }
     ok_ = false;
     return 0;
   }
-  /// Reads a varint. Fails if the number is not below 2^32.
+  /// Reads a varint. Fails if the number is 2^32 or more.
   std::uint32_t get_varint32() {
     const std::uint64_t v = get_varint();
     if (v > 0xffffffffu) ok_ = false;
     return static_cast<std::uint32_t>(v);
   }
-  /// Reads a byte. Fails unless it is 0 or 1.
+  /// Reads a byte. Fails unless the byte is 0 or 1.
   bool get_flag() {
     const std::uint8_t v = get_u8();
     if (v > 1) ok_ = false;
@@ -133,7 +134,7 @@ class ByteReader {
     const auto v = get_bytes(get_varint());
     return {reinterpret_cast<const char*>(v.data()), v.size()};
   }
-  /// Returns a view of the next `count` bytes. If there are fewer, the view is empty and ok()
+  /// Returns a view of the next `count` bytes. If fewer bytes are left, the view is empty and ok()
   /// becomes false.
   std::span<const std::byte> get_bytes(std::uint64_t count) {
     if (count > left()) {
@@ -152,8 +153,8 @@ class ByteReader {
   std::size_t left() const { return bytes_.size() - at_; }
   std::size_t position() const { return at_; }
   bool ok() const { return ok_; }
-  /// Reads a number of items. Fails if the remaining bytes are too few for that many items of at
-  /// least `bytes_each` bytes.
+  /// Reads a count of items. Fails if the remaining bytes are too few for that number of items of
+  /// at least `bytes_each` bytes.
   std::uint64_t get_count(std::size_t bytes_each) {
     const std::uint64_t count = get_varint();
     if (count > left() / bytes_each) {

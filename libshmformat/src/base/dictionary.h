@@ -1,7 +1,7 @@
-// The dictionary for small packed blobs: entropy tables, then words that are frequent in mesh files
-// of other formats. The dictionary is part of the format and must not change by a single byte.
-// CMake generates the source from spec/dictionary_tables.bin and spec/dictionary.txt
-// (dictionary.cpp.in).
+// The dictionary for small packed blobs. It contains entropy tables, then words that are frequent
+// in mesh files of other formats. The dictionary is part of the format and must not change by a
+// single byte. CMake generates its source file from spec/dictionary_tables.bin and
+// spec/dictionary.txt (dictionary.cpp.in).
 // spec: "Packed blobs"
 #pragma once
 
@@ -10,7 +10,7 @@
 
 namespace shm {
 
-/// Returns the contents of both files, the tables first.
+/// Returns the contents of dictionary_tables.bin, followed by the contents of dictionary.txt.
 std::span<const std::byte> dictionary();
 
 }  // namespace shm

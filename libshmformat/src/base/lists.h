@@ -1,8 +1,8 @@
-// Functions for vectors that grow in small steps. Many lists are indexed by slot: data of the
-// vertices and cells of the active surface, or of the elements of a group. Such a list doubles
-// while it is small, but by at most 128 KiB at a time; a large list grows by an eighth. The memory
-// is thus only a little larger than the surface and the group need. Both stop growing early in a
-// file.
+// Functions for vectors that grow in small steps. Many lists are indexed by slot. They contain data
+// of the vertices and cells of the active surface, or of the elements of a group. Such a list
+// doubles while it is small, but grows by at most 128 KiB at a time; a large list grows by an
+// eighth. The memory is thus only a little larger than the surface and the group need. Surface and
+// group stop growing early in a file.
 #pragma once
 
 #include <algorithm>
@@ -39,7 +39,7 @@ T& at_slot(std::vector<T>& list, std::size_t slot) {
   return list[slot];
 }
 
-/// Reserves memory for `count` more elements at the end.
+/// Reserves memory for `count` more elements at the end of the list.
 template <class T>
 void expect_more(std::vector<T>& list, std::size_t count) {
   constexpr std::size_t kStep = (std::size_t{128} << 10) / sizeof(T);
@@ -48,15 +48,15 @@ void expect_more(std::vector<T>& list, std::size_t count) {
   const std::size_t step = std::max(list.size() / 8, std::min(list.size(), kStep));
   list.reserve(std::max(size, list.size() + step + 16));
 }
-/// Like expect_more(), but the memory grows by half: for short-lived lists that are appended to
-/// often.
+/// Reserves memory as expect_more() does, but grows the memory by half. Suits short-lived lists
+/// that are appended to often.
 template <class T>
 void expect_more_soon(std::vector<T>& list, std::size_t count) {
   const std::size_t size = list.size() + count;
   if (size > list.capacity()) list.reserve(std::max(size, list.size() + list.size() / 2 + 16));
 }
-/// Grows the list until `slot` is a valid index. If the list grows, it grows by at least half: for
-/// lists whose slots are added one by one.
+/// Grows the list until `slot` is a valid index. If the list grows, it grows by at least half.
+/// Suits lists whose slots are added one by one.
 template <class T>
 void make_room_soon(std::vector<T>& list, std::size_t slot) {
   if (slot < list.size()) return;
@@ -84,7 +84,7 @@ class ShortRuns {
   std::size_t size() const { return size_; }
   const T* data() const { return room_.data(); }
   const T& operator[](std::size_t i) const { return room_[i]; }
-  /// Removes all elements. Keeps the memory for reuse.
+  /// Removes all elements, and keeps the memory for reuse.
   void clear() { size_ = 0; }
   void append(const T* from, std::size_t count) {
     if (room_.size() - size_ < count) make_room_for(count);
@@ -105,7 +105,7 @@ class ShortRuns {
   std::size_t size_ = 0;
 };
 
-/// Empties the list and frees its memory, which `list = {}` does not.
+/// Removes all elements and frees their memory, which `list = {}` does not.
 template <class T>
 void let_go(std::vector<T>& list) {
   std::vector<T>().swap(list);

@@ -13,10 +13,10 @@
 
 namespace shm {
 
-/// Hash function: computes the position of a number in a table. Numbers come from files, and the
-/// author of a file could choose them so that all have the same position. The positions therefore
-/// also depend on the address of the table in memory, which the author cannot know. Coded data
-/// never depends on the positions.
+/// Hash function that computes the position of a number in a table. Numbers come from files, and
+/// the author of a file could choose numbers that all have the same position. The positions
+/// therefore also depend on the address of the table in memory, which the author cannot know. Coded
+/// data never depends on the positions.
 class Scatter {
  public:
   Scatter()
@@ -36,8 +36,9 @@ class Scatter {
   std::uint64_t seed_;
 };
 
-/// Hash map with open addressing and linear probing. erase() moves the entries after the hole back,
-/// so there are no tombstones, and the size of the table depends only on the number of entries.
+/// Hash map with open addressing and linear probing. When erase() removes an entry, it moves the
+/// following entries back into the hole. There are thus no tombstones, and the size of the table
+/// depends only on the number of entries.
 class IdMap {
  public:
   /// Returns the slot of `id`, or kNone if `id` is absent.
@@ -59,7 +60,8 @@ class IdMap {
     std::size_t hole = home(id);
     while (entries_[hole].id != id || entries_[hole].slot == kNone) hole = (hole + 1) & mask();
     for (std::size_t i = (hole + 1) & mask(); entries_[i].slot != kNone; i = (i + 1) & mask()) {
-      // An entry may fill the hole unless its home lies between the hole and itself.
+      // An entry may fill the hole unless its home position is between the hole and the entry
+      // itself.
       if (((i - home(entries_[i].id)) & mask()) < ((i - hole) & mask())) continue;
       entries_[hole] = entries_[i];
       hole = i;
@@ -98,8 +100,9 @@ class IdMap {
 };
 
 /// Map that stores numbers in lines of sixteen consecutive numbers. Each line is a separate cache
-/// line, so consecutive numbers are stored next to each other, and the IdMap has one entry per line
-/// instead of one per number. An isolated number needs about 90 bytes, a number in a run about 6.
+/// line, so that consecutive numbers are stored next to each other. The IdMap has one entry per
+/// line instead of one per number. An isolated number needs about 90 bytes, a number in a run about
+/// 6.
 class NumberMap {
  public:
   /// Returns the slot of `number`, or kNone if `number` is absent.
@@ -139,7 +142,7 @@ class NumberMap {
     std::array<std::uint32_t, kLine> slot{};
   };
 
-  /// The result of an earlier search for a line.
+  /// Result of an earlier search for a line of numbers.
   struct Found {
     std::uint64_t number = 0;
     std::uint32_t line = kNone;
@@ -168,13 +171,13 @@ class NumberMap {
     return line;
   }
 
-  IdMap table_;  // line indices, by number / kLine
+  IdMap table_;  // map from number / kLine to the index of a line in lines_
   std::vector<Line> lines_;
-  std::vector<std::uint8_t> counts_;  // count of live numbers, by line
+  std::vector<std::uint8_t> counts_;  // number of numbers present in each line
   std::vector<std::uint32_t> free_;
   static constexpr std::size_t kFound = 64;
-  mutable std::array<Found, kFound>
-      found_{};  // recent search results: the cells of a row need the same few lines
+  // Recent search results: the cells of a row need the same few lines.
+  mutable std::array<Found, kFound> found_{};
 };
 
 }  // namespace shm

@@ -1,13 +1,12 @@
-// OrderedTasks: runs several tasks at once and returns their outputs as if each task had begun
-// after the end of the task before it.
-// - Input: inputs for the newest task.
-// - Output: the outputs of all tasks, task after task.
-// - Memory: inputs that wait for their task and outputs that wait to be taken, both within limits.
+// OrderedTasks: runs several tasks at the same time and returns their outputs as if each task had
+// begun after the end of the previous task. The caller passes inputs to the newest task, and
+// receives the outputs of all tasks, task after task. Two limits restrict the memory: one for
+// inputs that wait for their task, one for outputs that wait for the caller.
 //
 // A single thread, the caller's thread, begins tasks, passes inputs and takes outputs. The inputs
 // of one task are processed one at a time. Starting threads takes as long as coding a small mesh.
-// next() therefore does the work in the caller's thread while there is only one task with few
-// inputs, and also if the system cannot start threads.
+// While there is only one task with few inputs, next() therefore does the work in the caller's
+// thread. It also does so if the system cannot start threads.
 //
 // Outputs depend only on the inputs, not on the number of threads. If a task throws (in this
 // library only std::bad_alloc), next() rethrows the exception in the caller's thread when the turn
@@ -33,21 +32,20 @@ namespace shm {
 template <class In, class Out>
 class OrderedTasks {
  public:
-  /// Passes an output on, with its size in bytes.
+  /// Function that receives an output and its size in bytes.
   using Emit = std::function<void(Out, std::size_t)>;
 
   class Task {
    public:
     virtual ~Task() = default;
     virtual Result<void> take(In& in, const Emit& emit) = 0;
-    /// Called after the last input.
+    /// Ends the task. Called after the last input.
     virtual Result<void> end(const Emit& emit) = 0;
   };
 
   struct Limits {
-    std::size_t
-        in = 0,
-        out = 0;  ///< limits in bytes on waiting inputs and outputs, not counting those in progress
+    /// Limits in bytes on waiting inputs and outputs, not counting those in progress.
+    std::size_t in = 0, out = 0;
 
     /// Number of bytes of inputs after which threads are started. A second task that begins while
     /// an earlier one is unfinished also starts the threads.
@@ -151,7 +149,7 @@ class OrderedTasks {
     std::unique_ptr<Task> task;
     std::deque<std::pair<In, std::size_t>> inputs;
     std::deque<std::pair<Out, std::size_t>> outputs;
-    bool running = false, ended = false, closed = false;  // closed: the task's end() was called
+    bool running = false, ended = false, closed = false;  // closed: Task::end() was called
     std::optional<Error> error;
     Thrown thrown;
 
@@ -164,7 +162,7 @@ class OrderedTasks {
   bool has_output() {
     while (!jobs_.empty() && jobs_.front().is_done()) {
       jobs_.pop_front();
-      wake_workers_.notify_all();  // another task is the first now, and may therefore continue
+      wake_workers_.notify_all();  // another task is now the first task, and may therefore continue
     }
     return !jobs_.empty() && (!jobs_.front().outputs.empty() || jobs_.front().failed());
   }
@@ -239,15 +237,15 @@ class OrderedTasks {
 
   unsigned wanted_;
   Limits limits_;
-  std::size_t pushed_ = 0;  // bytes of all inputs so far, at most limits_.alone
+  std::size_t pushed_ = 0;  // total size in bytes of all inputs so far, at most limits_.alone
   mutable Mutex mutex_;
   Condition wake_workers_, wake_caller_;
-  std::list<Job> jobs_;  // oldest first; a list, since their addresses must not change
+  std::list<Job> jobs_;  // oldest job first; a list, since the addresses of jobs must not change
   std::vector<In> spares_;
   std::size_t in_bytes_ = 0, out_bytes_ = 0;
   bool stopping_ = false;
-  std::unique_ptr<Workers>
-      workers_;  // null until needed. The last member, since its threads use all the others
+  /// Threads; null until needed. This member must be the last, since its threads use all others.
+  std::unique_ptr<Workers> workers_;
 };
 
 }  // namespace shm

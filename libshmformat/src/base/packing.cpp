@@ -15,18 +15,19 @@
 namespace shm {
 namespace {
 
-/// Methods of packed blobs, as stored in the file.
+/// Codes of the methods of packed blobs, as stored in the file.
 constexpr std::uint8_t kRaw = 0, kFrame = 1, kPlanes = 2, kWithDictionary = 3;
-/// Largest unpacked size of a blob that is packed with the dictionary. Larger blobs would hardly
-/// profit from it.
+/// Largest unpacked size in bytes of a blob that is packed with the dictionary. Larger blobs would
+/// hardly profit from the dictionary.
 constexpr std::uint64_t kMostWithDictionary = std::uint64_t{1} << 20;
-/// The magic number at the start of every zstd frame. It is left out of frames that use the
-/// dictionary.
+/// Magic number at the start of every zstd frame. Frames that use the dictionary are stored without
+/// the magic number.
 constexpr std::array<std::byte, 4> kMagic = {std::byte{0x28}, std::byte{0xb5}, std::byte{0x2f},
                                              std::byte{0xfd}};
 
-/// If memory runs out, zstd returns null or a zstd error code. These functions turn both into
-/// std::bad_alloc, like any other failed allocation (shm/result.h).
+/// Returns a context that zstd has created. If memory runs out, zstd returns null or a zstd error
+/// code. made_by_zstd() and zstd_failed() turn both into std::bad_alloc, like any other failed
+/// allocation (shm/result.h).
 template <class Context>
 Context* made_by_zstd(Context* context) {
   if (context == nullptr) throw std::bad_alloc();
@@ -76,13 +77,13 @@ std::vector<std::byte> zstd_compress(std::span<const std::byte> bytes, int level
 
 namespace {
 
-/// Blobs of at least kPlanesFrom bytes mostly consist of numbers, so they are also tried as byte
-/// planes. Blobs above kQuickFrom bytes are packed at a lower compression level, which is several
-/// times faster.
+/// Sizes in bytes that decide how blobs are packed. Blobs of at least kPlanesFrom bytes mostly
+/// consist of numbers, so they are also tried as byte planes. Blobs above kQuickFrom bytes are
+/// packed at a lower compression level, which is several times faster.
 constexpr std::size_t kPlanesFrom = std::size_t{1} << 16, kQuickFrom = std::size_t{1} << 20;
 
-/// Returns the byte planes of the blob: bytes 0, width, 2 width, ..., then bytes 1, width + 1, and
-/// so on.
+/// Returns the blob in byte planes: bytes 0, width, 2 * width, ..., then bytes 1, width + 1, and so
+/// on.
 std::vector<std::byte> in_planes(std::span<const std::byte> blob, std::size_t width) {
   std::vector<std::byte> planes;
   planes.reserve(blob.size());
@@ -92,16 +93,16 @@ std::vector<std::byte> in_planes(std::span<const std::byte> blob, std::size_t wi
   return planes;
 }
 
-/// Returns the number of byte planes with which a sample of the blob becomes smallest; 1 means no
-/// planes.
+/// Returns the number of byte planes with which a sample of the blob becomes smallest. 1 means that
+/// planes do not help.
 std::size_t best_width(std::span<const std::byte> blob) {
   constexpr std::size_t kSample = std::size_t{1} << 18;
   constexpr int kLevel = 3;
   const std::size_t size = std::min(blob.size(), kSample);
   const auto sample = blob.subspan((blob.size() - size) / 2, size);
   std::size_t best = 1, least = zstd_compress(sample, kLevel).size();
-  for (const std::size_t width :
-       {4, 8, 12, 16, 24, 32}) {  // widths in bytes, for example of records of one to four numbers
+  // Widths in bytes, for example of records of one to four numbers.
+  for (const std::size_t width : {4, 8, 12, 16, 24, 32}) {
     const std::size_t bytes = zstd_compress(in_planes(sample, width), kLevel).size();
     if (bytes >= least) continue;
     least = bytes;
@@ -116,9 +117,9 @@ struct Packed {
   std::vector<std::byte> bytes;
 };
 
-/// Memory that is reserved in advance for the digested dictionary. This is the only allocation
-/// whose failure zstd does not check. allocate() recognizes it by its size; all earlier allocations
-/// are smaller.
+/// Memory that is reserved in advance for the digested dictionary. Allocating this memory is the
+/// only allocation whose failure zstd does not check. allocate() recognizes it by its size; all
+/// earlier allocations are smaller.
 class DictionaryMemory {
  public:
   DictionaryMemory(std::size_t dictionary, int level)
@@ -194,8 +195,8 @@ Packed packed(std::span<const std::byte> blob, Packing packing) {
   return best;
 }
 
-/// Packs with a window of 1 KiB. A block of such a frame contains at most 1 KiB and needs at least
-/// four bytes, so that the unpacked size is at most 256 times the packed size.
+/// Packs the blob with a zstd window of 1 KiB. A block of such a frame contains at most 1 KiB and
+/// needs at least four bytes. The unpacked size is thus at most 256 times the packed size.
 Packed packed_within_bound(std::span<const std::byte> blob, std::size_t width) {
   constexpr int kLevel = 12, kWindowLog = 10;
   static_assert((1 << kWindowLog) / 4 == kMostUnpackedEach);
@@ -231,12 +232,13 @@ void put_packed(ByteWriter& out, std::span<const std::byte> blob, Packing packin
 
 namespace {
 
-// If the stated size is at most kTrustedBytes + kTrustedFactor times the input, all memory is
-// allocated in advance. Otherwise the output grows piece by piece.
+// Bound below which the size that a frame states is trusted. If the stated size is at most
+// kTrustedBytes + kTrustedFactor times the input size, all memory is allocated in advance.
+// Otherwise the output grows piece by piece.
 constexpr std::uint64_t kTrustedFactor = 32, kTrustedBytes = std::uint64_t{1} << 17;
 
 /// Returns true if decoding the frame needs a window of at most kMostWindow bytes. Also returns
-/// true for bytes that are not a frame; zstd rejects them later. See RFC 8878, 3.1.1.1.
+/// true for bytes that are not a frame, since zstd rejects them later. See RFC 8878, 3.1.1.1.
 constexpr std::uint64_t kMostWindow = std::uint64_t{1} << 27;
 bool has_small_window(std::span<const std::byte> frame) {
   ByteReader in(frame);
@@ -263,7 +265,7 @@ bool is_one_frame(std::span<const std::byte> bytes) {
   return (ByteReader(bytes).get_u32() & 0xfffffff0u) != ZSTD_MAGIC_SKIPPABLE_START;
 }
 
-/// Decompresses a frame whose stated size is not trusted: memory grows with the actual output.
+/// Decompresses a frame whose stated size is not trusted. Memory grows with the actual output.
 bool decompress_in_steps(ZSTD_DCtx* context, std::span<const std::byte> bytes, std::uint64_t size,
                          std::vector<std::byte>& out) {
   ZSTD_inBuffer in{bytes.data(), bytes.size(), 0};
@@ -278,7 +280,8 @@ bool decompress_in_steps(ZSTD_DCtx* context, std::span<const std::byte> bytes, s
     out.resize(before + piece.pos);
     if (zstd_failed(state)) return false;
     if (state == 0) break;
-    if (piece.pos == 0 && in.pos == in.size) return false;  // the frame ends too early
+    if (piece.pos == 0 && in.pos == in.size)
+      return false;  // the input ends before the end of the frame
   }
   return in.pos == in.size && out.size() == size;
 }
@@ -335,7 +338,8 @@ std::vector<std::byte> with_magic(std::span<const std::byte> bytes) {
   std::copy(bytes.begin(), bytes.end(), std::copy(kMagic.begin(), kMagic.end(), frame.begin()));
   return frame;
 }
-/// Returns the content size that a frame without its magic number states, if it states one.
+/// Returns the content size stated in a frame without magic number, or nullopt if the frame states
+/// none.
 std::optional<std::uint64_t> stated_by_frame(std::span<const std::byte> bytes) {
   constexpr std::size_t kMostHeader = 14;
   const auto head = with_magic(bytes.first(std::min(bytes.size(), kMostHeader)));
@@ -344,8 +348,8 @@ std::optional<std::uint64_t> stated_by_frame(std::span<const std::byte> bytes) {
   return size;
 }
 
-/// Unpacks a frame that was packed with the dictionary. The frame must state its size, at most
-/// `limit`.
+/// Unpacks a frame that was packed with the dictionary. The frame must state its size, which must
+/// be at most `limit` bytes.
 std::optional<std::vector<std::byte>> unpack_with_dictionary(std::span<const std::byte> bytes,
                                                              std::uint64_t limit) {
   const std::vector<std::byte> frame = with_magic(bytes);

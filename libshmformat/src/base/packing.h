@@ -1,6 +1,6 @@
-// Packed blobs: blobs stored raw or compressed with zstd, whichever is smaller. Large blobs are
-// also tried as byte planes, small blobs with a dictionary. The unpacking functions do not call
-// packing functions, so that a program that only reads does not link a compressor.
+// Packed blobs: blobs that are stored raw or compressed with zstd, whichever is smaller. Large
+// blobs are also tried as byte planes, small blobs with a dictionary. The unpacking functions do
+// not call packing functions, so that a program that only reads does not link a compressor.
 // spec: "Packed blobs"
 #pragma once
 
@@ -17,14 +17,16 @@ namespace shm {
 
 /// Methods that put_packed() may use.
 enum class Packing {
-  none,             ///< blobs are stored raw
-  plain,            ///< the methods that readers of format version 0.9 can unpack
-  with_dictionary,  ///< all methods, including the dictionary
-  bounded,  ///< the methods of `plain`, but the unpacked size is at most 256 times the packed size
+  none,   ///< blobs are stored raw
+  plain,  ///< blobs are packed with the methods that readers of format version 0.9 can unpack
+  with_dictionary,  ///< blobs are packed with any method, including the dictionary
+  bounded,  ///< blobs are packed as with `plain`, but the unpacked size is at most 256 times the
+            ///< packed size
 };
-/// Writes the method (one byte: 0 raw, 1 zstd, 2 zstd of planes, 3 zstd with the dictionary), the
-/// unpacked length (not for method 3), the number of planes (only for method 2) and the bytes. The
-/// packed blob never unpacks to more than most_unpacked() of its size.
+/// Writes a packed blob. It consists of the method (one byte: 0 raw, 1 zstd, 2 zstd of planes, 3
+/// zstd with the dictionary), the unpacked length (not for method 3), the number of planes (only
+/// for method 2) and the bytes. A packed blob of n bytes never unpacks to more than
+/// most_unpacked(n) bytes.
 void put_packed(ByteWriter& out, std::span<const std::byte> blob, Packing packing = Packing::plain);
 
 /// Largest ratio of unpacked to packed size of a blob, in files of version 0.10. Frozen: part of
@@ -35,15 +37,15 @@ inline constexpr std::uint64_t most_unpacked(std::uint64_t packed) {
   return kAnyway + kMostUnpackedEach * packed;
 }
 
-/// The memory that a reader may still use for the unpacked blobs of a file, which contain
-/// everything except the mesh and its values.
+/// Memory that a reader may still use for the unpacked blobs of a file. Blobs contain everything
+/// except the mesh and its values.
 class UnpackBudget {
  public:
-  /// `most`: ReadLimits::max_unpacked_bytes.
+  /// Sets the memory limit in bytes, `most`, which is ReadLimits::max_unpacked_bytes.
   explicit UnpackBudget(std::uint64_t most) : most_(most) {}
 
-  /// Returns the remaining budget. `file_bytes`: the size of the file, or the number of bytes read
-  /// so far if the size is unknown.
+  /// Returns the remaining budget in bytes. `file_bytes` is the size of the file, or the number of
+  /// bytes read so far if the size is unknown.
   std::uint64_t left(std::uint64_t file_bytes) const {
     const std::uint64_t all = limit_with(most_, kMostUnpackedEach, file_bytes);
     return all - std::min(taken_, all);
@@ -54,8 +56,8 @@ class UnpackBudget {
   std::uint64_t most_, taken_ = 0;
 };
 
-/// A zstd context that is reused, since creating one takes as long as packing a few kilobytes.
-/// Throws std::bad_alloc if zstd runs out of memory.
+/// Zstd context for compression that is reused, since creating a context takes as long as packing a
+/// few kilobytes. Throws std::bad_alloc if zstd runs out of memory.
 class ZstdCompressor {
  public:
   ZstdCompressor();
@@ -63,25 +65,25 @@ class ZstdCompressor {
   ZstdCompressor(ZstdCompressor&&) noexcept;
   ZstdCompressor& operator=(ZstdCompressor&&) noexcept;
 
-  /// Returns one frame, which is valid until the next call.
+  /// Compresses `bytes` and returns one frame, which is valid until the next call.
   std::span<const std::byte> compress(std::span<const std::byte> bytes, int level);
 
  private:
   struct Context;
-  std::unique_ptr<Context> context_;  // created by the first call
+  std::unique_ptr<Context> context_;  // zstd context; created by the first call
 };
 
 std::vector<std::byte> zstd_compress(std::span<const std::byte> bytes, int level);
 
-/// Unpacks all remaining bytes of `in`. Returns nullopt if they are damaged or unpack to more than
-/// `limit` bytes. Memory grows with the bytes that are really unpacked, not with the length stated
-/// in the header.
+/// Unpacks all remaining bytes of `in`. Returns nullopt if the bytes are damaged or unpack to more
+/// than `limit` bytes. Memory grows with the bytes that are really unpacked, not with the length
+/// stated in the header.
 std::optional<std::vector<std::byte>> get_packed(ByteReader& in, std::uint64_t limit);
 
 /// Returns the unpacked length that a blob states, without advancing the caller's reader.
 std::uint64_t stated_packed_size(ByteReader in);
 
-/// A zstd context that is reused. Throws std::bad_alloc if zstd runs out of memory.
+/// Zstd context for decompression that is reused. Throws std::bad_alloc if zstd runs out of memory.
 class ZstdDecompressor {
  public:
   ZstdDecompressor();
@@ -89,16 +91,17 @@ class ZstdDecompressor {
   ZstdDecompressor(ZstdDecompressor&&) noexcept;
   ZstdDecompressor& operator=(ZstdDecompressor&&) noexcept;
 
-  /// Decompresses a single frame into `out`. Returns false unless it yields exactly `size` bytes.
+  /// Decompresses a single frame into `out`. Returns false unless the output has exactly `size`
+  /// bytes.
   bool decompress(std::span<const std::byte> bytes, std::uint64_t size,
                   std::vector<std::byte>& out);
 
  private:
   struct Context;
-  std::unique_ptr<Context> context_;  // created by the first call
+  std::unique_ptr<Context> context_;  // zstd context; created by the first call
 };
 
-/// Decompresses one frame. Returns exactly `size` bytes, or nullopt.
+/// Decompresses one frame. Returns nullopt unless the output has exactly `size` bytes.
 std::optional<std::vector<std::byte>> zstd_decompress(std::span<const std::byte> bytes,
                                                       std::uint64_t size);
 

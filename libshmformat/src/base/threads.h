@@ -1,6 +1,7 @@
-// Threads, the synchronization that they need, and exceptions passed between them. Only this file
-// differs between builds with and without threads. In a build without threads (SHM_THREADS=OFF), no
-// thread can be started, callers do all work themselves, and no function waits.
+// Threads, the synchronization that they need, and exceptions that are passed between threads. Only
+// this file differs between builds with and without threads. In a build without threads
+// (SHM_THREADS=OFF), no thread can be started, callers do all work themselves, and no function
+// waits.
 #pragma once
 
 #include <mutex>
@@ -18,7 +19,7 @@ using Thread = std::thread;
 using Mutex = std::mutex;
 using Lock = std::unique_lock<Mutex>;
 using Condition = std::condition_variable;
-/// An exception that was caught in one thread, to be thrown again in another.
+/// Exception that was caught in one thread, to be thrown again in another thread.
 using Thrown = std::exception_ptr;
 inline Thrown caught() { return std::current_exception(); }
 [[noreturn]] inline void throw_again(const Thrown& thrown) { std::rethrow_exception(thrown); }

@@ -1,4 +1,4 @@
-// Workers: a group of threads. The library starts threads only here.
+// Workers: a group of threads. No other file of the library starts threads.
 #pragma once
 
 #include <functional>
@@ -14,8 +14,8 @@ unsigned thread_count(unsigned wanted);
 
 class Workers {
  public:
-  /// Starts up to `count` threads, each of which calls `work` once. Starts fewer if the system
-  /// refuses to start more, and none in a build without threads.
+  /// Starts up to `count` threads. Each thread calls `work` once. Starts fewer threads if the
+  /// system refuses to start more, and none in a build without threads.
   Workers(unsigned count, const std::function<void()>& work);
   /// Waits until all threads have ended. Must hold: each call of `work` returns soon without
   /// further action by the caller.

@@ -12,7 +12,7 @@
 namespace shm {
 namespace {
 
-// Bound that keeps the size of each list representable.
+// Upper bound of memory limits, which keeps the size of each list representable.
 constexpr std::uint64_t kMostBytes = std::numeric_limits<std::size_t>::max() / 4;
 
 Error needs_more_than(std::uint64_t limit) {
@@ -39,7 +39,8 @@ BoundarySearch::BoundarySearch(const Schema& schema, const BoundaryOptions& opti
 
 // --- blocks
 
-/// Checks the sizes of the lists, since the caller may have made the block without a Reader.
+/// Checks the sizes of the lists of a block, since the caller may have created the block without a
+/// Reader.
 Result<void> BoundarySearch::check(const MeshBlock& block) const {
   const std::size_t vertices = block.vertex_count(), cells = block.cell_count();
   bool ok = block.first_vertex == next_vertex_ && block.first_cell == next_cell_ &&
@@ -64,7 +65,7 @@ Result<void> BoundarySearch::check(const MeshBlock& block) const {
            block.arrays[column.array].size() == elements * column.bytes;
     }
   return ok ? Result<void>()
-            : misuse("the block is not the next one, or is incomplete", "boundary");
+            : misuse("the block is not the next block, or is incomplete", "boundary");
 }
 
 Result<void> BoundarySearch::check_memory() {
@@ -76,7 +77,7 @@ Result<void> BoundarySearch::check_memory() {
       (free_vertices_.capacity() + free_cells_.capacity()) * sizeof(std::uint32_t);
   if (bytes + found_.memory() > max_bytes_ || found_.memory_of_sort() > max_bytes_)
     return needs_more_than(max_bytes_);
-  // The indices of these lists have 32 bits.
+  // The limits below are necessary because the indices of these lists have 32 bits.
   if (vertices_.size() > kMost || sides_.size() > kMost || found_.vertices() > kMost ||
       found_.faces() > kMost)
     return needs_more_than(max_bytes_);
@@ -86,8 +87,8 @@ Result<void> BoundarySearch::check_memory() {
 Result<void> BoundarySearch::add(const MeshBlock& block) {
   if (auto status = check(block); !status) return status;
   for (CellColumn& column : cell_columns_) column.taken = 0;
-  // Vertices after the last cell of the block are not used by any cell, neither in this block nor
-  // later.
+  // Vertices after the last cell of the block are not used by any cell of this block or of later
+  // blocks.
   std::size_t vertex = 0;
   for (std::size_t c = 0; c < block.cell_count(); ++c) {
     const auto end = static_cast<std::size_t>(block.vertices_before_cell[c]);
@@ -112,7 +113,7 @@ Result<void> BoundarySearch::add_vertex(const MeshBlock& block, std::size_t v) {
     free_vertices_.pop_back();
   }
   if (!slots_.insert(block.vertex_numbers[v], slot))
-    return corrupt("vertex " + std::to_string(block.vertex_numbers[v]) + " is there twice",
+    return corrupt("vertex " + std::to_string(block.vertex_numbers[v]) + " occurs twice",
                    "boundary");
   vertices_[slot] = {block.vertex_numbers[v], block.first_vertex + v, 1, kNone, false};
   std::byte* const record = records_.data() + slot * layout.bytes;
@@ -163,8 +164,8 @@ Result<void> BoundarySearch::find_slots(std::span<const std::uint64_t> corners,
   return {};
 }
 
-/// Fills the record of the current cell. It contains a value of each static array, and for each
-/// stepped array the index of the element that belongs to the cell.
+/// Fills the record of the current cell. The record contains a value of each static array. For each
+/// stepped array it contains the index of the element that belongs to the cell.
 void BoundarySearch::read_cell_record(const MeshBlock& block, std::size_t c) {
   const auto& columns = found_.cell_layout().columns;
   for (std::size_t i = 0; i < columns.size(); ++i) {
@@ -250,7 +251,8 @@ bool BoundarySearch::is_mirrored_wedge() const {
   return volume < 0;
 }
 
-// The next two functions are faster versions of least_cycle() for three or four distinct vertices.
+// add_quad() and add_triangle() contain faster versions of least_cycle() for four or three distinct
+// vertices.
 
 void BoundarySearch::add_quad(std::uint32_t number, const std::array<std::uint8_t, 4>& corners) {
   const std::size_t low = ordinals_[corners[1]] < ordinals_[corners[0]] ? 1 : 0;
@@ -392,8 +394,8 @@ void BoundarySearch::add_collected(const Cycle& cycle) {
 
 // --- sides and vertices that are complete
 
-/// Called when no later cell uses the vertex. The sides that are stored at the vertex are then
-/// complete.
+/// Finalizes a vertex. Called when no later cell uses the vertex. The sides that are stored at the
+/// vertex are then complete.
 void BoundarySearch::finalize(std::uint32_t slot) {
   if (vertices_[slot].is_finalized) return;  // the vertex occurs twice in the cell
   vertices_[slot].is_finalized = true;

@@ -1,7 +1,8 @@
 // BoundarySearch: receives blocks of vertices and cells, and finds the sides that belong to only
-// one cell. It stores each vertex until it is finalized and no stored side uses it. It stores each
-// side until the oldest vertex of the side, under which SideTable stores it, is finalized. The
-// memory is therefore proportional to the size of the active surface and of the boundary.
+// one cell. It stores each vertex until the vertex is finalized and no stored side uses it. It
+// stores each side until the oldest vertex of the side is finalized; SideTable stores the side
+// under this vertex. The memory is therefore proportional to the size of the active surface and of
+// the boundary.
 #pragma once
 
 #include <array>
@@ -22,16 +23,16 @@ namespace shm {
 
 class BoundarySearch {
  public:
-  /// `schema` is borrowed. Must hold: it has all requested arrays.
+  /// Creates a search. `schema` is borrowed. Must hold: the schema has all requested arrays.
   BoundarySearch(const Schema& schema, const BoundaryOptions& options);
 
-  /// Adds the next block. After an error, do not call any other function.
+  /// Adds the next block. After an error, no other function may be called.
   Result<void> add(const MeshBlock& block);
-  /// Call it after the last block. Adds the sides that are still open to the boundary, then sorts
-  /// the surface.
+  /// Ends the mesh. Must be called after the last block. Adds the sides that are still open to the
+  /// boundary, then sorts the surface.
   Result<void> end_mesh();
-  /// Return the number of sides that are stored for comparison with later cells, and of stored
-  /// vertices.
+  /// Return the number of sides that are stored for comparison with later cells, and the number of
+  /// stored vertices.
   std::size_t open_sides() const { return sides_.size(); }
   std::size_t kept_vertices() const { return vertices_.size() - free_vertices_.size(); }
   /// Returns the number of cells whose sides are unknown.
@@ -42,10 +43,11 @@ class BoundarySearch {
  private:
   struct Vertex {
     std::uint64_t number = 0;
-    std::uint64_t ordinal = 0;  // number of vertices introduced before it
-    std::uint64_t holds =
-        1;  // occurrences in cycles of stored sides, plus 1 until the vertex is finalized
-    std::uint32_t place = kNone;  // index of the vertex in found_; kNone if it is not there yet
+    std::uint64_t ordinal = 0;  // number of vertices that were introduced before this vertex
+    // Number of occurrences in cycles of stored sides, plus 1 until the vertex is finalized.
+    std::uint64_t holds = 1;
+    // Index of the vertex in found_; kNone if found_ does not contain it yet.
+    std::uint32_t place = kNone;
     bool is_finalized = false;
   };
   /// A cell with stored sides.
@@ -56,9 +58,9 @@ class BoundarySearch {
   };
   /// State of a requested cell array.
   struct CellColumn {
-    std::vector<bool> covers;   // by block: true if the array covers the block
+    std::vector<bool> covers;   // true for each block that the array covers
     std::size_t taken = 0;      // number of elements of the current block that have been read
-    std::uint64_t element = 0;  // index, in the whole mesh, of the next element
+    std::uint64_t element = 0;  // index, in the whole mesh, of the next element of the array
     std::vector<std::byte> nothing;
   };
   /// A side of the current cell.
@@ -100,11 +102,11 @@ class BoundarySearch {
   const Schema* schema_;
   std::uint64_t max_bytes_;
   SurfaceBuilder found_;
-  std::vector<CellForm>
-      forms_;  // form of the cells of each block, if they have a fixed number of nodes
+  // Form of the cells of each block whose cells have a fixed number of nodes.
+  std::vector<CellForm> forms_;
   std::vector<CellColumn> cell_columns_;  // state of each column of the cell layout
   std::uint64_t next_vertex_ = 0, next_cell_ = 0, left_out_ = 0;
-  std::size_t unchecked_ = 0;  // number of nodes since the last check of the memory
+  std::size_t unchecked_ = 0;  // number of nodes read since the last check of the memory
 
   NumberMap slots_;  // slots of live vertices, by vertex number
   std::vector<Vertex> vertices_;
@@ -115,15 +117,15 @@ class BoundarySearch {
   std::vector<std::byte> cell_records_;
   std::vector<std::uint32_t> free_cells_;
 
-  // The current cell.
+  // Data of the current cell.
   Cell cell_;
   std::vector<std::byte> record_;
-  std::uint32_t kept_as_ =
-      kNone;  // index of the cell in cells_; kNone until one of its sides is stored
-  std::vector<std::uint32_t> nodes_;         // vertex slots of its nodes
+  // Index of the cell in cells_; kNone until one of its sides is stored.
+  std::uint32_t kept_as_ = kNone;
+  std::vector<std::uint32_t> nodes_;         // vertex slots of the cell's nodes
   std::array<std::uint64_t, 8> ordinals_{};  // ordinals of the corners of a solid
-  bool is_mirrored_ = false;                 // true: its sides are ordered as seen from inside
-  std::vector<Cycle> cycles_;                // its sides; only the first collected_ are valid
+  bool is_mirrored_ = false;   // true: the sides of the cell are ordered as seen from inside
+  std::vector<Cycle> cycles_;  // sides of the cell; only the first collected_ entries are valid
   std::size_t collected_ = 0;
 };
 

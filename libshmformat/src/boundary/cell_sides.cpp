@@ -3,7 +3,7 @@
 namespace shm {
 namespace {
 
-// Sides in the order that side sets use (shm/sets.h).
+// Sides of each shape, in the order that side sets use (shm/sets.h).
 constexpr std::array<ShapeFace, 6> kHexahedronSides = {{{4, {0, 1, 5, 4}},
                                                         {4, {1, 2, 6, 5}},
                                                         {4, {2, 3, 7, 6}},

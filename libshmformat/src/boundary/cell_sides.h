@@ -1,5 +1,5 @@
-// The role of cells in a boundary. A cell is either itself a face, or a solid with sides. Sides are
-// numbered as in side sets.
+// Cell forms: describe the role of a cell in a boundary. A cell is either itself a face, or a solid
+// with sides. Sides are numbered as in side sets.
 #pragma once
 
 #include <array>
@@ -20,13 +20,14 @@ struct CellForm {
                  ///< its end
   };
   Kind kind = unknown;
-  std::uint32_t corners =
-      0;  ///< number of nodes that are corners; set for the kinds `itself` and `solid`
+  /// Number of nodes that are corners; set for the kinds `itself` and `solid`.
+  std::uint32_t corners = 0;
   std::span<const ShapeFace> sides;  ///< corners of each side, counter-clockwise seen from outside;
                                      ///< set for the kind `solid`
-  /// True for wedges. In some files, the corners of their first triangle are in counter-clockwise
-  /// order seen from inside, as in `sides`. In others they are in counter-clockwise order seen from
-  /// outside, as VTK's manual states. The coordinates show which order a cell has.
+  /// True for wedges, which occur with two orders of corners. In some files, the corners of the
+  /// first triangle are in counter-clockwise order seen from inside, as in `sides`. In other files
+  /// they are in counter-clockwise order seen from outside, as VTK's manual states. The coordinates
+  /// of a cell show which order it has.
   bool has_two_orders = false;
 };
 

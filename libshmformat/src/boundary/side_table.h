@@ -1,9 +1,9 @@
 // SideTable: stores sides of volume cells that another cell may share. A side is a cycle of vertex
-// slots, in either direction. The table stores it under the first vertex of the cycle, where it
-// "hangs". least_cycle() chooses the same first vertex for every cell that has the side. The side
-// stays in the table until take() is called for that vertex, so that a third cell with the side
-// finds it, too. If many sides hang at one vertex, a hash table finds them, so that no file can
-// make searches long.
+// slots, in either direction. The table stores each side under the first vertex of its cycle, where
+// the side "hangs". least_cycle() chooses the same first vertex for every cell that has the side.
+// The side stays in the table until take() is called for that vertex, so that a third cell with the
+// same side finds the side, too. If many sides hang at one vertex, a hash table finds them, so that
+// no file can make searches long.
 #pragma once
 
 #include <array>
@@ -21,11 +21,11 @@ namespace shm {
 class SideTable {
  public:
   struct Side {
-    std::uint32_t next = kNone;  ///< the next side at the same vertex
+    std::uint32_t next = kNone;  ///< next side at the same vertex
     std::uint32_t cell = kNone;  ///< record of the first cell that has the side
 
-    /// The vertices after the first vertex: two for a triangle, three for a quadrilateral. If the
-    /// cycle is longer or repeats a vertex: kNone and the index in long_.
+    /// Vertices after the first vertex: two for a triangle, three for a quadrilateral. If the cycle
+    /// is longer or repeats a vertex, this array contains kNone and the index in long_.
     std::array<std::uint32_t, 3> rest{kNone, kNone, kNone};
     std::uint16_t number = 0;  ///< number of the side within its cell
     bool is_reversed = false;  ///< true: the cycle goes clockwise, seen from outside
@@ -33,7 +33,7 @@ class SideTable {
   };
   using Rest = std::array<std::uint32_t, 3>;
 
-  /// Returns the side whose cycle is `first` and then `rest` (with kNone at the end for a
+  /// Returns the side whose cycle is `first` followed by `rest` (with kNone at the end for a
   /// triangle), or null if there is no such side. The pointer is valid until the next call of
   /// add().
   Side* find(std::uint32_t first, const Rest& rest) {
@@ -42,10 +42,10 @@ class SideTable {
       if (are_same(sides_[i].rest, rest)) return &sides_[i];
     return hung_[first].more == kNone ? nullptr : find_hashed(first, rest, {});
   }
-  /// Returns the side with a cycle of any length, or null.
+  /// Returns the side with this cycle, which may have any length, or null if there is no such side.
   Side* find_long(std::span<const std::uint32_t> cycle);
 
-  /// Adds a side. Must hold: find() returned null for it.
+  /// Adds a side. Must hold: find() returned null for this side.
   Side& add(std::uint32_t first, const Rest& rest) {
     const std::uint32_t side = new_side();
     sides_[side].rest = rest;
@@ -53,8 +53,8 @@ class SideTable {
   }
   Side& add_long(std::span<const std::uint32_t> cycle);
 
-  /// Calls visit(side, cycle) for all sides that hang at a vertex, and removes them. The cycle is
-  /// valid during the call. The call must not use the table.
+  /// Calls visit(side, cycle) for all sides that hang at a vertex, and removes these sides. The
+  /// cycle is valid during the call. `visit` must not use the table.
   template <class Visit>
   void take(std::uint32_t first, Visit&& visit) {
     if (first >= hung_.size()) return;
@@ -72,14 +72,14 @@ class SideTable {
   }
 
   std::size_t size() const { return sides_.size() - free_.size(); }
-  /// One more than the largest slot at which a side may hang.
+  /// Returns one more than the largest slot at which a side may hang.
   std::uint32_t slots() const { return static_cast<std::uint32_t>(hung_.size()); }
   /// Returns the memory of the table in bytes.
   std::uint64_t memory() const;
 
  private:
-  /// Largest number of sides at a vertex that are in a list and are searched one by one. Further
-  /// sides are hashed.
+  /// Largest number of sides at a vertex that are stored in a list and searched one by one. Further
+  /// sides at the vertex are hashed.
   static constexpr std::uint32_t kMostListed = 32;
   struct Hung {
     std::uint32_t first = kNone, more = kNone;
@@ -91,7 +91,7 @@ class SideTable {
     std::uint32_t first = kNone;
   };
 
-  /// Compares two cycles. Faster than ==, which calls memcmp().
+  /// Compares two cycles. This is faster than ==, which calls memcmp().
   static bool are_same(const Rest& a, const Rest& b) {
     return a[1] == b[1] && a[0] == b[0] && a[2] == b[2];
   }
@@ -109,24 +109,24 @@ class SideTable {
   void add_hash(std::uint32_t side);
   void forget_hash(std::uint32_t first, std::uint32_t side);
 
-  std::vector<Hung> hung_;  // the sides at each vertex slot
+  std::vector<Hung> hung_;  // sides at each vertex slot
   std::vector<Side> sides_;
   std::vector<std::uint32_t> free_;
   std::vector<std::vector<std::uint32_t>> long_;
   std::vector<std::uint32_t> free_long_;
   std::uint64_t long_bytes_ = 0;
-  std::vector<std::uint32_t>
-      heads_;  // first sides of the chains of hashed sides; the size is a power of two
+  // First side of each chain of hashed sides; the number of chains is a power of two.
+  std::vector<std::uint32_t> heads_;
   std::vector<Link> links_;  // links of each hashed side, by index of the side
   std::size_t hashed_ = 0;
   Scatter scatter_;
-  std::array<std::uint32_t, 4> short_{};  // the cycle that take() passes to visit()
+  std::array<std::uint32_t, 4> short_{};  // cycle that take() passes to visit()
 };
 
 /// Brings a cycle into a form that does not depend on its start and direction. Among the rotations
-/// of the cycle and of its reverse, chooses the one with the lexicographically least keys. Returns
-/// true if the cycle was reversed. `keys[i]` belongs to `cycle[i]`; two keys are equal if and only
-/// if the vertices are equal. Both lists are reordered.
+/// of the cycle and of its reverse, chooses the rotation with the lexicographically least keys.
+/// Returns true if the cycle was reversed. `keys[i]` belongs to `cycle[i]`; two keys are equal if
+/// and only if the vertices are equal. Both lists are reordered.
 bool least_cycle(std::vector<std::uint32_t>& cycle, std::vector<std::uint64_t>& keys);
 
 }  // namespace shm

@@ -64,7 +64,7 @@ SurfaceBuilder::SurfaceBuilder(const Schema& schema, std::vector<BoundaryArray> 
   vertex_layout_.bytes = xyz_bytes_;
   for (std::size_t r = 0; r < arrays_.size(); ++r) {
     if (of_points(r) && info(r).per_step)
-      continue;  // values of these arrays are stored in the order of ordinals
+      continue;  // values of these arrays are stored in the order in which vertices were introduced
     RecordLayout& layout = of_points(r) ? vertex_layout_ : cell_layout_;
     const bool is_mark = info(r).per_step;
     const std::size_t bytes = is_mark ? sizeof(std::uint64_t) : stride(r);

@@ -1,5 +1,5 @@
-// SurfaceBuilder: collects the boundary surface. Vertices and faces are added in any order, with
-// their values. At the end, they are sorted into coding order.
+// SurfaceBuilder: collects the boundary surface. The caller adds vertices and faces in any order,
+// with their values. At the end, they are sorted into coding order.
 #pragma once
 
 #include <cstddef>
@@ -13,15 +13,16 @@
 
 namespace shm {
 
-/// Layout of a record, which contains the values of one vertex or one cell.
+/// Layout of a record. A record contains the values of one vertex or one cell.
 struct RecordLayout {
   struct Column {
     std::size_t request = 0;  ///< index among the requested arrays
     std::uint32_t array = 0;
-    std::size_t offset = 0, bytes = 0;  ///< position and size of the column within the record
+    /// Position and size in bytes of the column within the record.
+    std::size_t offset = 0, bytes = 0;
 
-    /// True for a stepped cell array: the record contains mark_of() the cell (64 bits) instead of a
-    /// value, because values are read later.
+    /// True for a stepped cell array. The record then contains mark_of() the cell (64 bits) instead
+    /// of a value, because values are read later.
     bool is_mark = false;
   };
   std::vector<Column> columns;
@@ -33,19 +34,19 @@ std::vector<std::byte> no_value(const ArrayInfo& info);
 
 class SurfaceBuilder {
  public:
-  /// Returns a 64-bit mark of a cell for a stepped array. It contains the index of the cell's
-  /// element, or, if the array does not cover the cell, the index of the next element. Marks of
-  /// cells ascend in coding order.
+  /// Returns a 64-bit mark of a cell for a stepped array. The mark contains the index of the cell's
+  /// element. If the array does not cover the cell, the mark contains the index of the next
+  /// element. Marks of cells ascend in coding order.
   static constexpr std::uint64_t mark_of(std::uint64_t element, bool is_covered) {
     return element * 2 + (is_covered ? 1 : 0);
   }
 
-  /// `schema` is borrowed. Must hold: it has all requested arrays.
+  /// Creates a builder. `schema` is borrowed. Must hold: the schema has all requested arrays.
   SurfaceBuilder(const Schema& schema, std::vector<BoundaryArray> arrays);
 
-  /// Layout of vertex records: coordinates, then static point arrays.
+  /// Returns the layout of vertex records: coordinates, then static point arrays.
   const RecordLayout& vertex_layout() const { return vertex_layout_; }
-  /// Layout of cell records: cell arrays.
+  /// Returns the layout of cell records, which contain the cell arrays.
   const RecordLayout& cell_layout() const { return cell_layout_; }
 
   /// Adds a vertex and returns its index. `record` has the layout vertex_layout(). Must hold: there
@@ -55,9 +56,9 @@ class SurfaceBuilder {
     std::uint64_t position = 0;  ///< position of the cell in coding order
     std::uint64_t number = 0;
     std::uint32_t block = 0;
-    const std::byte* record = nullptr;  ///< its layout is cell_layout()
+    const std::byte* record = nullptr;  ///< record of the cell, with the layout cell_layout()
   };
-  /// Adds a corner of the next face. `place` is the index of the vertex.
+  /// Adds a corner of the next face. `place` is the index of the corner's vertex.
   void add_corner(std::uint32_t place) { push_tightly(surface_.corners, place); }
   /// Adds a face whose corners have been added before. `side` is the number of the side, or 0 if
   /// the cell itself is the face.
@@ -65,13 +66,13 @@ class SurfaceBuilder {
 
   std::size_t vertices() const { return surface_.vertex_numbers.size(); }
   std::size_t faces() const { return surface_.cell_numbers.size(); }
-  /// Returns the memory in bytes.
+  /// Returns the memory in use, in bytes.
   std::uint64_t memory() const;
-  /// Returns the largest memory in bytes that sort() and later calls need.
+  /// Returns the maximum memory in bytes that sort() and later calls need.
   std::uint64_t memory_of_sort() const;
 
-  /// Sorts vertices into coding order, and faces by cell and side. Then adds, to each stepped
-  /// array, an element without a value for each vertex or face.
+  /// Sorts vertices into coding order, and faces by cell and side. Then adds an element without a
+  /// value to each stepped array, for each vertex or face.
   void sort();
 
   // The functions below must be called after sort().
@@ -80,10 +81,10 @@ class SurfaceBuilder {
   /// coding order.
   void fill(std::uint32_t array, std::uint64_t step, std::uint64_t first,
             std::span<const std::byte> values);
-  /// Like the function above, for the vertices or cells with these numbers.
+  /// Stores values of a stepped array at a step, for the vertices or cells with these numbers.
   void fill(std::uint32_t array, std::uint64_t step, std::span<const std::uint64_t> numbers,
             std::span<const std::byte> values);
-  /// Returns the index in arrays() of a stepped array that has elements but no values yet, or
+  /// Returns the index in arrays() of a stepped array that has elements but no values yet. Returns
   /// arrays().size() if there is no such array.
   std::size_t unfilled() const;
   const std::vector<BoundaryArray>& arrays() const { return arrays_; }
@@ -103,7 +104,7 @@ class SurfaceBuilder {
     return info(request).per_step && arrays_[request].array == array &&
            arrays_[request].step == step;
   }
-  /// Indices of vertices or faces, sorted by number. The first call creates the list.
+  /// Returns the indices of vertices or faces, sorted by number. The first call creates the list.
   const std::vector<std::uint32_t>& by_number(bool of_points);
 
   const Schema* schema_;
@@ -111,12 +112,13 @@ class SurfaceBuilder {
   RecordLayout vertex_layout_, cell_layout_;
   std::size_t xyz_bytes_;
 
-  BoundarySurface surface_;               // until sort(), face_begin lacks its first element, 0
+  // Boundary surface; until sort(), face_begin lacks its first element, 0.
+  BoundarySurface surface_;
   std::vector<std::uint64_t> ordinals_;   // ordinal of each vertex
   std::vector<std::uint64_t> positions_;  // position in coding order of the cell of each face
-  std::vector<std::vector<std::uint64_t>>
-      marks_;                 // by request: marks of the faces' cells, for stepped cell arrays
-  std::vector<bool> filled_;  // by request: true if values have been stored
+  // Marks of the faces' cells, for each request for a stepped cell array.
+  std::vector<std::vector<std::uint64_t>> marks_;
+  std::vector<bool> filled_;  // true for each request whose values have been stored
   std::vector<std::uint32_t> vertices_by_number_, faces_by_number_;
 };
 

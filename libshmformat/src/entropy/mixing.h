@@ -1,18 +1,20 @@
-// Mixing: computes the probability of a decision from several predictions, each of which is good in
-// different situations.
+// Mixing: computes the probability of a decision from several predictions. Each prediction is good
+// in different situations.
 //
 //   MixedBit     a decision in one context: an AdaptiveBit, and the last values of the decision
-//   about()      describes the next decisions: a question, and clues, for which the contexts of the
-//                question are too coarse. The coder also keeps the path of the decisions since the
-//                call, so that each bit of a number or a tree has its own predictions.
-//   predictions  the AdaptiveBit; one by question and history; one by each clue and the path,
-//                looked up by hash
-//   mix          stretch(p) = ln(p / (1 - p)) of each prediction; their weighted sum is converted
+//   about()      describes the next decisions by a question and by clues, which add details for
+//   which
+//                the contexts are too coarse. The coder also stores the path of the decisions since
+//                this call, so that each bit of a number or a tree has separate predictions.
+//   predictions  AdaptiveBits: one by question and history, and one for each clue and the path,
+//   which
+//                is looked up by hash
+//   mix          the weighted sum of stretch(p) = ln(p / (1 - p)) over all predictions p, converted
 //                back to a probability. Each question has separate weights. Every decision changes
-//                them so that better predictions get larger weights.
+//                the weights so that better predictions get larger weights.
 //
-// Uses only integers, and nothing depends on addresses or layout: the results are the same on all
-// machines.
+// The coder uses only integers, and nothing depends on addresses or memory layout. The results are
+// therefore the same on all machines.
 // spec: "Mixing"
 #pragma once
 
@@ -29,25 +31,27 @@ namespace shm {
 /// A decision in one context, as coded by a MixingCoder.
 struct MixedBit {
   AdaptiveBit adaptive;
-  std::uint8_t history = 1;  // a leading 1 bit, then the last decisions, the newest lowest
+  // A leading 1 bit, then the last decisions, the newest in the lowest bit.
+  std::uint8_t history = 1;
 };
 
 namespace mixing {
 
 inline constexpr std::uint32_t kHistoryBits = 6;
 inline constexpr std::uint32_t kMaxClues = 5;
-inline constexpr std::uint32_t kDepths =
-    4;  // number of depths of a path that have separate weights
-inline constexpr std::uint32_t kTableBits =
-    16;  // log2 of the number of predictions that are looked up by clue
-inline constexpr std::uint32_t kClueLimit =
-    30;  // limit of the counts of predictions by clue; the low limit makes them forget fast
-inline constexpr std::int32_t kStretchLimit = 2839;  // 256 ln 65535
+// Number of different depths of a path that have separate weights.
+inline constexpr std::uint32_t kDepths = 4;
+// Log2 of the number of predictions that are stored by clue.
+inline constexpr std::uint32_t kTableBits = 16;
+// Largest count of the predictions by clue. The limit is low, so that these predictions forget
+// fast.
+inline constexpr std::uint32_t kClueLimit = 30;
+inline constexpr std::int32_t kStretchLimit = 2839;  // largest value of stretch(): 256 ln 65535
 inline constexpr std::int32_t kBias = 256;           // constant input of the weighted sum
-inline constexpr std::int32_t kOne = 1 << 16;        // a weight of 1
+inline constexpr std::int32_t kOne = 1 << 16;        // fixed-point number for a weight of 1
 inline constexpr std::int32_t kMaxWeight = 16 * kOne;
 
-/// squash(x) = 65536 / (1 + e^(-x / 256)) for x = 0..kStretchLimit.
+/// Table of squash(x) = 65536 / (1 + e^(-x / 256)) for x = 0..kStretchLimit.
 inline constexpr auto kSquash = [] {
   std::array<std::uint16_t, kStretchLimit + 1> table{};
   std::uint64_t power = std::uint64_t{1} << 40;  // e^(-x / 256) with 40 fractional bits
@@ -55,18 +59,19 @@ inline constexpr auto kSquash = [] {
     const std::uint64_t below = (std::uint64_t{1} << 40) + power;
     const std::uint64_t p = ((std::uint64_t{1} << 56) + below / 2) / below;
     entry = static_cast<std::uint16_t>(p > 65535 ? 65535 : p);
-    power = power * 16711808 >> 24;  // e^(-1 / 256) with 24 fractional bits
+    power = power * 16711808 >> 24;  // the factor is e^(-1 / 256) with 24 fractional bits
   }
   return table;
 }();
-/// Returns a probability in units of 1/65536. Must hold: -kStretchLimit <= x <= kStretchLimit.
+/// Converts x to a probability in units of 1/65536. Must hold: -kStretchLimit <= x <=
+/// kStretchLimit.
 constexpr std::uint32_t squash(std::int32_t x) {
   return x >= 0 ? kSquash[static_cast<std::size_t>(x)]
                 : 65536u - kSquash[static_cast<std::size_t>(-x)];
 }
 
-/// Table for stretch(): the largest x with squash(x) <= 65536 - q, for each q below kNear, and for
-/// every 16th q above.
+/// Table for stretch(). It contains the largest x with squash(x) <= 65536 - q, for each q below
+/// kNear, and for every 16th q from kNear on.
 struct StretchTable {
   static constexpr std::uint32_t kNear = 2048;
   std::array<std::int16_t, kNear> near{};
@@ -91,7 +96,7 @@ constexpr std::int32_t stretch(std::uint32_t p) {
   return p < 32768 ? -x : x;
 }
 
-/// Learning rate of the weights, by number of decisions so far. It is high at first.
+/// Learning rate of the weights, by the number of decisions so far. The rate is high at first.
 inline constexpr auto kRate = [] {
   std::array<std::uint8_t, 160> rate{};
   for (std::uint32_t n = 0; n < rate.size(); ++n)
@@ -106,7 +111,7 @@ constexpr std::uint32_t hash(std::uint32_t h, std::uint32_t value) {
 
 }  // namespace mixing
 
-/// Combines several numbers into one clue.
+/// Combines several numbers into one clue, a 32-bit hash.
 template <class... Numbers>
 constexpr std::uint32_t clue(Numbers... numbers) {
   std::uint32_t h = 0;
@@ -114,8 +119,8 @@ constexpr std::uint32_t clue(Numbers... numbers) {
   return h;
 }
 
-/// Codes MixedBits. It writes to or reads from an Engine, which is a RangeEncoder or a
-/// RangeDecoder. use() may replace the engine at any time.
+/// Codes MixedBits with an Engine, which is a RangeEncoder to which the coder writes, or a
+/// RangeDecoder from which it reads. use() may replace the engine at any time.
 template <class Engine>
 class MixingCoder {
  public:
@@ -129,13 +134,13 @@ class MixingCoder {
         by_clue_(std::size_t{1} << mixing::kTableBits),
         checks_(by_clue_.size()) {}
 
-  /// Sets the engine. Call it before coding. `engine` is borrowed.
+  /// Sets the engine, which is borrowed. Must be called before coding.
   void use(Engine& engine) { engine_ = &engine; }
   /// Returns the engine, for decisions that are coded without mixing. Must hold: use() has been
   /// called.
   Engine& engine() { return *engine_; }
 
-  /// Describes the decisions that follow by a question and at most kMaxClues clues.
+  /// Describes the next decisions by a question and at most kMaxClues clues.
   template <class... Clues>
   void about(std::uint32_t question, Clues... clues) {
     static_assert(sizeof...(Clues) <= mixing::kMaxClues);
@@ -164,8 +169,8 @@ class MixingCoder {
     std::uint32_t count = 0;
   };
 
-  /// Returns the prediction with this hash from one of two slots. If neither slot contains it,
-  /// replaces the less used of the two by a new prediction.
+  /// Returns the prediction with this hash from one of two slots of the table. If neither slot
+  /// contains the prediction, replaces the less used prediction of the two by a new one.
   AdaptiveBit& find(std::uint32_t hash) {
     std::uint32_t slot = hash >> (32 - mixing::kTableBits);
     const auto check = static_cast<std::uint8_t>(hash);
@@ -179,7 +184,7 @@ class MixingCoder {
   Engine* engine_ = nullptr;
   std::uint32_t question_ = 0, path_ = 1, depth_ = 0, clue_count_ = 0;
   std::array<std::uint32_t, mixing::kMaxClues> clues_{};
-  std::vector<Weights> weights_;         // weights, by question and depth
+  std::vector<Weights> weights_;         // weights by question and depth
   std::vector<AdaptiveBit> by_history_;  // predictions by question and history
   std::vector<AdaptiveBit> by_clue_;
   std::vector<std::uint8_t> checks_;  // low bits of the hash of each entry of by_clue_

@@ -1,6 +1,6 @@
 // Models of numbers and of choices among few symbols, composed of adaptive bits. Every call has the
-// form `code_x(coder, model, value)`. With a RangeEncoder, it encodes `value`; with a RangeDecoder,
-// it ignores `value`. It returns the coded value in both cases.
+// form `code_x(coder, model, value)`. With a RangeEncoder, the call encodes `value`; with a
+// RangeDecoder, the call ignores `value`. In both cases it returns the coded value.
 // spec: "Models"
 #pragma once
 
@@ -14,7 +14,8 @@
 
 namespace shm {
 
-/// Model of a symbol of kBits bits, coded as a path through a binary tree, high bit first.
+/// Model of a symbol of kBits bits. The symbol is coded as a path through a binary tree, high bit
+/// first.
 template <int kBits, class Bit = AdaptiveBit>
 struct TreeModel {
   std::array<Bit, std::size_t{1} << kBits> nodes;  // node 0 is unused
@@ -27,26 +28,29 @@ std::uint32_t code_tree(Coder& coder, TreeModel<kBits, Bit>& model, std::uint32_
   return node - (1u << kBits);
 }
 
-/// Model of a non-negative integer: its bit length K (0..64), then the bits below the leading 1
-/// bit. Each of these bits is modelled by its position, which suits numbers that repeat exactly.
+/// Model of a non-negative integer. It codes the bit length K (0..64), then the bits below the
+/// leading 1 bit. Each of these bits is modelled by its position, which suits numbers that repeat
+/// exactly.
 ///   value   0   1   2..3   4..7   8..15  ...
 ///   K       0   1     2      3      4
 template <class Bit>
 struct NumberModelOf {
   Bit zero;
-  TreeModel<6, Bit> length;                  // model of K - 1
-  std::array<std::array<Bit, 4>, 64> first;  // the two bits after the leading 1 bit, by K
-  std::array<Bit, 64 * 63 / 2> rest;         // models of the further bits, by K and position
+  TreeModel<6, Bit> length;  // model of K - 1, where K is the bit length
+  // Models of the two bits after the leading 1 bit, by bit length K.
+  std::array<std::array<Bit, 4>, 64> first;
+  std::array<Bit, 64 * 63 / 2> rest;  // models of the further bits, by bit length K and position
 
-  /// Returns the model of the bit that has `left` bits below it, in a number of length k. Must
-  /// hold: left < k - 1.
+  /// Returns the model of a bit in a number of bit length k. `left` is the number of bits below
+  /// this bit. Must hold: left < k - 1.
   Bit& rest_bit(int k, int left) {
     return rest[static_cast<std::size_t>((k - 1) * (k - 2) / 2 + left)];
   }
 };
 using NumberModel = NumberModelOf<AdaptiveBit>;
-/// Like NumberModelOf, except that all bits after the first two are coded raw, which suits measured
-/// values. The model is small, so that many contexts are affordable.
+/// Model of a non-negative integer, like NumberModelOf. The difference is that only the first two
+/// bits after the leading 1 bit are modelled, and all further bits are coded raw, which suits
+/// measured values. The model is small, so that many contexts are affordable.
 template <class Bit>
 struct ResidualModelOf {
   Bit zero;
@@ -54,13 +58,15 @@ struct ResidualModelOf {
   std::array<std::array<Bit, 4>, 64> first;
 };
 using ResidualModel = ResidualModelOf<AdaptiveBit>;
-/// A number model for contexts that code few numbers. It needs a sixth of the memory of
-/// NumberModel, since the low bits are modelled only by their position.
+/// Model of a non-negative integer for contexts that code few numbers. It needs a sixth of the
+/// memory of NumberModel, since the low bits are modelled only by their position.
 struct CompactNumberModel {
   AdaptiveBit zero;
-  TreeModel<6> length;                               // model of K - 1, as in NumberModel
-  std::array<std::array<AdaptiveBit, 4>, 64> first;  // models of two bits, as in NumberModel
-  std::array<AdaptiveBit, 64> rest;  // models of the further bits, by the number of bits below each
+  TreeModel<6> length;  // model of the bit length minus 1, as in NumberModel
+  // Models of the two bits after the leading 1 bit, as in NumberModel.
+  std::array<std::array<AdaptiveBit, 4>, 64> first;
+  // Models of the further bits, by the number of bits below each bit.
+  std::array<AdaptiveBit, 64> rest;
   AdaptiveBit& rest_bit(int, int left) { return rest[static_cast<std::size_t>(left)]; }
 };
 
@@ -94,12 +100,13 @@ std::uint64_t code_number(Coder& coder, Model& model, std::uint64_t value) {
   return result;
 }
 
-/// Model of a bit count, 0..64, that is likely to be near a guess. Codes whether the count equals
-/// the guess, then whether it is above or below, and how far away. A good guess needs few
-/// decisions.
+/// Model of a bit count, 0..64, that is likely to be near a guess. It codes whether the count
+/// equals the guess, then whether the count is above or below the guess, and how far away. A good
+/// guess needs few decisions.
 struct NearModel {
   AdaptiveBit same, above;
-  std::array<AdaptiveBit, 16> higher, lower;  // true if the count is still further from the guess
+  std::array<AdaptiveBit, 16> higher,
+      lower;  // models of the decision whether the count is still further from the guess
 };
 template <class Coder>
 std::uint32_t code_near(Coder& coder, NearModel& model, std::uint32_t guess, std::uint32_t value) {
@@ -113,7 +120,8 @@ std::uint32_t code_near(Coder& coder, NearModel& model, std::uint32_t guess, std
   return above ? guess + by : guess - by;
 }
 
-/// Model of a signed integer: the magnitude, then the sign, modelled by the magnitude's bit length.
+/// Model of a signed integer. It codes the magnitude, then the sign, which is modelled by the bit
+/// length of the magnitude.
 template <class Magnitude>
 struct SignedModel {
   Magnitude magnitude;
@@ -129,8 +137,9 @@ std::int64_t code_signed(Coder& coder, SignedModel<Magnitude>& model, std::int64
   return static_cast<std::int64_t>(negative ? 0 - size : size);
 }
 
-/// Model of an index among `count` candidates: one decision per candidate, where the last candidate
-/// is implied. Candidates beyond the end of the model share its last bit. Must hold: index < count.
+/// Model of an index among `count` candidates. It codes one decision per candidate, except for the
+/// last candidate, which is implied. Candidates beyond the end of the model share the last bit of
+/// the model. Must hold: index < count.
 template <std::size_t kSize, class Bit = AdaptiveBit>
 struct ChoiceModel {
   std::array<Bit, kSize> yes;
@@ -143,7 +152,7 @@ std::uint32_t code_choice(Coder& coder, ChoiceModel<kSize, Bit>& model, std::uin
   return count - 1;
 }
 
-// Models that are created on first use, so that a file needs memory only for the models that it
+// Lazy models are created on first use, so that a file needs memory only for the models that it
 // uses. They can be copied.
 
 template <class Model>
@@ -155,10 +164,10 @@ class LazyModel {
   }
 
  private:
-  std::vector<Model> held_;  // the model if it has been created, otherwise empty
+  std::vector<Model> held_;  // contains the model if it has been created; otherwise empty
 };
 
-/// Models for up to 65535 contexts, one model per context.
+/// Models for up to 65535 contexts. Each context has one model, which is created on first use.
 template <class Model>
 class LazyModels {
  public:
@@ -173,7 +182,8 @@ class LazyModels {
   }
 
  private:
-  std::vector<std::uint16_t> numbers_;  // by context: 1 + index into held_; 0: not created yet
+  // Index into held_, plus 1, of the model of each context; 0 if the model has not been created.
+  std::vector<std::uint16_t> numbers_;
   std::vector<Model> held_;
 };
 

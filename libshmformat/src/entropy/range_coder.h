@@ -1,12 +1,13 @@
 // Range coder: converts yes/no decisions to bytes, and bytes back to decisions.
 //   AdaptiveBit                   the probability of a decision, learnt from its past values
 //   RangeEncoder, RangeDecoder    code decisions with known probabilities
-//   SplitEncoder, SplitDecoder    the same, plus separate plain bits for unpredictable data, which
-//                                 are read very quickly
+//   SplitEncoder, SplitDecoder    also code decisions, and store unpredictable data as separate
+//   plain
+//                                 bits, which are read very quickly
 //
-// Encoders and decoders have the same calls, `bit(model, value)` and `raw(value, count)`; a decoder
-// ignores the value passed in. A coder that is written once as a template therefore works in both
-// directions, so that encoding and decoding cannot diverge.
+// Encoders and decoders have the same functions, `bit(model, value)` and `raw(value, count)`; a
+// decoder ignores the value passed in. Code that is written once as a template over the coder
+// therefore works in both directions, so that encoding and decoding cannot diverge.
 // spec: "Adaptive bit", "Range coder", "Split streams"
 #pragma once
 
@@ -22,10 +23,10 @@
 
 namespace shm {
 
-/// A probability of 22 bits and a count of 10 bits in one 32-bit word. The first decisions change
-/// the probability by 2/3, 2/5, ... of the difference, later decisions by about 1/kLimit of it, so
-/// that small meshes learn quickly and large meshes forget slowly. Only integers are used, so that
-/// the results are the same on all machines.
+/// Probability of a decision, with a count of decisions: 22 bits and 10 bits of one 32-bit word.
+/// The first decisions change the probability by 2/3, 2/5, ... of its error, later decisions by
+/// about 1/kLimit of its error. Small meshes therefore learn quickly, and large meshes forget
+/// slowly. Only integers are used, so that the results are the same on all machines.
 class AdaptiveBit {
  public:
   static constexpr std::uint32_t kLimit = 160;  // largest count. Frozen: part of the format
@@ -33,9 +34,9 @@ class AdaptiveBit {
   /// Returns the probability of a 1 in units of 1/65536, from 1 to 65535.
   std::uint32_t probability_of_one() const {
     const std::uint32_t p = state_ >> 16;
-    return p == 0 ? 1 : p;  // at most 65535, since state_ has 32 bits
+    return p == 0 ? 1 : p;  // p is at most 65535, since state_ has 32 bits
   }
-  /// Returns the number of decisions seen, at most the limit.
+  /// Returns the number of decisions seen so far, at most the limit.
   std::uint32_t count() const { return state_ & 0x3ff; }
   /// Moves the probability towards the decision `one`. `limit` is at most kLimit; a smaller limit
   /// makes the model forget faster.
@@ -60,14 +61,14 @@ class AdaptiveBit {
   std::uint32_t state_ = (std::uint32_t{1} << 31);
 };
 
-// The encoder keeps an interval [low, low + range) of 32 bits and narrows it with each decision.
-// The top bytes leave when they can no longer change. `low` may overflow into a carry, so the
-// encoder holds back the last uncertain byte and the run of 0xFF bytes after it (the scheme of
-// LZMA). The decoder follows with `code = bytes - low`.
+// The encoder stores an interval [low, low + range) of 32 bits and narrows it with each decision.
+// It outputs the top bytes of `low` when they can no longer change. `low` may overflow into a
+// carry. The encoder therefore holds back the last uncertain byte and the run of 0xFF bytes after
+// this byte (the scheme of LZMA). The decoder stores `code`, the bytes read minus `low`.
 //
 // Two details are easily missed. (1) The first byte of the carry scheme is always zero and is not
 // stored. (2) The end is not marked: the encoder drops trailing zero bytes, and the decoder reads
-// any number of zeros past the end. The number of decisions is known from elsewhere.
+// any number of zeros past the end. Other data states the number of decisions.
 
 inline constexpr std::uint32_t kRangeTop = std::uint32_t{1} << 24;
 
@@ -110,13 +111,13 @@ class RangeEncoder {
     return value;
   }
 
-  /// Returns the number of bytes so far, except for a few that are not final yet.
+  /// Returns the number of bytes written so far, except for a few that are not final yet.
   std::uint64_t size() const { return bytes_.size() + pending_; }
 
-  /// Ends the stream and returns it. The encoder is then ready for the next stream.
+  /// Ends the stream and returns its bytes. The encoder is then ready for the next stream.
   std::vector<std::byte> finish() {
-    // Any number in [low, low + range) will do. Since range >= 2^24, one of them ends in 24 zero
-    // bits.
+    // Any number in [low, low + range) identifies the interval. Since range >= 2^24, one of these
+    // numbers ends in 24 zero bits.
     low_ = (low_ + kRangeTop - 1) & ~std::uint64_t{kRangeTop - 1};
     for (int i = 0; i < 5; ++i) shift_low();
     std::vector<std::byte> out = std::move(bytes_);
@@ -150,7 +151,7 @@ class RangeEncoder {
   std::vector<std::byte> bytes_;
   std::uint64_t low_ = 0;
   std::uint32_t range_ = 0xffffffffu;
-  std::uint64_t pending_ = 0;  // number of 0xFF bytes after held_
+  std::uint64_t pending_ = 0;  // number of 0xFF bytes that follow held_
   std::uint8_t held_ = 0;
   bool first_ = true;
 };
@@ -162,7 +163,7 @@ class RangeDecoder {
   using Bit = AdaptiveBit;
 
   RangeDecoder() = default;
-  /// Decodes `bytes`, which are borrowed.
+  /// Begins to decode `bytes`, which are borrowed.
   explicit RangeDecoder(std::span<const std::byte> bytes) : bytes_(bytes) {
     for (int i = 0; i < 4; ++i) code_ = code_ << 8 | next_byte();
   }
@@ -202,7 +203,8 @@ class RangeDecoder {
   std::uint32_t raw_part(int count) {
     range_ >>= count;
     std::uint32_t value = code_ / range_;
-    if (value >> count != 0) value = (1u << count) - 1;  // only in damaged streams
+    if (value >> count != 0)
+      value = (1u << count) - 1;  // such a large value occurs only in damaged streams
     code_ -= value * range_;
     while (range_ < kRangeTop) {
       range_ <<= 8;
@@ -220,9 +222,9 @@ class RangeDecoder {
   std::uint32_t code_ = 0;
 };
 
-// Format of a split stream: a varint with the length of the range coder's bytes, these bytes, then
-// the plain bits, low bits of each byte first. A reader continues both parts with zeros past their
-// end.
+// Format of a split stream: a varint with the length in bytes of the range coder's data, these
+// bytes, then the plain bits, low bits of each byte first. A reader continues both parts with zeros
+// past their end.
 
 class SplitEncoder {
  public:
@@ -243,7 +245,7 @@ class SplitEncoder {
     return value;
   }
 
-  /// Ends the stream and returns it. The encoder is then ready for the next stream.
+  /// Ends the stream and returns its bytes. The encoder is then ready for the next stream.
   std::vector<std::byte> finish() {
     if (filled_ > 0) flush(8);
     while (!plain_.empty() && plain_.back() == std::byte{0}) plain_.pop_back();
@@ -264,7 +266,8 @@ class SplitEncoder {
     filled_ += count;
     flush(0);
   }
-  /// Writes all whole bytes. If `rest` > 0, also writes the remaining bits as one more byte.
+  /// Writes all whole bytes of the plain bits. If `rest` > 0, also writes the remaining bits as one
+  /// more byte.
   void flush(int rest) {
     while (filled_ >= 8 || (rest > 0 && filled_ > 0)) {
       plain_.push_back(static_cast<std::byte>(held_));
@@ -287,8 +290,8 @@ class SplitDecoder {
   using Bit = AdaptiveBit;
 
   SplitDecoder() = default;
-  /// Decodes `bytes`, which are borrowed. If the stated length of the first part extends beyond the
-  /// end of `bytes`, the part ends there.
+  /// Begins to decode `bytes`, which are borrowed. If the stated length of the range coder's data
+  /// extends beyond the end of `bytes`, the data ends there.
   explicit SplitDecoder(std::span<const std::byte> bytes) {
     ByteReader in(bytes);
     const std::uint64_t decisions = bytes.empty() ? 0 : in.get_varint();

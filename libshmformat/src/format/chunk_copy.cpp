@@ -80,7 +80,7 @@ class ChunkCopy::Source final : public ByteSource {
   RandomSource* source_;
   std::vector<Piece> pieces_;
   std::size_t at_ = 0;
-  std::uint64_t done_ = 0;  // bytes of the current piece that have been read
+  std::uint64_t done_ = 0;  // number of bytes of the current piece that have been read
 };
 
 std::unique_ptr<ByteSource> ChunkCopy::read(RandomSource& source,

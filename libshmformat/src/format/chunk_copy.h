@@ -1,5 +1,5 @@
-// ChunkCopy: copies selected chunks of one file to the beginning of another file. They are copied
-// byte for byte, except for their sequence numbers; their offsets in the file change.
+// ChunkCopy: copies selected chunks of one file to the beginning of another file. The chunks are
+// copied byte for byte, except for their sequence numbers. Their offsets in the file change.
 // spec: "Container", "Index and trailer"
 #pragma once
 
@@ -17,7 +17,7 @@ namespace shm::container {
 
 class ChunkCopy {
  public:
-  /// Prepares a copy of the chunks for which `keep` returns true. `entries`: all chunks of
+  /// Prepares a copy of the chunks for which `keep` returns true. `entries` are all chunks of
   /// `source`, as listed by its index at `index_offset`. Reads only the headers of the chunks, not
   /// the payloads. Fails with ErrorCode::corrupt if the index does not match the chunks.
   static Result<ChunkCopy> of(RandomSource& source, std::span<const IndexEntry> entries,
@@ -25,15 +25,16 @@ class ChunkCopy {
                               const std::function<bool(const IndexEntry&)>& keep);
 
   Result<void> write(RandomSource& source, ByteSink& sink) const;
-  /// State for a ChunkWriter that appends chunks after the copied ones.
+  /// Returns the state for a ChunkWriter that appends chunks after the copied chunks.
   const ChunkWriter::State& state() const { return state_; }
-  /// Payload size of each copied chunk, in the order of state().entries.
+  /// Returns the payload size in bytes of each copied chunk, in the order of state().entries.
   const std::vector<std::uint64_t>& payload_bytes() const { return payload_bytes_; }
   /// Returns a source of the copied bytes followed by `tail`. `source` is borrowed.
   std::unique_ptr<ByteSource> read(RandomSource& source, std::vector<std::byte> tail) const;
 
  private:
-  /// A part of the new file: bytes in memory (a new header or nothing), then a range of the source.
+  /// Part of the new file: bytes in memory (a new header or nothing), followed by a range of the
+  /// source.
   struct Piece {
     std::vector<std::byte> head;
     std::uint64_t offset = 0, bytes = 0;

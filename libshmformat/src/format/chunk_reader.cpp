@@ -40,13 +40,13 @@ Result<void> ChunkReader::read_start(ByteReader in) {
   if (!get(in, start_)) return wrong("this is not a .shm file");
   if (!is_known_version(start_))
     return wrong("format version " + std::to_string(start_.major) + "." +
-                     std::to_string(start_.minor) + " is not one that this reader knows",
+                     std::to_string(start_.minor) + " is not supported by this reader",
                  ErrorCode::unsupported);
   if ((start_.needed_features & kArchiveFeature) != 0)
     return wrong("is an archive of several files, each with its own mesh", ErrorCode::unsupported);
   if ((start_.needed_features & ~kKnownFeatures) != 0)
-    return wrong("needs features " + std::to_string(start_.needed_features) +
-                     " that this reader does not know",
+    return wrong("the file needs features " + std::to_string(start_.needed_features) +
+                     ", which this reader does not support",
                  ErrorCode::unsupported);
   section_ = "chunk header";
   state_ = State::header;
@@ -62,10 +62,10 @@ Result<void> ChunkReader::read_header(ByteReader in) {
   }
   section_ = chunk_name(header_.kind);
   if (header_.sequence != next_sequence_++)
-    return wrong("a chunk is missing or out of order before this one");
+    return wrong("a chunk before this chunk is missing or out of order");
   if (header_.payload_bytes > limits_.max_chunk_bytes)
-    return wrong("a chunk of " + std::to_string(header_.payload_bytes) + " bytes, the limit is " +
-                     std::to_string(limits_.max_chunk_bytes),
+    return wrong("the chunk has " + std::to_string(header_.payload_bytes) +
+                     " bytes, but the limit is " + std::to_string(limits_.max_chunk_bytes),
                  ErrorCode::over_limit);
   if (!has_schema_ && header_.kind != static_cast<std::uint8_t>(ChunkKind::schema))
     return wrong("the first chunk is not the schema");
@@ -78,7 +78,7 @@ Result<void> ChunkReader::read_payload(std::span<const std::byte> payload) {
   if (checksum(payload) != header_.payload_checksum)
     return wrong("checksum of the chunk does not match");
   if (!is_known(header_) && (header_.flags & kChunkOptional) == 0)
-    return wrong("this reader does not know the chunk, which is not optional",
+    return wrong("this reader does not support the chunk, which is not optional",
                  ErrorCode::unsupported);
   return {};
 }
@@ -127,7 +127,7 @@ Result<std::vector<std::byte>> ChunkReader::unpack(ByteReader& in, std::uint64_t
   limit = std::min(limit, budget());
   if (size > limit)
     return wrong(
-        "unpacks to " + std::to_string(size) + " bytes, the limit is " + std::to_string(limit),
+        "unpacks to " + std::to_string(size) + " bytes, but the limit is " + std::to_string(limit),
         ErrorCode::over_limit);
   auto blob = get_packed(in, limit);
   if (!blob) return wrong("cannot be unpacked");
@@ -151,7 +151,8 @@ Result<std::optional<Schema>> ChunkReader::find_schema(std::span<const std::byte
 
 namespace {
 
-/// Restores the index entries from the lines of a ChunkList.
+/// Restores the index entries from the lines of a ChunkList, which records chunks while they are
+/// read.
 class EntryReader {
  public:
   explicit EntryReader(std::span<const std::byte> lines) : in_(lines) {}
@@ -207,7 +208,7 @@ EntryReader::Line EntryReader::next() {
   return line;
 }
 
-/// Returns the name of the first field that differs, or an empty string.
+/// Returns the name of the first field in which two index entries differ, or an empty string.
 std::string_view difference_of(const StepEntry& listed, const StepEntry& there) {
   if (listed.array != there.array) return "array";
   if (listed.step != there.step) return "step";

@@ -1,6 +1,6 @@
-// ChunkReader: checks a file from front to back: the file start, then header and payload of each
-// chunk, and the trailer. It also decodes the schema, which is the first chunk. chunk_writer.h is
-// the counterpart.
+// ChunkReader: checks a file from front to back: the file start, then the header and the payload of
+// each chunk, and the trailer. It also decodes the schema, which is the first chunk. The
+// counterpart that writes chunks is chunk_writer.h.
 // spec: "Container", "Schema"
 #pragma once
 
@@ -25,39 +25,39 @@ class ChunkReader {
       : limits_(within_sizes(limits)), budget_(limits_.max_unpacked_bytes) {}
 
   enum class State : std::uint8_t { start, header, payload, trailer, behind_end };
-  /// Returns which part of the file is read next.
+  /// Returns which part of the file has to be read next.
   State state() const { return state_; }
-  /// Returns the length in bytes of the next part. `beginning`: the first bytes of that part that
-  /// are available.
+  /// Returns the length in bytes of the next part. `beginning` contains those first bytes of the
+  /// part that are available.
   std::size_t wanted(std::span<const std::byte> beginning) const;
-  /// Checks the next part and advances to the part after it. Must hold: `bytes` are exactly
-  /// wanted(bytes) bytes.
+  /// Checks the next part of the file, and advances to the part after it. Must hold: `bytes` has
+  /// exactly wanted(bytes) bytes.
   Result<void> read(std::span<const std::byte> bytes);
-  /// Call it after the payload of the index: the next part is then the trailer.
+  /// Declares that the next part is the trailer. Call this function after the payload of the index.
   void expect_trailer();
   /// Decodes the payload of a schema chunk.
   Result<Schema> read_schema(std::span<const std::byte> payload);
   /// Reads `bytes` up to the end of the schema, and removes the bytes that it has read. Returns
-  /// nullopt if more bytes are needed. Pass the remaining bytes again in the next call, followed by
-  /// more.
+  /// nullopt if more bytes are needed. In the next call, pass the remaining bytes again, followed
+  /// by more bytes.
   Result<std::optional<Schema>> find_schema(std::span<const std::byte>& bytes);
-  /// Unpacks a blob that the caller frees soon, so that it is not counted against the budget. Fails
-  /// if the blob is larger than `limit` or than the remaining budget.
+  /// Unpacks a blob that the caller frees soon, so that the blob is not counted against the budget.
+  /// Fails if the blob is larger than `limit` or than the remaining budget.
   Result<std::vector<std::byte>> unpack(ByteReader& in, std::uint64_t limit) const;
 
-  /// Header of the last chunk, and its offset in the file.
+  /// Return the header of the last chunk read, and the offset of this chunk in the file.
   const ChunkHeader& header() const { return header_; }
   std::uint64_t chunk_offset() const { return chunk_offset_; }
-  /// Number of bytes read so far.
+  /// Returns the number of bytes read so far.
   std::uint64_t offset() const { return offset_; }
-  /// Number of chunk headers read so far.
+  /// Returns the number of chunk headers read so far.
   std::uint32_t count() const { return next_sequence_; }
-  /// Name of the current part of the file, for errors.
+  /// Returns the name of the current part of the file, for errors.
   const std::string& section() const { return section_; }
-  /// Remaining bytes of ReadLimits::max_unpacked_bytes.
+  /// Returns how many bytes of ReadLimits::max_unpacked_bytes are left.
   std::uint64_t budget() const { return budget_.left(offset_); }
   void take_from_budget(std::uint64_t bytes) { budget_.take(bytes); }
-  /// Returns an error at the position of the last chunk.
+  /// Returns an error at the position of the last chunk read.
   Error wrong(std::string detail, ErrorCode code = ErrorCode::corrupt) const;
 
  private:
@@ -78,28 +78,29 @@ class ChunkReader {
 };
 
 /// ChunkList: records the chunks that a reader has read, in order to check the index at the end of
-/// the file. It needs a few bytes per chunk, and 48 more per group for its bounding box.
-/// - Input: headers of chunks, groups and step values, in file order.
-/// - Output: the first entry of an index that differs from them, if any.
+/// the file. The reader adds headers of chunks, groups and step values, in file order. difference()
+/// then returns the first index entry that differs from them, if any. The list needs a few bytes
+/// per chunk, and 48 more per group for its bounding box.
 class ChunkList {
  public:
-  /// Adds a chunk that is neither a group nor step values. If the reader does not know its kind or
-  /// version, only kind, offset and length of its entry are compared.
+  /// Adds a chunk that contains neither a group nor step values. If the reader does not know the
+  /// kind or the version of the chunk, only kind, offset and length of its index entry are
+  /// compared.
   void add(const ChunkHeader& header);
-  /// `header_bytes`: length of the group header, checksum included.
+  /// Adds a group. `header_bytes` is the length of the group header, checksum included.
   void add_group(const ChunkHeader& header, const GroupHeader& group, std::uint64_t header_bytes);
   void add_step_values(const ChunkHeader& header, std::span<const StepPart> parts);
 
-  /// Compares `entries` with the chunks added. Returns nullopt if they are equal. Otherwise returns
-  /// the first entry that differs, and the field, e.g. "entry 3, of the group at byte 812, has
+  /// Compares `entries` with the chunks added. Returns nullopt if both are equal. Otherwise returns
+  /// a description of the first entry that differs, e.g. "entry 3, of the group at byte 812, has
   /// another box".
   std::optional<std::string> difference(std::span<const IndexEntry> entries) const;
 
  private:
   void put_chunk(const ChunkHeader& header, bool is_known);
 
-  ByteWriter lines_;  // the fields of the entries, without running sums: offset, first_cell,
-                      // first_vertex, first
+  ByteWriter lines_;  // fields of the entries; offset, first_cell, first_vertex and first are left
+                      // out, since they are running sums
   std::uint64_t count_ = 0;
 };
 

@@ -9,10 +9,12 @@
 namespace shm::container {
 namespace {
 
-constexpr std::string_view kMarks = "SHM";  // the first bytes of both sync marks
+constexpr std::string_view kMarks =
+    "SHM";  // common first bytes of both sync marks, "SHMc" and "SHMC"
 constexpr std::uint64_t kWindowBytes = std::uint64_t{1} << 20;
-/// Limit for checks of chunks that are not followed by another chunk, and may therefore be
-/// accidental matches: they may read at most this many times the size of the file.
+/// Limit for checks of chunks that are not followed by another chunk. The bytes of such a chunk may
+/// look like a header by accident. The checks may read at most this many times the size of the
+/// file.
 constexpr std::uint64_t kMostLooks = 4;
 
 class Scanner {
@@ -31,14 +33,15 @@ class Scanner {
   Result<std::optional<ChunkHeader>> header_at(std::uint64_t offset) {
     return container::header_at(*source_, offset, size_, "chunk header");
   }
-  /// Returns true if there is a trailer at `position` that points to the chunk at `index_offset`.
+  /// Returns true if the trailer at `position` is valid and points to the chunk at `index_offset`.
   Result<bool> is_trailer(std::uint64_t position, std::uint64_t index_offset);
   /// Returns true if another chunk, or the trailer of this chunk, begins at the end of the chunk.
   Result<bool> is_followed(const FoundChunk& chunk);
   Result<bool> is_whole(const FoundChunk& chunk);
-  /// Adds the chunk at `position`. Returns the position at which to continue.
+  /// Adds the chunk at `position`. Returns the position at which the search continues.
   Result<std::uint64_t> take(std::uint64_t position, const ChunkHeader& header);
-  /// Returns the first position, from `position` on, of a valid header, or the end of the file.
+  /// Returns the first position, from `position` on, of a valid header. Returns the end of the file
+  /// if there is none.
   Result<std::uint64_t> next_mark(std::uint64_t position);
   Result<std::span<const std::byte>> window_at(std::uint64_t position);
 
@@ -132,7 +135,7 @@ Result<std::uint64_t> Scanner::take(std::uint64_t position, const ChunkHeader& h
     }
   }
   scan_.chunks.push_back(chunk);
-  // The length in the header cannot be trusted, so other chunks may begin within this one.
+  // The length in the header cannot be trusted, so other chunks may begin within this chunk.
   if (!chunk.whole && !followed) return next_mark(after_header);
   const std::uint64_t end = position + chunk.bytes();
   if (chunk.whole && (chunk.is(ChunkKind::index) || chunk.is(ChunkKind::members))) {
@@ -149,7 +152,7 @@ Result<std::uint64_t> Scanner::take(std::uint64_t position, const ChunkHeader& h
 }
 
 /// Returns the bytes from `position` on: at least the length of a long header, or all bytes up to
-/// the end of the file. Uses the bytes of the last read if they suffice.
+/// the end of the file. Reuses the bytes of the last read if they suffice.
 Result<std::span<const std::byte>> Scanner::window_at(std::uint64_t position) {
   const std::uint64_t least = std::min<std::uint64_t>(kLongHeaderBytes, size_ - position);
   const bool there = position >= window_begin_ && position - window_begin_ < window_.size() &&
@@ -174,7 +177,7 @@ Result<std::uint64_t> Scanner::next_mark(std::uint64_t position) {
       ChunkHeader header;
       if (get(in, header) == HeaderState::good) return position + found;
     }
-    // The next window overlaps this one, since a header may extend past the end of the window.
+    // The next window overlaps this window, since a header may extend past the end of the window.
     const bool to_the_end = position + window->size() == size_;
     position += to_the_end ? window->size() : window->size() - (kLongHeaderBytes - 1);
   }

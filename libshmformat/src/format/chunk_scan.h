@@ -1,5 +1,5 @@
-// ChunkScan: finds all undamaged chunks of a file that may be damaged anywhere. Chunks are found by
-// their sync marks and verified by their two checksums.
+// ChunkScan: finds all undamaged chunks of a file that may be damaged anywhere. The scan finds
+// chunks by their sync marks and verifies them by their two checksums.
 // spec: "Container", "Recovery"
 #pragma once
 
@@ -13,14 +13,14 @@
 
 namespace shm::container {
 
-/// A chunk with an undamaged header.
+/// Chunk with an undamaged header.
 struct FoundChunk {
   std::uint64_t offset = 0;
   ChunkHeader header;
-  bool whole = false;  ///< the payload matches its checksum
+  bool whole = false;  ///< true: the payload matches its checksum
 
   /// Number of bytes from the start of this chunk to the next chunk found, or to the end of the
-  /// file. Less than bytes() if the file has lost bytes of this chunk.
+  /// file. Smaller than bytes() if bytes of this chunk are missing in the file.
   std::uint64_t room = 0;
 
   std::uint64_t bytes() const { return header.chunk_bytes(); }
@@ -28,15 +28,17 @@ struct FoundChunk {
 };
 
 struct ChunkScan {
-  std::optional<FileStart> start;  ///< nullopt if the signature is missing
-  std::vector<FoundChunk> chunks;  ///< in file order
+  std::optional<FileStart> start;  ///< file start; nullopt if the signature is missing
+  std::vector<FoundChunk> chunks;  ///< chunks found, in file order
 
-  /// End of the trailer after the index if the index is undamaged; otherwise the end of the source.
+  /// End of the trailer that follows the index, if the index is undamaged; otherwise the end of the
+  /// source.
   std::uint64_t end = 0;
-  bool trailer = false;  ///< the 16 bytes before `end` are a trailer that points to the last chunk
+  /// True: the 16 bytes before `end` are a trailer that points to the last chunk.
+  bool trailer = false;
 
-  /// Offset of the index according to a trailer at the very end of the source. It has not been
-  /// checked.
+  /// Offset of the index according to a trailer at the very end of the source. The scan has not
+  /// checked this offset.
   std::optional<std::uint64_t> index_offset;
 };
 

@@ -15,34 +15,36 @@ namespace shm::container {
 
 class ChunkWriter {
  public:
-  /// `sink` is borrowed.
+  /// Creates a writer for `sink`, which is borrowed.
   explicit ChunkWriter(ByteSink& sink) : sink_(&sink) {}
 
   Result<void> start(const FileStart& start);
-  /// Writes one chunk. `entry` is the entry for the index; write() sets its kind, offset and bytes.
+  /// Writes one chunk. `entry` is the chunk's entry for the index; write() sets its kind, offset
+  /// and bytes.
   Result<void> write(ChunkKind kind, std::span<const std::byte> payload, IndexEntry entry = {},
                      std::uint8_t version = 0);
   /// Sets the entries of `index`, writes the index and the trailer, then commits the sink.
   Result<void> finish(Index index);
 
   std::uint64_t offset() const { return offset_; }
-  /// Number of chunks written so far.
+  /// Returns the number of chunks written so far.
   std::uint32_t count() const { return sequence_; }
   /// Adds the entries of chunks that another writer has appended to the sink, directly after the
-  /// chunks written here. `bytes` is their total size; the offsets in `entries` are relative to the
-  /// first of them. Fails with ErrorCode::corrupt if the chunks are not contiguous.
+  /// chunks written here. `bytes` is the total size of these chunks. The offsets in `entries` are
+  /// relative to the first of them. Fails with ErrorCode::corrupt if the chunks are not contiguous.
   Result<void> adopt(std::span<const IndexEntry> entries, std::uint64_t bytes);
   /// Returns the index entries of all chunks since the start or the last call. Then resets the
   /// offset and the sequence number to 0.
   std::vector<IndexEntry> take_entries();
 
-  /// The state of a file that is partly written.
+  /// State of a file of which some chunks have been written.
   struct State {
     std::uint64_t offset = 0;
     std::uint32_t sequence = 0;
     std::vector<IndexEntry> entries;
   };
-  /// Continues after chunks that the sink already contains. `start` states the version of the file.
+  /// Continues a file after chunks that the sink already contains. `start` states the version of
+  /// the file.
   void go_on(State state, const FileStart& start) {
     start_ = start;
     offset_ = state.offset;

@@ -101,7 +101,7 @@ HeaderState get(ByteReader& in, ChunkHeader& header) {
     header.kind = head.get_u8();
     header.version = head.get_u8();
     header.flags = head.get_u8();
-    head.get_u8();  // reserved byte, always zero; the checksum covers it
+    head.get_u8();  // skips the reserved byte, which is always zero; the checksum covers this byte
     header.sequence = head.get_u32();
     header.segment = head.get_u32();
     header.payload_bytes = head.get_u64();
@@ -140,8 +140,8 @@ void put_short(ByteWriter& out, double number) {
 }
 double get_short(ByteReader& in) {
   const std::uint8_t count = in.get_u8();
-  const auto bytes = in.get_bytes(
-      count <= 8 ? count : ~std::uint64_t{0});  // if `count` is above 8, this call fails
+  // If `count` is above 8, this call fails.
+  const auto bytes = in.get_bytes(count <= 8 ? count : ~std::uint64_t{0});
   std::uint64_t bits = 0;
   for (std::size_t i = 0; i < bytes.size(); ++i)
     bits |= std::to_integer<std::uint64_t>(bytes[i]) << (56 - 8 * i);
@@ -240,8 +240,9 @@ bool get_only(ByteReader& in, StepHeader& header) {
   return in.ok() && trend <= 1;
 }
 
-/// Returns the reference of the values as stored: 0 if there is no reference step; otherwise twice
-/// the distance to the reference step, minus 1 unless the reference is the trend.
+/// Returns the reference of the values as the number that is stored in the file. It is 0 if there
+/// is no reference step. Otherwise it is twice the distance to the reference step, minus 1 unless
+/// the reference is the trend.
 std::uint64_t reference_number(const StepHeader& header) {
   const std::uint64_t back = header.step - header.reference_step;
   return 2 * back - (back > 0 && !header.trend ? 1 : 0);
@@ -436,12 +437,13 @@ bool get_lines(ByteReader& in, Index& index, std::uint64_t max_entries) {
 
 // --- version 1
 
-/// Largest unpacked size of an index that is packed. A larger index is stored raw.
+/// Largest unpacked size in bytes of an index that is packed. A larger index is stored raw.
 std::uint64_t most_packed_bytes(std::uint64_t entries) {
   return (std::uint64_t{1} << 20) + 1024 * std::min<std::uint64_t>(entries, std::uint64_t{1} << 40);
 }
 
-/// Calls visit(group, previous group or null) for each group.
+/// Calls visit(group, previous group) for each group in `entries`. The previous group of the first
+/// group is null.
 template <class Entries, class Visit>
 void for_each_group(Entries& entries, Visit&& visit) {
   decltype(entries.data()) before = nullptr;
@@ -451,7 +453,8 @@ void for_each_group(Entries& entries, Visit&& visit) {
       before = &entry;
     }
 }
-/// Calls visit(part, previous part or null) for each part of all step values.
+/// Calls visit(part, previous part) for each part of all step values. The previous part of the
+/// first part is null.
 template <class Entries, class Visit>
 void for_each_part(Entries& entries, Visit&& visit) {
   decltype(entries.data()->parts.data()) before = nullptr;
@@ -462,8 +465,9 @@ void for_each_part(Entries& entries, Visit&& visit) {
     }
 }
 
-/// Fields of index entries, each of which forms a column. kCounts are stored as they are; kNumbers
-/// mostly differ little from the previous entry and are stored as differences.
+/// Fields of index entries; each field forms a column. The values of kCounts are stored as they
+/// are. The values of kNumbers mostly differ little from the previous entry and are stored as
+/// differences.
 constexpr std::uint64_t IndexEntry::*kCounts[] = {&IndexEntry::cells, &IndexEntry::vertices,
                                                   &IndexEntry::header_bytes};
 constexpr std::uint32_t StepEntry::*kNumbers[] = {&StepEntry::array, &StepEntry::group};
@@ -526,7 +530,7 @@ bool get_columns(ByteReader& in, std::vector<IndexEntry>& entries, std::uint64_t
     entry.first_vertex = before == nullptr ? 0 : before->first_vertex + before->vertices;
     for (double& side : entry.box) side = get_short(in);
   });
-  std::uint64_t sum = 0;  // the remaining bytes limit the number of parts
+  std::uint64_t sum = 0;  // sum of the numbers of parts; the remaining bytes limit it
   constexpr std::uint64_t kLeastPartBytes = 6;
   for (IndexEntry& entry : entries) {
     if (!entry.is(ChunkKind::step_values)) continue;

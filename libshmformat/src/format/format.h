@@ -1,7 +1,7 @@
-// The byte layout of a file: signature, chunk header, group header, step values, index, trailer.
-// Each is a plain struct with a function put() and a function get(), whose bodies match line by
-// line. The fields are in the order of the bytes. The container describes chunks and bitstreams,
-// and is independent of cell shapes.
+// Byte layout of a file: signature, chunk header, group header, step values, index, trailer. Each
+// of these is a plain struct with a function put() and a function get(), whose bodies match line by
+// line. The fields are in the order of the bytes. This layer describes chunks and bitstreams, and
+// is independent of cell shapes.
 // spec: "Container"
 #pragma once
 
@@ -19,31 +19,32 @@
 
 namespace shm {
 
-enum class Codec : std::uint8_t;  // the ids are in codecs/shared/codec_id.h
+enum class Codec : std::uint8_t;  // the codec ids are in codecs/shared/codec_id.h
 
 }  // namespace shm
 
 namespace shm::container {
 
-/// Signature of a file, like that of PNG: a byte with the high bit set, the name, CR LF, the
+/// Signature of a file, similar to that of PNG: a byte with the high bit set, the name, CR LF, the
 /// end-of-file character of DOS, LF.
 inline constexpr std::array<std::uint8_t, 8> kSignature = {0x89, 'S',  'H',  'M',
                                                            '\r', '\n', 0x1a, '\n'};
 inline constexpr std::uint16_t kMajor = 0, kMinor = 10;
-/// Feature bits that a reader of a single mesh knows. None are defined so far.
+/// Feature bits that a reader of a single mesh supports. No such bits are defined so far.
 inline constexpr std::uint32_t kKnownFeatures = 0;
-/// Feature bit of an archive: a sequence of complete files and a list of them, instead of a mesh.
+/// Feature bit of an archive. An archive contains a sequence of complete files and a list of these
+/// files, instead of a mesh.
 inline constexpr std::uint32_t kArchiveFeature = 1u << 2;
 
-/// The first 16 bytes of a file. The 8 bytes after the signature are repeated in the schema chunk,
+/// First 16 bytes of a file. The 8 bytes after the signature are repeated in the schema chunk,
 /// where a checksum covers them.
 struct FileStart {
   std::uint16_t major = kMajor, minor = kMinor;
   std::uint32_t needed_features = 0;
   bool operator==(const FileStart&) const = default;
 };
-/// Returns true if this reader supports the version: 0.1 and 0.9, whose bytes are identical, and
-/// 0.10. No other version exists.
+/// Returns true if this reader supports the version. Supported versions are 0.1 and 0.9, whose
+/// bytes are identical, and 0.10. No other version exists.
 inline bool is_known_version(const FileStart& start) {
   return start.major == kMajor && (start.minor == 1 || start.minor == 9 || start.minor == kMinor);
 }
@@ -54,7 +55,7 @@ inline bool has_earlier_values(const FileStart& start) { return start.minor >= 1
 inline bool has_bounded_blobs(const FileStart& start) { return start.minor >= 10; }
 inline constexpr std::size_t kFileStartBytes = 16;
 void put(ByteWriter& out, const FileStart& start);
-/// Writes or reads the 8 bytes after the signature.
+/// Write and read the 8 bytes after the signature.
 void put_version(ByteWriter& out, const FileStart& start);
 void get_version(ByteReader& in, FileStart& start);
 /// Reads the file start. Returns false if the signature is wrong.
@@ -67,42 +68,43 @@ enum class ChunkKind : std::uint8_t {
   step_times = 4,
   extra = 5,
   index = 6,
-  members = 9,  ///< occurs only in archives, which have no other chunks
+  members = 9,  ///< list of the members of an archive; archives have no other chunks
 };
 std::string chunk_name(std::uint8_t kind);
 
-// Sync marks, which begin a chunk header and state whether the header is short or long.
+// Sync marks: the first bytes of a chunk header, which state whether the header is short or long.
 inline constexpr std::uint32_t kShortMark = 0x634d4853;  // "SHMc"
 inline constexpr std::uint32_t kLongMark = 0x434d4853;   // "SHMC"
 inline constexpr std::size_t kShortHeaderBytes = 22, kLongHeaderBytes = 32;
-inline constexpr std::uint8_t kChunkOptional =
-    1;  ///< flag: a reader that does not know the chunk may skip it
+/// Flag of a chunk that a reader may skip if it does not know the chunk.
+inline constexpr std::uint8_t kChunkOptional = 1;
 
 struct ChunkHeader {
   std::uint8_t kind = 0;
   std::uint8_t version = 0;
   std::uint8_t flags = 0;
-  bool is_long = false;        ///< true: the file stores the long form of the header
-  std::uint32_t sequence = 0;  ///< number of the chunk in the file, from 0
-  std::uint32_t segment = 0;   ///< number of the segment of a group, from 0; 0 for all other kinds
+  bool is_long = false;        ///< true: the file stores the header in its long form
+  std::uint32_t sequence = 0;  ///< number of the chunk in the file, counted from 0
+  std::uint32_t segment = 0;  ///< number of the segment to which a group belongs, counted from 0; 0
+                              ///< for all other kinds of chunks
   std::uint64_t payload_bytes = 0;
   std::uint32_t payload_checksum = 0;
 
   std::size_t bytes() const { return is_long ? kLongHeaderBytes : kShortHeaderBytes; }
-  /// Returns the length of header and payload together.
+  /// Returns the total length in bytes of header and payload.
   std::uint64_t chunk_bytes() const { return bytes() + payload_bytes; }
 };
 /// Returns true if a file of this version stores the header in its long form. Files before version
-/// 0.10 always do; later files only if a field other than the sequence number does not fit into the
-/// short form.
+/// 0.10 always do so. Later files do so only if a field other than the sequence number does not fit
+/// into the short form.
 bool has_long_header(const ChunkHeader& header, const FileStart& start);
 void put(ByteWriter& out, const ChunkHeader& header);
 enum class HeaderState { good, bad_mark, bad_checksum };
 /// Reads a header from `in`. If the header is bad, `in` advances by an unspecified number of bytes.
-/// Must hold: kShortHeaderBytes are left. A long header that is cut off counts as bad_checksum.
+/// Must hold: kShortHeaderBytes are left. A long header that is cut off results in bad_checksum.
 HeaderState get(ByteReader& in, ChunkHeader& header);
-/// Returns the length of a header that begins with these bytes, or kShortHeaderBytes if no header
-/// begins with them.
+/// Returns the length in bytes of a header that starts with `beginning`, or kShortHeaderBytes if no
+/// header starts with these bytes.
 std::size_t header_bytes(std::span<const std::byte> beginning);
 /// Returns the version of chunks of this kind in a file with this start.
 inline std::uint8_t version_of_chunk(ChunkKind kind, const FileStart& start) {
@@ -110,10 +112,10 @@ inline std::uint8_t version_of_chunk(ChunkKind kind, const FileStart& start) {
                              kind == ChunkKind::extra || kind == ChunkKind::index;
   return start.minor >= 10 && has_version_1 ? 1 : 0;
 }
-/// Returns true if this reader can read such a chunk in a file that contains a mesh.
+/// Returns true if this reader can decode a chunk with this header in a file that contains a mesh.
 bool is_known(const ChunkHeader& header);
 
-/// The contents of a bitstream of a group.
+/// Kind of data that a bitstream of a group contains.
 enum class StreamKind : std::uint8_t {
   connectivity = 1,
   corner_order = 2,
@@ -121,7 +123,7 @@ enum class StreamKind : std::uint8_t {
   vertex_numbers = 4,
   geometry = 5,
   array = 6,    ///< values of the array with number StreamEntry::array
-  imports = 7,  ///< which vertices of the group are owned by an earlier segment
+  imports = 7,  ///< flags that state which vertices of the group are owned by an earlier segment
 };
 std::string stream_name(StreamKind kind);
 
@@ -129,28 +131,30 @@ using shm::Codec;
 
 struct StreamEntry {
   StreamKind kind = StreamKind::connectivity;
-  std::uint32_t array = 0;  ///< number of the array; only for StreamKind::array
+  std::uint32_t array = 0;  ///< number of the array; only used for StreamKind::array
   Codec codec{};
-  std::uint32_t needs = 0;  ///< version 0: bit k is set if decoding needs the stream of kind k
+  /// Streams needed for decoding: bit k is set for the stream of kind k. Stored in version 0 only.
+  std::uint32_t needs = 0;
   std::uint64_t bytes = 0;
   std::uint32_t checksum = 0;
 };
 
-/// The first part of the payload of a group chunk. The bitstreams come after it, in order. The
-/// group header has a separate checksum, so that a reader can read a single stream.
+/// First part of the payload of a group chunk. The bitstreams come after it, in order. The group
+/// header has a separate checksum, so that a reader can read a single stream.
 struct GroupHeader {
   std::uint8_t version = version_of_chunk(ChunkKind::group, {});
   std::uint64_t first_cell = 0, first_vertex = 0;
-  std::uint32_t cells = 0;     ///< number of cells, 0..2^20
-  std::uint64_t vertices = 0;  ///< vertices introduced in this group and owned by its segment
-  std::uint64_t imported_vertices =
-      0;  ///< vertices introduced in this group but owned by an earlier segment
-  std::uint64_t unused_vertices =
-      0;  ///< how many of `vertices` are not used by any cell; these vertices are the last
+  std::uint32_t cells = 0;  ///< number of cells, 0..2^20
+  /// Number of vertices introduced in this group and owned by its segment.
+  std::uint64_t vertices = 0;
+  /// Number of vertices introduced in this group but owned by an earlier segment.
+  std::uint64_t imported_vertices = 0;
+  /// Number of vertices, out of `vertices`, that no cell uses; these vertices are the last.
+  std::uint64_t unused_vertices = 0;
   std::uint64_t max_active_vertices = 0;
   std::uint64_t decoded_bytes = 0;  ///< decoded size in bytes of values and corners
-  std::array<double, 6>
-      box{};  ///< min x y z, max x y z of the finite coordinates; +inf -inf if there are none
+  /// Min x y z and max x y z of the finite coordinates; +inf and -inf if no coordinate is finite.
+  std::array<double, 6> box{};
   std::vector<StreamEntry> streams;
 };
 inline constexpr std::uint32_t kMaxGroupCells = 1u << 20;
@@ -164,22 +168,23 @@ inline std::optional<Codec> connectivity_of(const GroupHeader& header) {
 void put(ByteWriter& out, const GroupHeader& header);
 bool get(ByteReader& in, GroupHeader& header, std::uint8_t version);
 
-/// The chunk of a group, with its offset and the number of the group in the file.
+/// Chunk of a group, with the offset of the chunk and the number of the group in the file.
 struct GroupChunk {
   std::vector<std::byte> payload;
   std::uint8_t version = 0;
   std::uint64_t offset = 0, number = 0;
 };
 
-/// Describes the values of one array at one step in one group.
+/// Description of the values of one array at one step in one group.
 struct StepHeader {
   std::uint32_t array = 0;
   std::uint64_t step = 0;
-  std::uint64_t reference_step =
-      0;  ///< step that the values refer to; equal to `step` if they refer to no other step
-  bool trend = false;  ///< the reference is the trend of reference_step and the step before it
-  std::uint32_t group =
-      0;  ///< number of the group whose elements these are, counted over the file from 0
+  /// Step that the values refer to; equal to `step` if they refer to no other step.
+  std::uint64_t reference_step = 0;
+  /// True: the reference is the trend of reference_step and the step before it.
+  bool trend = false;
+  /// Number of the group whose elements have these values, counted over the file from 0.
+  std::uint32_t group = 0;
   std::uint64_t count = 0;  ///< number of elements, at least 1
   Codec codec{};
 };
@@ -189,26 +194,28 @@ inline StepReference refers_to(const StepHeader& header) {
          : header.trend                       ? StepReference::trend
                                               : StepReference::before;
 }
-/// One part of a step_values payload: its header and the size in bytes of its coded values.
+/// One part of a step_values payload: the header of the part, and the size in bytes of its coded
+/// values.
 struct StepPart {
   StepHeader header;
   std::uint64_t bytes = 0;
 };
-/// Limits for parts that share a chunk. A chunk has at most kMostStepParts parts. Writers also
-/// limit the coded values of parts that share a chunk to kPartBytesTogether bytes.
+/// Limits for parts that share a chunk. A chunk has at most kMostStepParts parts. If several parts
+/// share a chunk, Writers also limit the total size of their coded values to kPartBytesTogether
+/// bytes.
 inline constexpr std::size_t kMostStepParts = 64, kPartBytesTogether = 4096;
-/// Writes the headers of all parts; their coded values follow in the same payload. Version 0 has
-/// one part, which extends to the end of the payload.
+/// Writes the headers of all parts. The coded values of the parts come after the headers in the
+/// same payload. Version 0 has one part, which extends to the end of the payload.
 void put(ByteWriter& out, std::span<const StepPart> parts, std::uint8_t version);
-/// Reads the headers of all parts. `payload_bytes`: size of the whole payload. `in` must contain at
-/// least the headers.
+/// Reads the headers of all parts. `payload_bytes` is the size of the whole payload. `in` must
+/// contain at least the headers.
 bool get(ByteReader& in, std::vector<StepPart>& parts, std::uint8_t version,
          std::uint64_t payload_bytes);
 /// Returns an upper bound for the total size in bytes of the headers of `parts` parts.
 constexpr std::uint64_t most_step_head_bytes(std::uint64_t parts) { return 16 + 64 * parts; }
 inline constexpr std::uint64_t kMostStepHeadBytes = most_step_head_bytes(kMostStepParts);
 
-/// The entry of the index for one part of a step_values chunk.
+/// Entry of the index for one part of a step_values chunk.
 struct StepEntry {
   std::uint32_t array = 0;
   std::uint64_t step = 0, first = 0, count = 0;
@@ -216,21 +223,24 @@ struct StepEntry {
   StepReference reference = StepReference::nothing;
   Codec codec{};
 };
-/// Returns the entry of a part, with all fields except `first`.
+/// Returns the index entry of a part, with all fields except `first`.
 StepEntry entry_of(const StepHeader& header);
 
-/// One entry of the index.
+/// Entry of the index for one chunk.
 struct IndexEntry {
   bool is(ChunkKind of) const { return kind == static_cast<std::uint8_t>(of); }
 
   std::uint8_t kind = 0;
-  std::uint64_t offset = 0, bytes = 0;  ///< position and size of the whole chunk, header included
-  std::uint32_t segment = 0;            ///< segment of a group; 0 for other chunks
-  std::uint64_t first_cell = 0, cells = 0, first_vertex = 0, vertices = 0;  ///< set only for groups
-  std::array<double, 6> box{};  ///< bounding box of a group; set only for groups
-  std::uint64_t header_bytes =
-      0;  ///< groups only: length of the group header, after which the streams begin
-  std::vector<StepEntry> parts;  ///< parts of step values; set only for step_values chunks
+  /// Position and size in bytes of the whole chunk, header included.
+  std::uint64_t offset = 0, bytes = 0;
+  /// Number of the segment to which a group belongs; 0 for other chunks.
+  std::uint32_t segment = 0;
+  /// Cells and vertices of a group; 0 for other chunks.
+  std::uint64_t first_cell = 0, cells = 0, first_vertex = 0, vertices = 0;
+  std::array<double, 6> box{};  ///< bounding box of a group; unused for other chunks
+  /// Length in bytes of the group header, after which the streams begin; 0 for other chunks.
+  std::uint64_t header_bytes = 0;
+  std::vector<StepEntry> parts;  ///< parts of a step_values chunk; empty for other chunks
 };
 struct NamedBytes {
   std::string name;
@@ -248,8 +258,9 @@ struct Index {
   std::uint64_t vertices = 0, cells = 0, hexahedra = 0, max_active_vertices = 0, steps = 0;
   std::uint64_t segments = 0, imported_vertices = 0;
   std::vector<std::uint64_t> block_cells;
-  std::vector<NamedBytes> streams;  ///< in version 0: total coded bytes of each kind of stream
-  std::vector<ArrayRange> ranges;   ///< in version 0: ranges of the static arrays
+  /// Total coded size in bytes of each kind of stream; stored in version 0 only.
+  std::vector<NamedBytes> streams;
+  std::vector<ArrayRange> ranges;  ///< value ranges of the static arrays; stored in version 0 only
   std::vector<IndexEntry> entries;
 };
 void put(ByteWriter& out, std::span<const NamedBytes> streams);
@@ -259,20 +270,20 @@ void put(ByteWriter& out, const Index& index);
 /// chunks; an index with more entries is damaged.
 bool get(ByteReader& in, Index& index, std::uint8_t version, std::uint64_t max_entries);
 
-/// One entry of the member list of an archive.
+/// Entry of the member list of an archive.
 struct Member {
   std::string name;
   std::uint64_t bytes = 0;
 };
 struct MemberList {
-  FileStart start;  ///< a copy of the file start, covered by a checksum
+  FileStart start;  ///< copy of the file start, covered by a checksum
   std::vector<Member> members;
 };
 void put(ByteWriter& out, const MemberList& list);
 bool get(ByteReader& in, MemberList& list);
 
-/// Length of the trailer, the last 16 bytes of a file. It comes after an index or members chunk,
-/// and contains the offset of that chunk, a checksum, and "SHME".
+/// Length in bytes of the trailer, the last part of a file. The trailer comes after an index or
+/// members chunk. It contains the offset of that chunk, a checksum, and "SHME".
 inline constexpr std::size_t kTrailerBytes = 16;
 inline constexpr std::uint32_t kTrailerMark = 0x454d4853;  // "SHME"
 void put_trailer(ByteWriter& out, std::uint64_t index_offset);

@@ -44,10 +44,10 @@ Result<IndexEntry> last_chunk(RandomSource& source, ChunkKind kind) {
   last.kind = static_cast<std::uint8_t>(kind);
   if (!get_trailer(in, last.offset))
     return truncated("the file does not end with an end record", "end record", end);
-  if (last.offset > end) return corrupt("points beyond the file", "end record", end);
+  if (last.offset > end) return corrupt("the trailer points beyond the file", "end record", end);
   last.bytes = end - last.offset;
-  // If parity follows the first trailer, the trailer found here is a copy of the first, and only
-  // the chunk's header states the correct length. The chunk itself is checked when it is read.
+  // If parity follows the first trailer, the trailer found here is a copy of the first trailer, and
+  // only the chunk's header states the correct length. The chunk itself is checked when it is read.
   const auto header = header_at(source, last.offset, end, chunk_name(last.kind));
   if (!header) return header.error();
   if (!*header || (*header)->payload_bytes >= last.bytes || (*header)->chunk_bytes() >= last.bytes)
@@ -66,7 +66,7 @@ Result<ChunkHeader> checked_header(std::span<const std::byte> chunk, const Index
       header.version > version_of_chunk(static_cast<ChunkKind>(header.kind), {}) ||
       header.segment != entry.segment || header.payload_bytes > entry.bytes ||
       header.chunk_bytes() != entry.bytes)
-    return corrupt("the chunk that the index lists is not here", chunk_name(entry.kind),
+    return corrupt("the index lists a chunk that is not at this position", chunk_name(entry.kind),
                    entry.offset);
   return header;
 }
@@ -76,8 +76,8 @@ Result<std::vector<std::byte>> read_chunk(RandomSource& source, const IndexEntry
   const std::string section = chunk_name(entry.kind);
   if (entry.bytes < kShortHeaderBytes)
     return corrupt("the index lists a chunk that is too short", section, entry.offset);
-  const Error too_large = over_limit("a chunk of " + std::to_string(entry.bytes) +
-                                         " bytes, the limit is " + std::to_string(max_bytes),
+  const Error too_large = over_limit("the chunk has " + std::to_string(entry.bytes) +
+                                         " bytes, but the limit is " + std::to_string(max_bytes),
                                      section, entry.offset);
   if (entry.bytes > kLongHeaderBytes && entry.bytes - kLongHeaderBytes > max_bytes)
     return too_large;
@@ -107,7 +107,7 @@ Result<void> for_each_chunk(RandomSource& source, std::span<const IndexEntry> en
     if (!header) return header.error();
     if (!*header || (*header)->kind != entry.kind || (*header)->sequence != sequence++ ||
         (*header)->payload_bytes > entry.bytes || (*header)->chunk_bytes() != entry.bytes)
-      return corrupt("the chunk that the index lists is not here", section, entry.offset);
+      return corrupt("the index lists a chunk that is not at this position", section, entry.offset);
     if (auto status = visit(**header, entry); !status) return status;
     end += entry.bytes;
   }

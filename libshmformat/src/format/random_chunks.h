@@ -1,5 +1,5 @@
-// Reading chunks at any position of a file: an offset from the index or the trailer locates a
-// chunk, and its checksums verify it.
+// Functions that read chunks at any position of a file. An offset from the index or the trailer
+// locates a chunk, and the chunk's checksums verify it.
 // spec: "Container", "Index and trailer"
 #pragma once
 
@@ -16,8 +16,8 @@
 
 namespace shm::container {
 
-/// Reads `bytes` bytes at `offset`, as listed in an index or another list. `section` is used in
-/// error messages.
+/// Reads `bytes` bytes at `offset`, as listed in an index or another list. `section` is the section
+/// of the error if reading fails.
 Result<std::vector<std::byte>> read_bytes(RandomSource& source, std::uint64_t offset,
                                           std::uint64_t bytes, const std::string& section);
 
@@ -35,22 +35,22 @@ Result<IndexEntry> last_chunk(RandomSource& source, ChunkKind kind);
 /// entry.bytes and the size of `chunk` are at least kShortHeaderBytes.
 Result<ChunkHeader> checked_header(std::span<const std::byte> chunk, const IndexEntry& entry);
 
-/// Returns the payload of a whole chunk, at most `max_bytes`. Stores the version of the chunk in
-/// `version` unless it is null.
+/// Reads a whole chunk, and returns its payload of at most `max_bytes` bytes. Stores the version of
+/// the chunk in `version` unless `version` is null.
 Result<std::vector<std::byte>> read_chunk(RandomSource& source, const IndexEntry& entry,
                                           std::uint64_t max_bytes, std::uint8_t* version = nullptr);
 
-/// Calls visit(header, entry) for each chunk of `entries`. Fails with an error at `index_offset`,
-/// the position of the index, unless `entries` list all chunks between file start and index, in
-/// file order.
+/// Calls visit(header, entry) for each chunk of `entries`. Fails unless `entries` list all chunks
+/// between the file start and the index, in file order. The error is then at `index_offset`, the
+/// position of the index.
 using ChunkVisitor = std::function<Result<void>(const ChunkHeader&, const IndexEntry&)>;
 Result<void> for_each_chunk(RandomSource& source, std::span<const IndexEntry> entries,
                             std::uint64_t index_offset, const ChunkVisitor& visit);
 
 /// Returns how many bytes of `source` belong to the .shm file. If `source` ends with a trailer, all
 /// bytes belong to the file. Otherwise the file ends with the trailer after the first index, which
-/// is found by reading the chunk headers one after the other. Fails with ErrorCode::truncated if
-/// there is no such trailer.
+/// is found by reading the chunk headers in order. Fails with ErrorCode::truncated if there is no
+/// such trailer.
 Result<std::uint64_t> bytes_of_file(RandomSource& source);
 
 }  // namespace shm::container

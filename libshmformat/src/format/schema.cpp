@@ -60,8 +60,8 @@ std::string_view order_name(Order order) {
 
 namespace {
 
-/// Returns the name of the stream of an array. `same` counts the arrays with the same name and
-/// location: 1 for the first, 2 for the second, ...
+/// Returns the name of the stream of an array. `same` is the position of the array among the arrays
+/// with the same name and location, counted from 1.
 std::string stream_name(const ArrayInfo& info, std::size_t same) {
   std::string name = info.location == Location::point ? "array:point/" : "array:cell/";
   name += info.name;
@@ -88,8 +88,8 @@ std::vector<std::string> array_stream_names(const Schema& schema) {
 }
 
 Quantization Quantization::absolute(double max_abs, std::uint32_t components) {
-  constexpr double kShade =
-      0x1p-6;  // relative safety margin of the step; costs 0.02 bits per value
+  // Relative safety margin of the step. It costs 0.02 bits per value.
+  constexpr double kShade = 0x1p-6;
   Quantization quantization;
   quantization.bits = kAbsolute;
   quantization.minimum.assign(components, 0.0);
@@ -112,8 +112,8 @@ double Quantization::max_error(ScalarType type) const {
   double magnitude = 0;
   for (double v : minimum) magnitude = std::max(magnitude, std::fabs(v));
   for (double v : maximum) magnitude = std::max(magnitude, std::fabs(v));
-  // Adds the half-ulp of the stored type twice: once for the restored value, once for the
-  // arithmetic.
+  // The bound contains the half-ulp of the stored type twice: once for rounding the restored value,
+  // once for the arithmetic.
   const double ulp = type == ScalarType::float32 ? 0x1p-23 : 0x1p-51;
   return step() / 2 + magnitude * ulp;
 }
@@ -175,7 +175,7 @@ Error wrong(std::string detail, ErrorCode code = ErrorCode::misuse) {
   return Error{code, std::move(detail), "schema"};
 }
 
-constexpr double kTooLarge = 1e300;  // largest number that quantization may compute with
+constexpr double kTooLarge = 1e300;  // largest number that the computations of quantization accept
 
 Result<void> check_bound(const Quantization& q, std::size_t components, const std::string& what) {
   if (!(q.max_abs > 0 && q.max_abs < kTooLarge))
@@ -197,7 +197,7 @@ Result<void> check_quantization(const Quantization& q, ScalarType type, std::siz
   if (q.max_abs != 0 || q.spacing != 0)
     return wrong(what + ": an error bound and the bits of a box exclude each other");
   if (q.bits == 0) return {};
-  if (q.bits > 52) return wrong(what + ": quantization takes 1 to 52 bits");
+  if (q.bits > 52) return wrong(what + ": quantization must have 1 to 52 bits");
   if (q.minimum.size() != components || q.maximum.size() != components)
     return wrong(what + ": quantization needs a range for each component");
   for (std::size_t c = 0; c < components; ++c)
@@ -212,7 +212,7 @@ Result<void> check_array(const Schema& schema, const ArrayInfo& array) {
   if (!is_scalar(array.type)) return wrong(what + ": unknown scalar type");
   if (array.location > Location::cell) return wrong(what + ": unknown location");
   if (array.components < 1 || array.components > 65535)
-    return wrong(what + ": 1 to 65535 components are possible");
+    return wrong(what + ": the number of components must be 1 to 65535");
   if (array.location == Location::point && !array.blocks.empty())
     return wrong(what + ": point arrays cover every vertex");
   for (std::size_t i = 0; i < array.blocks.size(); ++i)
@@ -261,8 +261,8 @@ std::uint32_t checksum_of(const Schema& schema) {
 
 namespace {
 
-// Memory in bytes of each object without its lists and texts, rounded up. The numbers are the same
-// on all machines, so that all machines refuse the same files.
+// Memory in bytes that each object needs in addition to its lists and texts, rounded up. The
+// numbers are the same on all machines, so that all machines refuse the same files.
 constexpr std::uint64_t kSchemaBytes = 256, kBlockBytes = 64, kArrayBytes = 256, kExtraBytes = 128;
 static_assert(sizeof(Schema) <= kSchemaBytes && sizeof(BlockInfo) <= kBlockBytes &&
               sizeof(ArrayInfo) <= kArrayBytes && sizeof(Extra) <= kExtraBytes);
@@ -275,11 +275,12 @@ std::uint64_t bytes_of(const ArrayInfo& array) {
 }
 
 Error too_many_blocks(const ReadLimits& limits) {
-  return wrong("more element blocks than the limit of " + std::to_string(limits.max_blocks),
-               ErrorCode::over_limit);
+  return wrong(
+      "there are more element blocks than the limit of " + std::to_string(limits.max_blocks),
+      ErrorCode::over_limit);
 }
 Error too_many_arrays(const ReadLimits& limits) {
-  return wrong("more arrays than the limit of " + std::to_string(limits.max_arrays),
+  return wrong("there are more arrays than the limit of " + std::to_string(limits.max_arrays),
                ErrorCode::over_limit);
 }
 
@@ -359,7 +360,7 @@ Result<void> check_schema(const Schema& schema, const ReadLimits& limits) {
   if (schema.order == Order::keep && !schema.corner_order)
     return wrong("order keep requires corner_order");
   if (schema.step_references > StepReference::trend) return wrong("unknown step references");
-  if (!is_float(schema.coordinate_type)) return wrong("coordinates are float32 or float64");
+  if (!is_float(schema.coordinate_type)) return wrong("coordinates must be float32 or float64");
   if (auto status = check_quantization(schema.coordinate_quantization, schema.coordinate_type, 3,
                                        "coordinates");
       !status)
@@ -375,7 +376,7 @@ Result<void> check_schema(const Schema& schema, const ReadLimits& limits) {
     components += array.per_step ? 0 : array.components;
   }
   if (components > limits.max_static_components)
-    return wrong("more components of static arrays than the limit of " +
+    return wrong("the static arrays have more components than the limit of " +
                      std::to_string(limits.max_static_components),
                  ErrorCode::over_limit);
   return {};
@@ -420,8 +421,8 @@ ValueRange range_of(ScalarType type, const std::byte* values, std::size_t count,
 // --- extras
 namespace {
 
-// Largest distance of a difference. Distance d means: an integer is stored as the difference from
-// the value d places before it. Distance 0 means: the values are stored as they are.
+// Largest distance of a difference. Distance d means that an integer is stored as the difference
+// from the value d places before it. Distance 0 means that the values are stored as they are.
 constexpr std::uint64_t kMostDistance = 65535;
 constexpr std::size_t kMostSides = 255;
 
@@ -429,7 +430,7 @@ bool is_wide_integer(ScalarType type) {
   return type >= ScalarType::int16 && type <= ScalarType::uint64;
 }
 
-/// Writes the key, the type and the kind of reference.
+/// Writes the key of an extra, its type and its kind of reference.
 void put_name(ByteWriter& out, const Extra& extra) {
   out.put_text(extra.key);
   out.put_u8(static_cast<std::uint8_t>(extra.type));
@@ -448,8 +449,8 @@ void put_shape(ByteWriter& out, const Extra& extra) {
   out.put_varint(extra.shape.size());
   for (std::uint64_t side : extra.shape) out.put_varint(side);
 }
-/// Reads the dimensions of an extra, and sets `values` to the number of its values. Returns false
-/// if that number is too large for any file.
+/// Reads the dimensions of an extra, and sets `values` to the number of values of the extra.
+/// Returns false if that number is too large for any file.
 bool get_shape(ByteReader& in, Extra& extra, std::uint64_t& values) {
   values = 1;
   for (std::uint64_t n = in.get_count(1); n > 0 && in.ok(); --n) {
@@ -510,8 +511,8 @@ struct WrittenValues {
   std::vector<std::byte> bytes;
 };
 
-/// Encodes the values of an extra. Integers are stored as differences with the distance 0, 1 or the
-/// row length, whichever zstd compresses best.
+/// Encodes the values of an extra. Integers are stored as differences. Their distance is 0, 1 or
+/// the row length, whichever zstd compresses best.
 WrittenValues written(const Extra& extra) {
   constexpr int kLevel = 3;
   constexpr std::uint64_t kMostColumns = 64;
@@ -548,8 +549,8 @@ bool read_values(ByteReader& in, Extra& extra, std::uint64_t distance) {
   return in.ok();
 }
 
-/// Reads the extras of an unpacked chunk of version 1: first the headers of all extras, then the
-/// values of each.
+/// Reads the extras of an unpacked chunk of version 1. The chunk contains the headers of all extras
+/// first, and then the values of each extra.
 Result<std::vector<Extra>> get_many(ByteReader& in, std::uint64_t limit) {
   const Error invalid = corrupt("is invalid");
   const Error too_large =
@@ -633,7 +634,7 @@ Result<std::vector<Extra>> get_extras(std::span<const std::byte> payload, std::u
   if (version > 0 && size > most_unpacked(payload.size()))
     return corrupt("unpacks to more bytes than its packed size permits");
   if (size > limit)
-    return over_limit("unpacks to " + std::to_string(size) + " bytes, the limit is " +
+    return over_limit("unpacks to " + std::to_string(size) + " bytes, but the limit is " +
                       std::to_string(limit));
   const auto blob = get_packed(in, limit);
   if (!blob) return corrupt("cannot be unpacked");
@@ -646,8 +647,8 @@ Result<std::vector<Extra>> get_extras(std::span<const std::byte> payload, std::u
 
 namespace {
 
-/// Finds the box of finite coordinates in one pass over all points. Returns nothing if a coordinate
-/// is infinite, since a ValueRange cannot represent infinity.
+/// Finds the bounding box of finite coordinates in one pass over all points. Returns nullopt if a
+/// coordinate is infinite, since a ValueRange cannot represent infinity.
 template <class T>
 std::optional<std::array<ValueRange, 3>> finite_box(const std::byte* points, std::size_t count,
                                                     std::size_t stride) {
@@ -658,7 +659,8 @@ std::optional<std::array<ValueRange, 3>> finite_box(const std::byte* points, std
   for (std::size_t i = 0; i < count; ++i, points += stride) {
     std::array<T, 3> point;
     std::memcpy(point.data(), points, sizeof point);
-    for (std::size_t c = 0; c < 3; ++c) {  // NaN changes nothing: comparisons with it are false
+    for (std::size_t c = 0; c < 3;
+         ++c) {  // NaN changes nothing, since comparisons with it are false
       least[c] = point[c] < least[c] ? point[c] : least[c];
       most[c] = point[c] > most[c] ? point[c] : most[c];
     }

@@ -21,18 +21,18 @@
 namespace shm {
 
 void put(ByteWriter& out, const Schema& schema);
-/// Returns the checksum of the bytes that put() writes.
+/// Returns the checksum of the bytes that put() writes for this schema.
 std::uint32_t checksum_of(const Schema& schema);
-/// Reads a schema. Fails with ErrorCode::corrupt if the bytes do not encode a schema;
-/// check_schema() then checks the values. Fails with ErrorCode::over_limit, before it allocates
-/// memory, if the schema has more blocks or arrays than the limits allow, or needs more than
-/// max_unpacked_bytes.
+/// Reads a schema. Fails with ErrorCode::corrupt if the bytes do not encode a schema. Fails with
+/// ErrorCode::over_limit, before it allocates memory, if the schema has more blocks or arrays than
+/// the limits allow, or needs more than max_unpacked_bytes. check_schema() checks the values
+/// afterwards.
 Result<void> get(ByteReader& in, Schema& schema, const ReadLimits& limits);
-/// Return the memory that the object needs, in bytes.
+/// Return the memory in bytes that the object needs.
 std::uint64_t bytes_of(const Schema& schema);
 std::uint64_t bytes_of(const Extra& extra);
-/// Fails with ErrorCode::misuse or over_limit if the schema is invalid; the detail states the
-/// reason.
+/// Checks the values of a schema. Fails with ErrorCode::misuse or over_limit if the schema is
+/// invalid; the detail of the error states the reason.
 Result<void> check_schema(const Schema& schema, const ReadLimits& limits = {});
 
 /// Returns true if the schema has arrays with time steps.
@@ -65,7 +65,7 @@ inline std::uint64_t most_bytes_of_times(const ReadLimits& limits) {
 }
 
 // Totals: the part of the index that describes the whole mesh (container::Index without the
-// entries). They are summed up group by group or part by part.
+// entries). Readers and writers sum them up group by group or part by part.
 // spec: "Index and trailer"
 
 /// Returns the totals of a file without groups.
@@ -86,31 +86,34 @@ inline std::uint64_t elements_of(const Schema& schema, const container::Index& t
 }
 
 struct ValueRange {
-  double minimum, maximum;  ///< +inf and -inf if no value is finite
+  double minimum,
+      maximum;  ///< smallest and largest finite value; +inf and -inf if no value is finite
 };
-/// Returns the range of `count` scalars, `stride` bytes apart. Integers are rounded to double.
+/// Returns the range of `count` scalars, which are `stride` bytes apart. Integers are rounded to
+/// double.
 ValueRange range_of(ScalarType type, const std::byte* values, std::size_t count,
                     std::size_t stride);
 
-/// Where a segment begins.
+/// Position at which a segment begins.
 struct SegmentStart {
   std::uint32_t segment = 0;
-  /// Numbers of cells and vertices in all earlier segments
+  /// Numbers of cells and of vertices in all earlier segments.
   std::uint64_t first_cell = 0, first_vertex = 0;
 };
 
-/// The parts of a group to decode. Cells are always decoded.
+/// Parts of a group that have to be decoded. Cells are always decoded.
 struct DecodedParts {
   bool geometry = true;
-  /// Whether each array of the schema is included; without a value, all arrays are included
+  /// True for each array of the schema whose values are decoded. Without a value, all arrays are
+  /// decoded.
   std::optional<std::vector<bool>> arrays{};
-  /// Whether to decode stored vertex numbers that are not needed to decode the cells
+  /// True if stored vertex numbers are decoded even if the cells can be decoded without them.
   bool vertex_numbers = true;
-  /// True if blocks include the imported vertices, which an earlier segment owns, with their
-  /// values.
+  /// True if blocks include the vertices that an earlier segment owns (imported vertices), with
+  /// their values.
   bool imported_vertices = false;
-  /// True if neighbourhoods of vertices or cells are found with the reach that step values need, in
-  /// addition to the neighbourhoods that the values of this group need.
+  /// True if neighbourhoods of vertices or of cells are found with the reach that step values need,
+  /// in addition to the neighbourhoods that the values of this group need.
   bool vertex_neighbourhoods = false, cell_neighbourhoods = false;
 
   static DecodedParts without_values() {
@@ -124,26 +127,26 @@ struct DecodedParts {
     if (stream.kind == container::StreamKind::geometry) return geometry;
     return stream.kind != container::StreamKind::array || includes_array(stream.array);
   }
-  /// Returns for each column of values whether it is included: first geometry, then the static
-  /// arrays in schema order.
+  /// Returns, for each column of values, true if it is decoded. The first column is the geometry;
+  /// the static arrays follow in schema order.
   std::vector<bool> columns(const Schema& schema) const;
-  /// Returns true if values of static arrays at this location are included. Coordinates count as
+  /// Returns true if values of static arrays at this location are decoded. Coordinates count as
   /// point values.
   bool includes_values_of(const Schema& schema, Location location) const;
 };
 
-// A tile ends when it has this many cells or this many bytes of unpacked values. A Reader returns
-// one tile at a time. Frozen: part of the format.
+// Size at which a tile ends: this many cells, or this many bytes of unpacked values. A Reader
+// returns one tile at a time. Frozen: part of the format.
 inline constexpr std::uint64_t kTileCells = 4096;
 inline constexpr std::uint64_t kTileBytes = std::uint64_t{1} << 22;
 
-/// Returns the description of the coordinates as an array.
+/// Returns an ArrayInfo that describes the coordinates.
 ArrayInfo coordinates_info(const Schema& schema);
 /// Finds the ends of the tiles while the caller visits the elements of a group one by one.
 class TileEnds {
  public:
-  /// Returns true if a tile ends before this element. Call it before each cell and each unused
-  /// vertex. `bytes`: unpacked size in bytes of the group so far.
+  /// Returns true if a tile ends before this element. Call this function before each cell and each
+  /// unused vertex. `bytes` is the unpacked size in bytes of the group so far.
   bool before(bool is_cell, std::uint64_t bytes) {
     const bool ends = (is_cell && cells_ == kTileCells) || bytes - begin_ >= kTileBytes;
     if (ends) {
@@ -155,16 +158,17 @@ class TileEnds {
   }
 
  private:
-  std::uint64_t cells_ = 0,
-                begin_ = 0;  // cells of the tile so far; bytes of the group before the tile
+  // Number of cells of the tile so far, and size in bytes of the group before the tile.
+  std::uint64_t cells_ = 0, begin_ = 0;
 };
 
-/// Returns the size in bytes of the static point arrays in one vertex.
+/// Returns the size in bytes of the values that one vertex has in all static point arrays.
 std::size_t point_data_bytes(const Schema& schema);
-/// Returns the size in bytes of the static arrays in one cell, by block.
+/// Returns, for each block, the size in bytes of the values that one cell has in all static cell
+/// arrays.
 std::vector<std::size_t> cell_data_bytes(const Schema& schema);
-/// Returns the smallest and the largest finite coordinate of `count` points, by axis. `stride`:
-/// distance in bytes between consecutive points.
+/// Returns the smallest and the largest finite coordinate of `count` points, by axis. `stride` is
+/// the distance in bytes between consecutive points.
 std::array<ValueRange, 3> box_of(ScalarType type, const std::byte* points, std::size_t count,
                                  std::size_t stride);
 

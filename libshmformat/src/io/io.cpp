@@ -1,4 +1,4 @@
-// Sinks and sources of bytes that do not depend on the operating system.
+// Sinks and sources of bytes whose code does not depend on the operating system.
 #include "shm/io.h"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
-// Files on POSIX systems. Only this file and io_windows.cpp call the operating system.
+// Files on POSIX systems. In this library, only this file and io_windows.cpp call the operating
+// system.
 #include <dirent.h>
 #include <fcntl.h>
 #include <signal.h>
@@ -23,8 +24,8 @@ Error system_error(ErrorCode code, const std::string& what, const std::string& p
   return Error{.code = code, .detail = what + ": " + std::strerror(errno), .file = path};
 }
 
-/// Opens a file, and retries if a signal interrupts the call: opening a named pipe waits for its
-/// other end.
+/// Opens a file, and retries if a signal interrupts the call. This can happen because opening a
+/// named pipe waits for the other end of the pipe.
 int open_patiently(const std::string& path, int flags) {
   while (true) {
     const int descriptor = ::open(path.c_str(), flags | O_CLOEXEC);
@@ -43,7 +44,8 @@ std::string folder_of(const std::string& path) {
   return name == 0 ? "." : path.substr(0, name);
 }
 
-/// Returns a name for the machine or PID namespace in which the process numbers are unique.
+/// Returns a name for the machine, or the PID namespace on it, in which the process numbers are
+/// unique.
 std::string name_of_machine() {
   struct utsname names {};
   (void)::uname(&names);
@@ -59,8 +61,9 @@ std::string name_of_machine() {
   return machine_name(text);
 }
 
-/// State of the process that created a temporary file. `name` is the rest of the file name after
-/// temporary_front(). The state of a process on another machine is unknown: may_be_gone.
+/// State of the process that created a temporary file. process_of() determines it from `name`, the
+/// part of the file name after temporary_front(). For a process on another machine the state is
+/// unknown: may_be_gone.
 enum class Process { lives, may_be_gone, gone };
 Process process_of(std::string_view name, std::string_view machine) {
   const auto maker = maker_of(name, machine);
@@ -70,9 +73,9 @@ Process process_of(std::string_view name, std::string_view machine) {
 }
 
 /// Removes temporary files for the same path whose processes have been killed. Temporary files from
-/// other machines are removed once they are old.
+/// other machines are removed when they are more than an hour old.
 void remove_leftovers(const std::string& path, const std::string& machine, std::int64_t now) {
-  constexpr std::int64_t kOld = 3600;  // in seconds
+  constexpr std::int64_t kOld = 3600;  // age in seconds
   const std::string folder = folder_of(path), front = temporary_front(path, name_in(path));
   const std::string_view head = std::string_view(front).substr(name_in(front));
   DIR* directory = ::opendir(folder.c_str());
@@ -101,8 +104,8 @@ Error taken_error(const std::string& path) {
   return Error{.code = ErrorCode::output, .detail = "exists already", .file = path};
 }
 
-/// Flushes the folder, so that the name of `path` is stored on the disk, too. A folder that cannot
-/// be opened or flushed (EINVAL) is not an error.
+/// Flushes the folder, so that the name of `path` is stored on the disk, too. Ignores a folder that
+/// cannot be opened or flushed (EINVAL).
 Result<void> flush_folder(const std::string& path) {
   const int descriptor = ::open(folder_of(path).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (descriptor < 0) return {};
@@ -139,7 +142,8 @@ Result<std::unique_ptr<FileSink>> FileSink::create(const std::string& path, Temp
   if (!sink->replaces_ && ::lstat(path.c_str(), &status) == 0) return taken_error(path);
   if (!exists && ::lstat(path.c_str(), &status) == 0) {
     errno = ENOENT;
-    return system_error(ErrorCode::output, "is a symbolic link that leads nowhere", path);
+    return system_error(ErrorCode::output, "is a symbolic link to a file that does not exist",
+                        path);
   }
   if (exists) {
     sink->permissions_ = Permissions{status.st_mode & 0777u, status.st_gid};
@@ -174,7 +178,8 @@ Result<void> FileSink::create_temporary(Temporary how) {
 
 Result<void> FileSink::create_named() {
   const std::string machine = name_of_machine();
-  // A killed process may have left a file with the same name.
+  // A killed process may have left a file with the same name. The next attempt then uses another
+  // name.
   for (int attempt = 0; attempt < kMostAttempts; ++attempt) {
     temporary_ = own_name(path_, machine, attempt);
     descriptor_ =
@@ -198,7 +203,7 @@ FileSink::~FileSink() {
 Result<void> FileSink::write(std::span<const std::byte> bytes) {
   if (committed_)
     return Error{
-        .code = ErrorCode::misuse, .detail = "is written after its commit()", .file = path_};
+        .code = ErrorCode::misuse, .detail = "cannot be written after commit()", .file = path_};
   while (!bytes.empty()) {
     const ssize_t n = ::write(descriptor_, bytes.data(), bytes.size());
     if (n < 0 && errno == EINTR) continue;
@@ -229,7 +234,8 @@ Result<void> FileSink::commit() {
         again >= 0 && ::close(again) != 0)
       return system_error(ErrorCode::output, "cannot be closed", path_);
     if (auto result = link(); !result) return result;
-    (void)close();  // a duplicate of the descriptor was closed before, which reported any error
+    (void)close();  // the error of closing the file was reported above, when a duplicate of the
+                    // descriptor was closed
   }
   named_ = false;
   committed_ = true;
@@ -241,9 +247,9 @@ Result<void> FileSink::close() {
   return system_error(ErrorCode::output, "cannot be closed", path_);
 }
 
-/// Gives the file the permissions of the file that it replaces. Called at the end, since a writer
-/// that uses the file's name opens it again. If the group cannot be set, the group's permission
-/// bits are dropped, as they would apply to a different group.
+/// Sets the permissions of the file to those of the file that it replaces. Called at the end, since
+/// a writer that uses the file's name opens it again. If the group cannot be set, the group's
+/// permission bits are dropped, as they would apply to a different group.
 void FileSink::pass_permissions_on() const {
   if (!permissions_) return;
   const int file = named_ ? ::open(temporary_.c_str(), O_RDONLY | O_CLOEXEC) : descriptor_;
@@ -256,8 +262,8 @@ void FileSink::pass_permissions_on() const {
 }
 
 /// Flushes all data of the file to the disk. A named file is opened again, since a writer that uses
-/// the name may have replaced the file that we created. A file system that cannot flush (EINVAL) is
-/// not an error.
+/// the name may have replaced the file that this sink created. Ignores a file system that cannot
+/// flush (EINVAL).
 Result<void> FileSink::flush() const {
   const int file = named_ ? ::open(temporary_.c_str(), O_RDONLY | O_CLOEXEC) : descriptor_;
   const bool flushed = file >= 0 && (::fsync(file) == 0 || errno == EINVAL);
@@ -266,15 +272,17 @@ Result<void> FileSink::flush() const {
   return flushed ? Result<void>() : error;
 }
 
-/// Gives a file without a name its final name: directly if the name is free, otherwise by renaming
-/// a temporary name over it.
+/// Gives a file without a name its final name. If the name is free, the file is linked under it
+/// directly; otherwise the file is linked under a temporary name, which is then renamed to the
+/// final name.
 Result<void> FileSink::link() {
   const auto link_as = [this](const std::string& name) {
     return ::linkat(AT_FDCWD, temporary_.c_str(), AT_FDCWD, name.c_str(), AT_SYMLINK_FOLLOW) == 0;
   };
   if (link_as(path_)) return {};
   bool taken = errno == EEXIST;
-  const Error error = system_error(ErrorCode::output, "cannot be given its name", path_);
+  const Error error =
+      system_error(ErrorCode::output, "cannot be stored under its final name", path_);
   if (!taken) return rename_copy(error);
   if (!replaces_) return taken_error(path_);
   const std::string machine = name_of_machine();
@@ -284,20 +292,21 @@ Result<void> FileSink::link() {
       taken = errno == EEXIST;
       continue;
     }
-    // Removes the files of processes that were killed between these two calls.
+    // Also removes the files of processes that were killed between linking and renaming.
     struct stat status {};
     if (::fstat(descriptor_, &status) == 0) remove_leftovers(path_, machine, status.st_mtime);
     if (::rename(beside.c_str(), path_.c_str()) == 0) return {};
-    const Error why = system_error(ErrorCode::output, "cannot be given its name", path_);
+    const Error why =
+        system_error(ErrorCode::output, "cannot be stored under its final name", path_);
     ::unlink(beside.c_str());
     return why;
   }
-  return system_error(ErrorCode::output, "cannot be given its name", path_);
+  return system_error(ErrorCode::output, "cannot be stored under its final name", path_);
 }
 
-/// Renames the temporary file to its final name. If an existing file must not be replaced, the call
-/// that renames refuses to do so, or a hard link is made instead, which fails if the name exists.
-/// If the system supports neither, the name is checked before the renaming.
+/// Renames the temporary file to its final name. If an existing file must not be replaced, this
+/// function uses a rename that fails if the name exists, or a hard link, which also fails then. If
+/// the system supports neither, the function checks the name before it renames.
 Result<void> FileSink::rename_temporary() const {
   if (!replaces_) {
 #ifdef RENAME_NOREPLACE
@@ -312,7 +321,7 @@ Result<void> FileSink::rename_temporary() const {
     if (errno == EEXIST || ::lstat(path_.c_str(), &status) == 0) return taken_error(path_);
   }
   if (::rename(temporary_.c_str(), path_.c_str()) == 0) return {};
-  return system_error(ErrorCode::output, "cannot be given its name", path_);
+  return system_error(ErrorCode::output, "cannot be stored under its final name", path_);
 }
 
 /// Copies a file without a name to a named file. Used if the system cannot give the file a name, as
@@ -361,7 +370,7 @@ Result<std::size_t> FileSource::read(std::span<std::byte> into) {
 Result<std::unique_ptr<FileRandomSource>> FileSource::anywhere() const {
   struct stat status {};
   if (::fstat(descriptor_, &status) != 0 || !S_ISREG(status.st_mode))
-    return Error{.code = ErrorCode::io, .detail = "cannot be read at any position", .file = path_};
+    return Error{.code = ErrorCode::io, .detail = "is not seekable", .file = path_};
   std::unique_ptr<FileRandomSource> source(new FileRandomSource());
   source->path_ = path_;
   source->size_ = static_cast<std::uint64_t>(status.st_size);
@@ -376,7 +385,7 @@ Result<std::unique_ptr<FileRandomSource>> FileRandomSource::open(const std::stri
   source->descriptor_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
   if (source->descriptor_ < 0) return system_error(ErrorCode::io, "cannot be opened", path);
   const off_t end = ::lseek(source->descriptor_, 0, SEEK_END);
-  if (end < 0) return system_error(ErrorCode::io, "cannot be read at any position", path);
+  if (end < 0) return system_error(ErrorCode::io, "is not seekable", path);
   source->size_ = static_cast<std::uint64_t>(end);
   return source;
 }

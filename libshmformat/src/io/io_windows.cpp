@@ -1,12 +1,12 @@
 // Files on Windows. File names are UTF-8 outside this file and UTF-16 inside it. FileSink and the
 // sources store descriptors of the C library, each of which owns a system handle. Data is read and
-// written through the handle, which has no text mode.
+// written through this handle, which has no text mode.
 #ifndef NOMINMAX
 #define NOMINMAX
 #endif
 #define WIN32_LEAN_AND_MEAN
 #include <windows.h>
-// windows.h must come first.
+// windows.h must be included before other headers of Windows.
 #include <fcntl.h>
 #include <io.h>
 
@@ -23,9 +23,11 @@ namespace shm {
 namespace {
 
 constexpr int kInput = 0, kOutput = 1;
-/// Other processes may read, write, rename and remove an open file, as on POSIX systems.
+/// Sharing mode of open files: as on POSIX systems, other processes may read, write, rename and
+/// remove an open file.
 constexpr DWORD kShared = FILE_SHARE_READ | FILE_SHARE_WRITE | FILE_SHARE_DELETE;
-constexpr std::size_t kMostBytes = std::size_t{1} << 30;  // in one call of the system
+// Maximum size in bytes of one read or write of the system.
+constexpr std::size_t kMostBytes = std::size_t{1} << 30;
 
 class Handle {
  public:
@@ -65,8 +67,9 @@ std::string narrow(std::wstring_view units) {
 /// Returns `path` in the form that system calls accept. Long paths must be absolute and have a
 /// prefix.
 std::wstring system_path(const std::string& path) {
-  constexpr std::size_t kLongest =
-      240;  // in characters; 260 are allowed, but a folder needs space for a short name, too
+  // Longest path, in characters, without a prefix. The system allows 260, but a folder needs space
+  // for a short name, too.
+  constexpr std::size_t kLongest = 240;
   const std::wstring name = wide(path);
   std::wstring whole(32768, L'\0');
   whole.resize(
@@ -89,14 +92,15 @@ Error system_error(ErrorCode code, const char* what, const std::string& path) {
 }
 
 HANDLE open_handle(const std::string& path, DWORD access, DWORD existing, DWORD flags = 0) {
-  // If the name belongs to a pipe, its other end must not be allowed to impersonate this process.
+  // If the name belongs to a pipe, the process at its other end must not be allowed to impersonate
+  // this process.
   flags |= SECURITY_SQOS_PRESENT | SECURITY_IDENTIFICATION;
   return ::CreateFileW(system_path(path).c_str(), access, kShared, nullptr, existing, flags,
                        nullptr);
 }
 
-/// Takes ownership of the handle. Returns -1 if the handle is invalid or the C library has too many
-/// open files.
+/// Takes ownership of the handle and returns a descriptor for it. Returns -1 if the handle is
+/// invalid or the C library has too many open files.
 int descriptor_of(HANDLE opened) {
   Handle handle(opened);
   if (!handle) return -1;
@@ -120,13 +124,13 @@ std::size_t name_in(const std::string& path) {
   return before == std::string::npos ? 0 : before + 1;
 }
 
-/// Returns true for named pipes and other objects outside the file systems.
+/// Returns true if the path belongs to a named pipe or another object outside the file systems.
 bool is_device_path(const std::string& path) {
   const auto slash = [&](std::size_t i) { return path[i] == '/' || path[i] == '\\'; };
   return path.size() > 4 && slash(0) && slash(1) && path[2] == '.' && slash(3);
 }
 
-/// Returns a name for the machine on which the process number is unique.
+/// Returns a name for the machine on which the process numbers are unique.
 std::string name_of_machine() {
   wchar_t name[256], id[64];
   DWORD units = static_cast<DWORD>(std::size(name)), bytes = sizeof id;
@@ -140,7 +144,8 @@ std::string name_of_machine() {
 
 bool is_gone(int process) {
   const Handle handle(::OpenProcess(SYNCHRONIZE, FALSE, static_cast<DWORD>(process)));
-  if (!handle) return ::GetLastError() == ERROR_INVALID_PARAMETER;  // no such process
+  if (!handle)
+    return ::GetLastError() == ERROR_INVALID_PARAMETER;  // true if there is no such process
   return ::WaitForSingleObject(handle.get(), 0) == WAIT_OBJECT_0;
 }
 
@@ -151,8 +156,9 @@ std::uint64_t last_write(HANDLE file) {
   return std::uint64_t{time.dwHighDateTime} << 32 | time.dwLowDateTime;
 }
 
-/// Returns true if the last write to a file was more than an hour before `now`. Asks the file
-/// itself, since the folder lists the time of the last write only after the file is closed.
+/// Returns true if the last write to a file was more than an hour before `now`. Reads the time from
+/// the file itself, since the folder lists the time of the last write only after the file is
+/// closed.
 bool is_old(const std::string& path, std::uint64_t now) {
   constexpr std::uint64_t kOld = 3600 * std::uint64_t{10'000'000};
   const Handle file(open_handle(path, FILE_READ_ATTRIBUTES, OPEN_EXISTING));
@@ -160,7 +166,7 @@ bool is_old(const std::string& path, std::uint64_t now) {
 }
 
 /// Removes temporary files for the same path whose processes have been killed. Temporary files from
-/// other machines are removed once they are old.
+/// other machines are removed when they are more than an hour old.
 void remove_leftovers(const std::string& path, const std::string& machine, std::uint64_t now) {
   const std::string front = temporary_front(path, name_in(path));
   const std::string folder = front.substr(0, name_in(front)), head = front.substr(folder.size());
@@ -184,9 +190,9 @@ Error taken_error(const std::string& path) {
   return Error{.code = ErrorCode::output, .detail = "exists already", .file = path};
 }
 
-/// Renames as POSIX systems do: a process that has the old file open can still use it. Newer
+/// Renames a file as POSIX systems do: a process that has the old file open can still use it. Newer
 /// versions of Windows support this on some file systems, but MoveFileExW does not always request
-/// it.
+/// such a rename.
 bool rename_over_open(const std::string& from, const std::wstring& to) {
   // These constants exist only in recent versions of winbase.h.
   constexpr auto kRenameInfoEx = static_cast<FILE_INFO_BY_HANDLE_CLASS>(22);
@@ -239,7 +245,7 @@ Result<std::unique_ptr<FileSink>> FileSink::create(const std::string& path, Temp
     if (!sink->replaces_) return taken_error(path);
     if ((attributes & FILE_ATTRIBUTE_READONLY) != 0) return refused("is read-only");
     if ((attributes & FILE_ATTRIBUTE_REPARSE_POINT) != 0) {
-      if (!there) return refused("is a symbolic link that leads nowhere");
+      if (!there) return refused("is a symbolic link to a file that does not exist");
       std::wstring real(32768, L'\0');
       real.resize(::GetFinalPathNameByHandleW(there.get(), real.data(),
                                               static_cast<DWORD>(real.size()), 0));
@@ -259,12 +265,13 @@ Result<std::unique_ptr<FileSink>> FileSink::create_scratch(const std::string& fo
   return sink;
 }
 
-/// Windows has no files without names.
+/// Creates a named temporary file, since Windows has no files without names.
 Result<void> FileSink::create_temporary(Temporary) { return create_named(); }
 
 Result<void> FileSink::create_named() {
   const std::string machine = name_of_machine();
-  // A killed process may have left a file with the same name.
+  // A killed process may have left a file with the same name. The next attempt then uses another
+  // name.
   for (int attempt = 0; attempt < kMostAttempts; ++attempt) {
     temporary_ = temporary_name(path_, name_in(path_), static_cast<int>(::GetCurrentProcessId()),
                                 machine, attempt);
@@ -273,7 +280,7 @@ Result<void> FileSink::create_named() {
   }
   named_ = descriptor_ >= 0;
   if (!named_) return system_error(ErrorCode::output, "cannot be created", path_);
-  // Uses the current time by the file system's clock, which also dates other files.
+  // Passes the current time by the file system's clock, which also dates other files.
   remove_leftovers(path_, machine, last_write(handle_of(descriptor_)));
   return {};
 }
@@ -287,7 +294,7 @@ FileSink::~FileSink() {
 Result<void> FileSink::write(std::span<const std::byte> bytes) {
   if (committed_)
     return Error{
-        .code = ErrorCode::misuse, .detail = "is written after its commit()", .file = path_};
+        .code = ErrorCode::misuse, .detail = "cannot be written after commit()", .file = path_};
   while (!bytes.empty()) {
     DWORD done = 0;
     const auto wanted = static_cast<DWORD>(std::min(bytes.size(), kMostBytes));
@@ -321,8 +328,8 @@ Result<void> FileSink::close() {
   return system_error(ErrorCode::output, "cannot be closed", path_);
 }
 
-/// Opens the file by name, since a writer that uses the name may have replaced the file that we
-/// created. A file system that cannot flush is not an error.
+/// Flushes all data of the file to the disk. Opens the file by name, since a writer that uses the
+/// name may have replaced the file that this sink created. Ignores a file system that cannot flush.
 Result<void> FileSink::flush() const {
   const Handle file(open_handle(temporary_, GENERIC_WRITE, OPEN_EXISTING));
   if (file && (::FlushFileBuffers(file.get()) != 0 || ::GetLastError() == ERROR_INVALID_FUNCTION))
@@ -330,8 +337,8 @@ Result<void> FileSink::flush() const {
   return system_error(ErrorCode::output, "cannot be flushed", path_);
 }
 
-/// If an existing file must not be replaced, the system checks in the same call whether the name
-/// exists.
+/// Renames the temporary file to its final name. If an existing file must not be replaced, the
+/// system checks in the same call whether the name exists.
 Result<void> FileSink::rename_temporary() const {
   const std::wstring from = system_path(temporary_), to = system_path(path_);
   const DWORD how = MOVEFILE_WRITE_THROUGH | (replaces_ ? DWORD{MOVEFILE_REPLACE_EXISTING} : 0);
@@ -341,7 +348,7 @@ Result<void> FileSink::rename_temporary() const {
     return taken_error(path_);
   if (replaces_ && why == ERROR_ACCESS_DENIED && rename_over_open(temporary_, to)) return {};
   ::SetLastError(why);
-  return system_error(ErrorCode::output, "cannot be given its name", path_);
+  return system_error(ErrorCode::output, "cannot be stored under its final name", path_);
 }
 
 // --- reading
@@ -360,7 +367,8 @@ FileSource::~FileSource() {
   if (descriptor_ >= 0 && path_ != "-") ::_close(descriptor_);
 }
 
-/// A read of 0 bytes from a pipe does not always mean its end: the writer may have written 0 bytes.
+/// Reads from the file. A read of 0 bytes from a pipe does not always mean the end of the pipe,
+/// since the writer may have written 0 bytes.
 Result<std::size_t> FileSource::read(std::span<std::byte> into) {
   const HANDLE file = handle_of(descriptor_);
   const auto wanted = static_cast<DWORD>(std::min(into.size(), kMostBytes));
@@ -378,7 +386,7 @@ Result<std::size_t> FileSource::read(std::span<std::byte> into) {
 
 namespace {
 
-/// Returns the size of a file with random access, or nullopt.
+/// Returns the size in bytes of a file with random access; nullopt for other files.
 std::optional<std::uint64_t> size_of(int descriptor) {
   const HANDLE file = handle_of(descriptor);
   LARGE_INTEGER size{};
@@ -389,10 +397,10 @@ std::optional<std::uint64_t> size_of(int descriptor) {
 
 }  // namespace
 
-/// Opens the file again by name: duplicates of the open file would share its position.
+/// Opens the file again by name, since duplicates of the open file would share its position.
 Result<std::unique_ptr<FileRandomSource>> FileSource::anywhere() const {
   if (path_ == "-" || !size_of(descriptor_))
-    return Error{.code = ErrorCode::io, .detail = "cannot be read at any position", .file = path_};
+    return Error{.code = ErrorCode::io, .detail = "is not seekable", .file = path_};
   return FileRandomSource::open(path_);
 }
 
@@ -402,8 +410,7 @@ Result<std::unique_ptr<FileRandomSource>> FileRandomSource::open(const std::stri
   source->descriptor_ = descriptor_of(open_handle(path, GENERIC_READ, OPEN_EXISTING));
   if (source->descriptor_ < 0) return system_error(ErrorCode::io, "cannot be opened", path);
   const auto size = size_of(source->descriptor_);
-  if (!size)
-    return Error{.code = ErrorCode::io, .detail = "cannot be read at any position", .file = path};
+  if (!size) return Error{.code = ErrorCode::io, .detail = "is not seekable", .file = path};
   source->size_ = *size;
   return source;
 }

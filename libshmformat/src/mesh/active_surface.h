@@ -1,11 +1,12 @@
-// Active surface: the part of the mesh that later cells can still use. Encoder and decoder keep the
-// same active surface.
-//   vertices  introduced by their first use, removed when finalized
-//   faces     quadrilaterals that one hexahedron uses and no second one has been attached to;
-//             removed with their first finalized vertex. Across each of its four edges a face has
-//             at most one mate: the face at the other end of the fan of hexahedra around that edge.
-//   cells     a slot for each hexahedron that still has a face here
-// Slots are reused, so arrays indexed by them stay as small as the surface is wide.
+// Active surface: the part of the mesh that later cells can still use. Encoder and decoder maintain
+// the same active surface.
+//   vertices  each vertex is added by its first use and removed when it is finalized
+//   faces     quadrilaterals of one hexahedron to which no second hexahedron has been attached; a
+//             face is removed with its first finalized vertex. Across each of its four edges a face
+//             has at most one mate: the face at the other end of the fan of hexahedra around that
+//             edge.
+//   cells     each hexahedron that still has a face on the surface has a slot
+// Slots are reused, so arrays indexed by slot are only about as large as the largest surface.
 // source: paper section 3.1; spec: "Active surface"
 #pragma once
 
@@ -19,18 +20,20 @@
 
 namespace shm {
 
-/// Four vertex slots around a face. Their right-hand normal points away from the hexahedron that
-/// added the face. In a hexahedron that is attached to the face, they are the corners 0 1 2 3.
+/// Four vertex slots around a face. The right-hand normal of the face points away from the
+/// hexahedron that added the face. In a hexahedron that is attached to the face, the four vertices
+/// are the corners 0 1 2 3.
 using Quad = std::array<std::uint32_t, 4>;
 
-/// Face slot * 4 + position of the vertex in its quad; kNone ends a list.
+/// Vertex of a face: face slot * 4 + position of the vertex in the face's quad; kNone ends a list.
 using FaceCorner = std::uint32_t;
-/// Face slot * 4 + position of the edge's first vertex in its quad; kNone: no mate.
+/// Edge of a face: face slot * 4 + position of the edge's first vertex in the face's quad; kNone:
+/// no mate.
 using FaceEdge = std::uint32_t;
 
 /// Largest number of faces at a vertex. If a vertex of a new face already has this many faces, the
-/// face is not added to the surface. This keeps every search short, also in hostile files. Frozen:
-/// part of the format.
+/// face is not added to the surface. The limit keeps every search short, also in hostile files.
+/// Frozen: part of the format.
 inline constexpr std::uint32_t kMaxFacesAtVertex = 128;
 
 class ActiveSurface {
@@ -44,15 +47,15 @@ class ActiveSurface {
   };
   struct Face {
     Quad quad{};
-    std::array<FaceCorner, 4> next{},
-        previous{};                  ///< links of the lists of faces around each vertex
+    /// Links of the lists of faces around each vertex.
+    std::array<FaceCorner, 4> next{}, previous{};
     std::array<FaceEdge, 4> mate{};  ///< mate across the edge from quad[i] to quad[i + 1]
-    std::array<std::uint8_t, 4>
-        fan{};  ///< number of hexahedra between this face and its mate, at most 255
-    std::array<std::uint8_t, 4> owner_corner{};  ///< owner's corner number of each vertex; the
-                                                 ///< owner is the hexahedron that added the face
-    std::uint32_t cell = kNone;                  ///< cell slot of the owner
-    std::uint8_t side = 0;                       ///< number of this face in the owner, 0 to 5
+    /// Number of hexahedra between this face and its mate, at most 255.
+    std::array<std::uint8_t, 4> fan{};
+    /// Corner number that each vertex has in the owner, the hexahedron that added the face.
+    std::array<std::uint8_t, 4> owner_corner{};
+    std::uint32_t cell = kNone;  ///< cell slot of the owner
+    std::uint8_t side = 0;       ///< number of this face within the owner, 0 to 5
     bool alive = false;
   };
 
@@ -67,7 +70,7 @@ class ActiveSurface {
     introduced_.push_back({vertex.id, slot});
     return slot;
   }
-  /// Removes the vertex and every face at it.
+  /// Removes a vertex and every face at the vertex.
   void finalize(std::uint32_t slot) {
     Vertex& vertex = vertices_[slot];
     while (vertex.first_face != kNone) remove_face(vertex.first_face / 4);
@@ -78,21 +81,21 @@ class ActiveSurface {
   }
   void count_use(std::uint32_t vertex) { ++vertices_[vertex].uses; }
 
-  /// Returns a slot for the current cell. The slot stays valid until end_cell(), and after that
-  /// while one of the cell's faces is active. Slots of cells that lose their last face are not
+  /// Returns a slot for the current cell. The slot stays valid until end_cell(), and after that as
+  /// long as one of the cell's faces is active. Slots of cells that lose their last face are not
   /// reused before the next begin_cell().
   std::uint32_t begin_cell();
   void end_cell();
   /// Adds a face of the current cell, without mates. Returns the slot of the face. Must hold: all
-  /// its vertices are alive.
+  /// vertices of the face are alive.
   std::uint32_t add_face(const Quad& quad, const std::array<std::uint8_t, 4>& owner_corner,
                          std::uint8_t side);
   void remove_face(std::uint32_t face);
-  /// Makes two faces mates across these edges, with `fan` hexahedra between them.
+  /// Makes two faces mates across the edges `a` and `b`, with `fan` hexahedra between them.
   void join(FaceEdge a, FaceEdge b, std::uint32_t fan);
 
-  /// Returns the newest active face with this cycle of vertices in either direction, or kNone if
-  /// there is no such face.
+  /// Returns the newest active face with the vertices a, b, c, d in this cyclic order, in either
+  /// direction, or kNone if there is no such face.
   std::uint32_t find_face(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) const;
   /// Returns the corner at `b` of the newest active face in which `a` and `c` are next to `b`, or
   /// kNone if there is no such face.
@@ -101,7 +104,7 @@ class ActiveSurface {
   const Vertex& vertex(std::uint32_t slot) const { return vertices_[slot]; }
   const Face& face(std::uint32_t slot) const { return faces_[slot]; }
   FaceCorner next_around(FaceCorner corner) const { return faces_[corner / 4].next[corner % 4]; }
-  /// Returns the vertex that is `steps` positions after `corner` around its face.
+  /// Returns the vertex that is `steps` positions after `corner` around the same face.
   std::uint32_t around(FaceCorner corner, std::uint32_t steps) const {
     return faces_[corner / 4].quad[(corner + steps) % 4];
   }
@@ -122,8 +125,8 @@ class ActiveSurface {
   std::uint32_t cell_slots() const { return static_cast<std::uint32_t>(cell_faces_.size()); }
 
  private:
-  /// A vertex in the list of introduced vertices. Finalized vertices are removed from the list now
-  /// and then.
+  /// Entry in the list of introduced vertices. Finalized vertices are removed from the list from
+  /// time to time.
   struct Introduced {
     std::uint64_t id = 0;
     std::uint32_t slot = 0;
@@ -142,8 +145,8 @@ class ActiveSurface {
     return slot;
   }
   /// Returns a slot for a new vertex. If more slots are free than vertices are alive, returns the
-  /// slot that has been free for longest, so that data stored by slot outlasts its vertex for a
-  /// while. Otherwise returns a new slot. Frozen: part of the format.
+  /// slot that has been free for longest. Data stored by slot is then still available for a while
+  /// after its vertex was finalized. Otherwise returns a new slot. Frozen: part of the format.
   std::uint32_t vertex_slot() {
     if (free_vertices_.size() <= active_vertices_ + kRestingSlots) {
       push_tightly(vertices_, Vertex());
@@ -158,13 +161,13 @@ class ActiveSurface {
 
   std::vector<Vertex> vertices_;
   std::vector<Face> faces_;
-  std::vector<std::uint8_t> cell_faces_;  // number of active faces, by cell slot
+  std::vector<std::uint8_t> cell_faces_;  // number of active faces of each cell, by cell slot
   static constexpr std::size_t kRestingSlots = 256;
-  std::deque<std::uint32_t>
-      free_vertices_;  // free slots; the slot that was freed first is in front
+  // Free vertex slots; the slot that was freed first is in front.
+  std::deque<std::uint32_t> free_vertices_;
   std::vector<std::uint32_t> free_faces_, free_cells_;
   std::vector<Introduced> introduced_;
-  std::size_t oldest_ = 0;  // index in introduced_: no vertex before it is alive
+  std::size_t oldest_ = 0;  // index in introduced_ before which no vertex is alive
   std::uint64_t next_id_ = 0, active_vertices_ = 0;
   std::uint32_t current_cell_ = kNone;
 };

@@ -1,5 +1,5 @@
-// CellTopology: one cell, as passed between coders. The connectivity coder fills it; the coders of
-// geometry and data read it. it.
+// CellTopology: one cell, as passed between coders. The connectivity coder fills a CellTopology;
+// the coders of geometry and data read it.
 #pragma once
 
 #include <array>
@@ -14,8 +14,8 @@
 
 namespace shm {
 
-/// Largest number of corners of a cell that can be marked as last use: one bit each in a 64-bit
-/// mask.
+/// Largest number of corners of a cell whose last use can be marked, since a 64-bit mask has one
+/// bit for each of them.
 inline constexpr std::uint32_t kMaxLastUse = 64;
 
 /// Returns true if the cells of a block are coded, and counted, as hexahedra.
@@ -25,43 +25,45 @@ inline bool is_hexahedral(const BlockInfo& block) {
 
 struct CellTopology {
   std::uint32_t block = 0;
-  bool hexahedral = false;  ///< positions 0..7 are a hexahedron's corners in the coder's frame
+  /// True: positions 0..7 are the corners of a hexahedron in the coder's frame.
+  bool hexahedral = false;
 
-  /// The shape, the number of corners that have sides (mesh/cell_shapes.h), and for each side the
-  /// number of the cell across it that has the same face (OpenFaces). Sides are those of the
-  /// corners as stored. Set only in meshes that also have cells other than hexahedra; otherwise
-  /// `corners` is 0. A polyhedron given by its faces has 0 corners; its first entries of `behind`
-  /// are the cells that share its faces.
+  /// Sides of the cell: its shape, the number of corners that have sides (mesh/cell_shapes.h), and
+  /// for each side the number of the cell across it that has the same face (OpenFaces). Sides are
+  /// those of the corners as stored. These members are set only in meshes that also have cells
+  /// other than hexahedra; otherwise `corners` is 0. A polyhedron given by its faces has 0 corners;
+  /// the first entries of its `behind` are the cells that share its faces.
   CellShape shape = CellShape::hexahedron;
   std::uint32_t corners = 0;
   std::array<std::uint64_t, OpenFaces::kMost> behind{};
 
-  /// Vertex slots, by position. When encoding, kNone marks a new vertex on input.
+  /// Vertex slots, by position in the cell. When encoding, kNone marks a new vertex on input.
   std::vector<std::uint32_t> slots;
-  /// Numbers of the vertices, by position, when encoding. Two numbers are equal if and only if the
-  /// vertex is the same.
+  /// Numbers of the vertices, by position in the cell; set when encoding. Two numbers are equal if
+  /// and only if the vertex is the same.
   std::vector<std::uint64_t> numbers;
-  /// By position: 1 if this cell finalizes the vertex, otherwise 0. If a vertex occurs several
-  /// times, only its first position has a 1.
+  /// Last uses of vertices, by position in the cell: 1 if this cell finalizes the vertex, otherwise
+  /// 0. If a vertex occurs several times, only its first position has a 1.
   std::vector<std::uint8_t> last_use;
   /// Positions of new vertices, in the order in which they were introduced.
   std::vector<std::uint32_t> new_positions;
-  /// The source's numbers of a hexahedron's corners: only with Order::keep, for coders that code
-  /// these numbers.
+  /// Numbers that the corners of a hexahedron have in the source. Set only with Order::keep, for
+  /// coders that code these numbers.
   std::array<std::uint64_t, 8> original{};
-  /// Stored corner number of each position in the coder's frame.
+  /// Corner number, as stored, of each position in the coder's frame.
   std::array<std::uint8_t, 8> stored_corner{0, 1, 2, 3, 4, 5, 6, 7};
 
-  /// Positions of the nodes that are not corners; null if they are unknown.
+  /// Positions of the nodes that are not corners; null if these positions are unknown.
   const NodeLayout* layout = nullptr;
   /// Position of each stored corner in the coder's frame. Set if there is a layout.
   std::array<std::uint8_t, 8> framed{0, 1, 2, 3, 4, 5, 6, 7};
 
-  bool by_faces =
-      false;  ///< true: a polyhedron given face by face, each face closed by its first vertex
+  /// True for a polyhedron that is given face by face, each face closed by its first vertex.
+  bool by_faces = false;
   std::uint32_t cell_slot = kNone;
-  std::uint8_t face_mask =
-      0;  ///< bit k: face k was active before this cell; not set by the replay codec
+  /// Faces that were active before this cell: bit k is set for face k. The replay codec does not
+  /// set this mask.
+  std::uint8_t face_mask = 0;
 
   std::uint32_t stored_position(std::uint32_t position) const {
     return hexahedral && position < 8 ? stored_corner[position] : position;

@@ -1,5 +1,5 @@
-// The hexahedron as tables: its corners, faces and edges, and the 48 orders in which its corners
-// can be stored. 24 of these are rotations.
+// Tables that describe the hexahedron: its corners, faces and edges, and the 48 orders in which its
+// corners can be stored. 24 of these orders are rotations.
 //
 //        7 ------- 6        corner   0 1 2 3 4 5 6 7
 //       /|        /|        x        0 1 1 0 0 1 1 0
@@ -34,15 +34,15 @@ inline constexpr std::array<std::array<std::uint8_t, 2>, 12> kEdgeCorners = {{{0
                                                                               {2, 6},
                                                                               {3, 7}}};
 
-/// Converts a corner number to the bits x + 2y + 4z, and these bits to the corner number: the table
-/// is its own inverse.
+/// Table that converts a corner number to the bits x + 2y + 4z, and these bits to the corner
+/// number. The table is its own inverse.
 inline constexpr std::array<std::uint8_t, 8> kCornerBits = {0, 1, 3, 2, 4, 5, 7, 6};
 
-/// The order in which unknown corners are coded and predicted (paper, Table 1).
+/// Order in which unknown corners are coded and predicted (paper, Table 1).
 inline constexpr std::array<std::uint8_t, 8> kCornerOrder = {0, 1, 2, 3, 4, 7, 5, 6};
 
-/// Three tables by face: the bit of the axis that is normal to it, the opposite face, and the bits
-/// of its corners.
+/// Three tables indexed by face. They contain the bit of the axis that is normal to the face, the
+/// opposite face, and the bits of the face's corners.
 inline constexpr std::array<std::uint8_t, 6> kFaceAxis = {4, 1, 2, 1, 2, 4};
 inline constexpr std::array<std::uint8_t, 6> kOppositeFace = {5, 3, 4, 1, 2, 0};
 inline constexpr auto kFaceBits = [] {
@@ -52,11 +52,12 @@ inline constexpr auto kFaceBits = [] {
   return table;
 }();
 
-/// The two faces at the low and the high end of an axis, by the bit of the axis.
+/// The faces at the low and at the high end of an axis, indexed by the bit of the axis.
 inline constexpr std::array<std::array<std::uint8_t, 2>, 5> kFaceAt = {
     {{}, {1, 3}, {2, 4}, {}, {0, 5}}};
 
-/// kAdjacentFace[k][i]: the other face at edge i (from corner i to i + 1) of face k.
+/// kAdjacentFace[k][i]: the other face at edge i of face k. Edge i leads from corner i to corner i
+/// + 1.
 inline constexpr auto kAdjacentFace = [] {
   std::array<std::array<std::uint8_t, 4>, 6> table{};
   for (std::uint32_t k = 0; k < 6; ++k)
@@ -68,8 +69,8 @@ inline constexpr auto kAdjacentFace = [] {
   return table;
 }();
 
-/// kEdgesTowards[k][i]: the faces towards which the two edges from corner i of face k lead: the
-/// edge to corner i + 1, and the edge to corner i - 1.
+/// kEdgesTowards[k][i]: the faces towards which the two edges at corner i of face k lead: first for
+/// the edge to corner i + 1, then for the edge to corner i - 1.
 inline constexpr auto kEdgesTowards = [] {
   std::array<std::array<std::array<std::uint8_t, 2>, 4>, 6> table{};
   for (std::uint32_t k = 0; k < 6; ++k)
@@ -82,7 +83,8 @@ inline constexpr auto kEdgesTowards = [] {
   return table;
 }();
 
-/// The 12 edges as pairs (face, edge of the face).
+/// The two faces at an edge, and the number of the edge within each face. kEdgeFaces contains the
+/// 12 edges.
 struct EdgeFaces {
   std::array<std::uint8_t, 2> face{}, edge{};
 };
@@ -99,9 +101,10 @@ inline constexpr auto kEdgeFaces = [] {
   return table;
 }();
 
-/// Orientations: all 48 symmetries of the cube. An orientation converts the bits x, y, z of a
-/// corner in one frame to its bits in another frame: to = base ^ (a if x is set) ^ (b if y is set)
-/// ^ (c if z is set). Its number is base * 6 + axes (a b c).
+/// Axes of the orientations, which are the 48 symmetries of the cube. An orientation converts the
+/// bits x, y, z of a corner in one frame to its bits in another frame: to = base ^ (a if x is set)
+/// ^ (b if y is set) ^ (c if z is set). The number of an orientation is base * 6 + the index of its
+/// axes (a b c).
 inline constexpr std::array<std::array<std::uint8_t, 3>, 6> kOrientationAxes = {
     {{1, 2, 4}, {2, 4, 1}, {4, 1, 2}, {2, 1, 4}, {1, 4, 2}, {4, 2, 1}}};
 inline constexpr std::uint8_t kOrientationCount = 48;
@@ -122,9 +125,11 @@ inline constexpr auto kIsMirrored = [] {
     table[o] = ((std::popcount(o / 6) & 1) != 0) != (o % 6 >= 3);
   return table;
 }();
-inline constexpr std::uint8_t kMirrorX = 1 * 6 + 0;  // orientation in which x is reversed
+// Number of the orientation that only reverses x.
+inline constexpr std::uint8_t kMirrorX = 1 * 6 + 0;
 
-/// kOrientationOf[base][x][y]: the orientation with this base in which x and y become these bits.
+/// kOrientationOf[base][x][y]: the orientation with this base that converts the axes x and y to
+/// these bits.
 inline constexpr auto kOrientationOf = [] {
   std::array<std::array<std::array<std::uint8_t, 5>, 5>, 8> table{};
   for (std::uint32_t o = 0; o < kOrientationCount; ++o)
@@ -136,8 +141,8 @@ inline constexpr auto kOrientationOf = [] {
 inline constexpr std::uint32_t kRotationCount = 24;
 
 /// kRotations[r][i]: the corner at position i after rotation r. Rotations are the orientations that
-/// do not mirror, ordered by the corner at position 0 (as bits), then by the axes along edges 0-1,
-/// 0-3 and 0-4.
+/// do not mirror. They are ordered by the corner at position 0 (as bits), then by the axes along
+/// edges 0-1, 0-3 and 0-4.
 inline constexpr auto kRotations = [] {
   std::array<std::array<std::uint8_t, 8>, kRotationCount> table{};
   std::uint32_t count = 0;
@@ -171,8 +176,8 @@ inline constexpr auto kRotatedFace = [] {
   return table;
 }();
 
-/// Returns the rotation that moves these corners to positions 0, 1 and 3, or kRotationCount if
-/// there is none.
+/// Returns the rotation that moves the corners `at0`, `at1` and `at3` to positions 0, 1 and 3.
+/// Returns kRotationCount if there is no such rotation.
 constexpr std::uint32_t rotation_of(std::uint32_t at0, std::uint32_t at1, std::uint32_t at3) {
   for (std::uint32_t r = 0; r < kRotationCount; ++r)
     if (kRotations[r][0] == at0 && kRotations[r][1] == at1 && kRotations[r][3] == at3) return r;

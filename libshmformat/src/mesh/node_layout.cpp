@@ -18,7 +18,8 @@ struct Solid {
   std::span<const Edge> edges;
   std::span<const Face> faces;  ///< faces in the order of their nodes, quadrilaterals first
   std::uint8_t quads;           ///< number of quadrilaterals
-  bool is_flat = false;         ///< true: a cell of a surface, whose only face is the cell itself
+  /// True: the shape is a cell of a surface, whose only face is the cell itself.
+  bool is_flat = false;
 };
 
 constexpr std::array<Face, 6> kHexahedronFaces = {kFaceCorners[1], kFaceCorners[3],
@@ -53,7 +54,7 @@ bool joins(const Edge& edge, std::uint8_t a, std::uint8_t b) {
   return (edge[0] == a && edge[1] == b) || (edge[0] == b && edge[1] == a);
 }
 
-/// Returns the position of the node between two corners.
+/// Returns the position of the mid node of the edge between two corners.
 std::uint8_t middle_of(const Solid& solid, std::uint8_t a, std::uint8_t b) {
   std::uint8_t e = 0;
   while (!joins(solid.edges[e], a, b)) ++e;
@@ -86,7 +87,7 @@ MidNode edge_node(const Solid& solid, std::size_t e) {
   return node;
 }
 
-/// Adds to each edge of a hexahedron the edge that is diagonally opposite to it, across the cell.
+/// Adds to each edge of a hexahedron the edge that is diagonally opposite across the cell.
 void add_opposite_edges(NodeLayout& layout) {
   for (std::uint8_t p = 8; p < 20; ++p) {
     MidNode& node = layout.mid[p];
@@ -112,7 +113,7 @@ MidNode face_node(const Solid& solid, std::size_t f) {
 }
 
 /// Returns the node in the middle of a hexahedron. If the faces have nodes, the body node refers to
-/// four edge nodes and four face nodes, which lie in the plane halfway between bottom and top.
+/// four edge nodes and four face nodes, which are in the plane halfway between bottom and top.
 MidNode body_node(bool has_faces) {
   MidNode node;
   node.kind = MidNode::body;

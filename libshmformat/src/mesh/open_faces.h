@@ -2,8 +2,8 @@
 // that also have cells other than hexahedra.
 //   faces  open triangles and quadrilaterals of cells, including flat cells, and open edges of flat
 //          cells. A face is removed when its first vertex is finalized.
-//   cells  stored by number while they have an open face, and for a while longer, so that the
-//          neighbour of a cell's neighbour can be found
+//   cells  cells that have an open face or recently had one. They are stored by number, so that the
+//          neighbour of a cell's neighbour can be found.
 // spec: "Corners of other cells"
 #pragma once
 
@@ -19,18 +19,20 @@
 
 namespace shm {
 
-/// Positions around a face of a cell, or the two ends of an edge.
+/// Positions, in a cell, of the nodes around one of its faces or at the two ends of one of its
+/// edges.
 struct ShapeFace {
   std::uint8_t size = 0;
   std::array<std::uint8_t, 4> at{};
 };
 
-/// The sides of a cell. The first side of a flat cell is the cell itself, as a face.
+/// Sides of a cell. The first side of a flat cell is the cell itself, as a face.
 struct CellSides {
   std::span<const ShapeFace> sides;
-  bool flat = false;  ///< true: a flat cell, which covers the face of a solid that it lies on
-  bool opens = true;  ///< true: the sides of the cell stay open after it, so that later cells can
-                      ///< be attached
+  bool flat = false;  ///< true: a flat cell, which covers the face of a solid if it coincides with
+                      ///< that face
+  /// True: the sides of the cell stay open, so that later cells can be attached.
+  bool opens = true;
 };
 
 class OpenFaces {
@@ -41,29 +43,28 @@ class OpenFaces {
 
   struct Face {
     std::array<std::uint32_t, 4> node{};  ///< vertex slots around the face
-    std::array<std::uint32_t, 4> next{},
-        previous{};  ///< links of the lists of faces at a vertex: face slot * 4 + position of the
-                     ///< vertex in the face
+    /// Links of the lists of faces at a vertex: face slot * 4 + position of the vertex in the face.
+    std::array<std::uint32_t, 4> next{}, previous{};
     std::uint32_t cell = kNone;  ///< index of the owner, the cell that added the face
     std::uint8_t size = 0;       ///< number of corners; 2 for an edge
     bool flat = false;           ///< true: the face is itself a flat cell
-    bool covered = false;        ///< true: a flat cell lies on the face
+    bool covered = false;        ///< true: a flat cell coincides with the face
   };
   struct Cell {
-    std::uint64_t number = kNever;  ///< number of the cell among cells of all shapes, from 0
-    std::uint32_t open = 0;         ///< number of open faces of the cell
+    /// Number of the cell among cells of all shapes, counted from 0.
+    std::uint64_t number = kNever;
+    std::uint32_t open = 0;  ///< number of open faces of the cell
     std::uint32_t size = 0;
     std::array<std::uint32_t, kMost> node{};  ///< vertex slots of the nodes, in stored order
   };
   struct Vertex {
     std::uint32_t first = kNone;
-    std::uint8_t faces = 0, edges = 0,
-                 bare =
-                     0;  ///< counts at the vertex; bare: number of faces that no flat cell covers
+    /// Numbers of faces, of edges, and of faces that no flat cell covers (bare), at the vertex.
+    std::uint8_t faces = 0, edges = 0, bare = 0;
   };
 
-  /// Adds the next cell. `corners` are its vertex slots. behind() then returns the cells across its
-  /// sides.
+  /// Adds the next cell. `corners` are the vertex slots of the cell. behind() then returns the
+  /// cells across its sides.
   void add_cell(const CellSides& sides, std::span<const std::uint32_t> corners);
   /// Counts a cell without adding any sides.
   void skip_cell() { ++next_number_; }
@@ -78,7 +79,7 @@ class OpenFaces {
   /// there is no such face.
   std::uint32_t find(std::span<const std::uint32_t> cycle) const;
   const Face& face(std::uint32_t i) const { return faces_[i]; }
-  /// Calls visit(face, place) for the faces at a vertex, the newest first.
+  /// Calls visit(face, place) for the faces at a vertex, the newest face first.
   template <class Visit>
   void around(std::uint32_t vertex, Visit&& visit) const {
     if (vertex >= vertices_.size()) return;
@@ -98,10 +99,10 @@ class OpenFaces {
   const Cell& owner(const Face& face) const { return cells_[face.cell]; }
 
  private:
-  /// Largest number of faces at a vertex, the same as in the active surface. It keeps every search
-  /// short. Frozen: part of the format.
+  /// Largest number of faces at a vertex, the same as in the active surface. The limit keeps every
+  /// search short. Frozen: part of the format.
   static constexpr std::uint32_t kMostAtVertex = 128;
-  /// Number of cells without open faces that are still stored.
+  /// Number of cells without open faces that stay stored.
   static constexpr std::size_t kResting = 256;
 
   void add_side(std::uint32_t side, std::span<const std::uint32_t> cycle, const CellSides& sides);
@@ -115,8 +116,8 @@ class OpenFaces {
   std::vector<Face> faces_;
   std::vector<std::uint32_t> free_faces_;
   std::vector<Cell> cells_;
-  std::deque<std::uint32_t> resting_;  // indices of stored cells without open faces; the cell that
-                                       // has been there longest is in front
+  // Indices of stored cells without open faces; the cell that has been there longest is in front.
+  std::deque<std::uint32_t> resting_;
   IdMap by_number_;
   std::array<std::uint64_t, kMost> behind_{};
   std::uint64_t next_number_ = 0;

@@ -2,7 +2,7 @@
 // attached yet. The polyhedra have any number of faces.
 //   faces  cycles of vertices that only one polyhedron has used. A face is removed when its first
 //          vertex is finalized.
-//   edges  edges between live vertices, with the number of polyhedra that have used each
+//   edges  edges between live vertices, with the number of polyhedra that have used each edge
 // spec: "Polyhedra"
 #pragma once
 
@@ -21,7 +21,7 @@ class PolyhedronSurface {
   static constexpr std::size_t kMostFaces = 64, kMostEdges = 32;
   static constexpr std::uint32_t kMostCells = 255;
 
-  /// A face, and the position of a vertex in its cycle.
+  /// Occurrence of a vertex: a face, and the position of the vertex in the cycle of the face.
   struct Place {
     std::uint32_t face = kNone, at = 0;
   };
@@ -30,11 +30,11 @@ class PolyhedronSurface {
     std::uint32_t cells = 0;   ///< number of polyhedra that have used the edge, at most kMostCells
   };
 
-  /// Adds a face of polyhedron `cell`, unless one of its vertices has kMostFaces faces already.
+  /// Adds a face of polyhedron `cell`, unless a vertex of the face has kMostFaces faces already.
   /// Must hold: the vertices of the face are all different.
   void add_face(std::span<const std::uint32_t> cycle, std::uint64_t cell);
   void remove_face(std::uint32_t face);
-  /// Returns the newest open face with this cycle of vertices in either direction, or kNone if
+  /// Returns the newest open face with this cycle of vertices in either direction. Returns kNone if
   /// there is no such face.
   std::uint32_t find(std::span<const std::uint32_t> cycle) const;
   std::span<const std::uint32_t> cycle(std::uint32_t face) const { return faces_[face].cycle; }
@@ -42,7 +42,7 @@ class PolyhedronSurface {
   /// Counts a use of an edge by a polyhedron. Ignores the edge if it is new and one of its vertices
   /// has kMostEdges edges already.
   void add_edge(std::uint32_t a, std::uint32_t b);
-  /// Returns the number of polyhedra that have used the edge.
+  /// Returns the number of polyhedra that have used the edge between `a` and `b`.
   std::uint32_t cells_at(std::uint32_t a, std::uint32_t b) const;
 
   /// Returns the faces at a vertex, the newest last.
@@ -65,7 +65,7 @@ class PolyhedronSurface {
   };
 
   struct Face {
-    std::vector<std::uint32_t> cycle;  // vertex slots
+    std::vector<std::uint32_t> cycle;  // slots of the vertices around the face
     std::uint64_t cell = 0;            // number of the polyhedron that has added the face
   };
 

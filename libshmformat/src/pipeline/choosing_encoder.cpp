@@ -12,42 +12,44 @@
 namespace shm {
 namespace {
 
-/// Bounds for the codec shifts. Shifts qualify if a cell needs at most kShiftBits bits on average,
-/// or at most kShiftBits / kShiftPart bits if size matters. So few bits mean that most vertex
-/// numbers continue regularly from cell to cell.
+/// Bounds for the shifts codec. The shifts codec qualifies if a cell needs at most kShiftBits bits
+/// on average, or at most kShiftBits / kShiftPart bits if size matters. Such a small number of bits
+/// means that most vertex numbers continue regularly from cell to cell.
 constexpr std::uint64_t kShiftBits = 1, kShiftPart = 2;
 constexpr std::size_t kFirstPieces = 3;
-/// If size matters, a segment coded with shifts may be larger than with another codec by one part
-/// in kShiftShare. If the sample lies within a first layer of cells, it may be larger by one part
-/// in kShiftShareOfLayer: cells of that layer have no neighbours in an earlier layer. Shifts
-/// predict only from earlier rows and layers, so the sample overestimates the size of the segment.
+/// Excess that is allowed for the shifts codec if size matters. A segment coded with shifts may be
+/// larger than with another codec by one part in kShiftShare. If the sample is within a first layer
+/// of cells, it may be larger by one part in kShiftShareOfLayer. Cells of that layer have no
+/// neighbours in an earlier layer, but shifts predict only from earlier rows and layers. The sample
+/// therefore overestimates the size of the segment.
 constexpr std::uint64_t kShiftShare = 25, kShiftShareOfLayer = 12;
 /// Largest saving of mixing, in tenths of the size of connectivity and vertex numbers.
 constexpr std::uint64_t kMixedSavesTenths = 4;
-/// A round of the race. The last round, which covers the whole sample, is not in the table.
+/// Round of the race between codecs. The last round, which covers the whole sample, is not in the
+/// table.
 struct Round {
   std::size_t pieces;   ///< number of pieces of the sample coded in the round; a piece usually has
                         ///< 1024 cells
-  std::uint64_t share;  ///< a codec drops out if it is larger than the smallest codec by more than
-                        ///< 1 / share of its size
+  std::uint64_t share;  ///< inverse of the allowed excess: a codec drops out if its size exceeds
+                        ///< that of the smallest codec by more than 1 / share
   std::uint64_t bytes;  ///< excess in bytes that is allowed in addition, since the cost of the
                         ///< first learning is constant
-  bool values;          ///< true: the values of each codec are estimated
-  bool mixes;  ///< true: the codec mixed is coded in the round; on few cells it has not learnt
+  bool values;          ///< true: the size of the values of each codec is estimated
+  bool mixes;  ///< true: the mixed codec is coded in the round; on few cells it has not learnt
                ///< enough
 };
 constexpr std::array<Round, 3> kRounds = {
     {{1, 10, 256, false, false}, {3, 20, 256, true, true}, {10, 50, 128, true, true}}};
-/// Shifts stay in the race up to this many times the excess allowed to other codecs, because they
-/// need fewer bytes in later rows.
+/// Factor by which the excess allowed for shifts is larger than the excess allowed for other
+/// codecs. Shifts stay in the race longer because they need fewer bytes in later rows.
 constexpr std::uint64_t kShiftPatience = 2;
-/// The race between rows and mixed rows ends early if mixing saves more than kClearly times the
-/// required share, or less than 1 / kClearly of that share.
+/// Factor that ends the race between rows and mixed rows early. The race ends if mixing saves more
+/// than kClearly times the required share, or less than 1 / kClearly of that share.
 constexpr std::uint64_t kClearly = 2;
 
 /// Largest number of components of static arrays with which several codecs are tried. Each codec in
-/// the race stores a separate copy of all values. With more components, the cells are a small part
-/// of the file.
+/// the race stores a separate copy of all values. With more components, the cells are only a small
+/// part of the file.
 constexpr std::uint64_t kMostRacing = 512;
 
 bool takes(ConnectivityCodec codec, const Schema& schema) {
@@ -127,7 +129,7 @@ Result<void> ChoosingEncoder::choose(bool is_over, std::vector<EncodedGroup>& do
   return go_on_with(*best, done);
 }
 
-/// Codes the pieces of the sample with an index below `pieces` that `runner` has not coded yet.
+/// Codes those pieces of the sample with an index below `pieces` that `runner` has not coded yet.
 Result<void> ChoosingEncoder::advance(Runner& runner, std::size_t pieces) const {
   if (!runner.encoder) runner.encoder = encoder_with(runner.codec);
   for (; runner.taken < pieces; ++runner.taken)
@@ -145,14 +147,15 @@ Result<void> ChoosingEncoder::go_on_with(Runner& runner, std::vector<EncodedGrou
   return {};
 }
 
-/// Returns true if the codec shifts qualifies: its cells need almost no bytes, and the segment is
+/// Returns true if the shifts codec qualifies: its cells need almost no bytes, and the segment is
 /// at least as long as the sample, so that speed matters.
 Result<bool> ChoosingEncoder::shifts_do(Runner& shifts) const {
   if (trial_.shifts == CodecTrial::Shifts::no || sample_cells_ < trial_.sample_cells ||
       !takes(ConnectivityCodec::shifts, *schema_))
     return false;
   const std::uint64_t parts = trial_.shifts == CodecTrial::Shifts::for_size ? kShiftPart : 1;
-  // If the first pieces already exceed the bound for the whole sample, the rest is not coded.
+  // If the first pieces already exceed the bound for the whole sample, the remaining pieces are not
+  // coded.
   for (const std::size_t pieces : {std::min(kFirstPieces, sample_.size()), sample_.size()}) {
     if (auto status = advance(shifts, pieces); !status) return status.error();
     const SegmentSize size = shifts.encoder->size();
@@ -161,7 +164,7 @@ Result<bool> ChoosingEncoder::shifts_do(Runner& shifts) const {
   return true;
 }
 
-/// Returns the codecs to try in the race, the fastest first. If size matters, the codec shifts is
+/// Returns the codecs to try in the race, the fastest first. If size matters, the shifts codec is
 /// one of them.
 std::vector<ConnectivityCodec> ChoosingEncoder::candidates() const {
   std::vector<ConnectivityCodec> codecs = trial_.codecs;
@@ -202,7 +205,7 @@ auto ChoosingEncoder::smallest(bool is_over) -> Result<Runner> {
   return finish_race(runners, is_over);
 }
 
-/// Runs the last round, on the whole sample, and returns the winner.
+/// Runs the last round of the race, on the whole sample, and returns the winner.
 auto ChoosingEncoder::finish_race(std::vector<Runner>& runners, bool is_over) -> Result<Runner> {
   const bool ends = is_over && trial_.level == Level::best;
   const bool is_first = runners[0].size.values == 0;
@@ -218,8 +221,8 @@ auto ChoosingEncoder::finish_race(std::vector<Runner>& runners, bool is_over) ->
     return std::move(best_of(runners));
   }
   if (lies_in_a_layer()) {
-    // Further cells of the first layer do not show how the codecs code later layers, and coding
-    // them needs much memory.
+    // Further cells of the first layer do not show how well the codecs code later layers, and
+    // coding these cells needs much memory.
     const std::uint64_t bytes = value_bytes(sample_.size());
     for (Runner& runner : runners)
       for (std::uint64_t* part : {&runner.size.topology, &runner.size.besides, &runner.size.values})
@@ -264,20 +267,21 @@ void ChoosingEncoder::drop(std::vector<Runner>& runners, ConnectivityCodec codec
   runners.erase(runners.begin() + (runner - runners.data()));
 }
 
-/// Returns the size of the values so far, including pending values, which are coded to measure it.
+/// Returns the coded size in bytes of the values so far. Pending values are coded to measure their
+/// size.
 std::uint64_t ChoosingEncoder::coded_values(Runner& runner) {
   return runner.encoder->size().values + runner.encoder->values_if_coded();
 }
 
 /// Advances each runner to `pieces` pieces, and determines the size of its values in the way that
-/// `values` states. Mixed rows advance only if `mixes` is set and mixing can save enough. The size
-/// of values that are not estimated is assumed to grow in proportion to their uncompressed size.
+/// `values` states. Mixed rows advance only if `mixes` is set and mixing can save enough. If the
+/// size of values is not estimated, it is assumed to grow in proportion to their uncompressed size.
 Result<void> ChoosingEncoder::run(std::vector<Runner>& runners, std::size_t pieces, Values values,
                                   bool mixes) const {
   using enum ConnectivityCodec;
   const std::uint64_t bytes = value_bytes(pieces);
-  Runner* first =
-      find(runners, rows);  // the runner whose value size is always determined; never shifts
+  // Runner for which the size of the values is always determined; never the shifts runner.
+  Runner* first = find(runners, rows);
   if (!first) first = &runners.back();
   RatedDomains rated;
   const auto size_of = [&](Runner& runner, bool estimates) -> Result<void> {
@@ -315,8 +319,8 @@ Result<void> ChoosingEncoder::run(std::vector<Runner>& runners, std::size_t piec
   return {};
 }
 
-/// Drops rows or mixed rows if the difference is clear or `finally` is set. The two differ only by
-/// the savings of mixing.
+/// Drops rows or mixed rows if the difference between their sizes is clear or `finally` is set. The
+/// two codecs differ only by the savings of mixing.
 void ChoosingEncoder::settle_mixing(std::vector<Runner>& runners, bool finally) {
   using enum ConnectivityCodec;
   Runner *with_rows = find(runners, rows), *with_mixed = find(runners, mixed);
@@ -330,7 +334,8 @@ void ChoosingEncoder::settle_mixing(std::vector<Runner>& runners, bool finally) 
     drop(runners, rows);
 }
 
-/// Returns true if mixing can save enough. Decoding mixed bits takes several times as long.
+/// Returns true if mixing can save enough. Decoding mixed bits takes several times as long as
+/// decoding other bits.
 bool ChoosingEncoder::mixing_can_pay(const SegmentSize& other) const {
   return trial_.level == Level::best ||
          other.topology * kMixedSavesTenths * trial_.spare_share >= other.all() * 10;
@@ -348,14 +353,15 @@ auto ChoosingEncoder::best_of(std::span<Runner> runners) const -> Runner& {
 /// Returns true if `smaller` saves enough compared with `faster`, a runner whose codec is faster.
 bool ChoosingEncoder::is_better(const Runner& smaller, const Runner& faster) const {
   if (!is_worth_it(smaller.size, faster.size)) return false;
-  // Decoding mixed bits takes several times as long, also in small meshes.
+  // Decoding mixed bits takes several times as long as decoding other bits, also in small meshes.
   return smaller.codec != ConnectivityCodec::mixed || trial_.level == Level::best ||
          (faster.size.all() - smaller.size.all()) * trial_.spare_share > faster.size.all();
 }
 
 bool ChoosingEncoder::is_worth_it(const SegmentSize& smaller, const SegmentSize& faster) const {
   if (smaller.all() >= faster.all()) return false;
-  if (sample_cells_ < trial_.sample_cells) return true;  // a short segment: time does not matter
+  if (sample_cells_ < trial_.sample_cells)
+    return true;  // in a short segment, coding time does not matter
   const auto is_felt = [&](std::uint64_t bytes) {
     return 8 * bytes * trial_.spare_bits > sample_cells_;
   };

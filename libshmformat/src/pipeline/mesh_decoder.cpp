@@ -9,8 +9,8 @@
 namespace shm {
 namespace {
 
-// Bytes of groups of the first segment that are decoded before threads start. Decoding them takes
-// about a millisecond.
+// Size in bytes of the groups of the first segment that are decoded before threads start. Decoding
+// groups of this size takes about a millisecond.
 constexpr std::size_t kAloneBytes = std::size_t{4} << 10;
 
 }  // namespace
@@ -58,14 +58,14 @@ Result<void> SegmentDecoder::begin_group(container::GroupChunk chunk) {
 
 Result<void> SegmentDecoder::check_header() {
   if (group_.first_cell != next_cell_ || group_.first_vertex != next_vertex_)
-    return damaged("the group does not follow the one before it");
+    return damaged("the group does not continue where the previous group ended");
   if (start_.segment == 0 && group_.imported_vertices > 0)
     return damaged("the first segment cannot import vertices");
   const std::uint64_t file = group_offset_ + payload_.size();
   if (auto status = check_active(group_, limits_, file); !status) return placed(status.error());
   if (group_.decoded_bytes > limits_.max_group_bytes)
-    return damaged("unpacks to " + std::to_string(group_.decoded_bytes) + " bytes, the limit is " +
-                       std::to_string(limits_.max_group_bytes),
+    return damaged("unpacks to " + std::to_string(group_.decoded_bytes) +
+                       " bytes, but the limit is " + std::to_string(limits_.max_group_bytes),
                    ErrorCode::over_limit);
   return {};
 }
@@ -93,7 +93,8 @@ Result<void> SegmentDecoder::begin_streams() {
 
 namespace {
 
-/// Removes vertices and values but keeps their memory. The cells stay, and are overwritten later.
+/// Removes vertices and values from the block but keeps their memory. The cells stay, and are
+/// overwritten later.
 void clear(MeshBlock& block) {
   block.vertex_numbers.clear();
   block.xyz.clear();
@@ -288,21 +289,22 @@ void MeshDecoder::leave(const std::vector<std::uint64_t>& alive, std::uint32_t s
 }
 
 /// Checks that the block continues where the last block ended, and counts its vertices and cells.
-/// Readers of single parts, even of damaged files, do not check the box: a wrong box is no reason
-/// to withhold intact data.
+/// Also checks the bounding box. Readers of single parts, even of damaged files, do not check the
+/// box: a wrong box is no reason to withhold intact data.
 Result<void> MeshDecoder::join(const DecodedBlock& block) {
   if (block.segment.segment == segment_starts_.size()) {
     if (block.segment.first_cell != cells_ || block.segment.first_vertex != vertices_)
-      return damaged("the group does not follow the one before it", groups_, block.offset);
+      return damaged("the group does not continue where the previous group ended", groups_,
+                     block.offset);
     segment_starts_.push_back(cells_);
     segment_connectivity_.push_back(block.connectivity);
   } else if (segment_connectivity_.back() == ConnectivityCodec::automatic) {
-    segment_connectivity_.back() = block.connectivity;  // replaces the entry of unused vertices,
-                                                        // which came before the first cells
+    segment_connectivity_.back() = block.connectivity;  // until now, the segment had only unused
+                                                        // vertices and therefore no codec
   }
   if (auto status = check_imports(block); !status) return status;
   if (block.group_end && !block.group_end->has_its_box)
-    return damaged("its box is not that of its vertices", groups_, block.offset);
+    return damaged("the box of the group does not match its vertices", groups_, block.offset);
   count(block);
   return {};
 }

@@ -88,18 +88,18 @@ void SpiralReorderer::walk_through(Label label, std::uint32_t entered, const Cor
     vertical_ = label;
     last_was_horizontal_ = false;
   }
-  // Orientation of the next cell. For each face of the old cell through which the walk leaves: the
-  // old faces that become left, right, top and bottom of the next cell. For example, after a turn
-  // to the right, the old front is on the left.
+  // Orientation of the next cell, for each face of the old cell through which the walk leaves. A
+  // row lists the old faces that become left, right, top and bottom of the next cell. For example,
+  // after a turn to the right, the old front is on the left.
   constexpr std::array<std::array<std::uint8_t, 4>, kLabels> kBecomes = {{
-      {kLeft, kRight, kTop, kBottom},  // leaving through the front
-      {kBack, kFront, kTop, kBottom},  // leaving through the left face
-      {kFront, kBack, kTop, kBottom},  // leaving through the right face
-      {kLeft, kRight, kBack, kFront},  // leaving through the top
-      {kLeft, kRight, kFront, kBack},  // leaving through the bottom
-      {kRight, kLeft, kTop, kBottom},  // leaving through the back
+      {kLeft, kRight, kTop, kBottom},  // row for leaving through the front
+      {kBack, kFront, kTop, kBottom},  // row for leaving through the left face
+      {kFront, kBack, kTop, kBottom},  // row for leaving through the right face
+      {kLeft, kRight, kBack, kFront},  // row for leaving through the top
+      {kLeft, kRight, kFront, kBack},  // row for leaving through the bottom
+      {kRight, kLeft, kTop, kBottom},  // row for leaving through the back
   }};
-  // Returns the next cell's face that meets the passed face at the edge of `old_face`.
+  // Returns the face of the next cell that meets the passed face at the edge of `old_face`.
   const auto carried = [&](std::uint32_t old_face) -> std::uint8_t {
     const Face passed = face_of(previous_, face_at_[label]), side = face_of(previous_, old_face);
     for (std::uint8_t f = 0; f < 6; ++f) {

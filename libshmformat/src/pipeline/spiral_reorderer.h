@@ -1,11 +1,10 @@
-// SpiralReorderer: the delay buffer. It chooses a waiting cell that shares a face with the previous
-// hexahedron, so that gates are more often found on the previous hexahedron. If there is no such
-// cell, it chooses the cell that has waited longest.
-// - Input: cells in input order.
-// - Output: the same cells in coding order.
+// SpiralReorderer: the delay buffer, which receives cells in input order and returns them in coding
+// order. It chooses a waiting cell that shares a face with the previous hexahedron, so that the
+// gate of the next cell is more often a face of the previous hexahedron. If there is no such cell,
+// it chooses the cell that has waited longest.
 //
-// A cell that shares no face with the cells chosen before it may wait long, but the number of
-// waiting cells never exceeds the size of the buffer.
+// A cell that shares no face with the cells chosen before it may wait long. The number of waiting
+// cells never exceeds the size of the buffer.
 // source: paper section 3.1.1. Not part of the format: a reader sees only the resulting order.
 #pragma once
 
@@ -23,18 +22,18 @@ class SpiralReorderer {
   using Corners = std::array<std::uint64_t, 8>;  // any numbers that identify the vertices of the
                                                  // corners, in stored order
 
-  /// Adds a cell. The caller chooses `handle`, which must differ from the handles of all waiting
+  /// Add a cell. The caller chooses `handle`, which must differ from the handles of all waiting
   /// cells.
   void push_hexahedron(std::uint32_t handle, const Corners& corners);
   void push_other(std::uint32_t handle);
   std::size_t waiting() const { return by_age_.size(); }
-  /// Removes and returns the waiting cell that comes next. Must hold: waiting() > 0.
+  /// Removes the waiting cell that comes next, and returns its handle. Must hold: waiting() > 0.
   std::uint32_t pop();
 
  private:
   /// Faces of the previous hexahedron, as seen by an observer who walks through the mesh.
   enum Label : std::uint8_t { kFront, kLeft, kRight, kTop, kBottom, kBack, kLabels };
-  using Face = std::array<std::uint64_t, 4>;  // vertex numbers in ascending order
+  using Face = std::array<std::uint64_t, 4>;  // vertex numbers of a face, in ascending order
   struct FaceHash {
     std::size_t operator()(const Face& face) const;
   };
@@ -52,12 +51,12 @@ class SpiralReorderer {
   std::uint64_t next_age_ = 0;
   std::map<std::uint64_t, std::uint32_t> by_age_;
   std::unordered_map<std::uint32_t, Waiting> cells_;
-  std::unordered_map<Face, std::array<std::uint32_t, 2>, FaceHash>
-      faces_;  // the cells at each face, at most two
+  // Handles of the waiting cells at each face, at most two.
+  std::unordered_map<Face, std::array<std::uint32_t, 2>, FaceHash> faces_;
 
   bool has_previous_ = false;
   Corners previous_{};
-  std::array<std::uint8_t, kLabels> face_at_{};  // the face of previous_ with each label
+  std::array<std::uint8_t, kLabels> face_at_{};  // face of previous_ with each label
   Label horizontal_ = kRight, vertical_ = kTop;
   bool last_was_horizontal_ = true;
 };

@@ -26,7 +26,7 @@ Result<void> IndexedFile::expect_limits() const {
         std::tuple(index_.cells, limits_.max_cells, " cells")})
     if (count > limit)
       return over_limit(
-          "has " + std::to_string(count) + unit + ", the limit is " + std::to_string(limit),
+          "has " + std::to_string(count) + unit + ", but the limit is " + std::to_string(limit),
           "index", index_offset_);
   return {};
 }
@@ -44,7 +44,8 @@ Result<void> IndexedFile::open_damaged() {
   const auto known = FoundChunks::of(*source_, limits_);
   if (!known) return known.error();
   if (!known->schema())
-    return corrupt("no copy is undamaged; the file cannot be read without it", "schema");
+    return corrupt("no copy of the schema is undamaged; the file cannot be read without a schema",
+                   "schema");
   decodable_ = std::make_unique<const DecodableParts>(DecodableParts::of(*known));
   index_offset_ = decodable_->index_offset;
   index_ = decodable_->totals;
@@ -157,8 +158,8 @@ void IndexedFile::prefetch_groups(std::span<const std::size_t> groups) {
   source_->prefetch(ranges);
 }
 
-/// Returns the length of the chunk header and the group header together, if the chunk header has
-/// the form that writers choose.
+/// Returns the total length in bytes of the chunk header and the group header, if the chunk header
+/// has the form that writers choose.
 std::uint64_t IndexedFile::head_bytes(const IndexEntry& group) const {
   container::ChunkHeader header;
   header.segment = group.segment;
@@ -235,7 +236,7 @@ Result<std::vector<std::byte>> IndexedFile::read_stream(std::size_t group, const
   const std::string section = "group " + std::to_string(group);
   const std::string name = container::stream_name(entry.kind);
   if (entry.bytes > limits_.max_chunk_bytes)
-    return over_limit(name + ": " + std::to_string(entry.bytes) + " bytes, the limit is " +
+    return over_limit(name + ": " + std::to_string(entry.bytes) + " bytes, but the limit is " +
                           std::to_string(limits_.max_chunk_bytes),
                       section, groups_[group].offset);
   auto bytes = container::read_bytes(*source_, head.stream_offset[stream], entry.bytes, section);
@@ -259,7 +260,7 @@ Result<container::GroupChunk> IndexedFile::read_group(std::size_t group,
   auto head = read_group_head(group);
   if (!head) return head.error();
   if (entry.offset + entry.bytes - head->payload_offset > limits_.max_chunk_bytes)
-    return over_limit("a chunk of " + std::to_string(entry.bytes) + " bytes, the limit is " +
+    return over_limit("the chunk has " + std::to_string(entry.bytes) + " bytes, but the limit is " +
                           std::to_string(limits_.max_chunk_bytes),
                       "group " + std::to_string(group), entry.offset);
   out.version = head->header.version;
@@ -267,8 +268,8 @@ Result<container::GroupChunk> IndexedFile::read_group(std::size_t group,
   std::vector<std::byte>& payload = out.payload;
   const auto& streams = head->header.streams;
   const std::uint64_t begin = head->payload_offset;
-  // Reads up to the end of the last wanted stream. If the file is cut off after it, the group can
-  // still be read.
+  // Only the bytes up to the end of the last wanted stream are read. If the file is cut off after
+  // this stream, the group can still be read.
   std::uint64_t needed = payload.size();
   for (std::size_t s = 0; s < streams.size(); ++s)
     if (parts.includes(streams[s]))
@@ -349,7 +350,7 @@ Result<void> IndexedFile::expect_group(std::size_t group,
 }
 
 Result<void> IndexedFile::expect_totals() const {
-  if (decodable_) return {};  // if some groups are lost, totals cannot be checked
+  if (decodable_) return {};  // totals cannot be checked if some groups are lost
   std::uint64_t vertices = 0, cells = 0;
   bool ok = index_.block_cells.size() == schema().blocks.size();
   for (const IndexEntry& group : groups_) {
@@ -367,14 +368,14 @@ Result<void> IndexedFile::expect_totals() const {
   return ok && cells == 0 ? Result<void>() : wrong_index("its groups do not add up to its totals");
 }
 
-/// Determines from the first chunk whether chunk headers are always long. `bytes` begin at the file
+/// Determines from the first chunk whether all chunk headers are long. `bytes` begin at the file
 /// start.
 void IndexedFile::look_at_beginning(std::span<const std::byte> bytes) {
   const auto first = bytes.subspan(std::min(bytes.size(), container::kFileStartBytes));
   has_long_headers_ = container::header_bytes(first) == kLongHeaderBytes;
 }
 
-/// Reads the file start and the first chunk.
+/// Reads the file start and the first chunk, which is the schema.
 Result<void> IndexedFile::read_schema() {
   if (index_.entries.empty() ||
       index_.entries[0].kind != static_cast<std::uint8_t>(ChunkKind::schema) ||

@@ -1,6 +1,6 @@
 // IndexedFile: reads a .shm file through its index. It finds chunks and the bitstreams of groups,
-// and reads only the requested data. It uses the offsets in the index, and checks all other
-// contents of the index against the file.
+// and reads only the requested data. It uses the offsets in the index. It checks all other contents
+// of the index against the file.
 // spec: "Index and trailer", "Group"
 #pragma once
 
@@ -26,43 +26,45 @@ namespace shm {
 
 class IndexedFile {
  public:
-  /// `source` is borrowed.
+  /// Creates an object for `source`, which is borrowed. Must be followed by open() or
+  /// open_damaged().
   IndexedFile(RandomSource& source, const ReadLimits& limits)
       : source_(&source), limits_(within_sizes(limits)) {
     limits_.max_active_bytes =
         limit_with(limits_.max_active_bytes, ReadLimits::kActiveBytesEach, source.size());
   }
 
-  /// Opens an undamaged file. Reads only trailer, index and schema.
+  /// Opens an undamaged file. Reads only the trailer, the index and the schema.
   Result<void> open();
-  /// Opens a damaged file: scans all of it and keeps the list of decodable parts. Segments and
-  /// groups are numbered among the decodable segments and groups.
+  /// Opens a damaged file: scans all of it and stores the list of decodable parts. Only decodable
+  /// segments and groups are counted in the numbers of segments and groups.
   Result<void> open_damaged();
-  /// Returns the decodable parts, or null unless the file was opened as damaged.
+  /// Returns the decodable parts, or null if the file was not opened by open_damaged().
   const DecodableParts* decodable() const { return decodable_.get(); }
   const Schema& schema() const { return *schema_; }
   const ReadLimits& limits() const { return limits_; }
-  /// Returns the totals of the whole file and all entries.
+  /// Returns the index: the totals of the whole file, and all entries.
   const container::Index& index() const { return index_; }
   std::uint64_t index_offset() const { return index_offset_; }
-  /// Removes the entries of step values. A caller uses it after it has stored them elsewhere.
+  /// Removes the entries of step values from the index. A caller uses this function after it has
+  /// stored these entries elsewhere.
   void drop_step_entries();
   RandomSource& source() { return *source_; }
 
   const std::vector<SegmentInfo>& segments() const { return segments_; }
   const std::vector<container::IndexEntry>& groups() const { return groups_; }
-  /// Returns the index in groups() of the first group of `segment`, or the number of groups if
+  /// Returns the index in groups() of the first group of `segment`. Returns the number of groups if
   /// `segment` is segments().size().
   std::size_t first_group(std::size_t segment) const { return first_group_[segment]; }
   /// Returns the index in segments() of the segment that contains the group. In a damaged file this
-  /// is not the segment number in the header of the group.
+  /// index can differ from the segment number in the header of the group.
   std::size_t segment_of(std::size_t group) const {
     return static_cast<std::size_t>(
                std::upper_bound(first_group_.begin(), first_group_.end(), group) -
                first_group_.begin()) -
            1;
   }
-  /// Return the number of segments()[segment] or groups()[group] in the file.
+  /// Return the number that segments()[segment] or groups()[group] has in the file.
   std::uint32_t segment_number(std::size_t segment) const {
     return groups_[first_group_[segment]].segment;
   }
@@ -75,12 +77,13 @@ class IndexedFile {
                       : std::span<const std::uint32_t>();
   }
 
-  /// Returns the payload of a whole chunk. Stores the version of the chunk in `version` unless it
-  /// is null.
+  /// Returns the payload of a whole chunk. Stores the version of the chunk in `version` unless
+  /// `version` is null.
   Result<std::vector<std::byte>> read_chunk(const container::IndexEntry& entry,
                                             std::uint8_t* version = nullptr);
-  /// Like read_chunk(), for a chunk with several parts, which is read once per part. A small
-  /// payload is stored for the next call. The returned payload is valid until the next call.
+  /// Result of read_chunk_of_parts(), which works like read_chunk() for a chunk with several parts.
+  /// Such a chunk is read once per part, so a small payload is stored for the next call. The
+  /// payload returned is valid until the next call.
   struct Payload {
     std::span<const std::byte> bytes;
     std::uint8_t version = 0;
@@ -88,33 +91,34 @@ class IndexedFile {
   Result<Payload> read_chunk_of_parts(const container::IndexEntry& entry);
   /// Returns all extras in file order.
   Result<std::vector<Extra>> read_extras();
-  /// Returns the step times, or an empty list if the file has no step times.
+  /// Returns the step times. Returns an empty list if the file has no step times.
   Result<std::vector<double>> read_step_times();
   /// Fails unless the groups are contiguous and add up to the totals of the index.
   Result<void> expect_totals() const;
-  /// Fails unless the header of a group agrees with its entry in the index, including the box.
+  /// Fails unless the header of a group agrees with the group's entry in the index, including the
+  /// box.
   Result<void> expect_group(std::size_t group, const container::GroupHeader& header) const;
-  /// The header of a group, without the bitstreams.
+  /// Header of a group, without the bitstreams.
   struct GroupHead {
     std::vector<std::byte> bytes;  ///< group header as stored in the payload
     container::GroupHeader header;
     std::uint64_t payload_offset = 0;  ///< offset of the payload in the file
-    std::vector<std::uint64_t>
-        stream_offset;  ///< offset in the file of each stream that the header lists
+    /// Offset in the file of each stream that the header lists.
+    std::vector<std::uint64_t> stream_offset;
   };
   Result<GroupHead> read_group_head(std::size_t group);
   /// Announces to the source that these groups will be read as a whole.
   void prefetch_groups(std::span<const std::size_t> groups);
-  /// Announces which bitstreams of these groups will be read. To determine them, it reads the
-  /// headers of the groups and stores them for read_group_head(), which also reports their errors.
-  /// Does nothing if there are too many groups.
+  /// Announces to the source which bitstreams of these groups will be read. To determine these
+  /// bitstreams, reads the headers of the groups. The headers are stored for read_group_head(),
+  /// which also reports errors in them. Does nothing if there are too many groups.
   using WantsStream =
       std::function<bool(const container::GroupHeader&, const container::StreamEntry&)>;
   void prefetch_streams(std::span<const std::size_t> groups, const WantsStream& wants);
   /// Returns the bytes of one bitstream of a group.
   Result<std::vector<std::byte>> read_stream(std::size_t group, const GroupHead& head,
                                              std::size_t stream);
-  /// Reads a group. In its payload, streams that are not wanted are replaced by zeros.
+  /// Reads a group. In the payload returned, streams that are not wanted are replaced by zeros.
   Result<container::GroupChunk> read_group(std::size_t group, const DecodedParts& parts);
 
   Error wrong_index(std::string detail) const {
@@ -130,31 +134,32 @@ class IndexedFile {
   Result<void> list_groups();
   void add_to_segment(const container::IndexEntry& entry);
   Result<std::vector<std::byte>> read_packed(const container::IndexEntry& entry);
-  /// Returns the budget that is left after the schema. Every call returns the same budget, so that
-  /// reading the same parts again does not fail.
+  /// Returns the memory budget for unpacked blobs that is left after the schema. Every call returns
+  /// the same budget, so that reading the same parts again does not fail.
   UnpackBudget budget() const;
-  /// Returns true if blobs are bounded, like container::has_bounded_blobs(). Blobs are bounded in
-  /// the files that may use earlier values.
+  /// Returns true if the unpacked size of blobs is bounded, like container::has_bounded_blobs().
+  /// This is the case in the files that may use earlier values.
   bool has_bounded_blobs() const { return schema().earlier_values; }
 
   RandomSource* source_;
   ReadLimits limits_;
-  std::unique_ptr<const Schema> schema_;  // on the heap, since other objects keep a pointer to it
+  // Schema of the file; on the heap, since other objects keep a pointer to it.
+  std::unique_ptr<const Schema> schema_;
   std::uint64_t index_offset_ = 0;
   container::Index index_;
-  bool has_long_headers_ =
-      false;  // true: chunk headers are long even if short headers would suffice
+  // True if all chunk headers are long, even if short headers would suffice.
+  bool has_long_headers_ = false;
   std::vector<SegmentInfo> segments_;
   std::vector<container::IndexEntry> groups_;
   std::vector<std::size_t> first_group_;  // index in groups_ of the first group of each segment;
-                                          // then the number of groups
+                                          // the last entry is the number of groups
   std::unique_ptr<const DecodableParts> decodable_;
-  std::unordered_map<std::size_t, GroupHead>
-      heads_;                    // group headers that prefetch_streams() has read, by group
-  std::vector<std::byte> kept_;  // payload kept by read_chunk_of_parts()
-  std::uint64_t kept_offset_ =
-      kNoOffset;                  // offset of that payload's chunk; kNoOffset: kept_ is not valid
-  std::uint64_t kept_bytes_ = 0;  // length of that chunk
+  // Group headers that prefetch_streams() has read, by group.
+  std::unordered_map<std::size_t, GroupHead> heads_;
+  std::vector<std::byte> kept_;  // payload stored by read_chunk_of_parts()
+  // Offset of the chunk whose payload is in kept_; kNoOffset if kept_ is not valid.
+  std::uint64_t kept_offset_ = kNoOffset;
+  std::uint64_t kept_bytes_ = 0;  // length in bytes of the chunk whose payload is in kept_
   std::uint8_t kept_version_ = 0;
 };
 

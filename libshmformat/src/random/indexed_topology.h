@@ -1,4 +1,4 @@
-// Reads the topology of groups that are found through the index.
+// Declares add_group(), which finds a group through the index and reads its topology.
 #pragma once
 
 #include <cstddef>

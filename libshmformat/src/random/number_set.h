@@ -1,5 +1,5 @@
-// NumberSet: a set of numbers. Dense numbers, such as those of a whole mesh, need one bit each. The
-// memory never exceeds 32 bytes per number plus 256 KiB.
+// NumberSet: a set of numbers. Dense numbers, such as those of a whole mesh, need one bit per
+// number. The memory never exceeds 32 bytes per number plus 256 KiB.
 #pragma once
 
 #include <algorithm>
@@ -26,9 +26,9 @@ class NumberSet {
     if ((bits & bit) != 0 && !twice_) twice_ = number;
     bits |= bit;
   }
-  /// Returns how many numbers were added.
+  /// Returns how many numbers have been added.
   std::uint64_t size() const { return size_; }
-  /// Returns a number that was added twice, or nullopt if there is no such number.
+  /// Returns a number that has been added twice, or nullopt if there is no such number.
   std::optional<std::uint64_t> twice() {
     std::sort(far_.begin(), far_.end());
     const auto again = std::adjacent_find(far_.begin(), far_.end());

@@ -17,7 +17,7 @@ void empty(MeshBlock& block, std::size_t arrays) {
   block.arrays.resize(arrays);
 }
 
-/// Returns the wanted static arrays at `location`.
+/// Returns the requested static arrays at `location`.
 std::vector<std::uint32_t> static_arrays(const Schema& schema, const DecodedParts& parts,
                                          Location location) {
   std::vector<std::uint32_t> arrays;
@@ -62,13 +62,13 @@ Result<void> PiecePicker::pick(MeshBlock& block, std::size_t group) {
       return status;
     if (auto status = pick_cell(block, cell); !status) return status;
   }
-  // The remaining vertices of the block are not used by any cell.
+  // No cell uses the remaining vertices of the block.
   if (request_->of_vertices()) return take_vertices(block, vertex, block.vertex_count());
   return request_->wants_unused() ? take_unused(block, vertex) : Result<void>();
 }
 
-/// Adds the vertices of a block from `next` to `end` to the buffer, where they wait for cells. If
-/// vertices are requested, adds the requested vertices to the piece.
+/// Adds the vertices of a block from `next` to `end` to the buffer, where they are stored until
+/// cells use them. If vertices are requested, adds the requested vertices to the piece.
 Result<void> PiecePicker::take_vertices(const MeshBlock& block, std::size_t& next,
                                         std::size_t end) {
   const std::size_t xyz_bytes = 3 * scalar_bytes(file_->schema().coordinate_type);
@@ -100,7 +100,7 @@ Result<void> PiecePicker::take_vertices(const MeshBlock& block, std::size_t& nex
   return {};
 }
 
-/// Adds the vertices of a block from `next` on, which no cell uses, to the piece.
+/// Adds the vertices of a block from index `next` on to the piece. No cell uses these vertices.
 Result<void> PiecePicker::take_unused(const MeshBlock& block, std::size_t next) {
   const std::size_t first = next;
   if (auto status = take_vertices(block, next, block.vertex_count()); !status) return status;
@@ -161,7 +161,7 @@ void PiecePicker::pick_cell_values(const MeshBlock& block, std::size_t cell, boo
   }
 }
 
-/// Adds a vertex to the piece unless it is there already.
+/// Adds a vertex to the piece unless the piece already contains the vertex.
 void PiecePicker::give(VertexBuffer::Vertex& vertex) {
   if (std::exchange(vertex.given, true)) return;
   if (vertex.imported && !shared_.insert(vertex.number).second) return;
@@ -195,7 +195,7 @@ Result<void> PiecePicker::end_mesh() {
   for (Numbers* numbers : {&vertices_, &cells_})
     if (const auto twice = numbers->set.twice())
       return corrupt(std::string(numbers == &cells_ ? "cell " : "vertex ") +
-                         std::to_string(*twice) + " is there twice",
+                         std::to_string(*twice) + " occurs twice",
                      "mesh");
   shared_.clear();
   return {};

@@ -1,5 +1,5 @@
 // PiecePicker: copies the requested cells and vertices from the blocks of segments to the piece,
-// and records which segments contain values of them.
+// and records which segments contain values of these cells and vertices.
 #pragma once
 
 #include <array>
@@ -20,22 +20,23 @@ namespace shm {
 
 class PiecePicker {
  public:
-  /// A vertex of the piece that an earlier segment owns.
+  /// Vertex of the piece that an earlier segment owns.
   struct Import {
-    std::size_t segment = 0;  // the segment that imports it
+    std::size_t segment = 0;  // index of the segment that imports the vertex
     std::array<double, 3> point{};
   };
-  using Imports = std::map<std::uint64_t, Import>;  // by vertex number
+  using Imports = std::map<std::uint64_t, Import>;  // imported vertices, by vertex number
 
-  /// Everything except `parts` is borrowed.
+  /// Creates a picker. All arguments except `parts` are borrowed.
   PiecePicker(const IndexedFile& file, const PieceRequest& request, const DecodedParts& parts);
 
   void begin_segment(std::size_t segment) { segment_ = segment; }
   /// Copies the requested part of the next block of the segment to piece(). The block belongs to
-  /// `group`. The call may move its contents away.
+  /// `group`. The call may move the contents of the block away.
   Result<void> pick(MeshBlock& block, std::size_t group);
   void end_segment();
-  /// Call it after all segments. Checks that every requested element has been found exactly once.
+  /// Ends the mesh. Must be called after all segments. Checks that every requested element has been
+  /// found exactly once.
   Result<void> end_mesh();
 
   /// Returns the requested part of the last block.
@@ -45,15 +46,16 @@ class PiecePicker {
   /// Returns the number of vertices in the box that later cells may use.
   std::size_t waiting_in_box() const { return buffer_.in_box(); }
 
-  // Return totals of all that has been picked.
+  // Return the number of vertices picked so far.
   std::uint64_t vertex_count() const { return vertices_.set.size(); }
-  /// Return the numbers in ascending order. Must hold: end_mesh() was called.
+  /// Return the numbers of the picked vertices and cells, in ascending order. Must hold: end_mesh()
+  /// was called.
   const std::vector<std::uint64_t>& vertex_numbers() { return vertices_.all(); }
   const std::vector<std::uint64_t>& cell_numbers() { return cells_.all(); }
   const std::vector<std::uint64_t>& block_cells() const { return block_cells_; }
   /// Returns the imported vertices whose owning segment has not been read.
   const Imports& imports() const { return imports_; }
-  /// Return the segments that own picked vertices, and the segments with picked cells.
+  /// Return the segments that own picked vertices, and the segments that contain picked cells.
   const std::set<std::size_t>& point_segments() const { return point_segments_; }
   const std::set<std::size_t>& cell_segments() const { return cell_segments_; }
 
@@ -63,7 +65,7 @@ class PiecePicker {
   Result<void> pick_cell(const MeshBlock& block, std::size_t cell);
   void pick_cell_values(const MeshBlock& block, std::size_t cell, bool wanted);
   void give(VertexBuffer::Vertex& vertex);
-  /// A set of numbers. Its sorted list is created when it is first requested.
+  /// Set of numbers. The sorted list of the numbers is created when it is first requested.
   struct Numbers {
     const std::vector<std::uint64_t>& all() {
       if (list.size() != set.size()) list = set.numbers();
@@ -76,14 +78,14 @@ class PiecePicker {
   const IndexedFile* file_;
   const PieceRequest* request_;
   VertexBuffer buffer_;
-  std::vector<std::uint32_t> cell_arrays_;  // requested cell arrays without steps
-  std::vector<std::size_t> taken_;  // for each requested cell array: number of elements of the
-                                    // current block that have been read
+  std::vector<std::uint32_t> cell_arrays_;  // requested static cell arrays
+  std::vector<std::size_t> taken_;  // number of elements of the current block that have been read,
+                                    // for each requested cell array
   std::size_t segment_ = 0, group_ = 0;
   std::uint64_t found_ = 0;
   MeshBlock piece_;
-  std::unordered_set<std::uint64_t>
-      shared_;  // vertices in the piece that other segments may contain, too
+  // Vertices of the piece that other segments may contain, too.
+  std::unordered_set<std::uint64_t> shared_;
 
   Numbers vertices_, cells_;
   std::vector<std::uint64_t> block_cells_;

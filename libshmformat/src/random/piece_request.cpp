@@ -21,8 +21,8 @@ bool has(const std::vector<Number>& numbers, Number number) {
   return std::binary_search(numbers.begin(), numbers.end(), number);
 }
 
-/// Returns true if `numbers`, which are in ascending order, contain any of first, ..., first +
-/// count - 1.
+/// Returns true if `numbers` contain any of first, ..., first + count - 1. Must hold: `numbers` are
+/// in ascending order.
 bool has_any(const std::vector<std::uint64_t>& numbers, std::uint64_t first, std::uint64_t count) {
   const auto found = std::lower_bound(numbers.begin(), numbers.end(), first);
   return found != numbers.end() && *found - first < count;
@@ -73,8 +73,8 @@ Result<void> PieceRequest::check() const {
   return {};
 }
 
-/// Returns true if cell numbers are positions in coding order. Otherwise the file stores cell
-/// numbers.
+/// Returns true if the number of a cell is its position in coding order. Otherwise the file stores
+/// cell numbers.
 bool PieceRequest::numbers_are_positions() const {
   return file_->schema().order != Order::keep || file_->schema().delay == 0;
 }
@@ -99,8 +99,8 @@ bool PieceRequest::may_be_in_box(const std::array<double, 6>& of_index) const {
   return true;
 }
 
-/// Returns true if the segment contains cells of the requested blocks, if the cells of each block
-/// are consecutive.
+/// Returns true if the segment contains cells of the requested blocks, assuming that the cells of
+/// each block are consecutive.
 bool PieceRequest::blocks_likely(const SegmentInfo& segment) const {
   if (file_->decodable()) return false;
   std::uint64_t first = 0;
@@ -134,8 +134,8 @@ auto PieceRequest::visits() const -> std::vector<Visit> {
   }
   std::stable_partition(visits.begin(), visits.end(),
                         [](const Visit& visit) { return !visit.probe; });
-  // Segments without lost values come first: a vertex that is in several segments gets its values
-  // from the first of them.
+  // Segments without lost values are read first: a vertex that is in several segments takes its
+  // values from the segment that is read first.
   std::stable_partition(visits.begin(), visits.end(), [&](const Visit& visit) {
     return file_->lost_arrays(visit.segment).empty();
   });

@@ -1,4 +1,4 @@
-// PieceRequest: a request for a part of a file, and the list of segments that may contain it
+// PieceRequest: a request for a part of a file, and the list of segments that may contain this part
 // according to the index.
 #pragma once
 
@@ -13,16 +13,16 @@ namespace shm {
 
 class PieceRequest {
  public:
-  /// A segment to read. `probe`: the segment may contain no requested element, so its cells are
-  /// checked before its values are read.
+  /// Segment to read. `probe` is true if the segment may contain no requested element. The cells of
+  /// such a segment are checked before its values are read.
   struct Visit {
     std::size_t segment = 0;
     bool probe = false;
   };
   static constexpr std::uint64_t kUnknown = ~std::uint64_t{0};
 
-  /// `file` is borrowed. Must hold: it is open. Fails if the request contains elements or arrays
-  /// that do not exist.
+  /// Creates a request. `file` is borrowed. Must hold: `file` is open. Fails if the request
+  /// contains elements or arrays that do not exist.
   static Result<PieceRequest> of(ExtractRequest request, const IndexedFile& file);
 
   const ExtractRequest& request() const { return request_; }
@@ -31,24 +31,24 @@ class PieceRequest {
     return (request_.unused_vertices || (request_.cells.all() && file_->decodable())) &&
            !of_vertices();
   }
-  /// Returns true if the request includes the whole file. Always false for a damaged file.
+  /// Returns true if the request includes the whole file. Always returns false for a damaged file.
   bool all() const { return !of_vertices() && request_.cells.all() && !file_->decodable(); }
   const std::optional<std::array<double, 6>>& box() const { return request_.cells.box; }
 
-  /// Returns the segments in the order in which to read them. Segments that certainly or probably
-  /// contain requested elements come first.
+  /// Returns the segments to read, in reading order. Segments that certainly or probably contain
+  /// requested elements come first.
   std::vector<Visit> visits() const;
   /// Returns true if a cell meets all conditions except the box.
   bool includes(std::uint64_t number, std::uint32_t block) const;
   bool includes_vertex(std::uint64_t number) const;
   /// Returns the number of elements of the whole mesh that meet all conditions except the box, or
-  /// kUnknown. After that number of elements, reading can stop.
+  /// kUnknown. When that number of elements has been found, reading can stop.
   std::uint64_t expected() const { return expected_; }
 
   /// Returns true if the group may contain requested cells, according to cell numbers.
   bool may_be_in_group(const container::IndexEntry& group) const;
-  /// Returns true if a group or segment may have vertices in the requested box. `of_index` is its
-  /// box in the index.
+  /// Returns true if a group or segment may have vertices in the requested box. `of_index` is the
+  /// box of the group or segment in the index.
   bool may_be_in_box(const std::array<double, 6>& of_index) const;
   /// Returns a box of the index, enlarged by the largest error of quantized coordinates.
   std::array<double, 6> widened(std::array<double, 6> box) const;

@@ -10,8 +10,8 @@
 namespace shm {
 namespace {
 
-// Largest number of steps that are read together, and of their components in total. The numbers are
-// limited because each column needs memory.
+// Largest number of steps that are read together, and largest total number of their components. The
+// numbers are limited because each column needs memory.
 constexpr std::size_t kMostSteps = 8, kMostComponents = 32;
 
 Error at_chunk(Error error, std::uint64_t offset) {
@@ -76,8 +76,8 @@ Result<std::vector<std::byte>> SegmentSteps::read_next(StepElements* mesh) {
   return std::move(values_);
 }
 
-/// Returns true if the step has the same groups as the wanted step. Only then can its values, which
-/// are held, serve as reference.
+/// Returns true if the step has the same groups as the wanted step. Only then can the stored values
+/// of this step serve as reference.
 bool SegmentSteps::has_same_groups(std::size_t step) const {
   const auto of_held = parts_of(step), wanted = parts_of(wanted_);
   return std::equal(of_held.begin(), of_held.end(), wanted.begin(), wanted.end(),
@@ -86,11 +86,11 @@ bool SegmentSteps::has_same_groups(std::size_t step) const {
                     });
 }
 
-/// Reads all steps before the wanted step, except those of the last pass.
+/// Reads all steps before the wanted step, except the steps of the last pass.
 Result<void> SegmentSteps::read_earlier_passes(StepElements* mesh) {
   if (from_ > key_ && !has_same_groups(from_ - 1))
     return file_->wrong_index("steps of an array have different groups");
-  // Memory limits the number of steps per pass. The need is estimated as kKeptOfEach bytes per
+  // Memory limits the number of steps per pass. The memory is estimated as kKeptOfEach bytes per
   // component and per active vertex or cell.
   constexpr std::uint64_t kKeptOfEach = 40;
   const std::uint64_t active = mesh == nullptr ? 0 : mesh->most_active();
@@ -107,7 +107,7 @@ Result<void> SegmentSteps::read_earlier_passes(StepElements* mesh) {
   }
 }
 
-/// Returns the memory limit for all columns of a pass together.
+/// Returns the memory limit in bytes for all columns of a pass together.
 std::uint64_t SegmentSteps::most_kept() const {
   return most_kept_of_steps(file_->limits().max_column_bytes, file_->source().size());
 }
@@ -120,7 +120,7 @@ void SegmentSteps::begin_pass() {
                                     most_kept() / (pass_.end - pass_.from));
     by_mesh_.push_back(told_by_mesh(step));
   }
-  // Until all groups are read, the held values belong to different steps.
+  // Until all groups are read, the values in held_ belong to different steps.
   if (pass_.from < pass_.end) held_->at.reset();
 }
 
@@ -196,7 +196,8 @@ Result<std::vector<std::byte>> SegmentSteps::decode(std::size_t step, const Step
   });
   if (!known || found == parts.end() || found->header.count != part.count ||
       found->header.codec != part.codec || container::refers_to(found->header) != part.reference)
-    return corrupt("the chunk that the index lists is not here", "step values", part.offset);
+    return corrupt("the index lists a chunk that is not at this position", "step values",
+                   part.offset);
   for (auto before = parts.begin(); before != found; ++before) in.get_bytes(before->bytes);
   const container::StepHeader& header = found->header;
   StepParts& column = *columns_[step - pass_.from];
@@ -216,7 +217,7 @@ Result<std::vector<std::byte>> SegmentSteps::decode(std::size_t step, const Step
                                                        : std::span<const std::byte>(trend_));
 }
 
-/// Checks the reference of a step. A trend needs two earlier steps, and the later of these must
+/// Checks the reference of a step. A trend needs two earlier steps, and the later of these two must
 /// itself refer to a step.
 Result<void> SegmentSteps::check_reference(std::size_t step,
                                            const container::StepHeader& header) const {
@@ -230,7 +231,7 @@ Result<void> SegmentSteps::check_reference(std::size_t step,
   }
   const std::size_t needed = kind == StepReference::trend ? 2 : 1;
   if (step < key_ + needed || header.reference_step != index_->steps(array_)[step - 1].step)
-    return wrong("refers to a step that is not the one before it");
+    return wrong("refers to a step that is not the previous step");
   if (kind > most_) return wrong("refers to earlier steps, which the file does not allow");
   return {};
 }

@@ -1,9 +1,8 @@
-// SegmentSteps: reads one stepped array in one segment, from a key step to the wanted step. It
-// reads group by group. Of each group it reads all these steps together, so that the topology is
-// decoded only once.
-// - Input: an IndexedFile and its StepIndex.
-// - Output: values of the wanted step, group by group.
-// - Memory: the values of the last step, and of the step before it if trends are allowed.
+// SegmentSteps: reads one stepped array in one segment, from a key step to the wanted step, through
+// an IndexedFile and its StepIndex. It reads group by group, and returns the values of the wanted
+// step for each group. It reads all steps of a group together, so that the topology of the group is
+// decoded only once. It stores the values of the last step, and those of the step before the last
+// step if trends are allowed.
 // spec: "Step values"
 #pragma once
 
@@ -18,40 +17,42 @@
 
 namespace shm {
 
-/// Values of an array in a segment that are stored between reads.
+/// Values of an array in a segment that are stored between two requests.
 struct HeldSteps {
-  std::optional<std::size_t> at;          ///< index in StepIndex::steps() of the step of `last`
-  std::vector<std::byte> last, one_back;  ///< values of that step and of the step before it
+  /// Index in StepIndex::steps() of the step whose values are in `last`.
+  std::optional<std::size_t> at;
+  std::vector<std::byte> last, one_back;  ///< values of the step `at` and of the previous step
 };
 
 class SegmentSteps {
  public:
-  /// All references are borrowed. Must hold: the array is stepped and has a step `wanted`. Uses and
-  /// replaces the values in `held`.
+  /// Creates a reader of step `wanted`. All references are borrowed. Must hold: the array is
+  /// stepped and has a step `wanted`. The reader uses and replaces the values in `held`.
   SegmentSteps(IndexedFile& file, const StepIndex& index, StepReference most, std::uint32_t array,
                std::size_t segment, std::size_t wanted, HeldSteps& held);
 
-  /// Returns true if any values are predicted over the mesh, so that decoding needs it.
+  /// Returns true if any values are predicted over the mesh, so that decoding needs the mesh.
   bool needs_mesh() const;
   /// Returns true if all groups have been read.
   bool at_end() const { return next_ == parts_of(wanted_).size(); }
-  /// Returns the part of the next group that has elements of the array. Must hold: not at_end().
+  /// Returns the part of the next group that has elements of the array. Must hold: at_end() is
+  /// false.
   const StepIndex::Part& next_part() const { return parts_of(wanted_)[next_]; }
 
   /// Returns the number of elements of the array in the segment, according to the index.
   std::uint64_t elements() const;
 
-  /// Returns the elements in the group of a part. Fails if their number differs from the number in
-  /// the part.
+  /// Returns the elements in the group of a part. Fails if the number of elements differs from the
+  /// number in the part.
   Result<ColumnElements> elements_of(StepElements& mesh, const StepIndex::Part& part) const;
-  /// Returns the values of next_part() at the wanted step. `mesh` describes the segment; it may be
+  /// Returns the values of next_part() at the wanted step. `mesh` describes the segment. It may be
   /// null if needs_mesh() is false.
   Result<std::vector<std::byte>> read_next(StepElements* mesh);
 
  private:
-  /// A range of steps that are read together.
+  /// Range of steps that are read together.
   struct Pass {
-    std::size_t from, end;  // indices in StepIndex::steps(); `end` is excluded
+    std::size_t from, end;  // range of indices in StepIndex::steps(); `end` is excluded
   };
 
   std::span<const StepIndex::Part> parts_of(std::size_t step) const {
@@ -77,14 +78,14 @@ class SegmentSteps {
   std::uint32_t array_;
   std::size_t segment_, wanted_, key_, from_;
   HeldSteps* held_;
-  std::size_t next_ = 0;  // index into the parts of the wanted step
+  std::size_t next_ = 0;  // index of the next part of the wanted step
   bool begun_ = false;
 
   Pass pass_{};
-  std::vector<std::optional<StepParts>> columns_;  // one for each step of the pass
+  std::vector<std::optional<StepParts>> columns_;  // decoder of each step of the pass
   std::vector<bool> by_mesh_;  // result of told_by_mesh() for each step of the pass
 
-  // Values of the current group at the step that is being decoded, and at earlier steps
+  // Values of the current group at the step that is being decoded, and at earlier steps.
   std::vector<std::byte> values_, one_back_, two_back_, trend_;
 };
 

@@ -45,8 +45,8 @@ Result<void> StepIndex::add_decodable(const IndexedFile& file) {
   return {};
 }
 
-/// Computes the number of elements of stepped arrays from the totals of the index. The groups of
-/// the index must add up to these totals.
+/// Computes the number of elements of stepped arrays from the totals of the index. Fails if the
+/// groups of the index do not add up to these totals.
 Result<void> StepIndex::count_elements(const IndexedFile& file) {
   const Schema& schema = file.schema();
   const container::Index& totals = file.index();
@@ -100,7 +100,7 @@ Result<void> StepIndex::add(const IndexedFile& file, const IndexEntry& entry,
   return {};
 }
 
-/// Checks that all elements of the last step are listed.
+/// Checks that the index lists all elements of the last step.
 Result<void> StepIndex::expect_complete(const IndexedFile& file) const {
   if (parts_.empty() || parts_.back().first + parts_.back().count == elements_[last_array_])
     return {};
@@ -117,7 +117,8 @@ std::span<const StepIndex::Part> StepIndex::parts(const Step& step, std::size_t 
   return {from(first_group), from(end_group)};
 }
 
-/// The first step of an array counts as a key step, even if it refers to other steps.
+/// Finds the key step for each step. The first step of an array counts as a key step, even if it
+/// refers to other steps.
 void StepIndex::find_keys() {
   for (std::vector<Step>& steps : steps_)
     for (std::size_t s = 0; s < steps.size(); ++s)

@@ -16,9 +16,10 @@ namespace shm {
 
 class StepIndex {
  public:
-  /// A part, and the chunk that contains it (possibly with other parts).
+  /// Part of step values, with the position of the chunk that contains it, possibly together with
+  /// other parts.
   struct Part {
-    std::uint64_t offset = 0, bytes = 0;  // position and size of the chunk
+    std::uint64_t offset = 0, bytes = 0;  // position and size in bytes of the chunk
     std::uint64_t first = 0, count = 0;   // index of the first element, and number of elements
     std::uint32_t group = 0;
     StepReference reference = StepReference::nothing;
@@ -26,20 +27,21 @@ class StepIndex {
   };
   struct Step {
     std::uint64_t step = 0;
-    bool refers = false;  // true if any of its parts refers to another step
+    bool refers = false;  // true if any part of the step refers to another step
     std::size_t key = 0;  // index of the last step, up to this step, that refers to no other step
     std::size_t begin = 0, end = 0;
   };
 
   /// Creates the lists. Must hold: `file` is open. On success, removes the entries of step values
-  /// from its index. For a damaged file, uses the decodable step values.
+  /// from the index of `file`. For a damaged file, uses the decodable step values.
   static Result<StepIndex> of(IndexedFile& file);
 
   const std::vector<Step>& steps(std::uint32_t array) const { return steps_[array]; }
   std::uint64_t elements(std::uint32_t array) const { return elements_[array]; }
   /// Returns the number of elements of each array; 0 for static arrays.
   const std::vector<std::uint64_t>& elements() const { return elements_; }
-  /// Returns those parts of the step that belong to these groups, in order.
+  /// Returns the parts of the step that belong to the groups from `first_group` to `end_group` - 1,
+  /// in order.
   std::span<const Part> parts(const Step& step, std::size_t first_group,
                               std::size_t end_group) const;
   /// Returns the index of the last step, up to index `nth`, that refers to no other step.
@@ -54,9 +56,9 @@ class StepIndex {
   void find_keys();
 
   std::vector<std::uint64_t> elements_;   // number of elements of each array
-  std::vector<std::vector<Step>> steps_;  // steps of each array
+  std::vector<std::vector<Step>> steps_;  // list of the steps of each array
   std::vector<Part> parts_;
-  std::uint32_t last_array_ = 0;  // array of the previous part, if there is one
+  std::uint32_t last_array_ = 0;  // array of the previous part, if there is a previous part
 };
 
 }  // namespace shm

@@ -1,5 +1,5 @@
-// VertexBuffer: stores vertices of a segment with their values, from the cell that introduces a
-// vertex to the cell that uses it last. Requested cells in between copy their vertices from the
+// VertexBuffer: stores vertices of a segment with their values. A vertex is stored from the cell
+// that introduces it to the cell that uses it last. Requested cells copy their vertices from the
 // buffer.
 #pragma once
 
@@ -15,9 +15,10 @@
 
 namespace shm {
 
-/// Converts three coordinates of `type` to double.
+/// Converts three coordinates of type `type` to double.
 std::array<double, 3> point_of(const std::byte* xyz, ScalarType type);
-/// Returns true if all coordinates are finite and inside the box or on its faces.
+/// Returns true if all coordinates of the point are finite and the point is inside the box or on
+/// its faces.
 bool is_in(const std::array<double, 6>& box, const std::array<double, 3>& point);
 
 class VertexBuffer {
@@ -28,11 +29,12 @@ class VertexBuffer {
     bool imported = false, in_box = false, given = false;
   };
 
-  /// `schema` is borrowed. `arrays` lists the static point arrays whose values are stored.
-  /// `coordinates`: true if coordinates are stored, too.
+  /// Creates an empty buffer. `schema` is borrowed. `arrays` lists the static point arrays whose
+  /// values are stored. If `coordinates` is true, coordinates are stored, too.
   VertexBuffer(const Schema& schema, std::vector<std::uint32_t> arrays, bool coordinates);
 
-  /// Adds vertex `v` of a block. Returns false if there is already a vertex with its number.
+  /// Adds vertex `v` of a block. Returns false if the buffer already contains a vertex with the
+  /// same number.
   bool add(const MeshBlock& block, std::size_t v, bool in_box);
   /// Returns the vertex with this number, or null if there is no such vertex. The pointer is valid
   /// until the next call of add().
@@ -42,11 +44,11 @@ class VertexBuffer {
 
   /// Returns the coordinates of a vertex; NaN if coordinates are not stored.
   std::array<double, 3> point(const Vertex& vertex) const;
-  /// Appends the vertex to `out`: its number, and its coordinates and values if they are stored.
+  /// Appends the vertex to `out`: its number, and its coordinates and values if these are stored.
   void give(const Vertex& vertex, MeshBlock& out) const;
-  /// Returns the number of vertices in the box.
+  /// Returns the number of stored vertices that are in the box.
   std::size_t in_box() const { return in_box_; }
-  /// Calls visit(vertex) for all vertices in no particular order.
+  /// Calls visit(vertex) for all vertices, in no particular order.
   template <class Visit>
   void for_each(Visit&& visit) const {
     for (const auto& [number, vertex] : vertices_) visit(vertex);
@@ -55,11 +57,11 @@ class VertexBuffer {
  private:
   const Schema* schema_;
   std::vector<std::uint32_t> arrays_;
-  std::vector<std::size_t> strides_;  // bytes per vertex of each entry of arrays_
+  std::vector<std::size_t> strides_;  // number of bytes per vertex of each array in arrays_
   std::size_t xyz_bytes_, record_bytes_;
   std::unordered_map<std::uint64_t, Vertex> vertices_;
   std::vector<std::byte> records_;
-  std::vector<std::size_t> free_;  // offsets of unused records
+  std::vector<std::size_t> free_;  // offsets of unused records in records_
   std::size_t in_box_ = 0;
 };
 

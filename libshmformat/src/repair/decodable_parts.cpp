@@ -36,27 +36,27 @@ class Gatherer {
   bool touches_gap(std::span<const FoundPart* const> run) const;
   void gather_step(std::span<const FoundPart* const> of_step);
   std::size_t segment_of(std::size_t group) const;
-  /// Returns the index of a group in out_.groups, or the number of groups if the group cannot be
-  /// decoded.
+  /// Returns the index in out_.groups of the group with this number. Returns the number of groups
+  /// if the group cannot be decoded.
   std::size_t place_of(std::uint64_t number) const;
 
   const FoundChunks* found_;
   DecodableParts out_;
   std::optional<std::uint32_t> segment_;  // segment of the previous group
-  bool broken_ = false;                   // the rest of the current segment cannot be decoded
+  bool broken_ = false;                   // true: the rest of the current segment cannot be decoded
 
-  // Number in the file of the first group whose number is uncertain. Used only without an index.
+  // Number, in the file, of the first group whose number is uncertain. Used only without an index.
   std::optional<std::uint64_t> first_unsure_;
-  // Pairs of an array that does not cover all blocks, and the index of a group that is known to
-  // have elements of the array.
+  // Pairs of an array that does not cover all blocks, and the index of a group that certainly has
+  // elements of this array.
   std::set<std::pair<std::uint32_t, std::size_t>> partial_;
-  std::map<std::pair<std::uint32_t, std::size_t>, std::uint64_t>
-      expected_;  // number of parts by array and segment
+  // Number of parts expected for each pair of array and segment.
+  std::map<std::pair<std::uint32_t, std::size_t>, std::uint64_t> expected_;
 
-  // The last step of the current array that can be read, by segment.
+  // Last step of the current array that can be read, by segment.
   std::unordered_map<std::size_t, std::uint64_t> last_step_;
-  std::vector<std::uint64_t> groups_with_vertices_,
-      groups_with_cells_;  // number of such groups before each group
+  // Number of groups with vertices, and with cells, before each group.
+  std::vector<std::uint64_t> groups_with_vertices_, groups_with_cells_;
 };
 
 DecodableParts Gatherer::run() {
@@ -131,7 +131,7 @@ void Gatherer::gather_by_index() {
                        groups[next].entry.cells == listed.cells &&
                        groups[next].entry.first_vertex == listed.first_vertex &&
                        groups[next].entry.vertices == listed.vertices;
-    // The groups of a segment that come after a lost group cannot be decoded.
+    // The groups that come after a lost group in the same segment cannot be decoded.
     if (!there) broken_ = true;
     if (!broken_) add_group(groups[next], number);
     if (broken_ && !out_.groups.empty() && out_.groups.back().segment == listed.segment)
@@ -141,8 +141,8 @@ void Gatherer::gather_by_index() {
 }
 
 /// Returns how many chunks between the previous group and `group` are lost. `next_chunk` is the
-/// index, among the found chunks, of the chunk after the previous group; the call sets it to the
-/// chunk after `group`.
+/// index, among the found chunks, of the chunk after the previous group. The call sets it to the
+/// index of the chunk after `group`.
 std::uint64_t Gatherer::lost_before(const FoundGroup& group, std::size_t& next_chunk) const {
   const auto& chunks = found_->chunks();
   // The first chunk of a file is the schema, even if it is lost.
@@ -159,11 +159,11 @@ std::uint64_t Gatherer::lost_before(const FoundGroup& group, std::size_t& next_c
   return lost;
 }
 
-/// Collects the groups without an index. A group certainly begins its segment in two cases: if no
-/// chunk is lost before it, or if the number of lost chunks equals the number of lost segments,
-/// each of which then has one group. The number of the group in the file is certain in the same
-/// cases, and also if a single chunk is lost together with cells or vertices. Otherwise it is
-/// uncertain, since lost chunks between groups may be extras.
+/// Collects the groups of a file without an index. A group certainly begins its segment in two
+/// cases: if no chunk is lost before the group, or if the number of lost chunks equals the number
+/// of lost segments, each of which then has one group. The number of the group in the file is
+/// certain in the same cases. It is also certain if a single chunk is lost together with cells or
+/// vertices. Otherwise the number is uncertain, since lost chunks between groups may be extras.
 void Gatherer::gather_by_numbers() {
   std::size_t next_chunk = 0;
   std::uint64_t number = 0, end_cell = 0, end_vertex = 0;
@@ -171,7 +171,7 @@ void Gatherer::gather_by_numbers() {
   for (const FoundGroup& group : found_->groups()) {
     const IndexEntry& entry = group.entry;
     std::uint64_t lost = lost_before(group, next_chunk);
-    // If no cells or vertices are lost, the lost chunks are of other kinds.
+    // If no cells or vertices are lost, the lost chunks contain other kinds of data.
     if (readable && group.readable && entry.first_cell == end_cell &&
         entry.first_vertex == end_vertex)
       lost = 0;
@@ -224,7 +224,7 @@ std::size_t Gatherer::segment_of(std::size_t group) const {
          1;
 }
 
-/// Finds the groups that have elements of arrays that do not cover all blocks.
+/// Lists the groups that have elements of arrays that do not cover all blocks.
 void Gatherer::list_partial() {
   const auto add = [&](const container::StepEntry& part) {
     if (part.array >= schema().arrays.size() || covers_all(part.array)) return;
@@ -247,7 +247,7 @@ std::uint64_t Gatherer::expected_parts(std::uint32_t array, std::size_t segment)
   return counts[out_.first_group[segment + 1]] - counts[out_.first_group[segment]];
 }
 
-/// Returns true if a chunk is lost between or next to these parts, because it may belong to the
+/// Returns true if a chunk is lost between or next to these parts. Such a chunk may belong to the
 /// same array, step and segment.
 bool Gatherer::touches_gap(std::span<const FoundPart* const> run) const {
   const auto& chunks = found_->chunks();
@@ -310,8 +310,8 @@ void Gatherer::gather_values() {
   }
 }
 
-/// Adds the decodable parts of an array at a step. `of_step` contains all undamaged parts, in the
-/// order of their groups.
+/// Adds the decodable parts of an array at a step. `of_step` contains all undamaged parts of the
+/// step, in the order of their groups.
 void Gatherer::gather_step(std::span<const FoundPart* const> of_step) {
   DecodableParts::Step step;
   step.array = of_step[0]->values.array;
@@ -341,7 +341,7 @@ void Gatherer::gather_step(std::span<const FoundPart* const> of_step) {
     const auto run = of_step.subspan(i, end - i);
     i = end;
     // If any chunk of the step refers to another step, reading starts at the same step in all
-    // segments, so the segment needs the step before.
+    // segments. The segment then needs the previous step.
     const auto last = last_step_.find(segment);
     if (step.refers)
       follows =

@@ -3,8 +3,8 @@
 // - in these groups, the arrays whose bitstreams are undamaged;
 // - the step values that cover all these groups of a segment and refer to no lost values.
 //
-// It is computed from FoundChunks, and contains the entries that an index of these parts would
-// have.
+// The parts are computed from FoundChunks. They are described by the entries that an index of these
+// parts would have.
 // spec: "Recovery"
 #pragma once
 
@@ -21,7 +21,8 @@ namespace shm {
 
 struct DecodableParts {
   std::vector<std::byte> beginning;  ///< file start and schema chunk
-  container::Index totals;  ///< totals of the whole file if they are known; without entries
+  /// Totals of the whole file if they are known; contain no index entries.
+  container::Index totals;
   std::uint64_t index_offset = 0;
   bool has_index = false;
 
@@ -29,15 +30,15 @@ struct DecodableParts {
   std::vector<container::IndexEntry> groups;
   std::vector<std::uint64_t> group_numbers;  ///< number of each group in the file
 
-  /// Index in `groups` of the first group of each segment that has decodable groups; then the
-  /// number of groups.
+  /// Index in `groups` of the first group of each segment that has decodable groups. The last entry
+  /// is the number of groups.
   std::vector<std::size_t> first_group;
   /// Lost static arrays of each segment, in ascending order.
   std::vector<std::vector<std::uint32_t>> lost_arrays;
-  /// For each segment: true if no part of it is known to be lost.
+  /// True for each segment of which no part is known to be lost.
   std::vector<bool> whole;
 
-  /// A part of step values, with offset and length of the chunk that contains it.
+  /// Part of step values, with offset and length of the chunk that contains it.
   struct Part {
     std::uint64_t offset = 0, bytes = 0;
     container::StepEntry values;
@@ -45,9 +46,11 @@ struct DecodableParts {
   struct Step {
     std::uint32_t array = 0;
     std::uint64_t step = 0;
-    bool refers = false;  ///< true if any of its parts, including lost ones, refers to another step
-    std::vector<Part>
-        parts;  ///< values.group: index in `groups`; values.first: element index within these parts
+    /// True if any part of the step, including lost parts, refers to another step.
+    bool refers = false;
+    /// Decodable parts of the step. Values.group is an index in `groups`; values.first is an
+    /// element index within these parts.
+    std::vector<Part> parts;
   };
   std::vector<Step> steps;  ///< sorted by array, then by step
 
@@ -55,7 +58,7 @@ struct DecodableParts {
   std::set<std::pair<std::uint32_t, std::uint64_t>> listed_steps;
   std::vector<container::IndexEntry> extras, step_times;
 
-  /// Collects the parts that can be decoded. Must hold: `known` has a schema.
+  /// Finds the parts that can be decoded. Must hold: `known` has a schema.
   static DecodableParts of(const FoundChunks& known);
 };
 

@@ -55,7 +55,7 @@ Result<void> FoundChunks::read() {
   for (const FoundChunk& chunk : scan_.chunks)
     if (chunk.whole && !container::is_known(chunk.header) &&
         (chunk.header.flags & container::kChunkOptional) == 0)
-      return unsupported("this reader does not know the chunk, which is not optional",
+      return unsupported("this reader does not support the chunk, which is not optional",
                          container::chunk_name(chunk.header.kind), chunk.offset);
   if (auto status = find_schema(); !status) return status;
   if (auto status = find_index(); !status) return status;
@@ -70,22 +70,23 @@ Result<void> FoundChunks::read() {
 Result<std::vector<std::byte>> FoundChunks::payload_of(const FoundChunk& chunk,
                                                        std::uint64_t most) {
   const std::uint64_t begin = chunk.offset + chunk.header.bytes();
-  // Limits the size so that all payloads together are not larger than the file.
+  // The size is limited so that all payloads together are not larger than the file.
   std::vector<std::byte> payload(static_cast<std::size_t>(
       std::min({most, chunk.header.payload_bytes, chunk.room - chunk.header.bytes()})));
   if (auto status = source_->read_at(begin, payload); !status) return status.error();
   return payload;
 }
 
-/// Finds the first undamaged copy of the schema. If another copy differs, the file consists of
-/// parts of two files, and a schema of one file would misinterpret the values of the other.
+/// Finds the first undamaged copy of the schema. Fails if another copy differs: the file then
+/// consists of parts of two files, and a schema of one file would misinterpret the values of the
+/// other.
 Result<void> FoundChunks::find_schema() {
   const FoundChunk* first = nullptr;
   for (const FoundChunk& chunk : scan_.chunks) {
     if (!chunk.whole || !chunk.is(ChunkKind::schema)) continue;
     if (first != nullptr && !holds_the_same(*first, chunk))
-      return corrupt("differs from the one at byte " + std::to_string(first->offset) +
-                         ": these are parts of two files",
+      return corrupt("differs from the copy at byte " + std::to_string(first->offset) +
+                         ": the file consists of parts of two files",
                      "schema", chunk.offset);
     if (first == nullptr) first = &chunk;
   }
@@ -166,7 +167,7 @@ Result<bool> FoundChunks::is_contradicted(const container::Index& index) {
     std::vector<container::StepPart> parts;
     if (is_group ? !container::get(in, group, chunk.header.version)
                  : !container::get(in, parts, chunk.header.version, chunk.header.payload_bytes))
-      return false;  // this is reported as damage elsewhere
+      return false;  // this damage is reported elsewhere
     if (is_group)
       list.add_group(chunk.header, group, in.position());
     else
@@ -179,8 +180,8 @@ Result<bool> FoundChunks::is_contradicted(const container::Index& index) {
 
 Result<void> FoundChunks::judge_by_index() {
   const std::vector<FoundChunk>& found = scan_.chunks;
-  std::vector<std::size_t> by_number(found.size() -
-                                     1);  // undamaged chunks by their number, except the index
+  // Undamaged chunks by their number, except the index.
+  std::vector<std::size_t> by_number(found.size() - 1);
   for (std::size_t i = 0; i < by_number.size(); ++i) by_number[i] = i;
   std::erase_if(by_number, [&](std::size_t i) { return !found[i].whole; });
   std::stable_sort(by_number.begin(), by_number.end(), [&](std::size_t a, std::size_t b) {
@@ -221,12 +222,13 @@ Result<void> FoundChunks::judge_by_index() {
   return {};
 }
 
-/// Reports a chunk that the index lists but that was not found.
+/// Reports a chunk that the index lists but that was not found in the file.
 void FoundChunks::add_lost(const IndexEntry& listed) {
   const std::uint64_t size = source_->size();
   Damage damage{DamageKind::damaged, container::chunk_name(listed.kind), listed.offset, 0};
   damage.bytes = listed.offset < size ? std::min(listed.bytes, size - listed.offset) : 0;
-  // If another chunk overlaps the position of the lost chunk, none of its bytes are left.
+  // If another chunk overlaps the position of the lost chunk, none of the lost chunk's bytes are
+  // left.
   const auto& found = scan_.chunks;
   const auto next = std::lower_bound(
       found.begin(), found.end(), listed.offset,
@@ -247,7 +249,7 @@ void FoundChunks::add_lost(const IndexEntry& listed) {
   add_damage(std::move(damage), listed.parts);
 }
 
-/// Reports a damage. Damage to step values is reported once per array and step.
+/// Reports damage to a chunk. Damage to step values is reported once per array and step.
 void FoundChunks::add_damage(Damage damage, const std::vector<container::StepEntry>& parts) {
   if (parts.empty()) {
     damages_.push_back(std::move(damage));
@@ -279,7 +281,7 @@ Result<void> FoundChunks::judge_by_numbers() {
     if (before != nullptr && before->header.sequence == chunk.header.sequence) {
       if (chunk.whole && !holds_the_same(*before, chunk))
         return corrupt("has the number of the chunk at byte " + std::to_string(before->offset) +
-                           ", but other bytes: these are parts of two files",
+                           ", but different bytes: the file consists of parts of two files",
                        container::chunk_name(chunk.header.kind), chunk.offset);
       if (chunk.whole) damages_.push_back(damage_of(DamageKind::repeated, chunk, source_->size()));
       continue;
@@ -305,7 +307,7 @@ void FoundChunks::add_gap(const FoundChunk* before, const FoundChunk& after) {
   const std::uint64_t chunks =
       after.header.sequence - (before == nullptr ? 0 : std::uint64_t{before->header.sequence} + 1);
   const std::uint64_t bytes = end < after.offset ? after.offset - end : 0;
-  // If the chunk before is damaged and seems too long, it has been reported already.
+  // If the previous chunk is damaged and seems too long, its damage has been reported already.
   if (chunks == 0 && (bytes == 0 || (before != nullptr && !before->whole))) return;
   Damage damage{DamageKind::damaged, "chunk", std::min(end, source_->size()), bytes};
   damage.chunks = chunks;
@@ -316,8 +318,8 @@ void FoundChunks::add_gap(const FoundChunk* before, const FoundChunk& after) {
   damages_.push_back(std::move(damage));
 }
 
-/// Assigns the cells between the last readable group and `after` to the damages between these
-/// groups.
+/// Assigns the cells between the last readable group and `after` to the damages that were found
+/// between these two groups.
 void FoundChunks::guess_cells(const FoundGroup& after) {
   const std::uint64_t end = group_before_ ? group_before_->end_cell() : 0;
   for (const std::size_t i : unplaced_) {
@@ -333,7 +335,7 @@ void FoundChunks::guess_cells(const FoundGroup& after) {
 
 // --- chunks
 
-/// Records a chunk, damaged or not, as the chunk with its number.
+/// Records a chunk, damaged or not, under its number.
 Result<void> FoundChunks::take(const FoundChunk& chunk, const IndexEntry* listed) {
   std::optional<Damage> damage;
   if (!chunk.whole) damage = damage_of(DamageKind::damaged, chunk, source_->size());
@@ -392,7 +394,7 @@ Result<FoundGroup> FoundChunks::look_at_group(const FoundChunk& chunk) {
   for (const container::StreamEntry& stream : header.streams) {
     const auto bytes = in.get_bytes(stream.bytes);
     if (in.ok() && (chunk.whole || checksum(bytes) == stream.checksum)) continue;
-    // A group that refers to an array that does not exist was never a group of this file.
+    // A group that refers to an array that does not exist has never belonged to this file.
     if (stream.kind == container::StreamKind::array && schema_ &&
         stream.array < schema_->arrays.size())
       group.lost_arrays.push_back(stream.array);

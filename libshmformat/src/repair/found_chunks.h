@@ -1,8 +1,7 @@
-// FoundChunks: the contents of a damaged file. Each undamaged or damaged chunk that is found occurs
-// once, by its number. An undamaged index lists the original chunks. Otherwise they are derived
-// from the sequence numbers of chunks and the headers of groups.
-// - Input: a RandomSource, any part of which may be damaged.
-// - Output: chunks, groups, step values, and a list of all damages.
+// FoundChunks: the contents of a file any part of which may be damaged. It lists the chunks found,
+// damaged or not, each number once. It also lists groups, step values, and all damages. An
+// undamaged index shows which chunks the original file had. Without it, the original chunks are
+// derived from the sequence numbers of chunks and the headers of groups.
 // spec: "Container", "Index and trailer", "Recovery"
 #pragma once
 
@@ -18,22 +17,22 @@
 
 namespace shm {
 
-/// A group whose chunk header is undamaged.
+/// Group whose chunk header is undamaged.
 struct FoundGroup {
   std::uint32_t sequence = 0;
-  container::IndexEntry entry;  ///< copied from the group header if that is readable; otherwise
-                                ///< only position and segment are set
+  container::IndexEntry entry;  ///< entry copied from the group header if the header is readable;
+                                ///< otherwise only position and segment are set
   bool readable = false;
-  bool has_mesh = false;  ///< true: all bitstreams except arrays are undamaged
+  bool has_mesh = false;  ///< true: all bitstreams except those of arrays are undamaged
   std::vector<std::uint32_t> lost_arrays;
 
   std::uint64_t end_cell() const { return entry.first_cell + entry.cells; }
 };
 
-/// A part of an undamaged chunk of step values.
+/// Part of an undamaged chunk of step values.
 struct FoundPart {
   std::uint32_t sequence = 0;
-  std::uint64_t offset = 0, bytes = 0;  ///< position and size of the chunk
+  std::uint64_t offset = 0, bytes = 0;  ///< position and size in bytes of the chunk
   container::StepEntry values;
   std::uint64_t reference_step = 0;
 };
@@ -44,22 +43,24 @@ class FoundChunks {
   static Result<FoundChunks> of(RandomSource& source, const ReadLimits& limits);
 
   const std::vector<Damage>& damages() const { return damages_; }
-  /// All chunks found, in ascending order of their numbers, including damaged chunks. Each number
-  /// occurs once. If there is an index, only the chunks that it lists.
+  /// Returns all chunks found, including damaged chunks, in ascending order of their numbers. Each
+  /// number occurs once. If there is an index, only chunks that the index lists are returned.
   const std::vector<container::FoundChunk>& chunks() const { return chunks_; }
   const std::vector<FoundGroup>& groups() const { return groups_; }
   const std::vector<FoundPart>& parts() const { return parts_; }
   const std::optional<container::Index>& index() const { return index_; }
-  /// Actual offset and length of the index. Must hold: an index was found.
+  /// Return the offset and the length of the index in `source`. Must hold: an index was found.
   std::uint64_t index_offset() const { return index_offset_; }
   std::uint64_t index_bytes() const { return scan_.chunks.back().bytes(); }
   /// Returns true if no chunk is lost between the last of chunks() and the index.
   bool ends_at_index() const;
-  /// Returns the end of the last chunk that is not an index.
+  /// Returns the end offset of the last chunk that is not an index.
   std::uint64_t end_of_chunks() const;
-  /// Payload of the first undamaged schema chunk, or empty if no schema is undamaged.
+  /// Returns the payload of the first undamaged schema chunk, or an empty list if no schema is
+  /// undamaged.
   const std::vector<std::byte>& schema_payload() const { return schema_payload_; }
-  /// Returns file start and schema chunk as in an undamaged file. Must hold: a schema was found.
+  /// Returns the file start and the schema chunk as in an undamaged file. Must hold: a schema was
+  /// found.
   std::vector<std::byte> beginning() const;
   const std::optional<Schema>& schema() const { return schema_; }
 
@@ -92,13 +93,13 @@ class FoundChunks {
   std::optional<container::Index> index_;
   std::uint64_t index_offset_ = 0;
   std::vector<std::byte> schema_payload_;
-  bool has_long_headers_ =
-      false;  // true: the schema chunk has a long header although a short header would suffice
+  // True if the schema chunk has a long header although a short header would suffice.
+  bool has_long_headers_ = false;
   std::optional<Schema> schema_;
   std::vector<Damage> damages_;
-  // Used only without an index.
-  std::vector<std::size_t> unplaced_;       // indices of damages whose cells are not known yet
-  std::optional<FoundGroup> group_before_;  // the last readable group
+  // State that is used only without an index.
+  std::vector<std::size_t> unplaced_;       // indices of the damages whose cells are not known yet
+  std::optional<FoundGroup> group_before_;  // last readable group
 };
 
 }  // namespace shm

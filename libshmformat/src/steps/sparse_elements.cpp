@@ -27,7 +27,7 @@ void SparseGroup::unfold(std::uint32_t covered, TiledItems& out) const {
   out.left_out.push_back(uncovered_behind);
 }
 
-/// Returns true if the array covers `block`. Keeps the last result, since consecutive elements
+/// Returns true if the array covers `block`. Stores the last result, since consecutive elements
 /// usually belong to the same block.
 bool Coverage::operator()(std::uint32_t block) {
   if (block != last_) {
@@ -37,10 +37,11 @@ bool Coverage::operator()(std::uint32_t block) {
   return covers_last_;
 }
 
-/// A column skips the uncovered elements of a tile before it codes the covered elements, and a
-/// skipped element stores the state that was coded last. It can therefore also be skipped in the
-/// next tile that has covered elements, even in a later group. It need not be skipped at all if no
-/// covered element refers to its slot before the slot is reused.
+/// Adds a group. A column skips the uncovered elements of a tile before it codes the covered
+/// elements. A skipped element stores the state of the element that was coded last. An uncovered
+/// element can therefore also be skipped in the next tile that has covered elements, even in a
+/// later group. It need not be skipped at all if no covered element refers to its slot before the
+/// slot is reused.
 void SparseGroupBuilder::add_group(const TiledItems& all, std::uint32_t slots,
                                    std::span<const std::uint64_t> numbers) {
   SparseGroup& to = out_->emplace_back();

@@ -1,9 +1,9 @@
 // SparseElements: the elements that a column needs for an array on few elements. These are the
-// covered elements, and those other elements whose slots a covered element refers to. A column over
-// these elements produces the same values as a column over all elements.
-// - Input: the elements of the groups that have covered elements, in order.
-// - Output: the same groups without the elements that are not needed.
-// - Memory: 60 bytes for each covered element, and at most 4 for each slot that it refers to.
+// elements that the array covers, and the other elements to whose slots a covered element refers. A
+// column over these elements produces the same values as a column over all elements. The builder
+// receives the groups that have covered elements, in order. It produces the same groups without the
+// elements that are not needed. It needs 60 bytes of memory for each covered element, and at most 4
+// for each slot to which a covered element refers.
 // spec: "Step values"
 #pragma once
 
@@ -16,10 +16,10 @@
 
 namespace shm {
 
-/// The elements of one group.
+/// The elements of one group that a column needs.
 struct SparseGroup {
   /// End positions of the tile in `items` and in `skipped`. `uncovered` is the number of uncovered
-  /// elements in the tile and in the tiles without covered elements before it.
+  /// elements in the tile and in the preceding tiles without covered elements.
   struct Tile {
     std::uint32_t items_end = 0, skipped_end = 0, uncovered = 0;
   };
@@ -28,9 +28,9 @@ struct SparseGroup {
   std::vector<std::uint32_t> skipped;  ///< slots of uncovered elements
   std::vector<Tile> tiles;             ///< tiles with covered elements
   std::vector<std::uint64_t> numbers;  ///< numbers of the covered elements, if known
-  std::uint32_t slots = 0;             ///< upper bound of the slots used in this and earlier groups
-  std::uint32_t all_slots =
-      0;  ///< upper bound of the slots of all elements of this and earlier groups
+  std::uint32_t slots = 0;  ///< upper bound of the slots used in this group and in earlier groups
+  /// Upper bound of the slots of all elements of this group and of earlier groups.
+  std::uint32_t all_slots = 0;
   std::uint32_t uncovered_behind = 0;  ///< number of uncovered elements after the last tile
 
   std::size_t bytes() const {
@@ -38,14 +38,15 @@ struct SparseGroup {
            skipped.capacity() * sizeof(std::uint32_t) + tiles.capacity() * sizeof(Tile) +
            numbers.capacity() * sizeof(std::uint64_t);
   }
-  /// Expands the group to items for a column that covers block `covered`.
+  /// Expands the group to items for a column that covers the block `covered`.
   void unfold(std::uint32_t covered, TiledItems& out) const;
 };
 
-/// Decides whether a block belongs to the blocks that an array covers.
+/// Decides whether a block is among the blocks that an array covers.
 class Coverage {
  public:
-  /// `blocks` are in ascending order and must outlive this object.
+  /// Creates an object for an array that covers `blocks`. `blocks` must be in ascending order and
+  /// outlive this object.
   explicit Coverage(std::span<const std::uint32_t> blocks) : blocks_(blocks) {}
   bool operator()(std::uint32_t block);
 
@@ -55,10 +56,11 @@ class Coverage {
   bool covers_last_ = false;
 };
 
-/// Builds the groups, segment after segment. Frees its data by slot at the end of each segment.
+/// Builds the sparse groups of a mesh, segment after segment. At the end of each segment it frees
+/// the data that it stores by slot.
 class SparseGroupBuilder {
  public:
-  /// `out` and `blocks` must outlive this object.
+  /// Creates a builder that appends to `out`. `out` and `blocks` must outlive this object.
   SparseGroupBuilder(std::span<const std::uint32_t> blocks, std::vector<SparseGroup>& out)
       : covers_(blocks), out_(&out) {}
 
@@ -67,21 +69,21 @@ class SparseGroupBuilder {
   /// elements or of the covered elements, or empty.
   void add_group(const TiledItems& all, std::uint32_t slots,
                  std::span<const std::uint64_t> numbers);
-  /// Call it after the groups of each segment.
+  /// Ends a segment. Must be called after the groups of each segment.
   void end_segment();
-  /// Returns the size in bytes of the groups built so far, and of the data stored until the end of
-  /// the segment.
+  /// Returns the size in bytes of the groups built so far, and of the data that is stored until the
+  /// end of the segment.
   std::size_t bytes() const { return bytes_ + looked_at_.size() * sizeof(LookedAt); }
 
  private:
-  /// Data of a slot, by its original number in the mesh.
+  /// Data of a slot, stored by the original number of the slot in the mesh.
   struct Slot {
-    std::uint32_t number = kNone;   ///< the slot after renumbering
+    std::uint32_t number = kNone;   ///< number of the slot after renumbering
     std::uint32_t skipped = kNone;  ///< tile before which an uncovered element used the slot; kNone
-                                    ///< if no uncovered element uses it
+                                    ///< if no uncovered element uses the slot
   };
-  /// An uncovered element to which a covered element refers. It is skipped before the covered
-  /// elements of a tile.
+  /// Uncovered element to which a covered element refers. A column skips this element before it
+  /// codes the covered elements of a tile.
   struct LookedAt {
     std::uint32_t tile, slot;
   };
@@ -97,7 +99,7 @@ class SparseGroupBuilder {
   Coverage covers_;
   std::vector<SparseGroup>* out_;
   std::size_t bytes_ = 0;
-  // The current segment
+  // Data of the current segment.
   std::size_t first_group_ = 0;
   std::vector<Slot> by_slot_;
   std::uint32_t slots_ = 0, tiles_ = 0;

@@ -43,12 +43,12 @@ Result<StepPiece> StepDecoder::read(const container::StepHeader& header,
   return piece;
 }
 
-/// Begins a step of one array. The step that began before it, of any array, must be complete.
+/// Begins a step of one array. The previous step, of this or another array, must be complete.
 Result<void> StepDecoder::begin_step(const container::StepHeader& header, std::uint64_t file) {
   Last& last = last_[header.array];
   if (!is_complete() || (last.begun && header.step <= last.step))
     return wrong_step_values(*schema_, header,
-                             "begins before another step is complete, or after a later one");
+                             "begins before another step is complete, or after a later step");
   if (last.begun) {
     last.step_before = last.step;
     last.run = last.has_referred ? last.run + 1 : 1;
@@ -65,7 +65,7 @@ Result<void> StepDecoder::begin_step(const container::StepHeader& header, std::u
 }
 
 /// Checks that the part belongs to the next group that has elements of the array, and that the
-/// header states their number.
+/// header states the number of these elements.
 Result<void> StepDecoder::expect_group(const container::StepHeader& header) {
   const Last& last = last_[header.array];
   if (header.count > elements_[header.array] - last.first)
@@ -82,9 +82,9 @@ Result<void> StepDecoder::expect_group(const container::StepHeader& header) {
   return {};
 }
 
-/// Returns what the part refers to. A trend needs the two previous steps, and the later of these
-/// must itself refer to a step. Otherwise the later step is a key step, and a reader that begins
-/// there does not have the earlier step.
+/// Returns the kind of reference of the part. A trend needs the two previous steps, and the later
+/// of these two must itself refer to a step. Otherwise the later step is a key step, and a reader
+/// that begins at this key step does not have the earlier step.
 Result<StepReference> StepDecoder::reference_of(const container::StepHeader& header) const {
   const Last& last = last_[header.array];
   const StepReference kind = container::refers_to(header);
@@ -95,7 +95,7 @@ Result<StepReference> StepDecoder::reference_of(const container::StepHeader& hea
   }
   if (last.run == 0 || header.reference_step != last.step_before ||
       (kind == StepReference::trend && last.run < 2))
-    return wrong_step_values(*schema_, header, "refers to a step that is not the one before it");
+    return wrong_step_values(*schema_, header, "refers to a step that is not the previous step");
   if (schema_->arrays[header.array].quantization.lossy())
     return wrong_step_values(*schema_, header, "refers to a step, but the array is quantized");
   if (kind > schema_->step_references)

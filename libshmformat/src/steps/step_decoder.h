@@ -1,5 +1,5 @@
-// StepDecoder: decodes step_values chunks to values of stepped arrays. step_encoder.h is the
-// counterpart.
+// StepDecoder: decodes step_values chunks to values of stepped arrays. The counterpart that encodes
+// is step_encoder.h.
 // spec: "Step values"
 #pragma once
 
@@ -20,12 +20,13 @@ namespace shm {
 
 class StepDecoder {
  public:
-  /// `schema` has passed check_schema(). It must outlive the decoder, and so must `topology`, the
-  /// topology of the whole mesh. `elements` lists the number of elements of each array.
+  /// Creates a decoder. `schema` has passed check_schema(). It must outlive the decoder, and so
+  /// must `topology`, the topology of the whole mesh. `elements` lists the number of elements of
+  /// each array.
   StepDecoder(const Schema& schema, const ReadLimits& limits, StepTopology& topology,
               std::vector<std::uint64_t> elements);
 
-  /// Decodes the values of a part. `file` is the number of bytes of the file up to the end of the
+  /// Decodes the values of a part. `file` is the size in bytes of the file up to the end of the
   /// part. Errors contain no offset.
   Result<StepPiece> read(const container::StepHeader& header, std::span<const std::byte> bytes,
                          std::uint64_t file);
@@ -36,7 +37,8 @@ class StepDecoder {
   /// State of an array at its last step.
   struct Last {
     bool begun = false;
-    std::uint64_t step = 0, first = 0;  // first: index of the next element to read
+    std::uint64_t step = 0, first = 0;  // number of the last step, and index of its first element
+                                        // that has not been read
     std::size_t groups = 0;             // number of groups read
     StepMemory values;
     std::uint64_t step_before = 0;
@@ -57,7 +59,7 @@ class StepDecoder {
   StepReference most_;
   std::vector<Last> last_;  // state of each array
 
-  // The current step and its array
+  // State of the current step and its array.
   std::uint32_t array_ = kNone;
   std::optional<StepParts> parts_;
 };

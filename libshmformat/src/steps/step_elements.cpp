@@ -9,17 +9,18 @@
 namespace shm {
 namespace {
 
-/// The elements of an array are few if they are at most 1 / kFew of all elements.
+/// Divisor that defines "few elements": the elements of an array are few if they are at most 1 /
+/// kFew of all elements.
 constexpr std::uint64_t kFew = 4;
-/// Number of bytes that may always be used to store such elements.
+/// Number of bytes that may always be used to store the elements of arrays on few elements.
 constexpr std::size_t kLeastKept = std::size_t{1} << 20;
-/// Largest number of covers that are built in one pass, since each needs memory by slot. The first
-/// pass builds one cover, each later pass twice as many as the pass before: a caller that asks for
-/// many usually asks for all.
+/// Largest number of covers that are built in one pass, since each cover needs memory by slot. The
+/// first pass builds one cover, each later pass twice as many as the previous pass: a caller that
+/// needs many covers usually needs all.
 constexpr std::size_t kMostCoversAtOnce = 16;
 
-constexpr std::uint32_t kOwn[] = {
-    0};  // block number, in GroupElements, of the vertices that are not imported
+/// Block number, in GroupElements, of the vertices that are not imported.
+constexpr std::uint32_t kOwn[] = {0};
 
 }  // namespace
 
@@ -68,8 +69,8 @@ void StepElements::expect(std::uint32_t array, std::uint64_t elements) {
   Cover& entry = cover(array);
   entry.array = array;
   const ArrayInfo& info = schema_->arrays[array];
-  // If groups were counted before, they belong to a cover that is not sparse. It does not become
-  // sparse, whatever number of elements a later step expects.
+  // If groups have already been counted, they belong to a cover that is not sparse. This cover does
+  // not become sparse, whatever number of elements a later step expects.
   if (entry.made || entry.counted > 0 || info.components > kMostStepComponents) return;
   const bool covers_all = !of_points(entry) && info.blocks.empty();
   const std::uint64_t all =
@@ -129,8 +130,8 @@ ColumnElements StepElements::dense(std::uint32_t array, const GroupElements& all
 }
 
 /// Reads all groups once, and builds this cover and some covers that will probably be needed next.
-/// A cover that needs too much memory is not stored: the mesh is decoded for it, as for covers of
-/// many elements.
+/// A cover that needs too much memory is not stored: the mesh is then decoded again for this cover,
+/// as for covers of many elements.
 Result<void> StepElements::make_sparse(std::uint32_t wanted) {
   std::vector<Making> all;
   for (auto next = covers_.find(wanted); next != covers_.end() && all.size() < made_at_once_;

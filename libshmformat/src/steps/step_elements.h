@@ -1,7 +1,7 @@
 // StepElements: finds the groups that have elements of a stepped array, and provides these elements
-// to a column. The elements of arrays on few elements are stored from step to step
-// (sparse_elements.h), so that the cost of a step depends on the number of its values and not on
-// the mesh. For other arrays, the mesh is decoded again.
+// to a column. For an array on few elements, it stores these elements from step to step
+// (sparse_elements.h). The cost of a step then depends on the number of its values and not on the
+// size of the mesh. For other arrays, the mesh is decoded again.
 // spec: "Step values"
 #pragma once
 
@@ -18,24 +18,24 @@
 namespace shm {
 
 /// Largest number of components of an array that is coded in columns, since each column needs
-/// memory. Arrays with more components are coded with zstd only.
+/// memory. Arrays with more components are coded only with zstd.
 inline constexpr std::uint32_t kMostStepComponents = 256;
 
-/// The elements of a group, in the form that a column needs.
+/// Elements of a group, in the form that a column needs.
 struct ColumnElements {
   const TiledItems* items = nullptr;
   std::uint32_t slots = 0;  ///< upper bound of the slots in `items`
 
-  /// Upper bound of the slots of all elements of the mesh, if `items` has only some of them;
+  /// Upper bound of the slots of all elements of the mesh, if `items` contains only some elements;
   /// otherwise 0.
   std::uint32_t all_slots = 0;
-  /// Numbers of the covered elements in a Reader. Empty unless the StepTopology was asked for
-  /// numbers.
+  /// Numbers of the covered elements in a Reader. Empty unless the ElementNeeds of the StepTopology
+  /// request numbers.
   std::span<const std::uint64_t> numbers;
 };
 
-/// Number of the cover of each array. Stepped arrays that cover the same elements have the same
-/// number.
+/// Number of the cover of each array. A cover is the set of elements that an array covers. Stepped
+/// arrays with the same cover have the same number.
 using CoverNumbers = std::shared_ptr<const std::vector<std::uint32_t>>;
 CoverNumbers cover_numbers(const Schema& schema);
 
@@ -46,39 +46,40 @@ class StepElements {
     std::uint64_t count = 0;  ///< number of elements, never 0
   };
 
-  /// `schema` has passed check_schema(). It must outlive this object, and so must `topology`, to
-  /// which all groups have been added. `covers` is the result of cover_numbers(schema).
+  /// Creates an object for a mesh. `schema` has passed check_schema(). It must outlive this object,
+  /// and so must `topology`, to which all groups have been added. `covers` is the result of
+  /// cover_numbers(schema).
   StepElements(const Schema& schema, StepTopology& topology, CoverNumbers covers);
 
   /// Sets the number of elements that an array has in all groups. This number decides whether the
-  /// elements are stored. Call it before any other function for the array.
+  /// elements are stored. Must be called before any other function for the array.
   void expect(std::uint32_t array, std::uint64_t elements);
   /// Returns the nth group that has elements of the array, or null if there is no such group up to
   /// group `last`. The result is valid until the next call.
   Result<const OfGroup*> nth_group(std::uint32_t array, std::size_t nth, std::size_t last);
   /// Returns the number of elements of the array in the group.
   Result<std::uint64_t> count(std::uint32_t array, std::size_t group);
-  /// Returns the elements of the array in a group, which must have some. The result is valid until
-  /// the next call. Reading groups in order is fastest.
+  /// Returns the elements of the array in a group, which must have elements of the array. The
+  /// result is valid until the next call. Reading groups in order is fastest.
   Result<ColumnElements> elements(std::uint32_t array, std::size_t group);
 
   std::uint32_t segment_of(std::size_t group) const { return topology_->segment_of(group); }
   bool has_neighbourhoods(std::size_t group) const { return topology_->has_neighbourhoods(group); }
   std::size_t groups() const { return topology_->groups(); }
   std::uint64_t most_active() const { return topology_->most_active(); }
-  /// Returns the number of bytes used to store arrays on few elements.
+  /// Returns the number of bytes used to store the elements of arrays on few elements.
   std::size_t kept_bytes() const { return kept_bytes_; }
 
  private:
   /// Data shared by arrays that cover the same elements.
   struct Cover {
-    std::uint32_t array = 0;      // one of the arrays that have this cover
+    std::uint32_t array = 0;      // an array that has this cover; other arrays may have it too
     bool is_sparse = false;       // true: the arrays cover few elements
     bool made = false;            // true: `sparse` has been built
     std::vector<OfGroup> groups;  // groups that have elements of the arrays
     std::size_t counted = 0;      // number of groups whose elements have been counted
-    std::vector<SparseGroup>
-        sparse;  // elements of `groups`, without those not needed; set if `made`
+    // Elements of `groups`, without those that are not needed; set if `made` is true.
+    std::vector<SparseGroup> sparse;
 
     /// Returns the index in `groups` of the first group that is not before `group`.
     std::size_t nth(std::size_t group) const;
@@ -99,7 +100,7 @@ class StepElements {
   const Schema* schema_;
   StepTopology* topology_;
   CoverNumbers numbers_of_covers_;
-  std::map<std::uint32_t, Cover> covers_;  // covers by their number
+  std::map<std::uint32_t, Cover> covers_;  // covers by cover number
   std::size_t kept_bytes_ = 0, made_at_once_ = 1;
   TiledItems unfolded_;
   std::vector<std::uint64_t> numbers_;

@@ -11,7 +11,8 @@
 namespace shm {
 namespace {
 
-constexpr int kWideArrayZstdLevel = 9;  // for arrays with too many components for columns
+// Zstd level for arrays with too many components for columns.
+constexpr int kWideArrayZstdLevel = 9;
 
 /// The values of a group at one step, coded with `terms`. `refers` is true if they refer to the
 /// reference values. There may be no reference values.
@@ -103,7 +104,8 @@ StepReference StepEncoder::most_next(std::uint32_t array) const {
 Result<void> StepEncoder::begin_step(std::uint32_t array, std::uint64_t step) {
   Before& before = before_[array];
   if (step < before.next_step) return misuse("steps of an array must ascend", "steps");
-  reference_step_ = before.next_step - 1;  // not used if the step may not refer to other steps
+  // This number is not used if the step may not refer to other steps.
+  reference_step_ = before.next_step - 1;
   most_here_ = most_next(array);
   before.next_step = step + 1;
   if (elements_[array] > 0)
@@ -116,7 +118,7 @@ Result<void> StepEncoder::begin_step(std::uint32_t array, std::uint64_t step) {
   reference_ = std::exchange(given_reference_, std::nullopt);
   has_referred_ = false;
   if (reference_ && *reference_ > most_here_ && elements_[array] > 0)
-    return misuse("a step cannot refer to steps that were not given", "steps");
+    return misuse("a step cannot refer to steps that were not added", "steps");
   column_.emplace(*schema_, array);
   return {};
 }
@@ -178,7 +180,8 @@ Result<EncodedColumn> StepEncoder::encode() {
   return column_->encode(*elements, pending_, level_, reference(*reference_));
 }
 
-/// Chooses, in the first group of a step, the reference for all groups of the step.
+/// Chooses the reference for all groups of a step, in the first group of the step, by encoding this
+/// group with each permitted reference.
 EncodedColumn StepEncoder::choose_reference(const ColumnElements& elements) {
   EncodedColumn best;
   for (const StepReference kind :
@@ -201,8 +204,9 @@ EncodedColumn StepEncoder::encode_in_terms() {
   return encode_terms(schema_->arrays[*array_], pending_, reference(*reference_), scratch_).column;
 }
 
-/// Chooses, in the first group of a step, the reference for all groups of the step. Keeps the
-/// reference of the step before, unless it now needs a quarter more bytes than when it was chosen.
+/// Chooses the reference for all groups of a step that is coded with the codec terms, in the first
+/// group of the step. Keeps the reference of the previous step, unless the first group now needs a
+/// quarter more bytes than when that reference was chosen.
 EncodedColumn StepEncoder::choose_terms() {
   Before& before = before_[*array_];
   const auto with = [&](StepReference kind) {
@@ -224,7 +228,7 @@ EncodedColumn StepEncoder::choose_terms() {
       before.liked = StepReference::trend;
     }
   }
-  // If this step could not refer to a trend yet, the next step chooses again.
+  // If this step could not refer to a trend, the next step chooses again.
   before.liked_bytes = most_here_ == most_ ? best.column.bytes.size() : 0;
   reference_ = best.refers ? before.liked : StepReference::nothing;
   return std::move(best.column);

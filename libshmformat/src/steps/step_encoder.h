@@ -1,5 +1,5 @@
 // StepEncoder: encodes values of stepped arrays as step_values. Each group that has elements of the
-// array becomes one part. step_decoder.h is the counterpart.
+// array becomes one part. The counterpart that decodes is step_decoder.h.
 // spec: "Step values"
 #pragma once
 
@@ -29,14 +29,15 @@ class StepColumnEncoder : public StepColumn<ColumnPlanner> {
 
 class StepEncoder {
  public:
-  /// Receives a part: its header, the index of its first element in the array, and its coded
-  /// values.
+  /// Function that receives a part: its header, the index of its first element in the array, and
+  /// its coded values.
   using Sink = std::function<Result<void>(const container::StepHeader&, std::uint64_t,
                                           std::span<const std::byte>)>;
 
-  /// `schema` has passed check_schema(). It must outlive the encoder, and so must `topology`, the
-  /// topology of the whole mesh. `elements` lists the number of elements of each array. At least
-  /// one of every `key_steps` steps is a key step, which refers to no other step.
+  /// Creates an encoder. `schema` has passed check_schema(). It must outlive the encoder, and so
+  /// must `topology`, the topology of the whole mesh. `elements` lists the number of elements of
+  /// each array. Of every `key_steps` consecutive steps, at least one is a key step, which refers
+  /// to no other step.
   StepEncoder(const Schema& schema, StepTopology& topology, std::vector<std::uint64_t> elements,
               std::uint32_t key_steps, Level level, Sink sink);
 
@@ -45,19 +46,20 @@ class StepEncoder {
   void go_on(std::uint32_t array, std::uint64_t last_step, std::uint32_t run);
   /// Returns true if the next step of the array may use this kind of reference.
   bool refers_to(std::uint32_t array, StepReference kind) const { return most_next(array) >= kind; }
-  /// Call it after go_on(). Stores all values of an earlier step, to which the next step may refer:
-  /// first of the last step but one, if it may refer to a trend, then of the last step.
+  /// Stores all values of an earlier step, to which the next step may refer. Must be called after
+  /// go_on(): if the next step may refer to a trend, first for the last step but one; then for the
+  /// last step.
   void remember(std::uint32_t array, std::span<const std::byte> values) {
     before_[array].values.take(0, values);
   }
 
-  /// Position of a part in the whole mesh. `first`: index of the part's first element, by array.
-  /// `all`: number of elements in the whole mesh, by array.
+  /// Position of a part in the whole mesh. `first` is the index of the part's first element, for
+  /// each array. `all` is the number of elements in the whole mesh, for each array.
   struct Part {
     std::uint32_t first_group = 0;
     std::vector<std::uint64_t> first, all;
   };
-  /// Declares that the topology and `elements` are those of a part. Call it before any other
+  /// Declares that the topology and `elements` are those of a part. Must be called before any other
   /// function.
   void begin_part(Part part);
   /// Sets the reference of the next step of a part, which another part has chosen.
@@ -75,17 +77,19 @@ class StepEncoder {
   std::uint64_t elements(std::uint32_t array) const {
     return part_ ? part_->all[array] : elements_[array];
   }
-  /// Returns the highest step number plus 1.
+  /// Returns the highest step number so far, plus 1.
   std::uint64_t steps() const { return steps_; }
 
  private:
   /// State of an array between its steps.
   struct Before {
-    std::uint64_t next_step = 0;  ///< lowest number that the next step may have
-    std::uint32_t run = 0;        ///< number of steps since the last key step, including it
+    std::uint64_t next_step = 0;  ///< lowest step number that may come next
+    std::uint32_t run = 0;        ///< number of steps since the last key step, key step included
     StepMemory values;
-    StepReference liked = StepReference::nothing;  ///< reference chosen last with the codec terms
-    std::size_t liked_bytes = 0;  ///< size in bytes of the first group when `liked` was chosen
+    /// Reference that was chosen last for the codec terms.
+    StepReference liked = StepReference::nothing;
+    /// Size in bytes of the first group of the step at which `liked` was chosen.
+    std::size_t liked_bytes = 0;
   };
   using Column = StepColumnEncoder;
 
@@ -118,19 +122,19 @@ class StepEncoder {
   std::uint64_t steps_ = 0;
   std::vector<Before> before_;  // state of each array
 
-  // The current array and step
+  // State of the current array and step.
   std::optional<std::uint32_t> array_;
   std::uint64_t step_ = 0, first_ = 0;
   std::uint64_t reference_step_ = 0;
   StepReference most_here_ = StepReference::nothing;
-  std::optional<StepReference>
-      reference_;  // reference of the current step, once it has been chosen
+  // Reference of the current step, once it has been chosen.
+  std::optional<StepReference> reference_;
   bool has_referred_ = false;
   std::optional<Column> column_;
-  std::size_t groups_ =
-      0;  // number of groups with elements of the array, including the current group
+  // Number of groups with elements of the array, including the current group.
+  std::size_t groups_ = 0;
   std::size_t group_ = 0;    // index of the current group
-  std::uint64_t count_ = 0;  // number of elements in the current group; 0: no group has begun
+  std::uint64_t count_ = 0;  // number of elements in the current group; 0 if no group has begun
   std::vector<std::byte> pending_;
   TermScratch scratch_;
 };

@@ -27,7 +27,7 @@ void go_on_of_integers(std::span<const std::byte> last, std::span<const std::byt
 }
 
 /// Computes the trend of floating-point values. Uses the last value if the result is not finite.
-/// This works on bits, so that the bits of a NaN do not change and no branch is needed.
+/// The computation works on bits, so that the bits of a NaN do not change and no branch is needed.
 template <class T, class Bits>
 void go_on_of_floats(std::span<const std::byte> last, std::span<const std::byte> before,
                      std::span<std::byte> out) {

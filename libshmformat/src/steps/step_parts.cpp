@@ -20,7 +20,7 @@ Result<void> StepParts::check_size(const container::StepHeader& header) const {
   if (header.count <= most_bytes_ / (scalar_bytes(info.type) * info.components)) return {};
   return wrong_step_values(
       *schema_, header,
-      "a group takes more than the limit of " + std::to_string(most_bytes_) + " bytes",
+      "a group needs more than the limit of " + std::to_string(most_bytes_) + " bytes",
       ErrorCode::over_limit);
 }
 
@@ -46,14 +46,15 @@ Result<std::vector<std::byte>> StepParts::decode(const container::StepHeader& he
     return std::move(*values);
   }
   if (!may_need_elements(info) || elements == nullptr) {
-    if (codec != Codec::shuffled_zstd) return wrong("its codec is not the one expected");
+    if (codec != Codec::shuffled_zstd) return wrong("its codec differs from the expected codec");
     auto values = unpack_shuffled(bytes, scalar_bytes(info.type), size);
     if (!values || values->size() != size) return wrong("its bytes cannot be unpacked");
     return std::move(*values);
   }
   if (codec == Codec::mixed_columns && info.components > kMostTableComponents)
     return wrong("has too many components for its codec");
-  if (!column_.begin(segment, kind)) return wrong("refers to another step than the group before");
+  if (!column_.begin(segment, kind))
+    return wrong("refers to a different step than the previous group");
   auto values = column_.decode(*elements, codec, bytes, size, reference);
   if (column_.is_out_of_memory())
     return wrong_step_values(*schema_, header,

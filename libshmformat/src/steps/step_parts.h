@@ -15,12 +15,12 @@
 
 namespace shm {
 
-/// Returns an error in the step values with this header. Must hold: the array exists. The error
+/// Returns an error about the step values with this header. Must hold: the array exists. The error
 /// contains no offset.
 Error wrong_step_values(const Schema& schema, const container::StepHeader& header,
                         const std::string& detail, ErrorCode code = ErrorCode::corrupt);
 
-/// Returns the memory limit for columns of steps in a file of `file` bytes. `limit` is
+/// Returns the memory limit in bytes for columns of steps in a file of `file` bytes. `limit` is
 /// ReadLimits::max_column_bytes.
 inline std::uint64_t most_kept_of_steps(std::uint64_t limit, std::uint64_t file) {
   constexpr std::uint64_t kMoreForEachByte = 256;
@@ -29,23 +29,24 @@ inline std::uint64_t most_kept_of_steps(std::uint64_t limit, std::uint64_t file)
 
 class StepParts {
  public:
-  /// `schema` has passed check_schema() and must outlive this object. `most_bytes` limits the
-  /// values of a group, `most_kept` the data of active vertices and cells, both in bytes.
+  /// Creates an object for the parts of `array`. `schema` has passed check_schema() and must
+  /// outlive this object. `most_bytes` limits the size in bytes of the values of a group.
+  /// `most_kept` limits the size in bytes of the data of active vertices and cells.
   StepParts(const Schema& schema, std::uint64_t most_bytes, std::uint32_t array,
             std::uint64_t most_kept)
       : schema_(&schema), most_bytes_(most_bytes), column_(schema, array, most_kept) {}
 
-  /// Returns true if values of this array may be predicted over the mesh, which is true for all
-  /// codecs except terms.
+  /// Returns true if values of this array may be predicted over the mesh. All codecs except terms
+  /// predict in this way.
   static bool may_need_elements(const ArrayInfo& info) {
     return info.components <= kMostStepComponents;
   }
-  /// Checks that a group may have the number of values that the header states. Call it before
-  /// allocating memory for them.
+  /// Checks that a group may have the number of values that the header states. Must be called
+  /// before memory for these values is allocated.
   Result<void> check_size(const container::StepHeader& header) const;
-  /// Decodes the values of the next part, which is of a group in `segment`. `elements` are the
-  /// elements of the group. They may be null if no part of the segment at this step is predicted
-  /// over the mesh. `reference` contains the values to which the part refers.
+  /// Decodes the values of the next part, which belongs to a group in `segment`. `elements` are the
+  /// elements of the group; the pointer may be null if no part of the segment at this step is
+  /// predicted over the mesh. `reference` contains the values to which the part refers.
   Result<std::vector<std::byte>> decode(const container::StepHeader& header,
                                         std::span<const std::byte> bytes, std::uint32_t segment,
                                         const ColumnElements* elements,

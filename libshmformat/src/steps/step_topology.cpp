@@ -89,7 +89,7 @@ Result<const GroupElements*> StepTopology::elements(std::size_t group) {
   if (has_elements_ && group + 1 == next_) return &elements_;
   if (!decoder_ || next_ > group || groups_[next_].segment != segment ||
       groups_[next_ - 1].segment != segment) {
-    next_ = group;  // continue with the first group of this segment
+    next_ = group;  // decoding continues with the first group of this segment
     while (next_ > 0 && groups_[next_ - 1].segment == segment) --next_;
   }
   while (next_ <= group)
@@ -184,7 +184,7 @@ void StepTopology::release() {
   has_elements_ = false;
 }
 
-/// Returns a lower bound for the bytes of the elements of all groups.
+/// Returns a lower bound for the size in bytes of the elements of all groups.
 std::uint64_t StepTopology::expected_bytes() const {
   const std::uint64_t cell = (needs_.cells ? sizeof(Neighbourhood) : 0) +
                              (needs_.cell_numbers ? sizeof(std::uint64_t) : 0);
@@ -201,8 +201,8 @@ std::uint64_t StepTopology::expected_bytes() const {
   return bytes;
 }
 
-/// Stores the elements of the group. Frees all stored elements if the elements of all groups need,
-/// or are expected to need, too much memory.
+/// Stores the elements of the group. If the elements of all groups need too much memory, or are
+/// expected to, frees all stored elements.
 void StepTopology::keep() {
   if (kept_.empty()) keeps_ = expected_bytes() <= most_kept_;
   kept_bytes_ += elements_.bytes();

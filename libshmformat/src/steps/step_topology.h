@@ -1,8 +1,8 @@
-// StepTopology: the vertices and cells of each group of a mesh, with their neighbourhoods. They are
-// decoded again from the bitstreams of the group whenever step values need them.
-// - Input: groups as stored in the file.
-// - Output: neighbourhoods, tile by tile; vertex and cell numbers.
-// - Memory: the compressed topology of all groups; their elements if these need little memory.
+// StepTopology: provides the vertices and cells of each group of a mesh, with their neighbourhoods.
+// The caller adds groups as stored in the file. StepTopology decodes the elements of a group again
+// from its bitstreams whenever step values need them. It returns neighbourhoods tile by tile, and
+// vertex and cell numbers. It stores the compressed topology of all groups, and also their decoded
+// elements if these need little memory.
 // spec: "Step values"
 #pragma once
 
@@ -23,13 +23,13 @@ namespace shm {
 
 /// Vertices and cells of a group, in the form that the columns of static arrays use.
 struct GroupElements {
-  /// All vertices, including imported vertices. In all segments but the first, `blocks` is 1 for an
-  /// imported vertex and 0 for others.
+  /// All vertices of the group, including imported vertices. In all segments but the first,
+  /// `blocks` is 1 for an imported vertex and 0 for other vertices.
   TiledItems vertices;
   TiledItems cells;
-  std::uint32_t slots = 0;  ///< upper bound of the slots in the items
+  std::uint32_t slots = 0;  ///< upper bound of the slots in `vertices` and `cells`
 
-  /// Numbers in a Reader of the vertices that are not imported, and of the cells.
+  /// Numbers, in a Reader, of the vertices that are not imported, and of the cells.
   std::vector<std::uint64_t> vertex_numbers, cell_numbers;
 
   std::size_t bytes() const {
@@ -39,10 +39,11 @@ struct GroupElements {
   }
 };
 
-/// States which data of the elements of groups is needed. If any data of cells is needed, their
-/// blocks are provided, too.
+/// States which data of the elements of groups is needed. If any data of cells is needed, the block
+/// of each cell is provided, too.
 struct ElementNeeds {
-  bool vertices = false, cells = false;  ///< true: their neighbourhoods are needed
+  /// True: the neighbourhoods of vertices or cells are needed.
+  bool vertices = false, cells = false;
   bool vertex_numbers = false, cell_numbers = false;
 
   bool any() const { return vertices || cells || vertex_numbers || cell_numbers; }
@@ -57,17 +58,18 @@ struct ElementNeeds {
            vertex_numbers >= other.vertex_numbers && cell_numbers >= other.cell_numbers;
   }
 };
-/// Returns which data the stepped arrays of the schema need.
+/// Returns which data of elements the stepped arrays of the schema need.
 ElementNeeds needs_of_steps(const Schema& schema);
 
 class StepTopology {
  public:
-  /// The elements of all groups are stored if they need less than this number of bytes.
+  /// Memory limit in bytes below which the elements of all groups are stored.
   static constexpr std::size_t kMostKept = std::size_t{64} << 20;
 
-  /// `schema` has passed check_schema() and must outlive this object. Fails with over_limit if the
-  /// elements of one group need more than `most_bytes`. `cell_bytes` is cell_data_bytes(schema) if
-  /// the caller shares it; if it is null, it is computed.
+  /// Creates an object without groups. `schema` has passed check_schema() and must outlive this
+  /// object. Decoding a group fails with over_limit if its elements need more than `most_bytes`.
+  /// `cell_bytes` is cell_data_bytes(schema) if the caller shares this list; if null, the list is
+  /// computed.
   StepTopology(const Schema& schema, std::uint64_t most_bytes, const ElementNeeds& needs,
                std::size_t most_kept = kMostKept, CellBytes cell_bytes = nullptr);
 
@@ -80,9 +82,10 @@ class StepTopology {
   std::size_t groups() const { return groups_.size(); }
   std::uint32_t segment_of(std::size_t group) const { return groups_[group].segment; }
   /// Returns true if the elements of the group have neighbourhoods. They have none if the cells are
-  /// coded with the codec patterns.
+  /// coded with the patterns codec.
   bool has_neighbourhoods(std::size_t group) const;
-  /// Return totals of the headers of all groups. An imported vertex counts once per import.
+  /// Return the sums of the counts in the headers of all groups. An imported vertex counts once per
+  /// import.
   std::uint64_t cells_in_all() const { return cells_in_all_; }
   std::uint64_t vertices_in_all() const { return vertices_in_all_; }
   /// Returns the largest number of vertices that are active at the same time.
@@ -98,17 +101,17 @@ class StepTopology {
   std::size_t most_kept() const { return most_kept_; }
   /// Returns the number of bytes of the stored elements.
   std::size_t kept_bytes() const { return keeps_ ? kept_bytes_ : 0; }
-  /// Frees the decoder state that is used for the next group. The next call rebuilds it.
+  /// Frees the decoder state that is used for the next group. The next call rebuilds this state.
   void release();
 
  private:
   struct Group {
     std::uint32_t segment = 0;
-    container::GroupHeader header;  // lists only the streams that are needed
+    container::GroupHeader header;  // header of the group; lists only the streams that are needed
     std::vector<std::byte> streams;
     bool counted = false;
-    std::map<std::uint32_t, std::uint32_t>
-        block_cells;  // number of cells of each block; empty until they are counted
+    // Number of cells of each block; empty until the cells have been counted.
+    std::map<std::uint32_t, std::uint32_t> block_cells;
   };
 
   Result<void> decode_next();
@@ -124,13 +127,13 @@ class StepTopology {
   CellBytes cell_bytes_;
   std::vector<Group> groups_;
   std::uint64_t cells_in_all_ = 0, vertices_in_all_ = 0, most_active_ = 0;
-  std::unique_ptr<GroupDecoder>
-      decoder_;  // decoder of the segment of group next_ - 1, positioned after that group
+  // Decoder of the segment of group next_ - 1, positioned after that group.
+  std::unique_ptr<GroupDecoder> decoder_;
   std::size_t next_ = 0;
   GroupElements elements_;  // elements of group next_ - 1
   bool has_elements_ = false;
 
-  bool keeps_ = true;  // true: the elements of all groups so far are kept
+  bool keeps_ = true;  // true: the elements of all groups so far are stored
   std::vector<GroupElements> kept_;
   std::size_t kept_bytes_ = 0;
 };

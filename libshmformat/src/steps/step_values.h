@@ -1,8 +1,8 @@
-// Codecs for the values of one stepped array at one step, group by group. `columns` predicts each
-// value over the mesh: from its neighbours, and perhaps also from the step before. `shuffled_zstd`
-// sorts the bytes by significance and compresses them with zstd. The encoder writes the smaller of
-// these two results. The third codec, `terms`, is for speed: it predicts from the step before,
-// without the mesh.
+// Codecs for the values of one stepped array at one step, group by group. The codec `columns`
+// predicts each value over the mesh: from the value's neighbours, and perhaps also from the
+// previous step. The codec `shuffled_zstd` sorts the bytes by significance and compresses them with
+// zstd. The encoder writes the smaller of these two results. The third codec, `terms`, is for
+// speed: it predicts each value from the previous step, without the mesh.
 // spec: "Step values"
 #pragma once
 
