@@ -26,7 +26,7 @@ namespace shm {
 struct DecodedBlock {
   MeshBlock mesh;
   SegmentStart segment;      ///< the segment of the block
-  std::uint64_t offset = 0;  ///< offset of its group's chunk in the file
+  std::uint64_t offset = 0;  ///< offset in bytes, in the file, of the chunk with the block's group
   ConnectivityCodec connectivity = ConnectivityCodec::automatic;
   /// `imported`: numbers of vertices that earlier segments own and that this segment uses for the
   /// first time in cells of this block. `finalized_imports`: numbers of such vertices that cells of
@@ -45,8 +45,8 @@ struct DecodedBlock {
   std::optional<GroupEnd> group_end;
 };
 
-/// Size in bytes of the static arrays in one cell, by block. Shared, since there may be many
-/// segments.
+/// Size in bytes of the static arrays in one cell, by block. The decoders of all segments share the
+/// vector because a file may have many segments.
 using CellBytes = std::shared_ptr<const std::vector<std::size_t>>;
 
 class GroupDecoder {
@@ -109,9 +109,9 @@ class GroupDecoder {
 
   // --- the functions that depend on the codec
 
-  /// Called before the streams of a group. `codec`: the codec of the group's connectivity; nothing
-  /// if the group has no connectivity. It is a known codec and the same in all groups of the
-  /// segment.
+  /// Begins the streams of a group; called before the first stream. `codec`: the codec of the
+  /// group's connectivity, which is known and the same in all groups of the segment; nothing if the
+  /// group has no connectivity.
   virtual Result<void> begin_streams(std::optional<ConnectivityCodec> codec) = 0;
   /// Decodes the cells and vertices of the next block, without their values.
   virtual Result<void> decode_elements(DecodedBlock& decoded) = 0;

@@ -16,7 +16,8 @@ constexpr std::uint64_t kFirstCells = 64, kLeastCells = std::uint64_t{1} << 14,
 /// even in hostile files.
 constexpr std::ptrdiff_t kMostFacesLooked = 32;
 
-/// The two axes of diagonal[i].
+/// For each diagonal neighbour (Neighbourhood::at[3 + i]): the two axes along which it is one step
+/// away.
 constexpr std::array<std::array<std::uint32_t, 2>, 3> kDiagonalAxes = {{{0, 1}, {0, 2}, {1, 2}}};
 /// Indices of the two diagonals that involve axis a, in the order of their other axis.
 constexpr std::array<std::array<std::uint32_t, 2>, 3> kDiagonalsAlong = {{{0, 1}, {0, 2}, {1, 2}}};
@@ -104,8 +105,8 @@ Neighbourhood NeighbourFinder::vertex(const CellTopology& cell, std::uint32_t po
   return item;
 }
 
-/// Finds the known nodes around a mid node. They are coded earlier: corners come first, then nodes
-/// of edges, faces and the body.
+/// Finds the known nodes around a mid node. The nodes of a cell are coded in this order: corners,
+/// then nodes of edges, faces and the body.
 void NeighbourFinder::look_around_mid_node(Neighbourhood& item, const CellTopology& cell,
                                            const MidNode& node) const {
   const bool is_edge = node.kind == MidNode::edge;
@@ -287,7 +288,7 @@ void NeighbourFinder::look_beyond(Neighbourhood& item, Reach reach) const {
     const Cell& cell = ring_[found.place];
     const std::uint32_t corner = found.corner ^ 1u << found.axis;
     const std::uint32_t slot = cell.corner[corner];
-    // The slot belongs to another vertex now
+    // The slot of the neighbour belongs to another vertex now
     if (vertices_[slot].introduced > cell.sequence) continue;
     item.at[kAtBeyond + a] = slot;
     item.known |= static_cast<std::uint16_t>(Neighbourhood::kBeyond << a);

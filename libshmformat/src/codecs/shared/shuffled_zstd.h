@@ -1,5 +1,5 @@
-// Shuffled zstd: the bytes of all scalars are sorted by significance and compressed by zstd. It
-// suits values whose repetitions are unrelated to the mesh.
+// Shuffled zstd: a codec that sorts the bytes of all scalars by significance and compresses them by
+// zstd. It suits values whose repetitions are unrelated to the mesh.
 // spec: "Values in shuffled_zstd"
 #pragma once
 
