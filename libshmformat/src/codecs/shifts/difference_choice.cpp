@@ -9,8 +9,8 @@ namespace {
 
 constexpr std::size_t kSamples = 256;
 
-/// Orders along up to three lags that are tried together. Each combination leads to at most eleven
-/// taps, for speed.
+/// Combinations of orders along up to three lags, which the encoder tries. Each combination leads
+/// to at most eleven taps (weighted earlier values), which keeps prediction fast.
 constexpr std::array<std::array<std::uint32_t, 3>, 22> kOrders = {{
     {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {2, 0, 0}, {0, 2, 0}, {0, 0, 2}, {3, 0, 0}, {0, 3, 0},
     {0, 0, 3}, {1, 1, 0}, {1, 0, 1}, {0, 1, 1}, {2, 1, 0}, {2, 0, 1}, {1, 0, 2}, {2, 2, 0},
@@ -107,8 +107,9 @@ class Trial {
   // For each place: index of the element in the group plus 1; 0: none
   std::vector<std::uint32_t> placed_;
   std::vector<Candidate> candidates_;
-  std::vector<std::uint64_t> powers_;      // distances of all taps of all candidates
-  std::vector<std::uint64_t> remembered_;  // values at these distances from the current element
+  std::vector<std::uint64_t> powers_;  // distances of all taps of all candidates
+  // Values of the elements at these distances before the current element
+  std::vector<std::uint64_t> remembered_;
 };
 
 }  // namespace

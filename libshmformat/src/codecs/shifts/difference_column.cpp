@@ -51,13 +51,13 @@ void DifferenceColumn::for_each_value(std::span<const std::uint64_t> numbers, Co
   });
 }
 
-/// Template argument kComponents: the number of components if it is known at compile time,
-/// otherwise 0.
+/// Predicts all elements and calls `code`, like for_each_value(). kComponents: the number of
+/// components if it is known at compile time, otherwise 0.
 template <std::size_t kComponents, class Differences, class Code>
 void DifferenceColumn::walk(const Differences& differences, std::span<const std::uint64_t> numbers,
                             Code& code) {
   using Sum = typename Differences::Sum;
-  // words per number in the ring
+  // number of words per element number in the ring
   constexpr std::size_t kLanes = kComponents == 3 ? 4 : kComponents;
   const std::size_t count = kComponents > 0 ? kComponents : components_.size();
   const std::size_t lanes = kComponents > 0 ? kLanes : count;

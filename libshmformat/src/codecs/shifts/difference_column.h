@@ -1,7 +1,7 @@
 // DifferenceColumn: codes an array whose element numbers run in rows and layers. A value is stored
-// as its residual against a prediction along these numbers. The bytes of all residuals are sorted
-// by significance and compressed by zstd. This is fast, since it needs neither neighbourhoods nor
-// models.
+// as its residual relative to a prediction from elements with smaller numbers. The bytes of all
+// residuals are sorted by significance and compressed by zstd. The method is fast, since it needs
+// neither neighbourhoods nor models.
 // spec: "Values as differences"
 #pragma once
 
@@ -20,7 +20,7 @@
 
 namespace shm {
 
-/// Buffers that columns share, one column after another.
+/// Buffers that are shared by columns, which are coded one after another.
 struct DifferenceScratch {
   std::vector<std::vector<std::uint64_t>> words;  // values, indices or residuals, by component
   std::vector<std::byte> planes;
@@ -102,7 +102,7 @@ class DifferenceColumn {
   bool remembers_ = false;           // whether ring_ and last_ contain values of earlier groups
   std::vector<Tap> taps_;
 
-  // Data of the group that is being decoded
+  // Data of the group that the column currently decodes
   Codec codec_ = Codec::differences;
   std::vector<std::byte> unpacked_;
   std::uint64_t count_ = 0, next_ = 0;

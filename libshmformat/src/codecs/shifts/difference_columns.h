@@ -1,4 +1,5 @@
-// The value columns of a segment in shifts: one for the coordinates, one for each static array.
+// The value columns of a segment coded as shifts: one column for the coordinates, and one for each
+// static array.
 // spec: "Values as differences"
 #pragma once
 
@@ -18,9 +19,9 @@ namespace shm {
 /// order.
 std::vector<DifferenceColumn> difference_columns(const Schema& schema);
 
-/// Returns columns that predict the same values over neighbourhoods. A column is null if it is left
-/// out or must not be coded as differences: both kinds of column need memory by number even if
-/// there are few elements.
+/// Returns columns that predict the values of `columns` over neighbourhoods. A column is null if it
+/// is left out or must not be coded as differences: both kinds of column need memory by number even
+/// if there are few elements.
 template <class Coder>
 std::vector<std::unique_ptr<ValueColumn<Coder>>> predicted_columns(
     const Schema& schema, std::span<const DifferenceColumn> columns, const DecodedParts& parts) {

@@ -19,13 +19,13 @@
 
 namespace shm {
 
-// Frozen: part of the format.
+// Largest number of factors, and largest order of a factor. Frozen: part of the format.
 inline constexpr std::uint32_t kMostFactors = 3, kMostOrder = 3;
-/// Largest number of places. An element is known until another element has the same number modulo
-/// the number of places.
+/// Largest number of places in the ring of known elements. An element is known until another
+/// element has the same number modulo the number of places.
 inline constexpr std::uint64_t kMostPlaces = std::uint64_t{1} << 17;
-/// Largest number of places per element of the first group. places_for() returns a power of two, so
-/// that clearing the places takes time in proportion to the data.
+/// Largest number of places per element of the first group. It limits the number of places, a power
+/// of two, so that clearing the places takes time in proportion to the data.
 inline constexpr std::uint64_t kPlacesForEach = 64;
 constexpr std::uint64_t places_for(std::uint64_t count) {
   return std::bit_floor(std::min(kMostPlaces, kPlacesForEach * std::max<std::uint64_t>(count, 1)));
@@ -43,9 +43,9 @@ struct Tap {
   std::uint64_t back = 0;
   std::int64_t count = 0;
 };
-/// Returns the terms of 1 - the product of all (1 - x^lag)^order, by descending power, without zero
-/// terms. The farthest element comes first, so that the sum waits for the previous element only at
-/// the end.
+/// Returns the taps for these factors: the terms of 1 - the product of all (1 - x^lag)^order, by
+/// descending power, without zero terms. The farthest element comes first, so that the sum needs
+/// the value of the previous element only at the end.
 std::vector<Tap> taps_of(std::span<const Factor> factors);
 
 class KnownNumbers {
@@ -68,8 +68,8 @@ class KnownNumbers {
   std::uint64_t mask_ = 0;
 };
 
-// These classes define how a prediction is computed from the states of one component, and how a
-// value is coded relative to it. A state is one word per value.
+// The following classes define how a prediction is computed from the states of one component, and
+// how a value is coded relative to the prediction. A state is one word per value.
 
 /// Differences of integers, modulo 2^64 or within the integer type of the values. Used for domains
 /// whose values are evenly spaced.

@@ -1,6 +1,6 @@
-// LiveNumbers: the set of live vertex numbers, and whether each is imported. A word has one bit for
-// each of 64 numbers, and the words are in a hash table with open addressing. So consecutive
-// numbers share a cache line; an isolated number needs 64 to 128 bytes.
+// LiveNumbers: the set of live vertex numbers, with a flag for each imported vertex. A word has one
+// bit for each of 64 numbers, and the words are in a hash table with open addressing. So
+// consecutive numbers share a cache line; an isolated number needs 64 to 128 bytes.
 #pragma once
 
 #include <algorithm>
@@ -45,8 +45,8 @@ class LiveNumbers {
     return was;
   }
 
-  // A run of up to 64 consecutive numbers: bit i belongs to number first + i. A run must not exceed
-  // 2^64.
+  // The state of up to 64 consecutive numbers (a run): bit i belongs to number first + i. A run
+  // must not exceed 2^64.
 
   struct Run {
     std::uint64_t live = 0, imported = 0;
@@ -106,7 +106,7 @@ class LiveNumbers {
     return count >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << count) - 1;
   }
   /// The index of the word for a number, the number's bit in the word, and the count of bits from
-  /// there on.
+  /// this bit to the end of the word.
   struct Split {
     std::uint64_t word;
     std::uint32_t place, rest;
@@ -136,7 +136,7 @@ class LiveNumbers {
     count_ -= static_cast<std::uint64_t>(std::popcount(bits));
     if (word.live == 0) close(place);
   }
-  /// Moves words back to where they belong after the place `hole` has become free.
+  /// Moves words closer to their home places after the place `hole` has become free.
   void close(std::size_t hole) {
     --used_;
     for (std::size_t i = (hole + 1) & mask_; words_[i].live != 0; i = (i + 1) & mask_) {

@@ -1,7 +1,7 @@
 // ShiftNeighbours: finds neighbourhoods in segments whose cells are coded as shifts. The near
 // neighbours of a new vertex are in the same cell. Neighbours farther away, and the cells around a
-// cell, are found by vertex numbers, which are assumed to continue as within the cell. This needs
-// neither a surface nor a search, and takes almost no time.
+// cell, are found by vertex numbers, which are assumed to continue as within the cell. Finding
+// neighbours needs neither a surface nor a search, and takes almost no time.
 // spec: "Neighbourhoods by number"
 #pragma once
 
