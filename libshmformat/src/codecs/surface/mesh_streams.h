@@ -73,7 +73,8 @@ class ValueStreams {
   void begin_tile();
   EncodedColumn encode(std::size_t column, const std::byte* values, std::size_t stride,
                        Level level);
-  /// Encoding: does the same as in ValueColumn, for the elements of the group so far.
+  /// Encoding: the next two functions return the results of the same functions of ValueColumn for
+  /// the elements of the group so far.
   std::uint64_t about_bytes(std::size_t column, const std::byte* values, std::size_t stride,
                             std::vector<DomainChoice>& choices) {
     return columns_[column]->about_bytes(elements_of(column), values, stride, choices);
@@ -86,8 +87,8 @@ class ValueStreams {
   // Column 0 is geometry; the static arrays follow in schema order.
 
   // Decoding: begin the group, then begin each of its columns, then decode tile by tile. `bytes`
-  // must stay valid until the group ends, and may unpack to at most `limit` bytes. Returns false if
-  // the data is damaged.
+  // must stay valid until the group ends, and may unpack to at most `limit` bytes. begin_column()
+  // returns false if the data is damaged.
   void begin_group() {
     vertex_reach_ = least_vertex_reach_;
     cell_reach_ = least_cell_reach_;
@@ -104,8 +105,8 @@ class ValueStreams {
   /// Return the neighbourhoods of the elements since the last tile.
   std::span<const Neighbourhood> vertices() const { return vertices_.items; }
   std::span<const Neighbourhood> cells() const { return cells_.items; }
-  /// Clears these neighbourhoods. Call it after the last column of a group (encoding) or tile
-  /// (decoding).
+  /// Clears the neighbourhoods of vertices and cells. Call it after the last column of a group
+  /// (encoding) or tile (decoding).
   void clear();
 
  private:
@@ -216,7 +217,8 @@ class MeshStreams {
   void finish_cell(const CellTopology& cell) { connectivity_.finish_cell(cell); }
 
   Connectivity<Coder>& connectivity() { return connectivity_; }
-  /// Coordinates and static arrays. The caller visits the same cells in both objects.
+  /// Coordinates and static arrays. The caller passes the same cells to this object as to
+  /// MeshStreams.
   using Values = ValueStreams<std::conditional_t<Coder::kDecodes, SplitDecoder, SplitEncoder>>;
   Values& values() { return values_; }
   const Values& values() const { return values_; }
@@ -232,7 +234,7 @@ class MeshStreams {
   /// column in values().
   bool holds_values(std::size_t s) const { return s >= kGeometry && s < imports_stream_; }
   std::size_t column_of(std::size_t s) const { return s - kGeometry; }
-  /// Range coders by stream; those of value streams are unused.
+  /// Returns the range coders by stream; the range coders of value streams are unused.
   std::vector<Coder>& coders() { return streams_; }
 
  private:

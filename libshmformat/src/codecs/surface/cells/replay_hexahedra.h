@@ -1,7 +1,7 @@
-// Replay hexahedra: each hexahedron repeats an earlier one with other vertex numbers.
-// in:    hexahedra in coding order            out: symbols for "connectivity"
-// keeps: the last cells in a ring, the numbers of live vertices, the models; the same in
-//        encoder and decoder
+// Replay hexahedra: codes each hexahedron as a repetition of an earlier hexahedron with other
+// vertex numbers. It codes hexahedra in coding order as symbols of the bitstream "connectivity".
+// Encoder and decoder keep the same state: the last cells in a ring, the numbers of live vertices,
+// and the models.
 //
 // Cells that a program has enumerated continue regularly. With a distance d, for each corner,
 //   number[i] = number[i - d] + (number[i - 1] - number[i - 1 - d])
@@ -12,11 +12,12 @@
 // corner.
 //
 // A refined mesh has cells that combine corners of the original cell with new vertices. The number
-// of such an original corner differs from the number that the model cell predicts: the corner is a
-// stray. The same corner is a stray in the model cell. When the encoder has detected such cells, it
-// follows strays: the coder predicts which corners are strays, and their numbers. Each number is
-// predicted by adding a step to the previous stray. The step is the one that followed an equal step
-// earlier.
+// of such an original corner differs from the number that the earlier (model) cell predicts: the
+// corner is a stray. The same corner is a stray in the model cell. When the encoder has detected
+// such cells, it follows strays: the coder predicts which corners are strays, and their numbers.
+// The coder predicts each of these numbers by adding a step to the number of the previous stray. To
+// find the step, the coder looks for the last step equal to the current one, and takes the step
+// that followed it.
 // spec: "Replay hexahedra"
 #pragma once
 
@@ -57,7 +58,7 @@ class LastRing {
     kept_ = std::min<std::uint64_t>(kept_ + 1, ring_.size());
     return entry;
   }
-  /// Takes the capacity and the number of elements of another ring; the elements are empty.
+  /// Adopts the capacity and the number of elements of another ring; the elements are empty.
   template <class Other>
   void begin_as(const LastRing<Other>& other) {
     ring_.assign(other.ring_.size(), T{});
@@ -104,9 +105,10 @@ class ReplayHexahedra {
   using Numbers = std::array<std::uint64_t, 8>;
   using Slots = std::array<std::uint32_t, 8>;
   static constexpr std::size_t kMissSlots = 1024;
-  static constexpr std::uint32_t kDistances = 6;  // largest number for which 3-bit trees suffice
-  static constexpr std::uint32_t kFollowStrays =
-      7;  // coded once in the stream instead of a place; strays are followed after it
+  // Number of distances remembered; the largest for which 3-bit trees suffice
+  static constexpr std::uint32_t kDistances = 6;
+  // Symbol that is coded once in the stream instead of a place; strays are followed after it
+  static constexpr std::uint32_t kFollowStrays = 7;
 
   // Size of the table of followers, in bits; frozen: part of the format
   static constexpr int kFollowerBits = 12;
@@ -137,7 +139,7 @@ class ReplayHexahedra {
     Numbers number{};
     std::uint8_t marks = 0;
   };
-  /// The guess that the encoder selects, or that the decoder has read.
+  /// The guess that the encoder has selected or the decoder has read.
   struct Choice {
     std::uint32_t place = 0;     // index in distances_; kDistances means a new distance
     std::uint64_t distance = 0;  // the new distance, if there is one
@@ -183,7 +185,7 @@ class ReplayHexahedra {
     return reaches(distances_[0]) ? past(distances_[0]).strays : std::uint8_t{0};
   }
   static std::size_t place_of_follower(std::uint64_t step, std::size_t corner);
-  // Call these functions only while strays are followed.
+  // Call next_stray() and follow_strays() only while strays are followed.
   std::uint64_t next_stray(std::size_t corner) const {
     return last_stray_ + followers_[place_of_follower(stray_step_, corner)];
   }

@@ -59,8 +59,8 @@ bool RowHexahedra<Coder>::code(Coder& symbols, Coder& corner_order, CellTopology
   if (kind != kStart && !code_orientation(corner_order, symbols, order_matters, orientation))
     return false;
 
-  // Return the cell in the order of the frame. The caller of the encoder relies on the corners that
-  // it stored, in whatever order a reader will receive them.
+  // Return the cell in the order of the frame. When encoding, stored_corner refers to the corners
+  // as the caller has stored them, although a reader may receive them in another order.
   std::array<std::uint8_t, 8> last_use{};
   if constexpr (!Coder::kDecodes) std::copy_n(cell.last_use.begin(), 8, last_use.begin());
   const auto& stored = kOrientedBits[Coder::kDecodes ? orientation : gate.orientation];
@@ -109,7 +109,7 @@ void RowHexahedra<Coder>::code_sides(Coder& symbols, std::uint32_t gate) {
     order[place] = i;
   }
   std::array<Above, 4> sides{};
-  std::uint32_t yes = 0;  // bit set by edge of the gate: the side at this edge is shared
+  std::uint32_t yes = 0;  // bit i is set if the side at edge i of the gate is shared
   for (std::uint32_t i : order) {
     const FaceEdge mate = face.mate[i];
     const std::uint32_t side = kAdjacentFace[k][i];
