@@ -90,8 +90,9 @@ class TermColumn {
   };
   static constexpr std::uint8_t kPredictors = 5;
   struct Component {
-    // Data that remains from group to group. `ranks`, by slot: group << 32 | rank; used only in
-    // groups with a table
+    // Data that remains from group to group
+
+    // Rank of each vertex, by slot, as group << 32 | rank; used only in groups with a table
     std::vector<std::uint64_t> ranks;
     std::uint64_t last = 0;  // state of the previous element
     ValueDomain domain;

@@ -19,7 +19,7 @@ enum class Codec : std::uint8_t {
   shifts = 11,         ///< codes a cell and its vertex numbers as the previous cell plus a shift
   differences = 12,    ///< predicts values along the vertex numbers of `shifts`; uses zstd
   patterns = 13,  ///< codes a cell by the positions of its vertices in earlier cells; uses zstd
-  terms = 14,     ///< predicts values from others of the cell, with `patterns`; uses zstd
+  terms = 14,     ///< predicts values from values of other vertices of the cell; uses zstd
 };
 
 /// Returns true if values in this codec are predicted over neighbourhoods.

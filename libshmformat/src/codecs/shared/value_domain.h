@@ -92,7 +92,7 @@ Unsigned ordered_bits(std::int64_t index) {
   const auto narrow = static_cast<Signed>(static_cast<Unsigned>(index));
   return static_cast<Unsigned>(narrow ^ (narrow >> kTop & kMagnitude));
 }
-/// Returns ordered_index_of() of a value instead of its bits; the payload of a NaN may be lost.
+/// Returns ordered_index_of() for the bits of a value; the payload of a NaN may be lost.
 template <class T>
 std::int64_t ordered_index(T value) {
   using Bits = std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint64_t>;

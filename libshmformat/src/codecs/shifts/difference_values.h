@@ -55,7 +55,8 @@ inline void save(std::span<const std::uint64_t> bits, std::byte* to, std::size_t
 }
 
 /// Calls work(index_of, bits_of) with the conversion functions of a domain. The functions convert
-/// between the bits of a value and its index. All values must be in the domain.
+/// between the bits of a value and its index. Unlike ValueTranslator::index(), index_of() returns
+/// an index for every integer value. All values must be in the domain.
 template <class Work>
 decltype(auto) with_translation(const ArrayInfo& info, std::size_t component,
                                 const ValueDomain& domain, Work&& work) {

@@ -18,7 +18,7 @@ using container::StreamKind;
 constexpr std::uint32_t kNoteEvery = 16;
 constexpr std::size_t kMostLags = 64;
 constexpr std::size_t kLagsTried = 3;
-// Largest size of a ring, in bits, to which the encoder enlarges the ring to cover several layers.
+// Largest size, in bits, to which the encoder enlarges a ring so that it covers several layers.
 constexpr std::uint32_t kFarRingBits = 15;
 
 template <class Lags>

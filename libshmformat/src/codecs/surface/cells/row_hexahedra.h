@@ -6,9 +6,8 @@
 // across the shared face. So a side keeps its name along rows and layers, and no rotation is
 // encoded. A hexahedron is encoded in this order:
 //   gate       The active face to which the hexahedron is attached. It is guessed as follows: if
-//   the
-//              previous hexahedron was attached to hexahedron A, the gate is on the successor of A,
-//              at the same side.
+//              the previous hexahedron was attached to hexahedron A, the gate is on the successor
+//              of A, at the same side.
 //   sides      The set of shared faces among the four faces around the gate. It usually follows
 //              from the fan of hexahedra around the edge.
 //   far face   Whether the face opposite the gate is shared.
