@@ -35,7 +35,8 @@ struct CellCodec {
 };
 
 std::span<const CellCodec> cell_codecs();
-/// Return the codec with this name or id; null if the list does not contain it.
+/// The next two functions return the codec with this name or id; null if the list does not contain
+/// it.
 const CellCodec* find_codec(ConnectivityCodec name);
 const CellCodec* find_codec(Codec id);
 

@@ -37,7 +37,7 @@ constexpr Fit fit_of(std::uint32_t mask) {
   return (count == 3 || tunnel) && has(face_bit(1) | face_bit(3)) ? Fit::bridge : Fit::none;
 }
 
-/// A rotation of the stored hexahedron to try for a given set of active faces.
+/// A rotation of the stored hexahedron that the encoder tries for a given set of active faces.
 struct RotationFit {
   std::uint8_t rotation = 0;
   Fit fit = Fit::none;
@@ -219,9 +219,9 @@ bool PaperHexahedra<Coder>::on_previous(std::uint32_t face) const {
   return surface_.face(face).alive && surface_.face(face).cell == previous_cell_;
 }
 
-/// Lists the faces at edges of the previous hexahedron that are not its own faces, as pairs of a
-/// corner (of the edge's first vertex) and an edge. Edges come in ascending order; at each edge the
-/// newest face comes first.
+/// Lists the faces at edges of the previous hexahedron that are not its own faces, as pairs: the
+/// face corner at the edge's first vertex, and the edge. Edges come in ascending order; at each
+/// edge the newest face comes first.
 template <class Coder>
 void PaperHexahedra<Coder>::list_edge_gates(
     std::vector<std::pair<FaceCorner, std::uint32_t>>& out) const {
@@ -322,7 +322,7 @@ FaceCorner PaperHexahedra<Coder>::code_gate_on_face(Coder& symbols, const Plan& 
 }
 
 /// Codes the gate as one of the faces in `scratch_`, which are at edges of the previous hexahedron.
-/// The edge becomes the edge 0-3.
+/// That edge becomes the edge from corner 0 to corner 3 of the current hexahedron.
 template <class Coder>
 FaceCorner PaperHexahedra<Coder>::code_gate_at_edge(Coder& symbols, const Plan& plan,
                                                     const Corners& target, bool mirrored) {
@@ -341,7 +341,7 @@ FaceCorner PaperHexahedra<Coder>::code_gate_at_edge(Coder& symbols, const Plan& 
 }
 
 /// Codes the gate as one of the faces in `scratch_`, which are at vertices of the previous
-/// hexahedron. The vertex becomes corner 0.
+/// hexahedron. That vertex becomes corner 0 of the current hexahedron.
 template <class Coder>
 FaceCorner PaperHexahedra<Coder>::code_gate_at_vertex(Coder& symbols, const Plan& plan,
                                                       const Corners& target) {

@@ -41,8 +41,8 @@ class PaperHexahedra {
   enum Operation : std::uint8_t { kStart, kHut, kRoof, kStep, kBridge, kOperations };
   enum GateMode : std::uint8_t { kOnFace, kAtEdge, kAtVertex, kAnywhere, kGateModes };
 
-  /// How a hexahedron is attached. The encoder chooses the plan; the decoder decodes it in several
-  /// steps.
+  /// The way in which a hexahedron is attached to the surface: operation, rotation and gate. The
+  /// encoder chooses the plan; the decoder decodes it in several steps.
   struct Plan {
     Operation operation = kStart;
     std::uint32_t rotation = 0;

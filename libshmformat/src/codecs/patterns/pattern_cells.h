@@ -50,7 +50,7 @@ inline constexpr std::uint32_t kCount = kHere + 1;
 }  // namespace pattern_source
 /// Flags of a new vertex, stored instead of the index of a node in an earlier cell.
 namespace new_vertex {
-/// The vertex number is not the last number plus one
+/// Flag: the number of the new vertex is not the last vertex number plus one
 inline constexpr std::uint32_t kNumbered = 1;
 inline constexpr std::uint32_t kImported = 2;
 inline constexpr std::uint32_t kMost = 3;
@@ -74,7 +74,7 @@ struct PatternCell {
 
 class PatternHistory {
  public:
-  /// `stride`: the largest number of nodes per cell.
+  /// Creates an empty history. `stride`: the largest number of nodes per cell.
   explicit PatternHistory(std::uint32_t stride) : stride_(stride), nobody_(stride, kNone) {}
 
   std::uint32_t stride() const { return stride_; }
@@ -198,8 +198,9 @@ class PatternHistory {
   std::uint32_t bits_ = 0;
   // Number of rows in the ring: one for each remembered cell, and one for the current cell
   std::uint32_t ring_ = 2;
-  std::vector<std::uint32_t> rows_;  // rows up to the current cell; in order until the ring is full
-  std::uint32_t at_ = 0;             // index of the current cell's row
+  // Rows of all cells up to the current cell; in coding order until the ring is full
+  std::vector<std::uint32_t> rows_;
+  std::uint32_t at_ = 0;  // index of the current cell's row
   std::uint32_t next_ = 0, remembered_ = 0;
   std::vector<std::uint32_t> nobody_;
   References references_;

@@ -16,7 +16,7 @@ using namespace pattern_source;
 constexpr std::uint32_t kFirstHistoryBits = 16;
 constexpr std::uint64_t kMissedShare = 64;
 
-/// Number of cells by which prefetching of patterns is ahead.
+/// Number of cells by which prefetching of patterns is ahead of decoding.
 constexpr std::size_t kAhead = 8;
 inline void prefetch([[maybe_unused]] const std::uint8_t* bytes) {
 #if defined(__GNUC__)
@@ -111,7 +111,7 @@ void PatternEncoder::find_nodes(const PatternCell& cell, std::span<const std::ui
 /// cell, and the vertex's node in that cell.
 auto PatternEncoder::find(const Candidates& cells, std::uint32_t node, const Uses& uses) -> Op {
   const std::uint32_t sources = kUsers + 2 * std::min(node, kUsersOf);
-  // Try the two cells that used the vertex last first: they are the most likely.
+  // First try the two cells that used the vertex last: they are the most likely.
   for (const std::size_t use : {0u, 2u})
     for (std::uint32_t source = kBefore; source < sources; ++source) {
       if (cells[source] != uses.cells[use] && cells[source] != uses.cells[use + 1]) continue;
@@ -191,7 +191,8 @@ std::vector<std::byte> PatternEncoder::finish(ZstdCompressor& zstd) {
   // sorted by their bytes.
   struct Place {
     std::uint32_t uses, pattern;
-    std::uint64_t first;  // the first eight bytes; the first byte is the most significant
+    // The first eight bytes of the pattern as a number; the first byte is the most significant
+    std::uint64_t first;
   };
   std::vector<Place> order;
   std::vector<std::vector<std::uint32_t>> places(patterns_.size());

@@ -79,7 +79,7 @@ class TermColumn {
   bool refers() const;
 
  private:
-  /// How a value is predicted. Frozen: part of the format.
+  /// The methods by which a value is predicted. Frozen: part of the format.
   enum class Predictor : std::uint8_t {
     nothing,
     last,

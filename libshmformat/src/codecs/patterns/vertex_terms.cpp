@@ -28,7 +28,8 @@ TermFinder::TermFinder(const Schema& schema) {
   }
 }
 
-/// Returns how a node is predicted. `known`: nodes whose vertices are known.
+/// Returns the recipe by which a node is predicted from other nodes. `known`: nodes whose vertices
+/// are known.
 auto TermFinder::recipe_of(const Block& block, std::uint32_t node, std::uint64_t known) -> Recipe {
   Recipe recipe;
   recipe.node = static_cast<std::uint8_t>(node);

@@ -1,5 +1,5 @@
-// Vertex terms: the vertices from which a new vertex is predicted. They are other vertices of the
-// cell that introduces it, and form a hexahedron, a quadrilateral or an edge.
+// Vertex terms: the vertices from which a new vertex is predicted. They belong to the cell that
+// introduces the new vertex, and form a hexahedron, a quadrilateral or an edge.
 // spec: "Values by terms"
 #pragma once
 

@@ -36,8 +36,8 @@ struct DecodedBlock {
   /// Set in the last block of a group.
   struct GroupEnd {
     std::uint64_t imported_vertices = 0, max_active_vertices = 0;
-    /// True if the bounding box in the header matches the decoded coordinates, or if these were not
-    /// decoded.
+    /// True if the bounding box in the header matches the decoded coordinates, or if the
+    /// coordinates were not decoded.
     bool has_its_box = true;
     /// Sizes in bytes of the streams, by their names in SizeReport
     std::map<std::string, std::uint64_t> stream_bytes;
@@ -51,7 +51,7 @@ using CellBytes = std::shared_ptr<const std::vector<std::size_t>>;
 
 class GroupDecoder {
  public:
-  /// `schema` has passed check_schema() and must outlive the decoder. `cell_bytes`:
+  /// `schema` has passed check_schema() and must outlive the decoder. `cell_bytes`: the result of
   /// cell_data_bytes(schema).
   GroupDecoder(const Schema& schema, const SegmentStart& start, DecodedParts parts,
                CellBytes cell_bytes);
@@ -88,7 +88,7 @@ class GroupDecoder {
   /// further data. Call it after the last block.
   Result<DecodedBlock::GroupEnd> end_group() const;
 
-  /// Numbers of own vertices that are not finalized yet.
+  /// Returns the numbers of the segment's own vertices that are not finalized yet.
   virtual std::vector<std::uint64_t> alive() const = 0;
 
   /// Neighbourhoods of the vertices and cells of the last block, if DecodedParts requests them.
@@ -96,7 +96,7 @@ class GroupDecoder {
     std::span<const Neighbourhood> vertices, cells;
   };
   virtual Items items() const = 0;
-  /// Upper bound of all slots that occur in the neighbourhoods so far (exclusive).
+  /// Returns an upper bound (exclusive) of all slots that occur in the neighbourhoods so far.
   virtual std::uint32_t slots() const = 0;
 
  protected:
@@ -127,7 +127,8 @@ class GroupDecoder {
 
   bool may_import() const { return start_.segment > 0; }
   bool numbered_by_order() const { return schema_->order != Order::keep; }
-  /// Returns true if the header permits another vertex of this kind.
+  /// Returns true if the header permits another imported vertex (if `imported` is true) or own
+  /// vertex.
   bool has_room_for_vertex(bool imported) const {
     return imported ? done_.imported < header_->imported_vertices : done_.own < header_->vertices;
   }

@@ -248,7 +248,8 @@ NeighbourFinder::Found NeighbourFinder::behind(std::uint32_t slot, std::uint32_t
       const std::uint32_t a = cell.corner[use.corner ^ 1u << (axis == 0 ? 1 : 0)];
       const std::uint32_t b = cell.corner[use.corner ^ 1u << (axis == 2 ? 1 : 2)];
       if (!((a == one && b == two) || (a == two && b == one))) continue;
-      // Check that these slots did not belong to other vertices when the cell was coded.
+      // Check that the slots `one` and `two` did not belong to other vertices when the cell was
+      // coded.
       if (vertices_[one].introduced > cell.sequence || vertices_[two].introduced > cell.sequence)
         continue;
       return {use.place, use.corner, axis};

@@ -108,9 +108,10 @@ class NeighbourFinder {
     std::uint32_t corner = 0;         ///< the vertex's corner in the cell, as corner bits
   };
   struct Vertex {
-    std::uint64_t introduced = 0;  // sequence number of the cell that introduced it
-    std::array<Use, 2> uses;       // the first hexahedron that used it, and the last
-    bool full = false;             // true: all neighbours in the vertex's own lattice were known
+    std::uint64_t introduced = 0;  // sequence number of the cell that introduced the vertex
+    // The first hexahedron that used the vertex, and the last hexahedron that used it
+    std::array<Use, 2> uses;
+    bool full = false;  // true: all neighbours in the vertex's own lattice were known
   };
   /// A remembered cell, stored at its place in the ring.
   struct Cell {
@@ -127,7 +128,7 @@ class NeighbourFinder {
   };
   using Cycle = std::span<const std::uint32_t>;  // slots of the vertices around a side
 
-  /// Links between hexahedra, by place, which cell() uses.
+  /// Links of a hexahedron to its neighbours, by place in the ring; used by cell().
   struct Links {
     // Places of the cells across the sides. Side 2 a is towards the lower end of axis a, side 2 a +
     // 1 towards the upper end.

@@ -43,7 +43,7 @@ struct SegmentPiece {
   struct Vertex {
     std::uint64_t number = 0;  ///< the caller's number of the vertex
 
-    /// Number of the vertex in `nodes`; reused after the vertex is finalized
+    /// Handle by which `nodes` refers to the vertex; reused after the vertex is finalized
     std::uint32_t handle = 0;
     std::uint32_t ticket = kNone;
     bool imported = false;

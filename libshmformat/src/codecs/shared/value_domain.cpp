@@ -262,8 +262,9 @@ std::int32_t binary_exponent(ScalarType type, std::span<const std::uint64_t> bit
 
 /// Lengths of the decimal notation of the values, found from a sample.
 struct Shapes {
-  std::int32_t decimals = -22, digits = 1;  // maxima over the values with a short decimal notation
-  bool are_short = true;  // whether nearly all values have a short decimal notation
+  // Largest numbers among the values with a short decimal notation
+  std::int32_t decimals = -22, digits = 1;
+  bool are_short = true;  // true if nearly all values have a short decimal notation
 };
 Shapes shapes_of(const ArrayInfo& info, std::span<const std::uint64_t> bits) {
   Shapes shapes;

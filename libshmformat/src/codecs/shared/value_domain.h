@@ -209,7 +209,7 @@ enum class DomainKind : std::uint8_t {
   decimal = 3,    ///< the numbers index / 10^exponent, or index * 10^-exponent
   digits = 4,     ///< numbers with `exponent` significant decimal digits
   integers = 5,   ///< integers, for arrays of integer type
-  quantized = 6,  ///< minimum + d * step, both from the schema
+  quantized = 6,  ///< the values minimum + index * step; minimum and step are in the schema
 };
 inline constexpr std::uint32_t kDomainKinds = 7;
 
@@ -218,11 +218,11 @@ struct ValueDomain {
   std::int32_t exponent = 0;
   bool negative_zero = false;  ///< true if zeros may be -0.0 (in the kinds binary, decimal, digits)
 
-  /// Whether there are values outside of the domain; these are stored in full
+  /// True if there may be values outside of the domain; such values are stored in full
   bool escapes = false;
   // Flags for the use of earlier values of the component
-  bool recalls = false;   ///< whether some values are coded relative to earlier values
-  bool partners = false;  ///< in groups with a reference: whether elements may have partners
+  bool recalls = false;   ///< true if some values are coded relative to earlier values
+  bool partners = false;  ///< true if elements may have partners; only in groups with a reference
   bool operator==(const ValueDomain&) const = default;
 
   bool is_linear() const {
@@ -305,7 +305,7 @@ auto with_space(const ArrayInfo& info, const ValueDomain& domain,
 
 // --- encoder: candidate domains
 
-/// How the encoder will code a group's values of one component.
+/// The plan by which the encoder codes a group's values of one component.
 struct DomainPlan {
   ValueDomain domain;
   /// Indices that occur, in ascending order; empty if indices are coded directly, without ranks

@@ -28,7 +28,8 @@ std::vector<Factor> factors_of(const std::array<std::uint32_t, 3>& orders,
   return factors;
 }
 
-/// A prediction to try. `places`: for each tap, the index of its distance in powers_.
+/// A prediction that the encoder tries. `places`: for each tap, the index of its distance in
+/// powers_.
 struct Candidate {
   std::vector<Factor> factors;
   std::vector<Tap> taps;
@@ -104,7 +105,7 @@ class Trial {
 
   GroupIndices group_;
   const KnownNumbers* known_;
-  // For each place: index of the element in the group plus 1; 0: none
+  // For each place: index of the element in the group plus 1; 0 if the place has no element
   std::vector<std::uint32_t> placed_;
   std::vector<Candidate> candidates_;
   std::vector<std::uint64_t> powers_;  // distances of all taps of all candidates

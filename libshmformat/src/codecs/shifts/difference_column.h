@@ -35,8 +35,8 @@ class DifferenceColumn {
     Codec codec = Codec::differences;
     std::vector<std::byte> bytes;
   };
-  /// Encodes a group. `numbers`: numbers of its elements in coding order. `values`: the values of
-  /// all its elements. `stride`: distance in bytes between consecutive values. `lags`: distances
+  /// Encodes a group. `numbers`: numbers of the elements in coding order. `values`: the values of
+  /// all these elements. `stride`: distance in bytes between consecutive values. `lags`: distances
   /// along which values may be predictable, the most likely first.
   Encoded encode(std::span<const std::uint64_t> numbers, const std::byte* values,
                  std::size_t stride, std::span<const std::uint32_t> lags,
@@ -99,7 +99,7 @@ class DifferenceColumn {
   KnownNumbers known_;
   std::vector<std::uint64_t> ring_;  // states, by number and component
   std::vector<std::uint64_t> last_;  // states of the previous element, by component
-  bool remembers_ = false;           // whether ring_ and last_ contain values of earlier groups
+  bool remembers_ = false;           // true if ring_ and last_ contain values of earlier groups
   std::vector<Tap> taps_;
 
   // Data of the group that the column currently decodes

@@ -77,7 +77,8 @@ decltype(auto) with_translation(const ArrayInfo& info, std::size_t component,
 }
 
 /// Returns true if all values of an array may be coded in this domain, without escapes. The values
-/// of a quantized array may also be coded as floats, in case some of them would be escapes.
+/// of a quantized array may also be coded as floats, in case the quantized domain would need
+/// escapes.
 inline bool may_be(const ArrayInfo& info, const ValueDomain& domain) {
   return domain.kind != DomainKind::digits &&
          (domain.fits(info) || (is_float(info.type) && domain == ValueDomain()));

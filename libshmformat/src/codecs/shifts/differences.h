@@ -30,8 +30,8 @@ inline constexpr std::uint64_t kPlacesForEach = 64;
 constexpr std::uint64_t places_for(std::uint64_t count) {
   return std::bit_floor(std::min(kMostPlaces, kPlacesForEach * std::max<std::uint64_t>(count, 1)));
 }
-/// Largest number of components of all columns in differences together. Each component needs up to
-/// 1 MB; three components of one column need 4 MB.
+/// Largest number of components of all columns that use differences, together. Each component needs
+/// up to 1 MB; three components of one column need 4 MB.
 inline constexpr std::uint32_t kMostDifferenceRings = 32;
 
 struct Factor {
@@ -69,10 +69,10 @@ class KnownNumbers {
 };
 
 // The following classes define how a prediction is computed from the states of one component, and
-// how a value is coded relative to the prediction. A state is one word per value.
+// how a value is coded relative to the prediction. The state of a value is one word.
 
-/// Differences of integers, modulo 2^64 or within the integer type of the values. Used for domains
-/// whose values are evenly spaced.
+/// Differences of integers, modulo 2^64 or within the integer type of the values. This class is
+/// used for domains whose values are evenly spaced.
 struct WholeDifferences {
   int unused = 0;  // number of high bits that the type does not use
   bool has_sign = true;
@@ -109,8 +109,8 @@ struct WholeDifferences {
   }
 };
 
-/// Differences of floating-point numbers: predicted in float64, coded as indices among all numbers
-/// of type T.
+/// Differences of floating-point numbers. Values are predicted in float64, and coded as indices
+/// among all numbers of type T.
 template <class T>
 struct FloatDifferences {
   using Bits = std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint64_t>;

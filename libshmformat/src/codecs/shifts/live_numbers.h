@@ -60,13 +60,13 @@ class LiveNumbers {
     }
     return {run.live & ones(length), run.imported & ones(length)};
   }
-  /// Adds a run of numbers. Must hold: no number of the run is live.
+  /// Adds a run of consecutive numbers. Must hold: no number of the run is live.
   void add_run(std::uint64_t first, std::uint32_t length) {
     const auto [word, place, rest] = split(first);
     add_bits(word, ones(std::min(length, rest)) << place);
     if (rest < length) add_bits(word + 1, ones(length - rest));
   }
-  /// Removes a run of numbers. Numbers that are not live are ignored.
+  /// Removes a run of consecutive numbers. Numbers that are not live are ignored.
   void remove_run(std::uint64_t first, std::uint32_t length) {
     const auto [word, place, rest] = split(first);
     remove_bits(word, ones(std::min(length, rest)) << place);
@@ -94,7 +94,7 @@ class LiveNumbers {
   std::size_t home(std::uint64_t number) const {
     return static_cast<std::size_t>(scatter_(number)) & mask_;
   }
-  /// Returns the place of a word; if the word is absent, the free place where it belongs.
+  /// Returns the place of a word. If the word is absent, returns the free place where it belongs.
   std::size_t place_of(std::uint64_t number) const {
     std::size_t i = home(number);
     while (words_[i].live != 0 && words_[i].number != number) i = (i + 1) & mask_;

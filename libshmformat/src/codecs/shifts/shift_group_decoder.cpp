@@ -76,8 +76,9 @@ Result<void> ShiftGroupDecoder::begin_connectivity(std::span<const std::byte> by
     return corrupt("connectivity: the size of its ring is invalid");
   if (predicted_.empty() && has_neighbours_)
     predicted_ = predicted_columns<SplitDecoder>(*schema_, columns_, parts_);
-  // A shift needs at most 10 bytes for each node of a new cell; the number of an unused vertex also
-  // needs at most 10 bytes. decoded_bytes counts 8 bytes for such a node, 12 for such a vertex.
+  // A shift needs at most 10 bytes for each node of a new cell. The number of an unused vertex also
+  // needs at most 10 bytes. decoded_bytes counts 8 bytes for each of these nodes, and 12 for each
+  // of these vertices.
   const std::uint64_t most = 3 * decoded_bytes + 64 * std::uint64_t{header_->cells};
   if (!shifts_.begin_group(in.get_bytes(in.left()), header_->cells, most, zstd_))
     return corrupt("connectivity: cannot be unpacked");
@@ -193,8 +194,8 @@ void ShiftGroupDecoder::name_imports(std::vector<std::uint64_t>& corners) {
   finalized_.clear();
 }
 
-/// Counts the vertices that each cell of a run introduces and finalizes. The vertex numbers of the
-/// run must increase by one from cell to cell. Returns false if they do not, if a vertex is used in
+/// Counts the vertices that each cell of a run introduces and finalizes. Returns false if the
+/// vertex numbers of the run do not increase by one from cell to cell, if a vertex is used in
 /// another irregular way, or if the run is invalid.
 bool ShiftGroupDecoder::count_run(const CellMarks& marks, std::span<const std::uint64_t> numbers,
                                   std::size_t count, std::uint64_t& introduced,

@@ -72,7 +72,7 @@ class ShiftGroupDecoder final : public GroupDecoder {
   std::array<std::size_t, kMostShiftNodes>
       hints_{};  // for each node: the last place of its number in the table of live_
 
-  // Used if vertices are numbered in coding order
+  // The following members are used if vertices are numbered in coding order.
   std::uint64_t next_own_, next_import_ = kFirstImport;
   ImportedNumbers imports_;
   // Numbers of finalized imported vertices that cells of the current block may still use
@@ -83,7 +83,7 @@ class ShiftGroupDecoder final : public GroupDecoder {
   // Data of the current block
   std::vector<std::uint64_t>
       new_numbers_;  // numbers of new vertices, including imported and unused vertices
-  std::vector<std::uint64_t> cells_;  // numbers of those cells that an array covers
+  std::vector<std::uint64_t> cells_;  // numbers of the cells that an array covers
   std::vector<Neighbourhood> vertex_items_, cell_items_;
 };
 

@@ -102,7 +102,7 @@ class ValueStreams {
   /// Returns the memory budget for the data that columns store by slot.
   ColumnMemory& memory() { return *memory_; }
   const ColumnMemory& memory() const { return *memory_; }
-  /// Return the neighbourhoods of the elements since the last tile.
+  /// The next two functions return the neighbourhoods of the elements since the last tile.
   std::span<const Neighbourhood> vertices() const { return vertices_.items; }
   std::span<const Neighbourhood> cells() const { return cells_.items; }
   /// Clears the neighbourhoods of vertices and cells. Call it after the last column of a group
@@ -116,7 +116,7 @@ class ValueStreams {
   }
 
   const Schema* schema_;
-  bool of_vertices_, of_cells_;  // whether neighbourhoods of vertices or cells are needed
+  bool of_vertices_, of_cells_;  // true if neighbourhoods of vertices or of cells are needed
   NeighbourFinder finder_;
   Reach least_vertex_reach_ = Reach::lattice, least_cell_reach_ = Reach::lattice;
   Reach vertex_reach_ = Reach::farther, cell_reach_ = Reach::farther;
@@ -193,9 +193,9 @@ class MeshStreams {
       number = vertex_numbers_.code_unused(streams_[kVertexNumbers], slot, number);
   }
 
-  // In all segments except the first, these functions code data that precede the values of each new
-  // vertex of a cell: a flag that an earlier segment owns the vertex and, if vertices are numbered
-  // in coding order, its stream number.
+  // The following functions code data that precede the values of each new vertex of a cell, in all
+  // segments except the first: a flag that an earlier segment owns the vertex and, if vertices are
+  // numbered in coding order, its stream number.
   void begin_new_vertices(const CellTopology& cell) { imports_.begin_cell(cell); }
   bool code_import(const CellTopology& cell, std::uint32_t position, bool imported) {
     return imports_.code(streams_[imports_stream_], cell, position, imported);

@@ -57,7 +57,7 @@ class CellCorners {
   static constexpr std::uint32_t kSure = 64512;
   enum Question : std::uint32_t { kNew, kAmong, kWhich, kLast, kQuestions };
 
-  /// A vertex that the node at a position may be, and the reasons for this guess.
+  /// A candidate for the node at a position: a vertex, and the reasons for this guess.
   struct Candidate {
     std::uint32_t slot = kNone;
     std::uint8_t guesses = 0;  ///< number of guesses with this vertex at this position, at most 2
@@ -79,7 +79,8 @@ class CellCorners {
   /// expected at each position of the next cell.
   struct Guess {
     std::uint64_t number = 0;
-    /// Node index by position of the next cell; kMost: none
+    /// For each position of the next cell: index of the node of this neighbour; kMost if there is
+    /// none
     std::array<std::uint8_t, kMost> place{};
   };
   /// The last cell of a block.
@@ -92,8 +93,8 @@ class CellCorners {
     Past() { behind.fill(OpenFaces::kNever); }
   };
   struct ShapeModels {
-    /// Models by position, then by reasons: guesses (3 values), shift (2), shared (4), place (9),
-    /// beside (2).
+    /// Models of the decision kWhich, by position, then by reasons: guesses (3 values), shift (2),
+    /// shared (4), place (9), beside (2).
     std::array<std::vector<MixedBit>, kPositions> which;
     // Models of the decisions kNew and kAmong, by position and number of gates
     std::array<std::array<MixedBit, 3>, kPositions> is_new, among;
@@ -103,7 +104,7 @@ class CellCorners {
         lead;  // models of the lead, by position and reasons (guesses, shift)
     AdaptiveBit repeated;
     NumberModel repeat;
-    // Models of the first corner and of other corners
+    // Models of the difference from the expected id, for the first corner and for the other corners
     std::array<SignedModel<NumberModel>, 2> step;
     std::array<std::uint32_t, 6> before{};  // outcomes of the last cells, newest first
     std::uint32_t finals = 0;               // last uses in the last cell, as a bit set
@@ -142,7 +143,7 @@ class CellCorners {
   OpenFaces faces_;
   MixingCoder<Coder> mixing_{kQuestions};
   std::array<std::unique_ptr<ShapeModels>, kShapes> all_models_;
-  std::map<std::uint32_t, Past> past_;            // by block, for blocks that already have cells
+  std::map<std::uint32_t, Past> past_;            // last cell of each block that already has cells
   std::array<std::uint32_t, kMost> last_cell_{};  // slots of the last cell's corners
   std::uint32_t last_size_ = 0;
 

@@ -33,7 +33,7 @@ class MiddleTable {
     bool is_face = false;
   };
   Place edge(std::uint32_t a, std::uint32_t b) const;
-  /// Returns the diagonal of the face that contains the oldest vertex of the face.
+  /// Returns one of the two diagonals of the face: the diagonal with the oldest vertex of the face.
   Place face(const std::array<std::uint32_t, 4>& corners) const;
 
   /// Returns the live vertex at `place`; kNone if there is none.
@@ -100,10 +100,10 @@ class MidNodes {
   MiddleTable middles_;
   std::array<std::uint64_t, 6> signatures_{};  // signatures of the sides of the current cell
 
-  // Contexts of the next decisions
-  // By kind of node: 1 if the last node of the kind was not as expected
+  // Contexts of the next decisions. missed_, by kind of node: 1 if the last node of the kind was
+  // not as expected
   std::array<std::uint8_t, MidNode::kKinds> missed_{};
-  // By position: 1 if the last answer was that the cell is the last to use the node
+  // ended_, by position: 1 if the last answer was that the cell is the last to use the node
   std::array<std::uint8_t, kMostLayoutNodes> ended_{};
 
   // Adaptive models of the decisions

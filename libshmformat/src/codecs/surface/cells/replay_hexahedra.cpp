@@ -155,8 +155,8 @@ auto ReplayHexahedra<Coder>::choose(const CellTopology& cell, const Numbers& num
     rate({kDistances, distance, false, 0}, cost);
     rate({kDistances, distance, true, 0}, cost);
   };
-  // Try the cells that introduced the vertices of this cell. In a scan, they include the cells
-  // below and beside this cell.
+  // Try the cells that introduced the vertices of this cell. If cells are enumerated row by row,
+  // these include the cells below and beside this cell.
   for (std::uint32_t c = 0; c < 8; ++c)
     if (cell.slots[c] < introduced_.size()) try_new(sequence_ - introduced_[cell.slots[c]], 12);
   // For recurring parts: try the last cell that was not as expected and differed from its previous
@@ -361,7 +361,8 @@ bool ReplayHexahedra<Coder>::resolve_corner(CellTopology& cell, const Numbers& n
   return true;
 }
 
-/// Decoder: returns the vertex of a corner that is not where it was found last time.
+/// Decoder: finds the vertex of a corner that is not at the source where this corner's vertex was
+/// found last time.
 template <class Coder>
 std::uint32_t ReplayHexahedra<Coder>::find(std::uint64_t number, std::uint32_t corner) {
   const std::uint32_t slot = find_anywhere(number);

@@ -35,7 +35,7 @@
 
 namespace shm {
 
-/// Smallest and largest capacity of the memory of earlier cells. Frozen: part of the format.
+/// Smallest and largest capacity of the ring of earlier cells. Frozen: part of the format.
 inline constexpr std::uint64_t kReplayLeast = std::uint64_t{1} << 14;
 inline constexpr std::uint64_t kReplayWindow = std::uint64_t{1} << 18;
 
@@ -110,7 +110,7 @@ class ReplayHexahedra {
   // Symbol that is coded once in the stream instead of a place; strays are followed after it
   static constexpr std::uint32_t kFollowStrays = 7;
 
-  // Size of the table of followers, in bits; frozen: part of the format
+  // The table followers_ has 2^kFollowerBits entries. Frozen: part of the format
   static constexpr int kFollowerBits = 12;
   enum Kind : std::uint8_t { kExpected, kBeyond, kTop, kPrevious, kEarlier, kFromPrevious, kStep };
 
@@ -123,7 +123,7 @@ class ReplayHexahedra {
     // Set of corners that were not as guessed; if there were none, the set of the model cell
     std::uint8_t strays = 0;
     bool guessed = false;      // true: all corners and marks were as expected
-    std::uint32_t beside = 1;  // distance of the cell whose shift this cell had
+    std::uint32_t beside = 1;  // distance of the cell whose shift was repeated for this cell
   };
   struct Named {
     std::uint64_t number = 0;
@@ -143,10 +143,10 @@ class ReplayHexahedra {
   struct Choice {
     std::uint32_t place = 0;     // index in distances_; kDistances means a new distance
     std::uint64_t distance = 0;  // the new distance, if there is one
-    bool old_shift = false;      // true: the shift is taken over the distance used last
+    bool old_shift = false;      // true: the shift is computed over the distance that was used last
 
-    // The cell whose shift is taken; 0: the same as for the model cell; 1: the last cell; from 2
-    // on: the cell at distances_[beside - 2]
+    // The cell whose shift is repeated. 0: as for the model cell; 1: the last cell; from 2 on: the
+    // cell at distances_[beside - 2]
     std::uint32_t beside = 0;
   };
 
@@ -213,7 +213,7 @@ class ReplayHexahedra {
   bool clash_ = false;   // true: two live vertices had the same number
   NumberMap by_number_;  // vertices by number; used in Order::keep only
   std::uint64_t largest_ = ~std::uint64_t{0};
-  Numbers top_{};  // largest number of each corner that was not as expected
+  Numbers top_{};  // for each corner: the largest number that was not as expected
   std::array<std::array<Source, 2>, 8>
       sources_{};            // decoder: the source that was right most recently comes first
   std::uint8_t next_ = 0;    // corners of the current hexahedron, see Past::next
@@ -239,7 +239,8 @@ class ReplayHexahedra {
   AdaptiveBit old_shift_;
   std::array<TreeModel<3>, kDistances + 1> beside_;
   std::array<AdaptiveBit, kDistances + 1> as_guessed_;
-  // First index: whether the corner is in likely_strays()
+  // Models of the decision whether a corner is as guessed. First index: whether the corner is in
+  // likely_strays()
   std::array<std::array<std::array<AdaptiveBit, 3>, 8>, 2> same_;
   std::array<std::array<TreeModel<3>, 8>, 8> kind_;
   std::array<TreeModel<3>, 8> previous_, earlier_;

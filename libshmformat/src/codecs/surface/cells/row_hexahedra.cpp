@@ -243,7 +243,8 @@ void RowHexahedra<Coder>::list_joins(std::uint32_t corner) {
         const bool same = kFaceAt[here ^ there][(there & ~here) != 0] == direction;
         add(face.quad[j], same ? 3 : 1);
       }
-      // Look for a face at p whose opposite vertex is another known neighbour of the corner.
+      // Look for a face at the vertex p whose opposite vertex is another known neighbour of the
+      // corner.
       for (std::uint32_t other : {1u, 2u, 4u}) {
         if (other == axis || !known(corner ^ other)) continue;
         if (face.quad[(i + 2) % 4] == work_.corner[corner ^ other]) {

@@ -107,8 +107,7 @@ class RowHexahedra {
     std::uint8_t repeats = 0;      // set of corners with the vertex of an earlier corner
     bool guessed = false;          // true: its gate was one of the candidates
   };
-  /// A hexahedron across a shared face of the hexahedron coded last, and the side that the shared
-  /// face is in that neighbour.
+  /// A hexahedron across a shared face of the hexahedron coded last, and its side at this face.
   struct Owner {
     std::uint32_t cell = kNone;
     std::uint64_t sequence = 0;
