@@ -27,10 +27,11 @@ struct ArrayMesh {
   std::uint64_t vertices = 0;
   std::vector<std::byte> xyz;
   std::vector<BlockInfo> blocks;
-  std::vector<std::uint32_t> cell_blocks;         // of each cell
-  std::vector<std::uint64_t> corner_begin = {0};  // cells + 1 offsets into corners
+  std::vector<std::uint32_t> cell_blocks;  // index of the block of each cell
+  // Position of each cell's first corner in `corners`; the last entry is the number of corners
+  std::vector<std::uint64_t> corner_begin = {0};
   std::vector<std::uint64_t> corners;
-  std::vector<std::uint64_t> last_use;    // as in Writer::add_cell
+  std::vector<std::uint64_t> last_use;    // last-use marks of each cell, as in Writer::add_cell()
   std::vector<std::uint64_t> births;      // vertices in the order of their first use
   std::vector<std::uint64_t> births_end;  // number of births up to and including each cell
   std::vector<MeshArray> arrays;
@@ -49,7 +50,7 @@ struct ReadBack {
   ReadBack(const ArrayMesh& mesh, std::span<const MeshArray* const> arrays);
   std::vector<std::byte> xyz;
   std::vector<std::uint64_t> corners;
-  std::vector<std::vector<std::vector<std::byte>>> arrays;  // [array][step]
+  std::vector<std::vector<std::vector<std::byte>>> arrays;  // decoded values, by array and step
 };
 
 /// Writes the mesh, with only these arrays.

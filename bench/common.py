@@ -52,8 +52,8 @@ class Cost:
         self.peak = 0
 
     def run(self, *command, stdout=None):
-        # time(1) runs the command, because it is small: the peak memory of a child process begins
-        # with that of its parent.
+        # time(1) starts the command, because time is a small process: the peak memory of a child
+        # process begins with that of its parent.
         with tempfile.NamedTemporaryFile("r") as report:
             process = subprocess.Popen(["/usr/bin/time", "-q", "-o", report.name, "-f", "%M",
                                         *(str(word) for word in command)], stdout=stdout,

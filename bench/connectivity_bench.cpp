@@ -2,8 +2,9 @@
 // connectivity of a mesh with each codec and each level, and measures processor time. Writes JSON
 // to standard output. The mesh consists of the corners of its hexahedra, one block after the other.
 // Checks that all numbers and the order of cells are restored.
-//   codecs  only the coders of connectivity and vertex numbers
-//   levels  whole Writer and Reader with all coordinates zero: the cost for a user of the library
+// "codec" results measure only the coders of connectivity and vertex numbers. "level" results
+// measure the whole Writer and Reader with all coordinates zero, which is the cost for a user of
+// the library; --codecs-only leaves them out.
 // --corners: also writes the corners as raw int32, for other compressors.
 #include <cstdio>
 #include <map>

@@ -18,7 +18,8 @@ using shm::bench::Streams;
 struct Mesh {
   std::uint64_t vertices = 0;
   std::vector<std::uint32_t> corners;  // eight for each cell
-  std::vector<std::uint8_t> last_use;  // bit i: corner i
+  // For each cell: bit i is set if the cell is the last that uses its corner i
+  std::vector<std::uint8_t> last_use;
 
   /// Repeats a layer of quadrilaterals `layers` times, as hexahedra.
   void extrude(std::span<const std::array<std::uint32_t, 4>> quads, std::uint32_t plane,

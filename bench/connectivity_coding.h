@@ -21,7 +21,8 @@ inline constexpr std::array<std::pair<const char*, ConnectivityCodec>, 4> kConne
      {"codec mixed", ConnectivityCodec::mixed},
      {"codec paper", ConnectivityCodec::paper}}};
 
-/// Bit i of an element is set if no later hexahedron uses corner i.
+/// Returns the last-use marks of each hexahedron: bit i is set if no later hexahedron uses corner
+/// i.
 inline std::vector<std::uint8_t> last_uses(std::span<const std::uint32_t> corners,
                                            std::uint64_t vertices) {
   std::vector<bool> used(vertices);

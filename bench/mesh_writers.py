@@ -18,10 +18,11 @@ XML_TYPES = {"float64": "Float64", "int32": "Int32", "int64": "Int64", "uint8": 
 class Exodus:
     """Writes one Exodus file, laid out as by libexodusII: first dimensions, then the data.
 
-    `blocks`: (id, name, corners from 0, one row per hexahedron); for polygons and polyhedra (id, name, list of
-    arrays): the nodes of each polygon, or the faces of each polyhedron. `faces`: the nodes of each face.
-    `node_sets`: (name, node numbers from 0). `side_sets`: (name, elements from 0, sides from 0).
-    Values of the named arrays are written step by step, by put_step()."""
+    `blocks` contains a tuple for each block: id, name, and cells. The cells of hexahedra are an array of corners
+    (numbered from 0), one row per hexahedron. The cells of polygons are a list with the nodes of each polygon, those
+    of polyhedra a list with the faces of each polyhedron. `faces` contains the nodes of each face. `node_sets`
+    contains tuples of name and node numbers from 0; `side_sets` contains tuples of name, elements from 0 and sides
+    from 0. put_step() writes the values of the named arrays step by step."""
 
     def __init__(self, path, title, points, blocks, faces=(), node_sets=(), side_sets=(), times=(),
                  node_names=(), cell_names=(), qa=(), info=(), maps=False, factors=False,
@@ -166,7 +167,7 @@ def text_of(values, form="%.9g"):
 
 
 def write_ascii_vtk(path, title, points, corners, point_arrays=None, cell_arrays=None):
-    """Writes hexahedra. Arrays map names to scalars."""
+    """Writes hexahedra as legacy VTK in text form. Both arguments with arrays map names to scalars."""
     with open(path, "w") as file:
         file.write(f"# vtk DataFile Version 3.0\n{title}\nASCII\nDATASET UNSTRUCTURED_GRID\n"
                    f"POINTS {len(points)} double\n{text_of(points)}\n"
@@ -184,8 +185,8 @@ def write_ascii_vtk(path, title, points, corners, point_arrays=None, cell_arrays
 
 def write_vtu(path, points, cells, kinds, faces=None, point_arrays=None, cell_arrays=None,
               form="ascii"):
-    """Writes a VTU file. `cells`: the points of each cell. `faces`: for each cell its faces as in VTK, in one row.
-    `form`: ascii, raw (appended), or zlib (inline base64, which VTK writes by default)."""
+    """Writes a VTU file. `cells` contains the points of each cell; `faces` contains, for each cell, its faces as in
+    VTK, in one row. `form` is ascii, raw (appended), or zlib (inline base64, which VTK writes by default)."""
     appended = []
 
     def array(name, values, components=1):
@@ -231,8 +232,9 @@ def zipped(data, block=32768):
 
 
 def write_msh(path, points, corners, sides):
-    """Writes ASCII MSH 4.1 with a volume and surfaces `sides`: (name, rows of four nodes from 0). Each is an entity
-    with a physical group. All nodes belong to the volume."""
+    """Writes ASCII MSH 4.1 with a volume and surfaces. `sides` contains, for each surface, a name and rows of four
+    nodes (numbered from 0). The volume and each surface are entities with a physical group. All nodes belong to the
+    volume."""
     low, high = points.min(axis=0), points.max(axis=0)
     box = " ".join("%.9g" % value for value in (*low, *high))
     with open(path, "w") as file:

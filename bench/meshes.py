@@ -10,7 +10,7 @@ def big_endian(values):
 
 
 def write_vtk(path, points, corners, point_arrays=None, cell_arrays=None):
-    """Writes hexahedra; arrays as for write_cells()."""
+    """Writes hexahedra by write_cells(), whose comment explains the arrays."""
     write_cells(path, points, [(VTK_HEXAHEDRON, corners)], point_arrays, cell_arrays)
 
 
@@ -64,7 +64,7 @@ def unit_lattice(n):
 
 
 def grid(n):
-    """With n = 15 this is the mesh "grid" of the paper."""
+    """Returns points and corners of a grid of n * n * n hexahedra. With n = 15 this is the mesh "grid" of the paper."""
     return np.stack(unit_lattice(n), 1), lattice(n, n, n)
 
 
@@ -87,7 +87,7 @@ def annulus(ni, nj, nk):
 
 
 def straight_annulus(ni, nj, nk):
-    """All layers of this annulus are alike."""
+    """Returns points and corners of an annulus whose layers are all alike."""
     z, radius, angle = np.meshgrid(np.linspace(0, 2, nk + 1), np.linspace(1, 1.8, nj + 1),
                                    np.arange(ni) * 2 * np.pi / ni, indexing="ij")
     points = np.stack([radius * np.cos(angle), radius * np.sin(angle), z], -1)
@@ -154,7 +154,7 @@ def normalized(places):
 
 
 def float_fields(places):
-    """Returns name -> float64 values: a smooth field, a shock, turbulence with a little noise, a velocity."""
+    """Returns a dict from name to float64 values: a smooth field, a shock, turbulence with a little noise, a velocity."""
     u = normalized(places)
     x, y, z = u.T
     random = np.random.default_rng(11)
@@ -200,7 +200,7 @@ def bisected(places, levels):
 
 
 def integer_fields(places):
-    """Returns name -> int32 values: numbers of 12 blocks, of 64 parts, of the elements."""
+    """Returns a dict from name to int32 values: numbers of 12 blocks, of 64 parts, and of the elements."""
     u = normalized(places)
     sites = np.random.default_rng(7).random((12, 3)) * u.max(axis=0)
     nearest = ((u[:, None, :] - sites[None])**2).sum(axis=2).argmin(axis=1)

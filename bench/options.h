@@ -28,8 +28,8 @@ void set_from(std::string_view text, std::vector<T>& to) {
   set_from(text, to.emplace_back());
 }
 
-/// A flag if `to` is a bool; otherwise an option with a value. If `to` is a vector, it receives all
-/// values.
+/// An option of the command line. It is a flag if `to` is a bool; otherwise it has a value. If `to`
+/// is a vector, it receives the values of all occurrences.
 struct Option {
   std::string_view name;
   bool is_flag;

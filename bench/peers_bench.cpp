@@ -47,8 +47,8 @@ struct Peer {
   std::function<std::size_t(Bytes, Room)> encode, decode;
 };
 
-/// Transpositions of an array: bytes grouped by significance; and one component after the other,
-/// each with all its steps.
+/// to_components() transposes an array: it stores one component after the other, each with all its
+/// steps. from_components() restores the array.
 template <class T>
 void to_components(Bytes in, std::size_t components, T* out) {
   const std::size_t count = in.size() / sizeof(T) / components;
@@ -141,7 +141,7 @@ Peer fpzip_peer(const RawArray& array) {
           }};
 }
 
-// zfp in one dimension
+// --- zfp in one dimension
 
 struct ZfpClose {
   void operator()(zfp_stream* stream) const { zfp_stream_close(stream); }
@@ -172,14 +172,15 @@ Peer zfp_peer(const RawArray& array, double bound) {
           },
           [=](Bytes in, Room out) {
             std::vector<T> planes(count);
-            const Room packed(const_cast<std::byte*>(in.data()), in.size());  // only read
+            // Zfp only reads the packed data
+            const Room packed(const_cast<std::byte*>(in.data()), in.size());
             zfp_code(planes.data(), count, bound, packed, false);
             from_components<T>(planes, components, out.data());
             return out.size();
           }};
 }
 
-// SZ-like
+// --- SZ-like
 
 constexpr std::int32_t kEscape = std::numeric_limits<std::int32_t>::min();
 
@@ -205,7 +206,8 @@ double sz_step(std::span<const T> values, double bound) {
   return 2 * std::max(bound - rounding, bound / 2);
 }
 
-/// Packed format: the step, planes of `codes`, exact values.
+/// Packs an array. The packed format contains the quantization step, planes of `codes`, and exact
+/// values.
 template <class T>
 std::size_t sz_encode(Bytes in, std::size_t components, double bound, Room out) {
   std::vector<T> values(in.size() / sizeof(T)), exact;
@@ -221,7 +223,7 @@ std::size_t sz_encode(Bytes in, std::size_t components, double bound, Room out) 
     const T restored = moved(last, steps, step);
     if (near &&
         std::fabs(static_cast<double>(restored) - static_cast<double>(values[i])) <= bound) {
-      codes[i] = steps < 0 ? -2 * steps - 1 : 2 * steps;  // small: high planes are 0
+      codes[i] = steps < 0 ? -2 * steps - 1 : 2 * steps;  // small codes leave the high planes 0
       last = restored;
     } else {
       codes[i] = kEscape;
@@ -272,9 +274,10 @@ Peer sz_peer(const RawArray& array, double bound) {
           [n = array.components](Bytes in, Room out) { return sz_decode<T>(in, n, out); }};
 }
 
-// Measuring
+// --- measuring
 
-/// `bound`: 0 if the peer must be lossless.
+/// Measures one compressor, and prints the results. `bound`: largest allowed error; 0 if the
+/// compressor must be lossless.
 void measure(const RawArray& array, const Peer& peer, double bound, double seconds) {
   const auto room = std::make_unique_for_overwrite<std::byte[]>(peer.room);
   std::vector<std::byte> back(array.bytes.size());

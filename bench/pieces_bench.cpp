@@ -6,7 +6,7 @@
 // pieces_bench FILE --way WAY: reads the whole file in one thread, and prints the number of cells
 // or faces. WAY is reader (everything, by a Reader), cells (a MeshExtractor without arrays),
 // boundary (the boundary surface), values (the boundary surface with the first array that has no
-// steps), or stream (the same, by a Reader).
+// steps), or stream (like values, but by a Reader).
 #include <cstdint>
 #include <cstdio>
 #include <string>

@@ -54,7 +54,8 @@ class Method {
   Method(const Method&) = delete;
   Method& operator=(const Method&) = delete;
 
-  /// Does nothing if the method has already used `seconds`.
+  /// Packs and unpacks the mesh at least once. Does nothing if the method has already used
+  /// `seconds`.
   void take_turn(double seconds) {
     const bool first = spent_ == 0;
     if (!first && spent_ >= seconds) return;
@@ -89,7 +90,7 @@ class Method {
   double encode_s_ = 1e300, decode_s_ = 1e300, spent_ = 0;
 };
 
-// Ours
+// --- our library
 
 class Ours final : public Method {
  public:
@@ -128,7 +129,7 @@ class Ours final : public Method {
   std::uint64_t bytes_ = 0;
 };
 
-// Others
+// --- other compressors
 
 /// An array of numbers of `width` bytes (4 or 8), in rows of `columns` numbers.
 struct RawArray {
@@ -217,7 +218,8 @@ void from_column_planes(const RawArray& like, bool differences, const std::byte*
   }
 }
 
-/// `scratch`: large enough for the largest array.
+/// Returns the method "column delta". `scratch`: memory for the largest array. `differ`: true if
+/// coordinates are coded as differences.
 Packer column_packer(std::shared_ptr<std::vector<std::byte>> scratch, bool differ) {
   // Corners are always coded as differences.
   const auto differences = [=](const RawArray& array) { return differ || array.columns == 8; };
@@ -235,7 +237,7 @@ Packer column_packer(std::shared_ptr<std::vector<std::byte>> scratch, bool diffe
             from(like, differences(like), scratch->data(), out);
           }};
 }
-/// Chooses the smaller variant for coordinates.
+/// Returns the method "column delta" in the variant that is smaller for the coordinates.
 Packer column_packer(const std::array<RawArray, 2>& mesh) {
   const auto scratch = std::make_shared<std::vector<std::byte>>(
       std::max(mesh[0].bytes.size(), mesh[1].bytes.size()));

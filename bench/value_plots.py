@@ -25,7 +25,7 @@ def colour(coder):
 
 
 def reached(rows, key):
-    """Returns coder -> (MB/s over all rows, geometric mean of ratios), for coders that have every row."""
+    """Returns a dict from coder to (MB/s over all rows, geometric mean of ratios), for coders that have every row."""
     subjects = {row["subject"] for row in rows}
     found = {}
     for coder in dict.fromkeys(row["coder"] for row in rows):
@@ -110,7 +110,7 @@ def figure_of(rows, title, path):
 
 
 def draw_one(rows, title, path):
-    """`path`: without extension."""
+    """Draws one figure. `path` is the path of the figure without extension."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with plt.rc_context(STYLE):
         figure_of(rows, title, path)

@@ -14,11 +14,11 @@
 // "zeros"). A time of less than a hundredth of the mesh's time is reported as a hundredth. The
 // reported memory is that of the whole Writer or Reader, in addition to the raw arrays, including
 // the packed bytes.
-//   --stepped NAME  the arrays NAME.0, NAME.1, ... are time steps of one array NAME
+//   --stepped NAME  treats the arrays NAME.0, NAME.1, ... as time steps of one array NAME
 //   --like FILE     quantizes coordinates and arrays as in FILE, by their names
-//   --sizes         all arrays in one file; no times
-//   --no-arrays     only the mesh
-//   --dump FOLDER   only writes the raw arrays, for other compressors; one line for each
+//   --sizes         writes all arrays in one file, and measures no times
+//   --no-arrays     writes only the mesh
+//   --dump FOLDER   only writes the raw arrays, for other compressors; prints one line for each
 #include <algorithm>
 #include <cstdio>
 #include <cstring>
@@ -76,11 +76,12 @@ struct Variant {
   std::uint64_t write_memory = 0, read_memory = 0;
   SizeReport sizes{};
   double coordinates_error = 0;
-  std::vector<double> errors{};  // one per array
+  std::vector<double> errors{};  // largest error of each array
   std::vector<double> more_write{},
       more_read{};  // additional seconds compared with the first variant
 
-  /// `first`: measures memory and compares the result; otherwise measures time.
+  /// Writes and reads the file. If `first` is true, measures memory and compares the result;
+  /// otherwise measures time.
   void run(Level level, bool first) {
     MemorySink file;
     file.bytes.reserve(mesh->xyz.size() + 8 * mesh->corners.size());

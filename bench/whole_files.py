@@ -3,14 +3,14 @@
     bench/whole_files.py FOLDER [FAMILY ...]     writes them, with a folder for each family
 
     discontinuous   every cell has its own eight nodes, as spectral and discontinuous Galerkin codes write
-    symmetric       meshes and solutions mirrored about x = 0: exactly, up to rounding, numbered as a copy
+    symmetric       meshes and solutions mirrored about x = 0: exactly, up to rounding, or with a copied numbering
     extruded        solutions constant along z, numbered layer by layer or column by column
     periodic        solutions with four identical periods along x
     tiny            1 to 10,000 hexahedra with up to 50 sets and 3 arrays: Exodus, VTK as text, Gmsh
     polyhedra       truncated octahedra and hexagonal prisms, VTU and Exodus NFACED; polygons, NSIDED
 
-Values repeat bit by bit, including their noise, unless "rounded" is stated: predictions from neighbours do not
-find the repetition, a dictionary does.
+Values repeat bit by bit, including their noise, unless "rounded" is stated. Predictions from neighbours do not find
+such a repetition, but a dictionary does.
 """
 import sys
 from dataclasses import dataclass

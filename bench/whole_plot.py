@@ -17,7 +17,7 @@ def size_text(size, _):
 
 
 def draw(collections, folder):
-    """`collections`: name -> pairs of source bytes and ratio."""
+    """Draws the plots. `collections` maps names to pairs of source size in bytes and ratio."""
     folder.mkdir(parents=True, exist_ok=True)
     sizes, ratios = zip(*(dot for dots in collections.values() for dot in dots))
     with plt.rc_context(STYLE):

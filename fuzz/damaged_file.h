@@ -45,14 +45,15 @@ inline void mutate(Bytes& bytes, std::size_t room) {
   if (bytes.empty()) return;
   bytes.resize(LLVMFuzzerMutate(reinterpret_cast<std::uint8_t*>(bytes.data()), size, bytes.size()));
 }
-/// Does the same as mutate() without changing the length.
+/// Mutates `bytes` without changing their length.
 inline void mutate_in_place(Bytes& bytes) {
   const std::size_t size = bytes.size();
   mutate(bytes, 0);
   bytes.resize(size);
 }
 
-/// Damages the contents of a packed blob, not its packing. Packs it again in one of the three ways.
+/// Damages the contents of a packed blob, but not its packing. Packs the contents again in one of
+/// the three ways.
 inline void mutate_packed(Bytes& payload, std::size_t head, Random& random, std::size_t room) {
   if (payload.size() < head) return;
   shm::ByteReader in(std::span<const std::byte>(payload).subspan(head));
@@ -78,7 +79,7 @@ inline bool mutate_frame(Bytes& bytes) {
   if (at == bytes.end()) return false;
   const std::span<const std::byte> frame(at, bytes.end());
   const auto size = ZSTD_getFrameContentSize(frame.data(), frame.size());
-  if (size > 1 << 16) return false;  // or unknown
+  if (size > 1 << 16) return false;  // too large, or unknown
   auto plain = shm::zstd_decompress(frame, size);
   if (!plain) return false;
   mutate_in_place(*plain);
@@ -198,7 +199,7 @@ inline Bytes mutated_file(std::span<const std::byte> file, Random& random, std::
   if (random() % 4 != 0) shm::list_anew(parts);
   std::uint32_t sequence = 0;
   for (shm::Chunk& chunk : parts.chunks) chunk.header.sequence = sequence++;
-  // Replaces a field of the index, or a field of another chunk, which then contradicts the index.
+  // Replace a field of the index, or a field of another chunk, which then contradicts the index.
   const std::size_t chunks = parts.chunks.size();
   if (random() % 4 == 0)
     mutate_field(parts, random() % 2 == 0 && chunks > 0 ? chunks - 1 : random() % (chunks + 1),

@@ -61,7 +61,7 @@ namespace {
 using shm_fuzz::Bytes, shm_fuzz::Random;
 
 /// Runs `work` once to count its allocations, then with failures. `work` returns its result, or
-/// nothing.
+/// nothing if it fails.
 template <class Work>
 void check(Work&& work, Random& random) {
   allocations = 0;

@@ -9,7 +9,7 @@
 
 namespace {
 
-// Returns false at the first error.
+// Takes all items that are ready. Returns false at the first error.
 bool take_all(shm::Decoder& decoder) {
   for (;;) {
     const auto progress = decoder.advance();
@@ -23,7 +23,7 @@ bool take_all(shm::Decoder& decoder) {
       if (const auto* cell = std::get_if<shm::CellEvent>(&event))
         for (const std::uint64_t corner : cell->corners) sum += corner;
     });
-    volatile std::uint64_t used = sum;  // so that the corners are really read
+    volatile std::uint64_t used = sum;  // prevents the compiler from removing the loop
     (void)used;
   }
 }

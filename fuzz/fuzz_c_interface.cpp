@@ -1,7 +1,7 @@
-// Calls the C interface with damaged files: from memory, or from functions that fail, report a
-// wrong size or return other bytes later; with targets that are too small, and calls in any order.
-// A call must return a status and, on success, the guaranteed results. It must never crash, or
-// write a byte beyond the target. The first byte chooses the calls.
+// Calls the C interface with damaged files, in any order of calls. The files come from memory, or
+// from functions that fail, report a wrong size, or return other bytes later. Targets of reads may
+// be too small. A call must return a status and, on success, the guaranteed results. It must never
+// crash, or write a byte beyond the target. The first byte chooses the calls.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -84,7 +84,7 @@ class Wanted {
   std::unique_ptr<std::uint8_t[]> room_;
 };
 
-/// Checks the guarantees for numbers after a success.
+/// Checks the guarantees for corners and their offsets after a successful call.
 void judge(const shmf_target& target, const shmf_counts& counts) {
   const auto end = target.what == SHMF_CORNERS ? counts.vertices : counts.corners + 1;
   const auto* numbers = static_cast<const std::int64_t*>(target.data);
@@ -99,7 +99,7 @@ void judge(const shmf_target& target, const shmf_counts& counts) {
 
 void read_some(shmf_file* file, std::mt19937& random, std::uint32_t arrays,
                const shmf_run_options* run) {
-  constexpr std::uint64_t kMostBytes = 1 << 24;  // files may claim to contain more
+  constexpr std::uint64_t kMostBytes = 1 << 24;  // a file may claim to contain more
   auto counts = sized<shmf_counts>();
   auto selection = sized<shmf_selection>();
   const std::uint32_t block = random() % 3;
@@ -242,7 +242,7 @@ void open_and_ask(std::span<const std::uint8_t> bytes, std::uint8_t how) {
   expect(fetched.closed == (from_functions ? 1 : 0));
 }
 
-/// Decodes in pieces, until the end or a failure.
+/// Decodes the file in pieces of `piece` bytes, until the end or a failure.
 void decode(std::span<const std::uint8_t> bytes, std::size_t piece) {
   shmf_decoder* decoder = nullptr;
   auto options = sized<shmf_open_options>();

@@ -195,7 +195,7 @@ class Caller {
       case 5: (void)extractor_->next_values(); break;
       case 6:
       case 7: (void)extractor_->begin(piece()); break;
-      case 8:  // to the end
+      case 8:  // take all parts to the end
         while (true) {
           const auto part = extractor_->next();
           if (!part || *part == nullptr) break;
@@ -358,7 +358,7 @@ class Caller {
         joiner_.reset();
         break;
       case 3: (void)shm::place(chunks_, joiner_->chunks()); break;
-      case 4: {  // bytes that are not chunks, or that are cut off
+      case 4: {  // data that is not chunks, or that is cut off
         shm::PartChunks wrong = chunks_;
         if (!wrong.bytes.empty()) wrong.bytes.pop_back();
         if (in_.flag()) wrong.bytes.assign(file_.begin(), file_.end());
@@ -471,7 +471,7 @@ class Caller {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;
   const std::size_t script = std::min<std::size_t>(data[0], size - 1);
-  // A buffer of exactly this size, so that a read beyond its end is detected.
+  // The input is in a buffer of exactly its size, so that a read beyond its end is detected.
   const auto all = std::as_bytes(std::span(data, size)).subspan(1);
   const Bytes file(all.begin(), all.end() - static_cast<std::ptrdiff_t>(script));
   Caller(file, Choices(std::span(data, size).last(script))).run();

@@ -75,7 +75,7 @@ class Outcome {
   std::optional<shm::Totals> totals_;
 };
 
-/// Checks all guarantees that callers rely on without checking.
+/// Checks everything that callers may rely on without checking it themselves.
 void check_block(const shm::MeshBlock& block, const shm::Schema& schema) {
   const auto expect = [](bool good) {
     if (!good) std::abort();
@@ -129,13 +129,13 @@ Outcome decode(std::span<const std::byte> bytes, std::uint32_t seed) {
       if (auto status = decoder.feed(piece); !status) return failed(status.error());
       bytes = bytes.subspan(piece.size());
     } else {
-      if (std::exchange(ended, true)) std::abort();  // requests more after the end
+      if (std::exchange(ended, true)) std::abort();  // the Decoder requests more data after the end
       decoder.end_of_input();
     }
   }
 }
 
-/// Valid sets can be written again.
+/// Checks that valid sets can be written again.
 void read_sets(const shm::Summary& summary) {
   const shm::Totals& totals = summary.totals;
   const auto sets = shm::sets_of_extras(

@@ -31,7 +31,7 @@ void decompress(std::span<const std::byte> file, const Format& format,
   Spool spool(folder);
   shm::MemorySource source(file);
   StagedMesh mesh(source, "hostile.shm", spool, shm_fuzz::small_limits());
-  // The tool checks this before.
+  // The tool refuses steps that the file does not contain before it calls this code.
   if (steps && steps->end > mesh.info().step_times.size()) steps.reset();
   std::optional<Translation> translation;
   if (is_foreign(mesh.info(), format))

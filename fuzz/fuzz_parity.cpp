@@ -45,7 +45,7 @@ void check_and_heal(shm::RandomSource& source) {
   expect(healed.size() == shape.protected_bytes);
   Bytes all(static_cast<std::size_t>(healed.size()));
   expect(bool(healed.read_at(0, all)));
-  // Reads the data again in pieces that cross the borders of blocks.
+  // Read the data again in pieces that cross the borders of blocks.
   for (std::size_t at = 0; at < all.size(); at += 1000) {
     Bytes piece(std::min<std::size_t>(1500, all.size() - at));
     expect(bool(healed.read_at(at, piece)));
@@ -71,13 +71,13 @@ extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t s
   const auto file = std::as_writable_bytes(std::span(data, size));
   const auto places = shm::parity_packets(file);
   if (places.empty() || random() % 8 == 0) return LLVMFuzzerMutate(data, size, max_size);
-  if (random() % 3 == 0) {  // lost sectors
+  if (random() % 3 == 0) {  // simulate lost sectors
     const std::size_t at = random() % size,
                       count = std::min<std::size_t>(size - at, random() % 5000);
     std::fill_n(data + at, count, static_cast<std::uint8_t>(random()));
     return size;
   }
-  // Makes the same wrong change in one packet or in all packets: in the header, or in the payload.
+  // Make the same wrong change in one packet or in all packets: in the header, or in the payload.
   const bool all = random() % 2 == 0, payload = random() % 3 == 0;
   const std::size_t chosen = places[random() % places.size()], field = random(), way = random();
   for (const std::size_t at : places) {

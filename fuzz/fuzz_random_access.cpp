@@ -1,6 +1,6 @@
-// Reads damaged files with valid checksums by their index: segments, steps, pieces. Each call must
-// return a value or an error; it must never crash, or use memory out of proportion to the input.
-// The first byte chooses the piece.
+// Reads segments, steps and pieces of damaged files with valid checksums, by the index of the file.
+// Each call must return a value or an error; it must never crash, or use memory out of proportion
+// to the input. The first byte chooses the piece.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -70,7 +70,7 @@ shm::ExtractRequest request_of(std::uint8_t which, const shm::MeshExtractor& rea
   return request;
 }
 
-/// Checks the guarantee of next(): each vertex and cell once.
+/// Checks the guarantee of next(): it returns each vertex and each cell once.
 void read_piece(shm::MeshExtractor& reader, const shm::ExtractRequest& request) {
   if (!reader.begin(request)) return;
   std::size_t vertices = 0, cells = 0;
@@ -160,7 +160,7 @@ void judge(shm::RandomSource& source) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;
-  // A buffer of exactly this size, so that a read beyond its end is detected.
+  // The input is in a buffer of exactly its size, so that a read beyond its end is detected.
   const std::vector<std::byte> bytes(reinterpret_cast<const std::byte*>(data) + 1,
                                      reinterpret_cast<const std::byte*>(data) + size);
   shm::MemoryRandomSource source(bytes);

@@ -57,7 +57,7 @@ shm::TestMesh make_mesh(Choices& in) {
     if (info.location == shm::Location::cell && in.flag()) info.blocks = {in.below(blocks)};
     schema.arrays.push_back(info);
   }
-  // A grid, or arbitrary nodes.
+  // Make cells of a grid, or cells with arbitrary nodes.
   const std::uint32_t n = 1 + in.below(5), m = n + 1;
   mesh.vertices = m * m * m;
   const std::uint32_t cells = in.below(n * n * n + 1);

@@ -1,15 +1,15 @@
 // make_seeds DIR SOURCE_DIR: writes the seeds of the fuzz targets into folders below DIR.
-// SOURCE_DIR is the folder of this project.
-//   shm      the golden files of all versions, and one small file for each feature of the current
-//            format, each preceded by the byte that sets the piece sizes
-//   calls    some of these, followed by a script of calls (fuzz_calls)
-//   archive  archives, each preceded by a byte
-//   writer   choices (fuzz_writer)
-// With converters also
-//   parity   files with parity
+// SOURCE_DIR is the folder of this project. The folders are:
+//   shm        the golden files of all versions, and one small file for each feature of the current
+//              format, each preceded by the byte that sets the piece sizes
+//   calls      small feature files, each followed by a script of calls (for fuzz_calls)
+//   archive    archives, each preceded by a byte
+//   writer     random choices (for fuzz_writer)
+// If the converters are built, there are also:
+//   parity     files with parity
 //   exodus, gmsh, ucd, vtk, vtu   some of the feature files in these formats
-//   converted   .shm files, compressed from the seeds and the corpus of the targets of these
-//               formats, each preceded by a byte
+//   converted  .shm files, compressed from the seeds and the corpus of the targets of these
+//              formats, each preceded by a byte
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -54,7 +54,7 @@ std::string text_of(const std::vector<std::byte>& bytes) {
 struct Golden {
   std::string name, bytes;
 };
-/// Names include the folders below `folder`: "0.1-keep.shm".
+/// Returns the golden files below `folder`. Their names include subfolders: "0.1-keep.shm".
 std::vector<Golden> golden_files(const path& folder) {
   std::vector<Golden> files;
   for (const auto& file : std::filesystem::recursive_directory_iterator(folder)) {
@@ -107,10 +107,10 @@ void add_damaged(const shm::FeatureFile& file, std::vector<shm::FeatureFile>& ou
   }
 }
 
-/// Returns files with features that the feature files lack, because they would be too large there.
+/// Returns files with further features, for which the feature files would become too large.
 std::vector<shm::FeatureFile> more_files() {
   std::vector<shm::FeatureFile> files;
-  {  // packs to far less than a thirtieth
+  {  // this file packs to far less than a thirtieth of its size
     shm::MemorySink sink;
     auto writer = shm::Writer::create(sink, shm::hexahedra_schema());
     for (const char* key : {"zeros", "more zeros"})
@@ -179,7 +179,7 @@ std::vector<shm::FeatureFile> more_files() {
   return files;
 }
 
-/// Random choices for fuzz_writer.
+/// Writes random choices for fuzz_writer.
 void write_choices(const path& folder) {
   shm::PlainRandom random(12);
   for (int file = 0; file < 160; ++file) {
@@ -190,7 +190,7 @@ void write_choices(const path& folder) {
   }
 }
 
-/// Writes random calls: several scripts for each file.
+/// Writes files followed by random calls: several scripts for each file.
 void write_calls(const path& folder, const std::vector<shm::FeatureFile>& features) {
   shm::PlainRandom random(11);
   for (const shm::FeatureFile& feature : features)
@@ -256,7 +256,7 @@ void write_parity_files(const path& folder, const std::vector<shm::FeatureFile>&
   std::string damaged = file;
   std::fill(damaged.begin() + 100, damaged.begin() + 300, '\0');
   write(folder / "damaged", damaged);
-  // Several blocks in several stripes.
+  // Add a file with several blocks in several stripes.
   std::vector<std::byte> all;
   for (const shm::FeatureFile& feature : features)
     if (all.size() < 9000) all.insert(all.end(), feature.bytes.begin(), feature.bytes.end());

@@ -30,11 +30,13 @@ struct CellCodec {
   std::uint64_t active_vertex_bytes;
   /// Returns true if the codec can encode meshes with this schema.
   bool (*takes)(const Schema& schema);
-  std::string_view needs;  ///< for messages: the meshes that the codec accepts; empty: all meshes
+  /// The meshes that the codec accepts, as text for messages; empty if it accepts all meshes
+  std::string_view needs;
 };
 
 std::span<const CellCodec> cell_codecs();
-/// Return the codec with this name or id; null if the list does not contain it.
+/// The next two functions return the codec with this name or id; null if the list does not contain
+/// it.
 const CellCodec* find_codec(ConnectivityCodec name);
 const CellCodec* find_codec(Codec id);
 
@@ -53,8 +55,8 @@ Result<std::unique_ptr<GroupDecoder>> make_group_decoder(const Schema& schema,
                                                          CellBytes cell_bytes,
                                                          const container::GroupHeader& header);
 
-/// Returns an error if the active vertices in this group header exceed the limits. `file`: size in
-/// bytes of the file up to the end of the group. The error does not name the group.
+/// Returns an error if the number of active vertices in this group header exceeds the limit.
+/// `file`: size in bytes of the file up to the end of the group. The error does not name the group.
 Result<void> check_active(const container::GroupHeader& header, const ReadLimits& limits,
                           std::uint64_t file);
 

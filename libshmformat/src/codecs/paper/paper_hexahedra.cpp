@@ -10,8 +10,8 @@ namespace {
 // Returns the bit of a face in a set of faces.
 constexpr std::uint32_t face_bit(std::uint32_t face) { return 1u << face; }
 
-// Faces of the previous hexahedron in the order in which they are tried as gate: the face straight
-// ahead comes first, the face behind comes last.
+// Order in which faces of the previous hexahedron are tried as gate: the face straight ahead comes
+// first, the face behind comes last.
 constexpr std::array<std::uint8_t, 6> kGateOrder = {5, 3, 1, 4, 2, 0};
 
 template <std::size_t kCount>
@@ -22,8 +22,8 @@ bool all_different(const std::array<std::uint32_t, kCount>& slots) {
   return true;
 }
 
-/// Operation that codes a hexahedron whose active faces in some rotation are the set `mask`; none
-/// if these faces are not where any operation expects them.
+/// Operation that codes a hexahedron which, in some rotation, has the set `mask` of active faces;
+/// none if no operation expects active faces at these positions.
 enum class Fit : std::uint8_t { none, hut, roof, step, bridge };
 constexpr Fit fit_of(std::uint32_t mask) {
   const auto has = [&](std::uint32_t faces) { return (mask & faces) == faces; };
@@ -37,7 +37,7 @@ constexpr Fit fit_of(std::uint32_t mask) {
   return (count == 3 || tunnel) && has(face_bit(1) | face_bit(3)) ? Fit::bridge : Fit::none;
 }
 
-/// A rotation of the stored hexahedron to try for a given set of active faces.
+/// A rotation of the stored hexahedron that the encoder tries for a given set of active faces.
 struct RotationFit {
   std::uint8_t rotation = 0;
   Fit fit = Fit::none;
@@ -59,7 +59,8 @@ constexpr auto kFits = [] {
   return table;
 }();
 
-// Returns true if all corners of the face are known. `corners`: of a hexahedron; kNone: unknown.
+// Returns true if all corners of the face are known. `corners`: vertex slots of the corners of a
+// hexahedron; kNone if unknown.
 bool known(const std::array<std::uint32_t, 8>& corners, std::uint32_t face) {
   for (std::uint8_t c : kFaceCorners[face])
     if (corners[c] == kNone) return false;
@@ -164,7 +165,7 @@ void PaperHexahedra<Coder>::rotate(CellTopology& cell, std::uint32_t rotation) {
   }
 }
 
-// --- a hexahedron
+// --- coding of a hexahedron
 
 template <class Coder>
 bool PaperHexahedra<Coder>::code(Coder& symbols, Coder& corner_order, CellTopology& cell,
@@ -218,9 +219,9 @@ bool PaperHexahedra<Coder>::on_previous(std::uint32_t face) const {
   return surface_.face(face).alive && surface_.face(face).cell == previous_cell_;
 }
 
-/// Lists the faces at edges of the previous hexahedron that are not its own faces, as pairs of a
-/// corner (of the edge's first vertex) and an edge. Edges come in ascending order; at each edge the
-/// newest face comes first.
+/// Lists the faces at edges of the previous hexahedron that are not its own faces, as pairs: the
+/// face corner at the edge's first vertex, and the edge. Edges come in ascending order; at each
+/// edge the newest face comes first.
 template <class Coder>
 void PaperHexahedra<Coder>::list_edge_gates(
     std::vector<std::pair<FaceCorner, std::uint32_t>>& out) const {
@@ -321,7 +322,7 @@ FaceCorner PaperHexahedra<Coder>::code_gate_on_face(Coder& symbols, const Plan& 
 }
 
 /// Codes the gate as one of the faces in `scratch_`, which are at edges of the previous hexahedron.
-/// The edge becomes the edge 0-3.
+/// That edge becomes the edge from corner 0 to corner 3 of the current hexahedron.
 template <class Coder>
 FaceCorner PaperHexahedra<Coder>::code_gate_at_edge(Coder& symbols, const Plan& plan,
                                                     const Corners& target, bool mirrored) {
@@ -340,7 +341,7 @@ FaceCorner PaperHexahedra<Coder>::code_gate_at_edge(Coder& symbols, const Plan& 
 }
 
 /// Codes the gate as one of the faces in `scratch_`, which are at vertices of the previous
-/// hexahedron. The vertex becomes corner 0.
+/// hexahedron. That vertex becomes corner 0 of the current hexahedron.
 template <class Coder>
 FaceCorner PaperHexahedra<Coder>::code_gate_at_vertex(Coder& symbols, const Plan& plan,
                                                       const Corners& target) {
@@ -371,8 +372,8 @@ bool PaperHexahedra<Coder>::code_gate_anywhere(Coder& symbols, const Plan& plan,
   return true;
 }
 
-/// Codes the face other than `not_face` at the edge from corner `from` to corner `along`. Sets the
-/// vertices above both ends.
+/// Codes the face at the edge from corner `from` to corner `along` that is not `not_face`. Sets the
+/// vertices above both ends of the edge.
 template <class Coder>
 bool PaperHexahedra<Coder>::code_side(Coder& symbols, std::uint32_t along, std::uint32_t from,
                                       std::uint32_t not_face, std::uint32_t side_face, int model,
@@ -407,7 +408,8 @@ bool PaperHexahedra<Coder>::code_second_face(Coder& symbols, const Plan& plan,
   return code_corners_left(symbols, target, cell);
 }
 
-/// Codes corners 5 and 6 after a STEP. They are deduced from active faces if there are any.
+/// Codes corners 5 and 6 after a STEP. The coder deduces these corners from active faces, if there
+/// are any.
 template <class Coder>
 bool PaperHexahedra<Coder>::code_corners_left(Coder& symbols, const Corners& target,
                                               CellTopology& cell) {
@@ -454,7 +456,7 @@ bool PaperHexahedra<Coder>::code_roof(Coder& symbols, const Plan& plan, const Co
   return true;
 }
 
-// --- single vertices
+// --- coding of single vertices
 
 template <class Coder>
 std::uint32_t PaperHexahedra<Coder>::add_vertex(CellTopology& cell, std::uint32_t position) {
@@ -513,7 +515,7 @@ bool PaperHexahedra<Coder>::code_reference(Coder& symbols, ReferenceModel& model
   return slot != kNone;
 }
 
-// --- corner order, surface
+// --- corner order and surface
 
 template <class Coder>
 bool PaperHexahedra<Coder>::code_corner_order(Coder& corner_order, const Gate& gate,
@@ -566,7 +568,8 @@ void PaperHexahedra<Coder>::attach(CellTopology& cell, bool order_matters) {
     const auto& c = kFaceCorners[k];
     const Quad quad = {v[c[0]], v[c[1]], v[c[2]], v[c[3]]};
     if (!distinct && !all_different(quad)) continue;
-    // Only a hexahedron with repeated corners can have the same face twice, and must search again.
+    // Only a hexahedron with repeated corners can have the same face twice. In that case, search
+    // for the face again.
     const std::uint32_t now =
         distinct ? present[k] : surface_.find_face(quad[0], quad[1], quad[2], quad[3]);
     if (now != kNone) {
@@ -576,8 +579,8 @@ void PaperHexahedra<Coder>::attach(CellTopology& cell, bool order_matters) {
     } else if (std::all_of(quad.begin(), quad.end(), [&](std::uint32_t vertex) {
                  return surface_.vertex(vertex).face_count < kMaxFacesAtVertex;
                })) {
-      // Use the same order as a reader: if the order does not matter, corners are in the order of
-      // the frame.
+      // Number the corners like a reader: if the corner order does not matter, corners are in the
+      // order of the frame.
       const auto stored = [&](std::uint8_t i) { return order_matters ? cell.stored_corner[i] : i; };
       previous_face_[k] =
           surface_.add_face(quad, {stored(c[0]), stored(c[1]), stored(c[2]), stored(c[3])},

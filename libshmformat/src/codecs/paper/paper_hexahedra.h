@@ -1,15 +1,18 @@
-// Paper hexahedra: the complete published method, which is the baseline of all comparisons.
-// in:    hexahedra in coding order            out: symbols for "connectivity" and "corner order"
-// keeps: the previous hexahedron, the models; the same in encoder and decoder
+// Paper hexahedra: the complete published method, which is the baseline of all comparisons. It
+// codes hexahedra in coding order as symbols of the bitstreams "connectivity" and "corner order".
+// Encoder and decoder keep the same state: the previous hexahedron and the models.
 //
 // A hexahedron is attached to the active surface by one of five operations. Further shared faces
 // are deduced and confirmed:
-//   START   no face shared, or no other operation fits: eight corners, each new, live or repeated
-//   HUT     one face f0                          ROOF  f0 and the opposite f5
-//   STEP    f0 and f1 at an edge; then f2 (CORNER) and more (GAP, PIT, DEN) are deduced
-//   BRIDGE  f0, f1 and the opposite f3; TUNNEL follows
-// The face f0 (the gate) is looked for on the previous hexahedron, at its edges, and at its
-// vertices. If it is not found there, it is coded by the number of a live vertex.
+//   START   no face is shared, or no other operation fits: eight corners are coded, each as new,
+//           live or repeated
+//   HUT     one face f0 is shared
+//   ROOF    f0 and the opposite face f5 are shared
+//   STEP    f0 and f1, which have a common edge, are shared; then f2 (CORNER) and more (GAP, PIT,
+//           DEN) are deduced
+//   BRIDGE  f0, f1 and the opposite face f3 are shared; then TUNNEL is deduced
+// The coder looks for the face f0 (the gate) on the previous hexahedron, at its edges, and at its
+// vertices. If f0 is at none of these places, it is coded by the number of a live vertex.
 // source: paper section 3.1; spec: "Connectivity stream", "Corner order stream"
 #pragma once
 
@@ -38,8 +41,8 @@ class PaperHexahedra {
   enum Operation : std::uint8_t { kStart, kHut, kRoof, kStep, kBridge, kOperations };
   enum GateMode : std::uint8_t { kOnFace, kAtEdge, kAtVertex, kAnywhere, kGateModes };
 
-  /// How a hexahedron is attached. The encoder chooses the plan; the decoder decodes it in several
-  /// steps.
+  /// The way in which a hexahedron is attached to the surface: operation, rotation and gate. The
+  /// encoder chooses the plan; the decoder decodes it in several steps.
   struct Plan {
     Operation operation = kStart;
     std::uint32_t rotation = 0;
@@ -47,15 +50,15 @@ class PaperHexahedra {
     std::uint32_t gate_face = kNone, side_face = kNone, far_face = kNone;
     std::uint64_t cost = ~std::uint64_t{0};
   };
-  /// The corner of the gate face at which vertex 0 is, and the direction in which the other
-  /// vertices follow.
+  /// The corner of the gate face at which vertex 0 of the hexahedron is, and the direction in which
+  /// the other vertices of the face follow.
   struct Gate {
     FaceCorner at = kNone;
     bool mirrored = false;
   };
   using Corners = std::array<std::uint32_t, 8>;
-  /// Models for a number that is coded relative to the last number of the same kind or to the
-  /// oldest live vertex.
+  /// Models for a vertex number that is coded relative to the last coded number or to the oldest
+  /// live vertex.
   struct ReferenceModel {
     AdaptiveBit from_last;
     SignedModel<NumberModel> step;

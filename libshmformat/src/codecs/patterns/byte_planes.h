@@ -25,7 +25,7 @@ void put_plane(ByteWriter& out, std::span<const std::byte> plane, ZstdCompressor
 bool get_plane(ByteReader& in, std::uint64_t size, std::vector<std::byte>& plane,
                ZstdDecompressor& zstd);
 
-/// Returns the size in bytes of the largest number.
+/// Returns the size in bytes of the largest number, which is the number of planes.
 template <class Word>
 std::uint32_t plane_count(std::span<const Word> numbers) {
   Word all = 0;
@@ -33,7 +33,7 @@ std::uint32_t plane_count(std::span<const Word> numbers) {
   return static_cast<std::uint32_t>((std::bit_width(all) + 7) / 8);
 }
 
-/// Writes the `planes` low bytes of each number.
+/// Writes the `planes` low bytes of each number as planes.
 template <class Word>
 void put_planes(ByteWriter& out, std::span<const Word> numbers, std::uint32_t planes,
                 std::vector<std::byte>& scratch, ZstdCompressor& zstd) {
@@ -66,8 +66,8 @@ bool get_planes(ByteReader& in, std::uint32_t planes, std::span<Word> numbers,
 /// Writes the number of planes, then the planes of `numbers`.
 void put_numbers(ByteWriter& out, std::span<const std::uint32_t> numbers,
                  std::vector<std::byte>& scratch, ZstdCompressor& zstd);
-/// Reads what put_numbers() writes for exactly `count` numbers. Returns false if the data is
-/// damaged.
+/// Reads the list that put_numbers() writes for exactly `count` numbers. Returns false if the data
+/// is damaged.
 bool get_numbers(ByteReader& in, std::uint64_t count, std::vector<std::uint32_t>& numbers,
                  std::vector<std::byte>& scratch, ZstdDecompressor& zstd);
 

@@ -28,7 +28,7 @@ void take_residuals(const FloatResiduals& from, std::size_t first, std::size_t c
     words[i] = static_cast<Bits>(words[i] >> 1) ^ static_cast<Bits>(0 - (words[i] & 1));
 }
 
-/// Stores the indices of the reference values; 0 for NaN.
+/// Stores in `places` the indices of the reference values; the index of a NaN is 0.
 template <class Bits>
 void take_places(const std::byte* from, std::size_t stride, std::size_t count,
                  Block<Bits>& places) {

@@ -11,17 +11,18 @@ double power_of_two(std::int32_t exponent) {
   return std::bit_cast<double>(static_cast<std::uint64_t>(1023 + exponent) << 52);
 }
 
-/// Returns true for binary domains in which all powers and products are normal numbers.
+/// Returns true for a binary domain in which all powers and products are normal (not denormal)
+/// numbers.
 bool is_usual_binary(const ValueDomain& domain) {
   return domain.kind == DomainKind::binary && domain.exponent >= -900 && domain.exponent <= 900;
 }
 
-// 1.5 * 2^52: adding and subtracting it rounds a number to an integer
+// 1.5 * 2^52: adding and then subtracting this constant rounds a number to an integer
 constexpr double kRound = 6755399441055744.0;
 constexpr double kMost = 1125899906842624.0;  // largest index: 2^50
 
-// Converts between integers and doubles up to kMost by their bits. Unlike the conversion
-// instructions of many processors, this code can be vectorized.
+// These two functions convert between integers and doubles up to kMost by their bits. Unlike the
+// conversion instructions of many processors, the functions can be vectorized.
 constexpr auto kRoundBits = std::bit_cast<std::uint64_t>(kRound);
 std::uint64_t as_integer(double whole) {
   return std::bit_cast<std::uint64_t>(whole + kRound) - kRoundBits;
@@ -69,13 +70,13 @@ bool indices_as(std::span<const std::uint64_t> bits, const ValueDomain& domain,
 }
 
 /// Stores nearest_integer(value * times) for each value. Returns false if a value is NaN or too
-/// large. It compares bits so that the loop can be vectorized.
+/// large. The function compares bits so that the loop can be vectorized.
 template <class Bits>
 bool nearest_as(std::span<const std::uint64_t> bits, double times,
                 std::span<std::int64_t> nearest) {
   constexpr auto kMostBits = std::bit_cast<std::uint64_t>(kMost);
   constexpr auto kHalfBits = std::bit_cast<std::uint64_t>(.5);
-  std::uint64_t within = ~std::uint64_t{0};  // top bit: set while all values are within kMost
+  std::uint64_t within = ~std::uint64_t{0};  // top bit: set if all values so far are within kMost
   for (std::size_t i = 0; i < bits.size(); ++i) {
     const double scaled = value_of<Bits>(bits[i]) * times;
     within &= (std::bit_cast<std::uint64_t>(scaled) << 1 >> 1) - kMostBits;

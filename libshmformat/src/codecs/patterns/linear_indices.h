@@ -1,5 +1,6 @@
-// Conversion of whole arrays of floating-point values to indices and back, in the domains that most
-// coordinates have. The results are those of ValueTranslator; the conversion is many times faster.
+// Conversion of whole arrays of floating-point values to indices and back, in the domains of most
+// coordinates. The results are the same as those of ValueTranslator, but the conversion is many
+// times faster.
 // spec: "Value domains"
 #pragma once
 

@@ -36,7 +36,7 @@ void PatternHistory::reach(std::uint32_t bits) {
 
 void PatternHistory::expect(std::uint64_t cells) {
   const std::uint64_t rows = std::min<std::uint64_t>(ring_, remembered_ + 1 + cells + kRows);
-  // Without this call, resize() would double the capacity
+  // Without this call, resize() would double the capacity of the vector
   rows_.reserve(static_cast<std::size_t>(rows * stride_));
 }
 

@@ -1,11 +1,11 @@
-// Cells of a segment in patterns. A cell refers to earlier cells by their distance in coding order.
-// A pattern specifies, for each node of a cell, the earlier cell and the node at which the same
-// vertex occurs. Patterns repeat independently of the vertex numbers, so a cell is stored as the
-// index of its pattern in a list.
+// Cells of a segment that is coded as patterns. A cell refers to earlier cells by their distance in
+// coding order. A pattern specifies, for each node of a cell, the earlier cell and the node at
+// which the same vertex occurs. Patterns repeat independently of the vertex numbers, so a cell is
+// stored as the index of its pattern in a list.
 //
-//   PatternCell     a cell, as the coder passes it to the code for values
-//   PatternHistory  slots of vertices, and which cells are remembered; when decoding, also the rows
-//                   of these cells, and the last two cells that used each vertex
+//   PatternCell     a cell, in the form that the coder of cells passes to the coders of values
+//   PatternHistory  the slots of vertices, and the numbers of the remembered cells; when decoding,
+//                   also the rows of these cells, and the last two cells that used each vertex
 // spec: "Patterns"
 #pragma once
 
@@ -23,8 +23,8 @@ namespace shm {
 
 // Limits of patterns: nodes per cell, and size of the history. Frozen: part of the format.
 inline constexpr std::uint32_t kMostPatternNodes = 64;
-/// Cells can refer only to the last 2^bits cells. The limit on nodes counts each cell with the
-/// largest number of nodes per cell of any block.
+/// Cells can refer only to the last 2^bits cells. The limit kMostHistoryNodes counts each cell with
+/// the largest number of nodes per cell of any block.
 inline constexpr std::uint32_t kMostHistoryBits = 20;
 inline constexpr std::uint64_t kMostHistoryNodes = std::uint64_t{1} << 23;
 
@@ -33,24 +33,24 @@ inline constexpr std::uint64_t kMostHistoryNodes = std::uint64_t{1} << 23;
 namespace pattern_source {
 inline constexpr std::uint32_t kBefore = 0;  ///< source: the previous cell
 
-/// The cells that come just after the cells to which the previous cell referred: its references
-/// continue.
+/// Sources: the cells that come just after the cells to which the previous cell referred. They
+/// continue the references of the previous cell.
 inline constexpr std::uint32_t kOn = 1, kOnCount = 3;
-/// The last two cells that used the vertex of an earlier node of this cell. Only its first seven
-/// nodes count.
+/// Sources: the last two cells that used the vertex of an earlier node of this cell. Only the first
+/// seven nodes of this cell are considered.
 inline constexpr std::uint32_t kUsers = kOn + kOnCount, kUsersOf = 7;
 /// Source: an earlier cell whose distance is coded
 inline constexpr std::uint32_t kFar = kUsers + 2 * kUsersOf;
-/// No earlier cell: the vertex is new, see new_vertex
+/// Source: no earlier cell, because the vertex is new; new_vertex lists its flags
 inline constexpr std::uint32_t kNew = kFar + 1;
-/// No earlier cell: the slot of the vertex is coded
+/// Source: no remembered cell; the slot of the vertex is coded
 inline constexpr std::uint32_t kSlot = kNew + 1;
 inline constexpr std::uint32_t kHere = kSlot + 1;  ///< source: an earlier node of this cell
 inline constexpr std::uint32_t kCount = kHere + 1;
 }  // namespace pattern_source
-/// Flags of a new vertex, stored instead of the node index in the other cell.
+/// Flags of a new vertex, stored instead of the index of a node in an earlier cell.
 namespace new_vertex {
-/// The vertex number is not the last number plus one
+/// Flag: the number of the new vertex is not the last vertex number plus one
 inline constexpr std::uint32_t kNumbered = 1;
 inline constexpr std::uint32_t kImported = 2;
 inline constexpr std::uint32_t kMost = 3;
@@ -62,7 +62,7 @@ bool takes_patterns(const Schema& schema);
 /// Returns the largest number of nodes per cell of any block.
 std::uint32_t most_nodes(const Schema& schema);
 
-/// A cell. Sets of node positions are bit masks; bit 0 is the first node.
+/// A cell. The bit masks are sets of node positions; bit 0 is the first node.
 struct PatternCell {
   std::uint32_t block = 0;
   std::uint64_t introduced = 0;  ///< nodes whose vertices are new in the segment
@@ -74,14 +74,14 @@ struct PatternCell {
 
 class PatternHistory {
  public:
-  /// `stride`: the largest number of nodes per cell.
+  /// Creates an empty history. `stride`: the largest number of nodes per cell.
   explicit PatternHistory(std::uint32_t stride) : stride_(stride), nobody_(stride, kNone) {}
 
   std::uint32_t stride() const { return stride_; }
   bool may_reach(std::uint32_t bits) const {
     return bits <= kMostHistoryBits && std::uint64_t{stride_} << bits <= kMostHistoryNodes;
   }
-  /// Remembers the last 2^bits cells from now on. Does nothing if that is fewer than before. Must
+  /// Sets the number of remembered cells to 2^bits. Does nothing if that is fewer than before. Must
   /// hold: may_reach().
   void reach(std::uint32_t bits);
   /// Allocates memory for this number of further cells.
@@ -91,8 +91,8 @@ class PatternHistory {
   // --- vertices
 
   struct Vertex {
-    /// The last cell that used the vertex, and the cell before it; at first both are the
-    /// introducing cell.
+    /// The last cell that used the vertex, and the cell before it that did; initially both are the
+    /// cell that introduced the vertex.
     std::uint32_t last = 0, before = 0;
     std::uint64_t number = 0;  ///< decoding: number of the vertex in the source
   };
@@ -121,15 +121,15 @@ class PatternHistory {
   }
   State state(std::uint32_t slot) const { return states_[slot]; }
   Vertex& vertex(std::uint32_t slot) { return vertices_[slot]; }
-  // Data by slot, valid until a vertex is introduced.
+  // The next two functions return data by slot. The spans are valid until a vertex is introduced.
   std::span<Vertex> vertices() { return vertices_; }
   std::span<const State> states() const { return states_; }
   const Vertex& vertex(std::uint32_t slot) const { return vertices_[slot]; }
   std::uint64_t live() const { return live_; }
-  /// Returns a number above every slot.
+  /// Returns an upper bound of all slots (exclusive).
   std::uint32_t slots() const { return static_cast<std::uint32_t>(vertices_.size()); }
 
-  // --- cells, by their number in the segment modulo 2^32
+  // --- cells, given by their number in the segment modulo 2^32
 
   std::uint32_t next() const { return next_; }
   bool remembers(std::uint32_t cell) const { return next_ - cell - 1 < remembered_; }
@@ -164,7 +164,7 @@ class PatternHistory {
     if (std::size_t{at_ + 1} * stride_ > rows_.size()) add_rows();
     return rows_.data() + std::size_t{at_} * stride_;
   }
-  /// The cells to which a cell referred; the first `count` entries are valid.
+  /// The cells to which one cell referred; the first `count` entries are valid.
   struct References {
     std::array<std::uint32_t, pattern_source::kOnCount> cells{};
     std::uint32_t count = 0;
@@ -196,10 +196,11 @@ class PatternHistory {
 
   std::uint32_t stride_;
   std::uint32_t bits_ = 0;
-  // Number of rows in the ring: for the remembered cells and the current cell
+  // Number of rows in the ring: one for each remembered cell, and one for the current cell
   std::uint32_t ring_ = 2;
-  std::vector<std::uint32_t> rows_;  // rows up to the current cell; in order until the ring is full
-  std::uint32_t at_ = 0;             // index of the current cell's row
+  // Rows of all cells up to the current cell; in coding order until the ring is full
+  std::vector<std::uint32_t> rows_;
+  std::uint32_t at_ = 0;  // index of the current cell's row
   std::uint32_t next_ = 0, remembered_ = 0;
   std::vector<std::uint32_t> nobody_;
   References references_;

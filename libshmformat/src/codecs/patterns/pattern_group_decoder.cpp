@@ -14,8 +14,8 @@ using container::StreamKind;
 
 namespace {
 
-/// Number of cells per block, less than in a tile: no value depends on the end of a block, and a
-/// small block stays in a fast cache.
+/// Number of cells per block. It is smaller than the number of cells in a tile: no value depends on
+/// the end of a block, and a small block stays in a fast cache.
 constexpr std::uint64_t kBlockCells = 1024;
 
 }  // namespace
@@ -44,8 +44,8 @@ Result<void> PatternGroupDecoder::begin_stream(const container::StreamEntry& ent
   const std::uint64_t decoded_bytes = std::min(header_->decoded_bytes, std::uint64_t{1} << 56);
   if (entry.kind == StreamKind::connectivity) {
     if (place != 0) return wrong_stream(entry);
-    // decoded_bytes counts 8 bytes for a node, 12 or more for a vertex. A stored number needs at
-    // most 10 bytes.
+    // decoded_bytes counts 8 bytes for each node, and 12 bytes or more for each vertex. A stored
+    // vertex number needs at most 10 bytes.
     if (patterns_.begin_group(bytes, header_->cells, decoded_bytes / 8, 10 * decoded_bytes,
                               scratch_.unpacking))
       return {};

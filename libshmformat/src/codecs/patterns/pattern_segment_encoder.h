@@ -1,6 +1,7 @@
-// PatternSegmentEncoder: encodes the cells of a segment as patterns, and values by the terms of
-// their vertices. It uses neither an active surface nor neighbourhoods, so it is fast. It suits
-// meshes of any kind.
+// PatternSegmentEncoder: encodes the cells of a segment as patterns (positions of vertices in
+// earlier cells), and values by the terms of their vertices (other vertices of the same cell). The
+// encoder uses neither an active surface nor neighbourhoods, so it is fast. It suits meshes of any
+// kind.
 // spec: "Patterns", "Values by terms"
 #pragma once
 

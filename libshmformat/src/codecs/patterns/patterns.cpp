@@ -10,13 +10,13 @@ namespace {
 
 using namespace pattern_source;
 
-/// The history of a segment begins with 2^kFirstHistoryBits cells. It doubles after each group in
-/// which, per kMissedShare cells, more than one node has a vertex that occurs in no remembered
-/// cell.
+/// Initial size of a segment's history: 2^kFirstHistoryBits cells. After each group, nodes whose
+/// vertex occurs in no remembered cell are counted. If there is more than one such node per
+/// kMissedShare cells, the size doubles.
 constexpr std::uint32_t kFirstHistoryBits = 16;
 constexpr std::uint64_t kMissedShare = 64;
 
-/// Distance, in cells, at which patterns are prefetched.
+/// Number of cells by which prefetching of patterns is ahead of decoding.
 constexpr std::size_t kAhead = 8;
 inline void prefetch([[maybe_unused]] const std::uint8_t* bytes) {
 #if defined(__GNUC__)
@@ -107,10 +107,11 @@ void PatternEncoder::find_nodes(const PatternCell& cell, std::span<const std::ui
   history_.pass_cell(references_);
 }
 
-/// Returns the source and node by which an earlier cell contains the vertex of `node`.
+/// Finds an earlier cell that contains the vertex of `node`. Returns the source that specifies the
+/// cell, and the vertex's node in that cell.
 auto PatternEncoder::find(const Candidates& cells, std::uint32_t node, const Uses& uses) -> Op {
   const std::uint32_t sources = kUsers + 2 * std::min(node, kUsersOf);
-  // Try the two cells that used the vertex last first: they are the most likely.
+  // First try the two cells that used the vertex last: they are the most likely.
   for (const std::size_t use : {0u, 2u})
     for (std::uint32_t source = kBefore; source < sources; ++source) {
       if (cells[source] != uses.cells[use] && cells[source] != uses.cells[use + 1]) continue;
@@ -190,7 +191,8 @@ std::vector<std::byte> PatternEncoder::finish(ZstdCompressor& zstd) {
   // sorted by their bytes.
   struct Place {
     std::uint32_t uses, pattern;
-    std::uint64_t first;  // the first eight bytes; the first byte is the most significant
+    // The first eight bytes of the pattern as a number; the first byte is the most significant
+    std::uint64_t first;
   };
   std::vector<Place> order;
   std::vector<std::vector<std::uint32_t>> places(patterns_.size());

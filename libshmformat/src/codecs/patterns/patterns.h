@@ -1,10 +1,11 @@
 // Patterns: codes each cell as an index in a list of patterns. Further lists contain the data that
-// patterns do not determine. All lists are compressed by zstd. This is fast on meshes of any kind:
-// it needs neither an active surface of faces nor models.
+// patterns do not determine. All lists are compressed by zstd. This method is fast on meshes of any
+// kind: it needs neither an active surface of faces nor models.
 //
-// in:    cells, by vertices      out: a bitstream for each group
-// keeps: slots of live vertices, updated alike in both directions; the decoder also keeps the last
-//        cells, the encoder the last four uses of each live vertex: the cell, and its node
+// The encoder accepts cells as lists of vertices, and returns a bitstream for each group. Encoder
+// and decoder keep the slots of live vertices, and update them in the same way. The decoder also
+// keeps the last cells. The encoder also keeps the last four uses of each live vertex: the cell,
+// and the node of the vertex in that cell.
 // spec: "Patterns"
 #pragma once
 
@@ -27,9 +28,9 @@ class PatternEncoder {
   /// `numbered`: true if vertex numbers are stored; false if vertices are numbered in coding order.
   PatternEncoder(const Schema& schema, bool numbered);
 
-  /// Adds a cell. `handles`: the caller's handles of its vertices; a handle may be reused after the
-  /// last cell that uses its vertex. `numbers`: numbers of the vertices that the cell introduces,
-  /// in order of nodes. The slots of the cell are valid until the next call.
+  /// Adds a cell. `handles`: the caller's handles of the vertices of the cell; a handle may be
+  /// reused after the last cell that uses its vertex. `numbers`: numbers of the vertices that the
+  /// cell introduces, in order of nodes. The slots of the cell are valid until the next call.
   void add_cell(const PatternCell& cell, std::span<const std::uint32_t> handles,
                 std::span<const std::uint64_t> numbers);
   std::span<const std::uint32_t> slots() const { return slots_; }
@@ -41,15 +42,15 @@ class PatternEncoder {
   std::vector<std::byte> finish(ZstdCompressor& zstd);
 
   std::uint64_t live() const { return history_.live(); }
-  /// Returns a number above every slot.
+  /// Returns an upper bound of all slots (exclusive).
   std::uint32_t slot_count() const { return history_.slots(); }
 
  private:
   struct Op {
     std::uint32_t source = 0, node = 0;
   };
-  /// The last four cells that used a vertex, the latest first, and for each the first node with the
-  /// vertex. Missing entries contain the cell that introduced the vertex.
+  /// The last four cells that used a vertex, from latest to earliest, and the first node of each
+  /// cell at which the vertex occurs. Missing entries contain the cell that introduced the vertex.
   struct Uses {
     std::array<std::uint32_t, 4> cells{};
     std::array<std::uint8_t, 4> nodes{};
@@ -62,7 +63,8 @@ class PatternEncoder {
       nodes = {static_cast<std::uint8_t>(node), nodes[0], nodes[1], nodes[2]};
     }
   };
-  /// For each source: the cell that the source means; the current cell if there is no such cell.
+  /// For each source: the cell to which the source refers; the current cell if there is no such
+  /// cell.
   using Candidates = std::array<std::uint32_t, pattern_source::kFar>;
   void find_nodes(const PatternCell& cell, std::span<const std::uint64_t> numbers);
   Op find(const Candidates& cells, std::uint32_t node, const Uses& uses);
@@ -80,7 +82,8 @@ class PatternEncoder {
 
   /// The patterns of a block in the current group.
   struct Patterns {
-    // Hash table with open addressing: by key, pattern plus 1; 0: none
+    // Hash table with open addressing. Contains, at a position that depends on the key, the index
+    // of a pattern plus 1; 0 marks a free position
     std::vector<std::uint32_t> table;
     std::vector<std::uint64_t> keys;  // key of each pattern
     std::vector<std::uint8_t> ops;    // source and place of each node, by pattern
@@ -88,7 +91,7 @@ class PatternEncoder {
     std::uint32_t last = 0;
 
     /// Returns the position in the table of the pattern that has this key and for which `matches`
-    /// returns true; if there is none, the free position for it.
+    /// returns true. If there is no such pattern, returns the free position for it.
     template <class Is>
     std::size_t find(std::uint64_t key, Is&& matches) const {
       std::size_t position = static_cast<std::size_t>(key >> 32) & (table.size() - 1);
@@ -96,7 +99,7 @@ class PatternEncoder {
         position = (position + 1) & (table.size() - 1);
       return position;
     }
-    /// Makes space in the table for one more pattern.
+    /// Makes space in the table for another pattern.
     void grow();
   };
   std::vector<Patterns> patterns_;  // patterns of the current group, by block
@@ -105,8 +108,9 @@ class PatternEncoder {
     std::uint32_t block = 0, cells = 0;
   };
   std::vector<Run> runs_;
-  std::vector<std::uint32_t> ids_;       // pattern of each cell
-  std::vector<std::uint32_t> last_use_;  // last uses by cell, in words of 32 nodes
+  std::vector<std::uint32_t> ids_;  // pattern of each cell
+  // Bit masks of last uses, for each cell in words of 32 nodes
+  std::vector<std::uint32_t> last_use_;
   std::vector<std::uint32_t> distances_, slot_list_;
   ByteWriter numbers_;
   std::uint64_t missed_ = 0;  // number of nodes whose vertex occurs in no remembered cell
@@ -122,9 +126,9 @@ class PatternDecoder {
   bool begin_group(std::span<const std::byte> bytes, std::uint32_t cells, std::uint64_t nodes,
                    std::uint64_t most_number_bytes, ZstdDecompressor& zstd);
   /// Decodes the next cell, except its last uses, which end_cell() decodes. Returns null if the
-  /// data is damaged. Stores the numbers of its vertices, by node, in `numbers`. If vertices are
-  /// numbered in coding order, it calls import(vertex) for each imported vertex. import() sets the
-  /// number of the vertex, or returns false if the data is damaged.
+  /// data is damaged. Stores the vertex numbers of the cell, by node, in `numbers`. If vertices are
+  /// numbered in coding order, the function calls import(vertex) for each imported vertex. import()
+  /// sets the number of the vertex, or returns false if the data is damaged.
   template <class Import>
   const PatternCell* next_cell(std::uint64_t* numbers, Import&& import) {
     if (!begin_cell()) return nullptr;
@@ -183,7 +187,7 @@ class PatternDecoder {
   PatternCell cell_;
   std::uint32_t* slots_ = nullptr;  // row of the current cell
   std::uint32_t words_of_uses_;
-  const std::uint8_t* ops_ = nullptr;  // source and node by node of the current cell
+  const std::uint8_t* ops_ = nullptr;  // source and node, for each node of the current cell
   std::uint64_t last_number_ = ~std::uint64_t{0}, next_own_;
 
   // Data of the current group
@@ -200,8 +204,8 @@ class PatternDecoder {
   ByteReader numbers_{{}};
 };
 
-/// kNodes: the number of nodes, if it is known at compile time and equals the row length; otherwise
-/// 0.
+/// Decodes the nodes of the current cell. kNodes: the number of nodes, if it is known at compile
+/// time and equals the row length; otherwise 0.
 template <std::uint32_t kNodes, class Import>
 bool PatternDecoder::decode_nodes(std::uint32_t nodes, std::uint64_t* numbers, Import& import) {
   using namespace pattern_source;
@@ -213,8 +217,8 @@ bool PatternDecoder::decode_nodes(std::uint32_t nodes, std::uint64_t* numbers, I
   std::uint32_t* const slots = slots_;
   const std::uint32_t cell = history_.next();
   std::uint64_t introduced = 0, again = 0;
-  // For each source: the cell whose row is read. The current cell means "none", since it has no row
-  // yet.
+  // For each source: the cell whose row is read. The current cell means "no cell", since it has no
+  // row yet.
   std::array<std::uint32_t, kFar + 1> cells;
   const PatternHistory::References& on = history_.references();
   cells[kBefore] = cell - 1;
@@ -275,7 +279,8 @@ bool PatternDecoder::decode_nodes(std::uint32_t nodes, std::uint64_t* numbers, I
     return true;
   };
   if constexpr (kNodes > 0) {
-    // An unrolled loop has separate branches to predict for each node: reading takes 3 % less time.
+    // An unrolled loop has separate branches for each node, which are easier to predict: reading
+    // takes 3 % less time.
 #if !defined(__wasm__)  // code size matters more there
 #pragma GCC unroll 8
 #endif

@@ -19,23 +19,23 @@ namespace shm {
 namespace {
 
 constexpr int kShuffledZstdLevel = 1;
-/// Predictors are compared on one element in kSampleStep elements.
+/// Predictors are compared on a sample: every kSampleStep-th element.
 constexpr std::size_t kSampleStep = 8;
-/// Sample sizes for choosing a domain (kDomainSamples) and for counting repeated values
-/// (kRepeatSamples). A table is tried if more than one sampled value in kRepeatShare is a
-/// repetition.
+/// Sample sizes, in values, for choosing a domain (kDomainSamples) and for counting repeated values
+/// (kRepeatSamples). The encoder tries a table of values if more than one in kRepeatShare sampled
+/// values is a repetition.
 constexpr std::size_t kDomainSamples = 512;
 constexpr std::size_t kRepeatSamples = 2048, kRepeatShare = 8;
-/// Least number of values, and least number of bits per residual without a table, for which a table
-/// is tried.
+/// The encoder tries a table only for at least kTableCount values, and if residuals without a table
+/// need at least kTableBits bits each.
 constexpr std::size_t kTableCount = 16;
 constexpr std::uint64_t kTableBits = 8;
 
 /// Largest number of bytes reserved for planes before they are unpacked.
 constexpr std::uint64_t kMostReserved = std::uint64_t{4} << 20;
 
-// Layout of the first byte of a component: kind of domain, predictor, whether the component has a
-// table.
+// Layout of the first byte of a component. It contains the kind of the domain, the predictor, and a
+// flag that is set if the component has a table.
 constexpr std::uint8_t kKinds = 7, kPredictorShift = 3, kTableBit = 0x40;
 
 std::uint64_t gap(std::int64_t above, std::int64_t below) {
@@ -66,8 +66,8 @@ std::uint64_t state_of(const Differences& differences, std::int64_t index) {
   return state;
 }
 
-/// Reads words of `width` bytes from byte planes. `distance`: offset in bytes from one plane to the
-/// next.
+/// Reads words of `width` bytes from byte planes. `distance`: offset in bytes between the
+/// beginnings of consecutive planes.
 void get_words(const std::byte* planes, std::size_t distance, std::uint32_t width,
                std::span<std::uint64_t> words) {
   std::uint64_t* const to = words.data();
@@ -88,7 +88,7 @@ void get_words(const std::byte* planes, std::size_t distance, std::uint32_t widt
   }
 }
 
-/// Returns the number of entries that are less than `index`.
+/// Returns the number of entries of the table that are less than `index`.
 std::uint64_t rank_of(std::span<const std::int64_t> table, std::int64_t index) {
   return static_cast<std::uint64_t>(std::lower_bound(table.begin(), table.end(), index) -
                                     table.begin());
@@ -121,7 +121,7 @@ std::vector<std::int64_t> distinct(std::span<const std::int64_t> indices, std::s
   return found;
 }
 
-/// Returns true if many values of a sample repeat.
+/// Returns true if many values in a sample of `indices` are repetitions.
 bool values_repeat(std::span<const std::int64_t> indices) {
   if (indices.size() < kTableCount) return false;
   const std::size_t step = std::max<std::size_t>(indices.size() / kRepeatSamples, 1);
@@ -168,7 +168,7 @@ bool TermColumn::refers() const {
 
 // --- predictions
 
-/// Predicts from states; used in a group without a table.
+/// Predicts values from states; used in a group without a table.
 template <class D>
 class TermColumn::Direct {
  public:
@@ -191,8 +191,8 @@ class TermColumn::Direct {
   std::size_t apart_;
 };
 
-/// Predicts from ranks; used in a group with a table. The rank of a vertex of an earlier group is
-/// computed when it is first needed.
+/// Predicts ranks of values; used in a group with a table. The rank of a vertex of an earlier group
+/// is computed when it is first needed.
 template <class Differences_>
 class TermColumn::Ranked {
  public:
@@ -251,8 +251,8 @@ void TermColumn::for_each_value(std::size_t c, const Elements& elements,
   });
 }
 
-/// Returns the sums that predict a vertex from its terms, by component. term(slot, component)
-/// returns the state of a vertex.
+/// Returns, for each component, the sum that predicts a vertex from its terms. term(slot,
+/// component) returns the state of a vertex.
 template <class Differences, std::size_t kCount, class Term>
 auto sums_of_terms(const VertexTerms& vertex, const Term& term) {
   std::array<typename Differences::Sum, kCount> sums;
@@ -296,7 +296,8 @@ void TermColumn::walk(Known known, Predictor predictor, const Elements& elements
           index = code(differences, e, references[e]);
         break;
       case Predictor::change: {
-        // Prediction: an index differs from its reference by as much as the previous index did.
+        // Prediction: the index differs from its reference by the same amount as the previous index
+        // did.
         std::uint64_t by = change;
         for (std::size_t e = 0; e < elements.count; ++e) {
           const auto reference = static_cast<std::uint64_t>(references[e]);
@@ -579,7 +580,7 @@ bool TermColumn::read_terms(std::span<const std::byte> bytes, std::uint64_t most
   return in.ok() && in.left() == 0;
 }
 
-/// Reads the heads of all components. The table of a component that has one receives a placeholder
+/// Reads the heads of all components. If a component has a table, the table receives a placeholder
 /// entry.
 bool TermColumn::read_heads(ByteReader& in) {
   for (Component& component : components_) {
@@ -703,7 +704,7 @@ bool TermColumn::can_decode_together(const Elements& elements) const {
          });
 }
 
-/// Decodes like decode_component(), but all components in one pass, since the components have the
+/// Decodes like decode_component(), but decodes all components in one pass, because they have the
 /// same terms.
 void TermColumn::decode_together(const Elements& elements, std::byte* out, TermScratch& scratch) {
   const std::size_t count = elements.count;
@@ -746,7 +747,7 @@ void TermColumn::take_residuals(const Component& component, std::span<std::uint6
   get_words(planes, static_cast<std::size_t>(count_), component.width, words);
 }
 
-/// Converts indices to the bits of their values, and stores these in `out`.
+/// Converts indices to the bits of their values, and stores the values in `out`.
 void TermColumn::save_values(std::size_t c, std::span<std::uint64_t> indices,
                              std::byte* out) const {
   const ValueDomain& domain = components_[c].domain;

@@ -1,7 +1,7 @@
-// TermColumn: codes an array in bulk. A value is stored as its residual against a prediction: from
-// other vertices of the same cell, from the previous step, or from the previous element. The
-// residuals are stored as byte planes compressed by zstd. This is fast, since it needs neither
-// neighbourhoods nor models.
+// TermColumn: codes an array in bulk. A value is stored as its residual relative to a prediction,
+// which comes from other vertices of the same cell (the terms), from the previous step, or from the
+// previous element. The residuals are stored as byte planes compressed by zstd. This method is
+// fast, since it needs neither neighbourhoods nor models.
 // spec: "Values by terms"
 #pragma once
 
@@ -24,7 +24,7 @@ namespace shm {
 /// live vertex, or 16 bytes with a table. Frozen: part of the format.
 inline constexpr std::uint32_t kMostTermComponents = 32;
 
-/// Buffers that columns share, one column after another.
+/// Buffers that are shared by columns, which are coded one after another.
 struct TermScratch {
   std::vector<std::uint64_t> words;
   std::vector<std::int64_t> indices, references;
@@ -52,11 +52,11 @@ class TermColumn {
     Codec codec = Codec::terms;
     std::vector<std::byte> bytes;
   };
-  /// Encodes a group, in terms or in shuffled_zstd. `values`: values of all its elements. `stride`:
-  /// distance in bytes between consecutive elements.
+  /// Encodes a group, by terms or by shuffled_zstd. `values`: values of all elements of the group.
+  /// `stride`: distance in bytes between consecutive elements.
   Encoded encode(const Elements& elements, const std::byte* values, std::size_t stride,
                  TermScratch& scratch);
-  /// Encodes a group in terms. Must hold: the column may have terms.
+  /// Encodes a group by terms. Must hold: the column may have terms.
   std::vector<std::byte> encode_terms(const Elements& elements, const std::byte* values,
                                       std::size_t stride, TermScratch& scratch);
 
@@ -79,7 +79,7 @@ class TermColumn {
   bool refers() const;
 
  private:
-  /// How a value is predicted. Frozen: part of the format.
+  /// The methods by which a value is predicted. Frozen: part of the format.
   enum class Predictor : std::uint8_t {
     nothing,
     last,
@@ -91,7 +91,8 @@ class TermColumn {
   static constexpr std::uint8_t kPredictors = 5;
   struct Component {
     // Data that remains from group to group
-    // by slot: group << 32 | rank; used only in groups with a table
+
+    // Rank of each vertex, by slot, as group << 32 | rank; used only in groups with a table
     std::vector<std::uint64_t> ranks;
     std::uint64_t last = 0;  // state of the previous element
     ValueDomain domain;
@@ -101,7 +102,7 @@ class TermColumn {
     std::uint32_t width = 0;          // size of a residual in bytes
     std::size_t planes = 0;           // offset of the component's byte planes
 
-    // Previous element minus its reference value, as a difference of indices
+    // Difference between the previous element and its reference value, in indices
     std::uint64_t change = 0;
   };
   template <class Differences>
@@ -149,7 +150,7 @@ class TermColumn {
   std::vector<std::uint64_t> states_;
   std::uint32_t group_ = 0;  // number of the group, by which ranks are marked
 
-  // Data of the group that is being decoded
+  // Data of the group that the column currently decodes
   Codec codec_ = Codec::terms;
   std::vector<std::byte> unpacked_;
   std::uint64_t count_ = 0, next_ = 0;

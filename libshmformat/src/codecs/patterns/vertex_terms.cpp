@@ -10,8 +10,8 @@
 namespace shm {
 namespace {
 
-/// Maps each corner of a hexahedron to its place along the three axes, as bits. The permutation is
-/// its own inverse.
+/// Maps each corner of a hexahedron to its position along the three axes (one bit per axis). The
+/// permutation is its own inverse.
 constexpr std::array<std::uint8_t, 8> kPlaceOfCorner = {0, 1, 3, 2, 4, 5, 7, 6};
 constexpr std::array<std::uint8_t, 8> kCornerAtPlace = kPlaceOfCorner;
 
@@ -28,7 +28,8 @@ TermFinder::TermFinder(const Schema& schema) {
   }
 }
 
-/// Returns how a node is predicted. `known`: nodes whose vertices are known.
+/// Returns the recipe by which a node is predicted from other nodes. `known`: nodes whose vertices
+/// are known.
 auto TermFinder::recipe_of(const Block& block, std::uint32_t node, std::uint64_t known) -> Recipe {
   Recipe recipe;
   recipe.node = static_cast<std::uint8_t>(node);
@@ -81,8 +82,8 @@ auto TermFinder::recipes_of(const Block& block, const PatternCell& cell) -> std:
   return recipes;
 }
 
-/// Returns the recipes of a cell. They depend only on which nodes it introduces, unless a vertex
-/// occurs twice.
+/// Returns the recipes of a cell. The recipes depend only on the set of nodes that the cell
+/// introduces, unless a vertex occurs twice in the cell.
 auto TermFinder::known_recipes_of(Block& block, const PatternCell& cell)
     -> const std::vector<Recipe>& {
   if (cell.again != 0) return recipes_ = recipes_of(block, cell);

@@ -1,5 +1,5 @@
-// Vertex terms: the vertices from which a new vertex is predicted. They are other vertices of the
-// cell that introduces it, and form a hexahedron, a quadrilateral or an edge.
+// Vertex terms: the vertices from which a new vertex is predicted. They belong to the cell that
+// introduces the new vertex, and form a hexahedron, a quadrilateral or an edge.
 // spec: "Values by terms"
 #pragma once
 
@@ -17,11 +17,12 @@ namespace shm {
 /// Largest number of terms of a vertex. Frozen: part of the format.
 inline constexpr std::uint32_t kMostTerms = 7;
 
-/// A new vertex, and the slots of the vertices that predict it. The number of terms
+/// A new vertex, and the slots of the vertices that predict it (its terms). The number of terms
 /// determines the prediction:
-///   7   corners of a hexahedron: three neighbours, minus three across faces, plus the opposite one
+///   7   corners of a hexahedron: the three neighbours, minus the three vertices across faces, plus
+///       the opposite vertex
 ///   3   corners of a quadrilateral: both neighbours, minus the opposite corner
-///   2   the middle of two vertices
+///   2   the middle between two vertices
 ///   1   a copy of the vertex
 ///   0   a copy of the previous element
 struct VertexTerms {
@@ -47,7 +48,8 @@ class TermFinder {
     std::uint32_t nodes = 0, corners = 0;
     // Recipes of the new nodes, by PatternCell::introduced
     std::unordered_map<std::uint64_t, std::vector<Recipe>> recipes;
-    // Shortcut if no node after the first eight is introduced
+    // Recipes for the sets of introduced nodes within the first eight nodes; avoids the search in
+    // `recipes`
     std::array<const std::vector<Recipe>*, 256> of_first_eight{};
   };
   static Recipe recipe_of(const Block& block, std::uint32_t node, std::uint64_t known);

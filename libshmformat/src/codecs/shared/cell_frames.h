@@ -1,7 +1,7 @@
-// CellFrames: how the corners of a cell that is not a hexahedron fit into the lattice of hexahedron
-// corners. A frame lists, for one corner, the other corners that are one step away (near) or one
-// step along each of two axes (diagonal), and the sides of the cell across which further neighbours
-// are found.
+// CellFrames: neighbours of the corners of cells that are not hexahedra, arranged as in the lattice
+// of hexahedron corners. A frame lists, for one corner, the other corners that are one step away
+// (near) or one step along each of two axes (diagonal). It also lists the sides of the cell across
+// which further neighbours are found.
 // spec: "Neighbourhoods", of a corner of another cell
 #pragma once
 
@@ -19,8 +19,8 @@ inline constexpr std::uint8_t kNoPlace = 255;
 struct CornerFrame {
   std::array<std::uint8_t, 3> near{kNoPlace, kNoPlace, kNoPlace};
   std::array<std::uint8_t, 3> diagonal{kNoPlace, kNoPlace, kNoPlace};
-  /// Sides that do not contain the corner. The cell behind side across[a] continues the edge to
-  /// near[a]. The cell behind side `around` supplies the neighbours that this cell lacks.
+  /// Sides that do not contain the corner. The cell that shares side across[a] continues the edge
+  /// to near[a]. The cell that shares side `around` supplies the neighbours that this cell lacks.
   std::array<std::uint8_t, 2> across{kNoPlace, kNoPlace};
   std::uint8_t around = kNoPlace;
 };
@@ -43,7 +43,7 @@ constexpr CornerFrame corner_frame(CellShape shape, std::uint32_t corners, std::
       break;
     case CellShape::quad:
     case CellShape::pyramid:
-      if (p == 4) {  // Apex: `near` contains two opposite corners of the base.
+      if (p == 4) {  // Apex of a pyramid: `near` contains two opposite corners of the base.
         frame.near = {0, 2, kNoPlace};
         frame.diagonal = {1, 3, kNoPlace};
         frame.around = 0;

@@ -1,4 +1,5 @@
-// Codec: the methods by which bitstreams are coded. The enumerators have the ids that files store.
+// Codec: enumeration of the methods by which bitstreams are coded. The value of each enumerator is
+// the id that files store.
 #pragma once
 
 #include <cstdint>
@@ -7,20 +8,18 @@ namespace shm {
 
 /// Codec ids, registered in spec/registry.md.
 enum class Codec : std::uint8_t {
-  paper = 1,          ///< cells: hexahedra by the published method
-  predictive = 2,     ///< numbers predicted from the mesh, coded by an adaptive range coder
-  shuffled_zstd = 4,  ///< values: bytes sorted by significance, compressed by zstd
-  rows = 6,           ///< cells: hexahedra predicted from the neighbouring row
-  replay = 7,   ///< cells: hexahedra coded as repetitions of earlier cells, together with their
-                ///< vertex numbers
-  mixed = 8,    ///< cells: as `rows`, with several predictions mixed
-  columns = 9,  ///< values: by selected predictors, coded by an adaptive range coder
-  mixed_columns = 10,  ///< values: as `columns`, with several predictions mixed
-  shifts = 11,       ///< cells: as the previous cell plus a shift, together with the vertex numbers
-  differences = 12,  ///< values: predicted along the vertex numbers of `shifts`, compressed by zstd
-  patterns = 13,     ///< cells: as positions of their vertices in earlier cells, compressed by zstd
-  terms = 14,  ///< values: predicted from other values of the cell, compressed by zstd; used with
-               ///< `patterns`
+  paper = 1,           ///< codes hexahedra by the published method
+  predictive = 2,      ///< predicts numbers from the mesh and codes them by an adaptive range coder
+  shuffled_zstd = 4,   ///< sorts the bytes of values by significance and compresses them by zstd
+  rows = 6,            ///< predicts each hexahedron from the neighbouring row
+  replay = 7,          ///< codes hexahedra and their vertex numbers as repetitions of earlier cells
+  mixed = 8,           ///< codes hexahedra like `rows`, but mixes several predictions
+  columns = 9,         ///< codes values by selected predictors and an adaptive range coder
+  mixed_columns = 10,  ///< codes values like `columns`, but mixes several predictions
+  shifts = 11,         ///< codes a cell and its vertex numbers as the previous cell plus a shift
+  differences = 12,    ///< predicts values along the vertex numbers of `shifts`; uses zstd
+  patterns = 13,  ///< codes a cell by the positions of its vertices in earlier cells; uses zstd
+  terms = 14,     ///< predicts values from values of other vertices of the cell; uses zstd
 };
 
 /// Returns true if values in this codec are predicted over neighbourhoods.

@@ -26,7 +26,7 @@ namespace shm {
 struct DecodedBlock {
   MeshBlock mesh;
   SegmentStart segment;      ///< the segment of the block
-  std::uint64_t offset = 0;  ///< offset of its group's chunk in the file
+  std::uint64_t offset = 0;  ///< offset in bytes, in the file, of the chunk with the block's group
   ConnectivityCodec connectivity = ConnectivityCodec::automatic;
   /// `imported`: numbers of vertices that earlier segments own and that this segment uses for the
   /// first time in cells of this block. `finalized_imports`: numbers of such vertices that cells of
@@ -36,8 +36,8 @@ struct DecodedBlock {
   /// Set in the last block of a group.
   struct GroupEnd {
     std::uint64_t imported_vertices = 0, max_active_vertices = 0;
-    /// True if the bounding box in the header matches the decoded coordinates, or if these were not
-    /// decoded.
+    /// True if the bounding box in the header matches the decoded coordinates, or if the
+    /// coordinates were not decoded.
     bool has_its_box = true;
     /// Sizes in bytes of the streams, by their names in SizeReport
     std::map<std::string, std::uint64_t> stream_bytes;
@@ -45,13 +45,13 @@ struct DecodedBlock {
   std::optional<GroupEnd> group_end;
 };
 
-/// Size in bytes of the static arrays in one cell, by block. Shared, since there may be many
-/// segments.
+/// Size in bytes of the static arrays in one cell, by block. The decoders of all segments share the
+/// vector because a file may have many segments.
 using CellBytes = std::shared_ptr<const std::vector<std::size_t>>;
 
 class GroupDecoder {
  public:
-  /// `schema` has passed check_schema() and must outlive the decoder. `cell_bytes`:
+  /// `schema` has passed check_schema() and must outlive the decoder. `cell_bytes`: the result of
   /// cell_data_bytes(schema).
   GroupDecoder(const Schema& schema, const SegmentStart& start, DecodedParts parts,
                CellBytes cell_bytes);
@@ -88,7 +88,7 @@ class GroupDecoder {
   /// further data. Call it after the last block.
   Result<DecodedBlock::GroupEnd> end_group() const;
 
-  /// Numbers of own vertices that are not finalized yet.
+  /// Returns the numbers of the segment's own vertices that are not finalized yet.
   virtual std::vector<std::uint64_t> alive() const = 0;
 
   /// Neighbourhoods of the vertices and cells of the last block, if DecodedParts requests them.
@@ -96,7 +96,7 @@ class GroupDecoder {
     std::span<const Neighbourhood> vertices, cells;
   };
   virtual Items items() const = 0;
-  /// Upper bound of all slots that occur in the neighbourhoods so far (exclusive).
+  /// Returns an upper bound (exclusive) of all slots that occur in the neighbourhoods so far.
   virtual std::uint32_t slots() const = 0;
 
  protected:
@@ -109,9 +109,9 @@ class GroupDecoder {
 
   // --- the functions that depend on the codec
 
-  /// Called before the streams of a group. `codec`: the codec of the group's connectivity; nothing
-  /// if the group has no connectivity. It is a known codec and the same in all groups of the
-  /// segment.
+  /// Begins the streams of a group; called before the first stream. `codec`: the codec of the
+  /// group's connectivity, which is known and the same in all groups of the segment; nothing if the
+  /// group has no connectivity.
   virtual Result<void> begin_streams(std::optional<ConnectivityCodec> codec) = 0;
   /// Decodes the cells and vertices of the next block, without their values.
   virtual Result<void> decode_elements(DecodedBlock& decoded) = 0;
@@ -127,7 +127,8 @@ class GroupDecoder {
 
   bool may_import() const { return start_.segment > 0; }
   bool numbered_by_order() const { return schema_->order != Order::keep; }
-  /// Returns true if the header permits another vertex of this kind.
+  /// Returns true if the header permits another imported vertex (if `imported` is true) or own
+  /// vertex.
   bool has_room_for_vertex(bool imported) const {
     return imported ? done_.imported < header_->imported_vertices : done_.own < header_->vertices;
   }

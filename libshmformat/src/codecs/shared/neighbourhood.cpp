@@ -16,7 +16,8 @@ constexpr std::uint64_t kFirstCells = 64, kLeastCells = std::uint64_t{1} << 14,
 /// even in hostile files.
 constexpr std::ptrdiff_t kMostFacesLooked = 32;
 
-/// The two axes of diagonal[i].
+/// For each diagonal neighbour (Neighbourhood::at[3 + i]): the two axes along which it is one step
+/// away.
 constexpr std::array<std::array<std::uint32_t, 2>, 3> kDiagonalAxes = {{{0, 1}, {0, 2}, {1, 2}}};
 /// Indices of the two diagonals that involve axis a, in the order of their other axis.
 constexpr std::array<std::array<std::uint32_t, 2>, 3> kDiagonalsAlong = {{{0, 1}, {0, 2}, {1, 2}}};
@@ -104,8 +105,8 @@ Neighbourhood NeighbourFinder::vertex(const CellTopology& cell, std::uint32_t po
   return item;
 }
 
-/// Finds the known nodes around a mid node. They are coded earlier: corners come first, then nodes
-/// of edges, faces and the body.
+/// Finds the known nodes around a mid node. The nodes of a cell are coded in this order: corners,
+/// then nodes of edges, faces and the body.
 void NeighbourFinder::look_around_mid_node(Neighbourhood& item, const CellTopology& cell,
                                            const MidNode& node) const {
   const bool is_edge = node.kind == MidNode::edge;
@@ -247,7 +248,8 @@ NeighbourFinder::Found NeighbourFinder::behind(std::uint32_t slot, std::uint32_t
       const std::uint32_t a = cell.corner[use.corner ^ 1u << (axis == 0 ? 1 : 0)];
       const std::uint32_t b = cell.corner[use.corner ^ 1u << (axis == 2 ? 1 : 2)];
       if (!((a == one && b == two) || (a == two && b == one))) continue;
-      // Check that these slots did not belong to other vertices when the cell was coded.
+      // Check that the slots `one` and `two` did not belong to other vertices when the cell was
+      // coded.
       if (vertices_[one].introduced > cell.sequence || vertices_[two].introduced > cell.sequence)
         continue;
       return {use.place, use.corner, axis};
@@ -287,7 +289,7 @@ void NeighbourFinder::look_beyond(Neighbourhood& item, Reach reach) const {
     const Cell& cell = ring_[found.place];
     const std::uint32_t corner = found.corner ^ 1u << found.axis;
     const std::uint32_t slot = cell.corner[corner];
-    // The slot belongs to another vertex now
+    // The slot of the neighbour belongs to another vertex now
     if (vertices_[slot].introduced > cell.sequence) continue;
     item.at[kAtBeyond + a] = slot;
     item.known |= static_cast<std::uint16_t>(Neighbourhood::kBeyond << a);

@@ -48,7 +48,7 @@ struct Neighbourhood {
   /// - beside: a cell that is not a hexahedron. near: the cells across its sides.
   /// - other: none of these.
   enum Kind : std::uint8_t { lattice, midpoint, other, centre, layered, flat, simplex, beside };
-  /// Position of the kind in the result of traits()
+  /// Number of bits by which traits() shifts the kind
   static constexpr std::uint32_t kKindShift = 16;
 
   std::uint32_t self = kNone;  ///< slot of the element
@@ -58,7 +58,8 @@ struct Neighbourhood {
   /// farther 10-12 (three steps).
   std::array<std::uint32_t, 13> at{};
   std::uint16_t known = 0;
-  std::uint8_t corner = 0;  ///< of a vertex: its corner in its hexahedron as stored, as corner bits
+  /// For a vertex: its corner in the hexahedron as stored, as corner bits
+  std::uint8_t corner = 0;
   Kind kind = other;
 
   bool knows(std::uint32_t bits) const { return (known & bits) == bits; }
@@ -87,7 +88,7 @@ class NeighbourFinder {
   explicit NeighbourFinder(bool cells) : cells_(cells) {}
 
   /// Begins a cell whose slots are known. `as_stored`: true if corners are numbered as in the
-  /// source, false if as in the coder's frame. `live`: number of live vertices.
+  /// source mesh, false if they are numbered in the coder's frame. `live`: number of live vertices.
   void begin_cell(const CellTopology& cell, bool as_stored, std::uint64_t live);
   /// Returns the neighbourhood of the new vertex at `position`. From then on this vertex counts as
   /// known. Call it once for each new vertex, in order of introduction.
@@ -107,9 +108,10 @@ class NeighbourFinder {
     std::uint32_t corner = 0;         ///< the vertex's corner in the cell, as corner bits
   };
   struct Vertex {
-    std::uint64_t introduced = 0;  // sequence number of the cell that introduced it
-    std::array<Use, 2> uses;       // the first hexahedron that used it, and the last
-    bool full = false;             // true: all neighbours in the vertex's own lattice were known
+    std::uint64_t introduced = 0;  // sequence number of the cell that introduced the vertex
+    // The first hexahedron that used the vertex, and the last hexahedron that used it
+    std::array<Use, 2> uses;
+    bool full = false;  // true: all neighbours in the vertex's own lattice were known
   };
   /// A remembered cell, stored at its place in the ring.
   struct Cell {
@@ -126,15 +128,16 @@ class NeighbourFinder {
   };
   using Cycle = std::span<const std::uint32_t>;  // slots of the vertices around a side
 
-  /// Links between hexahedra, by place, which cell() uses.
+  /// Links of a hexahedron to its neighbours, by place in the ring; used by cell().
   struct Links {
     // Places of the cells across the sides. Side 2 a is towards the lower end of axis a, side 2 a +
     // 1 towards the upper end.
     std::array<std::uint32_t, 6> behind{};
-    std::array<std::uint8_t, 6> onward{};  // side of that cell that is opposite to the shared side
+    // For each cell of `behind`: its side opposite to the shared side
+    std::array<std::uint8_t, 6> onward{};
     bool full = false;
   };
-  /// A vertex in a face of the current polyhedron.
+  /// A vertex in a face of the current polyhedron, with its neighbours around that face.
   struct FaceCorner {
     std::uint32_t slot = kNone, before = kNone, after = kNone;
     std::uint32_t across = kNone;  ///< the opposite vertex, if the face has four
@@ -159,7 +162,7 @@ class NeighbourFinder {
   void look_around_mid_node(Neighbourhood& item, const CellTopology& cell,
                             const MidNode& node) const;
   void look_around_cell(Neighbourhood& item, Reach reach) const;
-  // Polyhedra given by their faces
+  // Functions for polyhedra, which are given by their faces
   void begin_faces(const CellTopology& cell);
   void look_around_faces(Neighbourhood& item) const;
   void look_beside_polyhedron(Neighbourhood& item, const CellTopology& cell) const;
@@ -169,7 +172,7 @@ class NeighbourFinder {
   bool is_known(std::uint32_t slot) const {
     return slot >= coming_.size() || coming_[slot] != sequence_ + 1;
   }
-  // Cells that are not hexahedra
+  // Functions for cells that are not hexahedra
   void look_around_corner(Neighbourhood& item, const CellTopology& cell,
                           std::uint32_t position) const;
   void look_along(Neighbourhood& item, std::uint32_t axis, std::uint32_t place, Cycle side) const;

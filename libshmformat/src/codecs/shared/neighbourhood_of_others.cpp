@@ -172,7 +172,7 @@ void NeighbourFinder::look_behind(Neighbourhood& item, const CellTopology& cell,
   }
 }
 
-/// For a line cell: looks along the previous line, if the current line continues it.
+/// Looks along the previous line cell, if the current line cell continues it.
 void NeighbourFinder::look_along_line(Neighbourhood& item) const {
   if (!item.knows(Neighbourhood::kNear) || sequence_ == 0) return;
   const std::uint32_t place = place_of(sequence_ - 1);
@@ -184,7 +184,7 @@ void NeighbourFinder::look_along_line(Neighbourhood& item) const {
 }
 
 /// Finds the cells across the sides of the cell. The first side of a flat cell is the cell itself;
-/// it is visited last.
+/// this side is visited last.
 void NeighbourFinder::look_beside_cell(Neighbourhood& item, const CellTopology& cell) const {
   item.kind = Neighbourhood::beside;
   const auto sides = faces_of(cell.shape, cell.corners);

@@ -24,7 +24,7 @@ namespace shm {
 /// A group ends early when its static values, or the values of one of its stepped arrays at one
 /// step, reach this size in bytes. This limits the memory of readers.
 inline constexpr std::uint64_t kFullGroupBytes = std::uint64_t{1} << 26;
-/// Largest number of vertices in a group. It limits groups that end in unused vertices.
+/// Largest number of vertices in a group. It limits groups that end with unused vertices.
 inline constexpr std::uint64_t kFullGroupVertices = std::uint64_t{1} << 16;
 
 /// Some cells of a segment in coding order. Each cell comes with the vertices that no earlier cell
@@ -43,7 +43,7 @@ struct SegmentPiece {
   struct Vertex {
     std::uint64_t number = 0;  ///< the caller's number of the vertex
 
-    /// Number of the vertex in `nodes`; reused after the vertex is finalized
+    /// Handle by which `nodes` refers to the vertex; reused after the vertex is finalized
     std::uint32_t handle = 0;
     std::uint32_t ticket = kNone;
     bool imported = false;
@@ -76,7 +76,7 @@ struct SegmentPiece {
 struct EncodedGroup {
   std::uint32_t segment = 0;
   container::GroupHeader header;
-  std::vector<std::vector<std::byte>> streams;  ///< the streams listed in the header
+  std::vector<std::vector<std::byte>> streams;  ///< encoded streams, in the order of the header
   std::uint64_t hexahedra = 0;
   std::vector<std::uint64_t> cell_numbers;  ///< cell numbers in coding order, if with_order is set
 
@@ -203,7 +203,8 @@ class SegmentEncoder {
   /// Ends the segment. Appends the last group to `done` if that group has any elements.
   void end(std::vector<EncodedGroup>& done);
 
-  /// Returns the approximate size of the segment so far, without the values of the current group.
+  /// Returns the approximate size in bytes of the segment so far, without the values of the current
+  /// group.
   SegmentSize size();
   /// Returns the approximate size of the values of the current group. `rated`: by column, as in
   /// ColumnPlanner::about_bytes().
@@ -211,8 +212,8 @@ class SegmentEncoder {
     rated.resize(values_.columns());
     return has_group() ? values_at_hand(&rated) : 0;
   }
-  /// Returns the exact size that the values of the current group would have if the group ended
-  /// here. This takes as long as coding them.
+  /// Returns the exact size in bytes that the values of the current group would have if the group
+  /// ended here. The call takes as long as coding these values.
   std::uint64_t values_if_coded() { return has_group() ? values_at_hand(nullptr) : 0; }
 
  protected:

@@ -1,5 +1,5 @@
-// Shuffled zstd: the bytes of all scalars are sorted by significance and compressed by zstd. It
-// suits values whose repetitions are unrelated to the mesh.
+// Shuffled zstd: a codec that sorts the bytes of all scalars by significance and compresses them by
+// zstd. It suits values whose repetitions are unrelated to the mesh.
 // spec: "Values in shuffled_zstd"
 #pragma once
 
@@ -12,7 +12,7 @@
 namespace shm {
 
 /// Returns byte 0 (the least significant byte) of all scalars in order, then byte 1 of all scalars,
-/// and so on. `width`: bytes per scalar. `values`: in host byte order.
+/// and so on. `width`: number of bytes per scalar. `values` contains scalars in host byte order.
 std::vector<std::byte> shuffled(std::span<const std::byte> values, std::size_t width);
 
 /// Returns the packed data: the size of the shuffled bytes, followed by a zstd frame with these

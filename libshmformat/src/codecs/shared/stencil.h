@@ -15,7 +15,7 @@ namespace shm {
 
 struct Stencil {
   enum Kind : std::uint8_t {
-    last,           ///< the vertex coded last; 0 for the first vertex
+    last,           ///< predicted number: that of the vertex coded last; 0 for the first vertex
     copy,           ///< predicted number: at[0]
     midpoint,       ///< predicted number: (at[0] + at[1]) / 2
     parallelogram,  ///< predicted number: at[0] + at[1] - at[2]

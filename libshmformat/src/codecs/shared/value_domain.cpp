@@ -169,15 +169,15 @@ double ValueTranslator::from_value(double value) const {
 
 namespace {
 
-/// A domain may lack one value in 200, plus two values.
+/// A domain is accepted if at most one value in 200, plus two values, is outside of it.
 constexpr std::size_t kMostEscapeShare = 200;
 constexpr std::size_t kSampled = 256;
-/// Indices longer than this many bits are hardly shorter than float64 (kLongIndex) or float32
-/// (kLongNarrowIndex) numbers.
+/// Lengths in bits. A longer index is hardly shorter than a float64 (kLongIndex) or float32
+/// (kLongNarrowIndex) number.
 constexpr int kLongIndex = 40, kLongNarrowIndex = 24;
 
-/// Returns the i-th of `parts` values that are spread evenly over `bits`. The product needs 64
-/// bits.
+/// Returns the i-th of `parts` values that are spread evenly over `bits`. The product of `i` and
+/// the number of values needs 64 bits.
 std::uint64_t at_part(std::span<const std::uint64_t> bits, std::size_t i, std::size_t parts) {
   return bits[static_cast<std::size_t>(std::uint64_t{i} * bits.size() / parts)];
 }
@@ -260,10 +260,11 @@ std::int32_t binary_exponent(ScalarType type, std::span<const std::uint64_t> bit
   return finest;
 }
 
-/// Decimal notation of a sample of the values.
+/// Lengths of the decimal notation of the values, found from a sample.
 struct Shapes {
-  std::int32_t decimals = -22, digits = 1;  // maxima over the values with a short decimal notation
-  bool are_short = true;  // whether nearly all values have a short decimal notation
+  // Largest numbers among the values with a short decimal notation
+  std::int32_t decimals = -22, digits = 1;
+  bool are_short = true;  // true if nearly all values have a short decimal notation
 };
 Shapes shapes_of(const ArrayInfo& info, std::span<const std::uint64_t> bits) {
   Shapes shapes;

@@ -92,7 +92,7 @@ Unsigned ordered_bits(std::int64_t index) {
   const auto narrow = static_cast<Signed>(static_cast<Unsigned>(index));
   return static_cast<Unsigned>(narrow ^ (narrow >> kTop & kMagnitude));
 }
-/// Does the same for values instead of bits; the payload of a NaN may be lost.
+/// Returns ordered_index_of() for the bits of a value; the payload of a NaN may be lost.
 template <class T>
 std::int64_t ordered_index(T value) {
   using Bits = std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint64_t>;
@@ -209,20 +209,20 @@ enum class DomainKind : std::uint8_t {
   decimal = 3,    ///< the numbers index / 10^exponent, or index * 10^-exponent
   digits = 4,     ///< numbers with `exponent` significant decimal digits
   integers = 5,   ///< integers, for arrays of integer type
-  quantized = 6,  ///< minimum + d * step, both from the schema
+  quantized = 6,  ///< the values minimum + index * step; minimum and step are in the schema
 };
 inline constexpr std::uint32_t kDomainKinds = 7;
 
 struct ValueDomain {
   DomainKind kind = DomainKind::floats;
   std::int32_t exponent = 0;
-  bool negative_zero = false;  ///< whether a zero may be -0.0 (binary, decimal, digits)
+  bool negative_zero = false;  ///< true if zeros may be -0.0 (in the kinds binary, decimal, digits)
 
-  /// Whether there are values outside of the domain; these are stored in full
+  /// True if there may be values outside of the domain; such values are stored in full
   bool escapes = false;
   // Flags for the use of earlier values of the component
-  bool recalls = false;   ///< whether some values are coded relative to earlier values
-  bool partners = false;  ///< in groups with a reference: whether elements may have partners
+  bool recalls = false;   ///< true if some values are coded relative to earlier values
+  bool partners = false;  ///< true if elements may have partners; only in groups with a reference
   bool operator==(const ValueDomain&) const = default;
 
   bool is_linear() const {
@@ -249,8 +249,8 @@ class ValueTranslator {
   /// Returns the bits of the value with this index.
   std::uint64_t bits(std::int64_t index) const;
 
-  /// Convert states between domains by way of the value. They accept any number and return the same
-  /// result on all machines.
+  /// The next two functions convert states between domains by way of the value. They accept any
+  /// number and return the same result on all machines.
   double as_value(double state) const;    ///< converts a state of this domain to a value
   double from_value(double value) const;  ///< converts a value to a state of this domain
 
@@ -262,7 +262,7 @@ class ValueTranslator {
   double minimum_ = 0, step_ = 1, max_error_ = 0;
 };
 
-/// Returns the value with these bits as a double, as as_value() would.
+/// Returns the value with these bits as a double, like ValueTranslator::as_value().
 double scalar_as_double(ScalarType type, std::uint64_t bits);
 
 /// Returns the bits of -0.0.

@@ -9,8 +9,8 @@ namespace {
 
 constexpr std::size_t kSamples = 256;
 
-/// Orders along up to three lags that are tried together. Each combination leads to at most eleven
-/// taps, for speed.
+/// Combinations of orders along up to three lags, which the encoder tries. Each combination leads
+/// to at most eleven taps (weighted earlier values), which keeps prediction fast.
 constexpr std::array<std::array<std::uint32_t, 3>, 22> kOrders = {{
     {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {2, 0, 0}, {0, 2, 0}, {0, 0, 2}, {3, 0, 0}, {0, 3, 0},
     {0, 0, 3}, {1, 1, 0}, {1, 0, 1}, {0, 1, 1}, {2, 1, 0}, {2, 0, 1}, {1, 0, 2}, {2, 2, 0},
@@ -28,7 +28,8 @@ std::vector<Factor> factors_of(const std::array<std::uint32_t, 3>& orders,
   return factors;
 }
 
-/// A prediction to try. `places`: for each tap, the index of its distance in powers_.
+/// A prediction that the encoder tries. `places`: for each tap, the index of its distance in
+/// powers_.
 struct Candidate {
   std::vector<Factor> factors;
   std::vector<Tap> taps;
@@ -104,11 +105,12 @@ class Trial {
 
   GroupIndices group_;
   const KnownNumbers* known_;
-  // For each place: index of the element in the group plus 1; 0: none
+  // For each place: index of the element in the group plus 1; 0 if the place has no element
   std::vector<std::uint32_t> placed_;
   std::vector<Candidate> candidates_;
-  std::vector<std::uint64_t> powers_;      // distances of all taps of all candidates
-  std::vector<std::uint64_t> remembered_;  // values at these distances from the current element
+  std::vector<std::uint64_t> powers_;  // distances of all taps of all candidates
+  // Values of the elements at these distances before the current element
+  std::vector<std::uint64_t> remembered_;
 };
 
 }  // namespace

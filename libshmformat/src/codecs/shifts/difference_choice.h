@@ -1,5 +1,5 @@
-// Difference choice: chooses the factors that predict the values of a group best. Used by the
-// encoder only.
+// Difference choice: chooses the factors that predict the values of a group best. Only the encoder
+// uses it.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@ namespace shm {
 
 /// The values of a group, and the state before the group.
 struct GroupIndices {
-  std::span<const std::uint64_t> numbers;  ///< number of each element
+  std::span<const std::uint64_t> numbers;  ///< vertex or cell number of each element
 
   /// Indices as unsigned words, by component and element
   std::span<const std::vector<std::uint64_t>> values;
@@ -24,8 +24,8 @@ struct GroupIndices {
   }
 };
 
-/// Returns factors along these lags. Returns no factors if no combination improves the prediction.
-/// `known`: numbers known before the group.
+/// Returns factors along lags from `lags`. Returns no factors if no combination improves the
+/// prediction. `known`: numbers known before the group.
 std::vector<Factor> choose_factors(ScalarType type, DomainKind kind, const GroupIndices& group,
                                    const KnownNumbers& known, std::span<const std::uint32_t> lags);
 

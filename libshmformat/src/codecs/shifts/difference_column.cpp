@@ -51,13 +51,13 @@ void DifferenceColumn::for_each_value(std::span<const std::uint64_t> numbers, Co
   });
 }
 
-/// Template argument kComponents: the number of components if it is known at compile time,
-/// otherwise 0.
+/// Predicts all elements and calls `code`, like for_each_value(). kComponents: the number of
+/// components if it is known at compile time, otherwise 0.
 template <std::size_t kComponents, class Differences, class Code>
 void DifferenceColumn::walk(const Differences& differences, std::span<const std::uint64_t> numbers,
                             Code& code) {
   using Sum = typename Differences::Sum;
-  // words per number in the ring
+  // number of words per element number in the ring
   constexpr std::size_t kLanes = kComponents == 3 ? 4 : kComponents;
   const std::size_t count = kComponents > 0 ? kComponents : components_.size();
   const std::size_t lanes = kComponents > 0 ? kLanes : count;
@@ -74,8 +74,8 @@ void DifferenceColumn::walk(const Differences& differences, std::span<const std:
   for (const Tap& tap : taps_) taps.push_back({tap.back, Differences::weight(tap.count)});
   for (std::size_t e = 0; e < numbers.size(); ++e) {
     const std::uint64_t number = numbers[e];
-    // Only the farthest tap is checked. If the number of another tap is unknown, the current
-    // contents of its place are used.
+    // Check only the farthest tap. If the number of another tap is unknown, the current contents of
+    // its place are used.
     if (!taps.empty() && known_.has(number - taps[0].back)) {
       for (std::size_t c = 0; c < lanes; ++c) sums[c] = Sum{};
       for (const Weighed& tap : taps) {
@@ -133,7 +133,7 @@ std::vector<std::byte> DifferenceColumn::encode_differences(std::span<const std:
                                                             std::span<const std::uint32_t> lags,
                                                             DifferenceScratch& scratch,
                                                             ZstdCompressor& zstd) {
-  // The words contain the bits of the values first, later their indices, and finally the residuals.
+  // The words first contain the bits of the values, later their indices, and finally the residuals.
   const std::span words = std::span(scratch.words).first(components_.size());
   const std::vector<ValueDomain> domains = choose_domains(words);
   if (info_->quantization.bits > 0) round_to_quantized(domains, words);

@@ -1,7 +1,7 @@
 // DifferenceColumn: codes an array whose element numbers run in rows and layers. A value is stored
-// as its residual against a prediction along these numbers. The bytes of all residuals are sorted
-// by significance and compressed by zstd. This is fast, since it needs neither neighbourhoods nor
-// models.
+// as its residual relative to a prediction from elements with smaller numbers. The bytes of all
+// residuals are sorted by significance and compressed by zstd. The method is fast, since it needs
+// neither neighbourhoods nor models.
 // spec: "Values as differences"
 #pragma once
 
@@ -20,7 +20,7 @@
 
 namespace shm {
 
-/// Buffers that columns share, one column after another.
+/// Buffers that are shared by columns, which are coded one after another.
 struct DifferenceScratch {
   std::vector<std::vector<std::uint64_t>> words;  // values, indices or residuals, by component
   std::vector<std::byte> planes;
@@ -35,8 +35,8 @@ class DifferenceColumn {
     Codec codec = Codec::differences;
     std::vector<std::byte> bytes;
   };
-  /// Encodes a group. `numbers`: numbers of its elements in coding order. `values`: the values of
-  /// all its elements. `stride`: distance in bytes between consecutive values. `lags`: distances
+  /// Encodes a group. `numbers`: numbers of the elements in coding order. `values`: the values of
+  /// all these elements. `stride`: distance in bytes between consecutive values. `lags`: distances
   /// along which values may be predictable, the most likely first.
   Encoded encode(std::span<const std::uint64_t> numbers, const std::byte* values,
                  std::size_t stride, std::span<const std::uint32_t> lags,
@@ -99,10 +99,10 @@ class DifferenceColumn {
   KnownNumbers known_;
   std::vector<std::uint64_t> ring_;  // states, by number and component
   std::vector<std::uint64_t> last_;  // states of the previous element, by component
-  bool remembers_ = false;           // whether ring_ and last_ contain values of earlier groups
+  bool remembers_ = false;           // true if ring_ and last_ contain values of earlier groups
   std::vector<Tap> taps_;
 
-  // Data of the group that is being decoded
+  // Data of the group that the column currently decodes
   Codec codec_ = Codec::differences;
   std::vector<std::byte> unpacked_;
   std::uint64_t count_ = 0, next_ = 0;

@@ -1,4 +1,5 @@
-// The value columns of a segment in shifts: one for the coordinates, one for each static array.
+// The value columns of a segment coded as shifts: one column for the coordinates, and one for each
+// static array.
 // spec: "Values as differences"
 #pragma once
 

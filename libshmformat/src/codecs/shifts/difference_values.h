@@ -54,8 +54,9 @@ inline void save(std::span<const std::uint64_t> bits, std::byte* to, std::size_t
   }
 }
 
-/// Calls work(index_of, bits_of) with the conversion functions of a domain. Unlike ValueTranslator,
-/// they have an index for every integer. All values must be in the domain.
+/// Calls work(index_of, bits_of) with the conversion functions of a domain. The functions convert
+/// between the bits of a value and its index. Unlike ValueTranslator::index(), index_of() returns
+/// an index for every integer value. All values must be in the domain.
 template <class Work>
 decltype(auto) with_translation(const ArrayInfo& info, std::size_t component,
                                 const ValueDomain& domain, Work&& work) {
@@ -76,14 +77,15 @@ decltype(auto) with_translation(const ArrayInfo& info, std::size_t component,
 }
 
 /// Returns true if all values of an array may be coded in this domain, without escapes. The values
-/// of a quantized array may also be coded as floats, in case some of them would be escapes.
+/// of a quantized array may also be coded as floats, in case the quantized domain would need
+/// escapes.
 inline bool may_be(const ArrayInfo& info, const ValueDomain& domain) {
   return domain.kind != DomainKind::digits &&
          (domain.fits(info) || (is_float(info.type) && domain == ValueDomain()));
 }
 
-/// Returns true if components with these domains use the same kind of prediction. This is required
-/// of all components of an array.
+/// Returns true if components with these domains use the same kind of prediction. All components of
+/// an array must do so.
 inline bool predicted_alike(DomainKind a, DomainKind b) {
   const auto is_float = [](DomainKind kind) {
     return kind == DomainKind::floats || kind == DomainKind::narrow;

@@ -19,19 +19,19 @@
 
 namespace shm {
 
-// Frozen: part of the format.
+// Largest number of factors, and largest order of a factor. Frozen: part of the format.
 inline constexpr std::uint32_t kMostFactors = 3, kMostOrder = 3;
-/// Largest number of places. An element is known until another element has the same number modulo
-/// the number of places.
+/// Largest number of places in the ring of known elements. An element is known until another
+/// element has the same number modulo the number of places.
 inline constexpr std::uint64_t kMostPlaces = std::uint64_t{1} << 17;
-/// Largest number of places per element of the first group. places_for() returns a power of two, so
-/// that clearing the places takes time in proportion to the data.
+/// Largest number of places per element of the first group. It limits the number of places, a power
+/// of two, so that clearing the places takes time in proportion to the data.
 inline constexpr std::uint64_t kPlacesForEach = 64;
 constexpr std::uint64_t places_for(std::uint64_t count) {
   return std::bit_floor(std::min(kMostPlaces, kPlacesForEach * std::max<std::uint64_t>(count, 1)));
 }
-/// Largest number of components of all columns in differences together. Each component needs up to
-/// 1 MB; three components of one column need 4 MB.
+/// Largest number of components of all columns that use differences, together. Each component needs
+/// up to 1 MB; three components of one column need 4 MB.
 inline constexpr std::uint32_t kMostDifferenceRings = 32;
 
 struct Factor {
@@ -43,9 +43,9 @@ struct Tap {
   std::uint64_t back = 0;
   std::int64_t count = 0;
 };
-/// Returns the terms of 1 - the product of all (1 - x^lag)^order, by descending power, without zero
-/// terms. The farthest element comes first, so that the sum waits for the previous element only at
-/// the end.
+/// Returns the taps for these factors: the terms of 1 - the product of all (1 - x^lag)^order, by
+/// descending power, without zero terms. The farthest element comes first, so that the sum needs
+/// the value of the previous element only at the end.
 std::vector<Tap> taps_of(std::span<const Factor> factors);
 
 class KnownNumbers {
@@ -68,11 +68,11 @@ class KnownNumbers {
   std::uint64_t mask_ = 0;
 };
 
-// These classes define how a prediction is computed from the states of one component, and how a
-// value is coded relative to it. A state is one word per value.
+// The following classes define how a prediction is computed from the states of one component, and
+// how a value is coded relative to the prediction. The state of a value is one word.
 
-/// Differences of integers, modulo 2^64 or within the integer type of the values. Used for domains
-/// whose values are evenly spaced.
+/// Differences of integers, modulo 2^64 or within the integer type of the values. This class is
+/// used for domains whose values are evenly spaced.
 struct WholeDifferences {
   int unused = 0;  // number of high bits that the type does not use
   bool has_sign = true;
@@ -109,8 +109,8 @@ struct WholeDifferences {
   }
 };
 
-/// Differences of floating-point numbers: predicted in float64, coded as indices among all numbers
-/// of type T.
+/// Differences of floating-point numbers. Values are predicted in float64, and coded as indices
+/// among all numbers of type T.
 template <class T>
 struct FloatDifferences {
   using Bits = std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint64_t>;

@@ -13,7 +13,7 @@ namespace shm {
 class ImportedNumbers {
  public:
   bool empty() const { return count_ == 0; }
-  /// Returns the stream number. Must hold: `import` is present.
+  /// Returns the stream number of an import number. Must hold: `import` is present.
   std::uint64_t operator[](std::uint64_t import) const { return numbers_[slots_.find(import)]; }
   /// Adds an entry. Must hold: `import` is absent.
   void add(std::uint64_t import, std::uint64_t number) {

@@ -1,6 +1,6 @@
-// LiveNumbers: the set of live vertex numbers, and whether each is imported. A word has one bit for
-// each of 64 numbers, and the words are in a hash table with open addressing. So consecutive
-// numbers share a cache line; an isolated number needs 64 to 128 bytes.
+// LiveNumbers: the set of live vertex numbers, with a flag for each imported vertex. A word has one
+// bit for each of 64 numbers, and the words are in a hash table with open addressing. So
+// consecutive numbers share a cache line; an isolated number needs 64 to 128 bytes.
 #pragma once
 
 #include <algorithm>
@@ -45,8 +45,8 @@ class LiveNumbers {
     return was;
   }
 
-  // A run of up to 64 consecutive numbers: bit i belongs to number first + i. A run must not exceed
-  // 2^64.
+  // The state of up to 64 consecutive numbers (a run): bit i belongs to number first + i. A run
+  // must not exceed 2^64.
 
   struct Run {
     std::uint64_t live = 0, imported = 0;
@@ -60,13 +60,13 @@ class LiveNumbers {
     }
     return {run.live & ones(length), run.imported & ones(length)};
   }
-  /// Adds a run of numbers. Must hold: no number of the run is live.
+  /// Adds a run of consecutive numbers. Must hold: no number of the run is live.
   void add_run(std::uint64_t first, std::uint32_t length) {
     const auto [word, place, rest] = split(first);
     add_bits(word, ones(std::min(length, rest)) << place);
     if (rest < length) add_bits(word + 1, ones(length - rest));
   }
-  /// Removes a run of numbers. Numbers that are not live are ignored.
+  /// Removes a run of consecutive numbers. Numbers that are not live are ignored.
   void remove_run(std::uint64_t first, std::uint32_t length) {
     const auto [word, place, rest] = split(first);
     remove_bits(word, ones(std::min(length, rest)) << place);
@@ -94,7 +94,7 @@ class LiveNumbers {
   std::size_t home(std::uint64_t number) const {
     return static_cast<std::size_t>(scatter_(number)) & mask_;
   }
-  /// Returns the place of a word; if the word is absent, the free place where it belongs.
+  /// Returns the place of a word. If the word is absent, returns the free place where it belongs.
   std::size_t place_of(std::uint64_t number) const {
     std::size_t i = home(number);
     while (words_[i].live != 0 && words_[i].number != number) i = (i + 1) & mask_;
@@ -106,7 +106,7 @@ class LiveNumbers {
     return count >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << count) - 1;
   }
   /// The index of the word for a number, the number's bit in the word, and the count of bits from
-  /// there on.
+  /// this bit to the end of the word.
   struct Split {
     std::uint64_t word;
     std::uint32_t place, rest;
@@ -136,7 +136,7 @@ class LiveNumbers {
     count_ -= static_cast<std::uint64_t>(std::popcount(bits));
     if (word.live == 0) close(place);
   }
-  /// Moves words back to where they belong after the place `hole` has become free.
+  /// Moves words closer to their home places after the place `hole` has become free.
   void close(std::size_t hole) {
     --used_;
     for (std::size_t i = (hole + 1) & mask_; words_[i].live != 0; i = (i + 1) & mask_) {

@@ -154,7 +154,7 @@ Result<void> ShiftGroupDecoder::decode_cells(DecodedBlock& decoded) {
 }
 
 /// Decodes up to `most` cells that have the same shift, and stores them as cells of the block from
-/// `cell` on. Returns their number; 0 if the data is damaged.
+/// index `cell` on. Returns the number of decoded cells; 0 if the data is damaged.
 std::size_t ShiftGroupDecoder::decode_alike(DecodedBlock& decoded, std::size_t cell,
                                             std::size_t most) {
   MeshBlock& block = decoded.mesh;
@@ -193,8 +193,8 @@ void ShiftGroupDecoder::name_imports(std::vector<std::uint64_t>& corners) {
   finalized_.clear();
 }
 
-/// Counts the vertices that each cell of a run introduces and finalizes. The vertex numbers of the
-/// run must increase by one from cell to cell. Returns false if they do not, if a vertex is used in
+/// Counts the vertices that each cell of a run introduces and finalizes. Returns false if the
+/// vertex numbers of the run do not increase by one from cell to cell, if a vertex is used in
 /// another irregular way, or if the run is invalid.
 bool ShiftGroupDecoder::count_run(const CellMarks& marks, std::span<const std::uint64_t> numbers,
                                   std::size_t count, std::uint64_t& introduced,
@@ -208,7 +208,7 @@ bool ShiftGroupDecoder::count_run(const CellMarks& marks, std::span<const std::u
   for (std::size_t i = 0; i < nodes; ++i) {
     if (numbers[nodes + i] != first[i] + 1 || first[i] > ~std::uint64_t{0} - 64) return false;
     LiveNumbers::Run run = live_.run(first[i], length);
-    // True: an earlier node of the cell has the same vertex and is also marked as last use
+    // True if an earlier node of the cell has the same vertex and is also marked as last use
     bool again = false;
     for (std::size_t j = 0; j < nodes; ++j) {
       // Number of cells after which node i has the number that node j has in the first cell
@@ -234,10 +234,10 @@ bool ShiftGroupDecoder::count_run(const CellMarks& marks, std::span<const std::u
   return true;
 }
 
-/// Does the same as introduce_and_finalize() for `count` cells (2 to 64) that import no vertices
-/// and whose vertex numbers increase by one from cell to cell. It processes runs of numbers instead
-/// of single numbers. Returns false, without any change, if that is not possible or the cells are
-/// invalid.
+/// Has the same effect as calling introduce_and_finalize() for `count` cells (2 to 64). The cells
+/// must import no vertices, and their vertex numbers must increase by one from cell to cell. The
+/// function processes runs of numbers instead of single numbers. Returns false, without any change,
+/// if that is not possible or the cells are invalid.
 bool ShiftGroupDecoder::take_run(const CellMarks& marks, std::span<const std::uint64_t> numbers,
                                  std::size_t count, DecodedBlock& decoded) {
   std::uint64_t introduced, finalized;  // number of vertices of each cell
@@ -261,8 +261,8 @@ bool ShiftGroupDecoder::take_run(const CellMarks& marks, std::span<const std::ui
 }
 
 /// Introduces the new vertices of a cell, checks that its other vertices are live, and removes the
-/// vertices that the cell uses last. Returns false if a vertex is not live, or if the header states
-/// fewer vertices.
+/// vertices that the cell uses last. Returns false if a vertex is not live, or if the group has
+/// more vertices than its header states.
 bool ShiftGroupDecoder::introduce_and_finalize(const CellMarks& marks,
                                                std::span<const std::uint64_t> numbers,
                                                DecodedBlock& decoded) {

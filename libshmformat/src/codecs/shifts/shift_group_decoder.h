@@ -70,19 +70,20 @@ class ShiftGroupDecoder final : public GroupDecoder {
   std::size_t most_cell_bytes_ = 0;
   LiveNumbers live_;
   std::array<std::size_t, kMostShiftNodes>
-      hints_{};  // by node: the last place of its number in live_
+      hints_{};  // for each node: the last place of its number in the table of live_
 
-  // Used if vertices are numbered in coding order
+  // The following members are used if vertices are numbered in coding order.
   std::uint64_t next_own_, next_import_ = kFirstImport;
   ImportedNumbers imports_;
-  std::vector<std::uint64_t> finalized_;  // imports that cells of the current block may still use
+  // Numbers of finalized imported vertices that cells of the current block may still use
+  std::vector<std::uint64_t> finalized_;
   NumberColumn<RangeDecoder> import_numbers_;
   RangeDecoder import_coder_{std::span<const std::byte>()};
 
   // Data of the current block
   std::vector<std::uint64_t>
       new_numbers_;  // numbers of new vertices, including imported and unused vertices
-  std::vector<std::uint64_t> cells_;  // numbers of those cells that an array covers
+  std::vector<std::uint64_t> cells_;  // numbers of the cells that an array covers
   std::vector<Neighbourhood> vertex_items_, cell_items_;
 };
 

@@ -22,7 +22,7 @@ bool needs_ring(const Schema& schema) {
 
 void ShiftNeighbours::Ring::clear(std::size_t places) {
   number.resize(places);
-  // a number that belongs to another place marks an empty place
+  // A number that belongs to another place marks an empty place.
   for (std::size_t i = 0; i < places; ++i) number[i] = i ^ 1;
   full.assign(places, 0);
 }

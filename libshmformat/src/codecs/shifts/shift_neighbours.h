@@ -1,7 +1,7 @@
 // ShiftNeighbours: finds neighbourhoods in segments whose cells are coded as shifts. The near
 // neighbours of a new vertex are in the same cell. Neighbours farther away, and the cells around a
-// cell, are found by vertex numbers, which are assumed to continue as within the cell. This needs
-// neither a surface nor a search, and takes almost no time.
+// cell, are found by vertex numbers, which are assumed to continue as within the cell. Finding
+// neighbours needs neither a surface nor a search, and takes almost no time.
 // spec: "Neighbourhoods by number"
 #pragma once
 
@@ -43,8 +43,8 @@ class ShiftNeighbours {
   bool begin_group(std::uint32_t bits, std::uint64_t elements);
   /// Returns the size of the current rings in bits; 0 if there are no rings yet.
   std::uint32_t ring_bits() const { return ring_bits_; }
-  /// Returns a number above every slot that can occur in a neighbourhood. A column may have no
-  /// elements in some of these slots.
+  /// Returns an upper bound (exclusive) of all slots that can occur in a neighbourhood. A column
+  /// may have no elements in some of these slots.
   std::uint32_t slots() const { return ring_bits_ == 0 ? 0 : 1u << ring_bits_; }
 
   /// Adds the next cells, which all have the same shift. Appends the neighbourhoods of their new
@@ -55,7 +55,7 @@ class ShiftNeighbours {
   void add_unused(std::uint64_t number, std::vector<Neighbourhood>& vertices);
 
  private:
-  /// The remembered elements, by number modulo the number of places.
+  /// The remembered elements, stored by number modulo the number of places.
   struct Ring {
     std::vector<std::uint64_t> number;
     /// For each place: 1 if all neighbours in the element's own lattice were known.

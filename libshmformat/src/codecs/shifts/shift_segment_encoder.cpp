@@ -14,11 +14,11 @@ namespace {
 
 using container::StreamKind;
 
-// Lags are collected from one cell in kNoteEvery. At most kMostLags different lags are stored.
+// Lags are collected from every kNoteEvery-th cell. At most kMostLags different lags are stored.
 constexpr std::uint32_t kNoteEvery = 16;
 constexpr std::size_t kMostLags = 64;
 constexpr std::size_t kLagsTried = 3;
-// Largest size, in bits, of a ring that is enlarged to cover several layers.
+// Largest size, in bits, to which the encoder enlarges a ring so that it covers several layers.
 constexpr std::uint32_t kFarRingBits = 15;
 
 template <class Lags>
@@ -107,7 +107,7 @@ bool ShiftSegmentEncoder::encode_cell(const SegmentPiece& piece, const SegmentPi
   note_active(active_);
   for (std::uint64_t left = cell.last_use; left != 0; left &= left - 1) {
     const auto i = static_cast<std::size_t>(std::countr_zero(left));
-    // True: an earlier corner has the same vertex and is also marked as last use
+    // True if an earlier corner has the same vertex and is also marked as last use
     bool again = false;
     for (std::size_t j = 0; j < i; ++j)
       again = again || (nodes[j] == nodes[i] && (cell.last_use >> j & 1) != 0);
@@ -116,7 +116,7 @@ bool ShiftSegmentEncoder::encode_cell(const SegmentPiece& piece, const SegmentPi
   return true;
 }
 
-/// Returns the number by which the shifts introduce a vertex.
+/// Returns the number under which the shifts introduce a vertex.
 std::uint64_t ShiftSegmentEncoder::number_of(const SegmentPiece::Vertex& vertex) const {
   if (!numbered_by_order_) return vertex.number;
   return vertex.imported ? next_import_ : next_own_;
@@ -145,8 +145,8 @@ void ShiftSegmentEncoder::note_lags() {
   }
 }
 
-/// Returns lags of cells in rows and layers: distances between consecutive cells that have the same
-/// rare shift.
+/// Returns the lags of cells in rows and layers. These lags are distances between consecutive cells
+/// that have the same rare shift.
 std::vector<std::uint32_t> ShiftSegmentEncoder::cell_lags() const {
   std::array<std::size_t, 256> last{};  // by symbol: last position of the symbol, plus 1
   std::vector<Lag> lags;
@@ -191,7 +191,7 @@ void ShiftSegmentEncoder::find_neighbours(std::span<const std::byte> shifts) {
   for (std::size_t left = group.cells; left > 0;) {
     const auto [marks, count] =
         decoder_.next_cells(numbers.data(), std::min(left, kShiftedCellsAtOnce));
-    // Happens only if memory ran out, which then also affects the bitstream
+    // The marks are null only if memory ran out, which then also affects the bitstream.
     if (marks == nullptr) return;
     const std::size_t nodes = count * decoder_.nodes(marks->block);
     neighbours_.add_cells(*marks, std::span(numbers).first(nodes), count, vertices_.items,

@@ -1,6 +1,6 @@
 // ShiftSegmentEncoder: encodes the cells of a segment as shifts, and values as differences along
-// element numbers. It uses no active surface and finds neighbours by number, so it is fast. It
-// suits meshes whose numbers run in rows and layers.
+// element numbers. The encoder uses no active surface and finds neighbours by number, so it is
+// fast. It suits meshes whose numbers run in rows and layers.
 // spec: "Shifts", "Values as differences"
 #pragma once
 
@@ -51,10 +51,11 @@ class ShiftSegmentEncoder final : public SegmentEncoder {
   std::vector<DifferenceColumn> columns_;
   std::vector<std::unique_ptr<ColumnPlanner>> predicted_;  // predicted columns; empty at level fast
 
-  // Decodes cells from the new bitstream, which needs less memory and time than storing the cells.
+  // Decoder of the new bitstream. Decoding the cells again needs less memory and time than storing
+  // them.
   ShiftDecoder decoder_;
   ShiftNeighbours neighbours_;
-  // True: groups have neighbourhoods, either for their values or for step values
+  // True if groups have neighbourhoods, either for their values or for step values
   bool has_rings_ = false;
   DifferenceScratch scratch_;
   ZstdCompressor packing_;

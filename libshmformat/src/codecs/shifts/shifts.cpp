@@ -48,8 +48,8 @@ std::size_t ShiftTable::add(const Shift& shift) {
 ShiftEncoder::ShiftEncoder(const Schema& schema, bool may_import)
     : table_(schema), may_import_(may_import) {}
 
-/// Returns the place of a shift; if the table does not contain the shift, returns the size of the
-/// table.
+/// Returns the place of a shift in the table. If the table does not contain the shift, returns the
+/// size of the table.
 std::size_t ShiftEncoder::find(const Shift& shift, std::uint32_t nodes) const {
   const std::uint64_t key = key_of(shift, nodes);
   for (std::size_t place = 0; place < keys_.size(); ++place) {
@@ -64,7 +64,8 @@ std::size_t ShiftEncoder::find(const Shift& shift, std::uint32_t nodes) const {
 void ShiftEncoder::add_cell(const CellMarks& marks, std::span<const std::uint64_t> numbers) {
   const auto nodes = static_cast<std::uint32_t>(numbers.size());
   std::uint64_t* const last = table_.last(marks.block).data();
-  // Guess: the shift that came after the previous shift last time. This is almost always right.
+  // Guess that the current shift is the one that came after the previous shift last time. This
+  // guess is almost always right.
   const std::size_t guess = table_.size() == 0 ? 0 : followed_[last_place_];
   const Shift& guessed = table_.size() == 0 ? shift_ : table_.at(guess);
   std::uint64_t differs = 0;

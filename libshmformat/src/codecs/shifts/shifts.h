@@ -1,10 +1,12 @@
 // Shifts: codes cells as differences. A shift is the difference between a cell and the previous
-// cell of its block: the amounts to add to the vertex numbers, and which vertices are new,
-// imported, or used for the last time. Shifts repeat if numbers run in rows and layers. A cell is
-// then coded as one byte, the place of its shift in a table. zstd compresses these bytes.
+// cell of its block. It contains the amounts to add to the vertex numbers, and states which
+// vertices are new, imported, or used for the last time. Shifts repeat if numbers run in rows and
+// layers. A cell is then coded as one byte, the place of its shift in a table. zstd compresses
+// these bytes.
 //
-// in:    cells, with numbers                     out: a bitstream for each group
-// keeps: the last cell of each block, a table of shifts; updated alike in both directions
+// The encoder accepts cells with their vertex numbers, and returns a bitstream for each group.
+// Encoder and decoder keep the last cell of each block and a table of shifts, and update them in
+// the same way.
 // spec: "Shifts"
 #pragma once
 
@@ -24,7 +26,7 @@ namespace shm {
 /// Largest number of cells that are decoded together.
 inline constexpr std::size_t kShiftedCellsAtOnce = 64;
 
-/// A cell without its vertex numbers. Sets of node positions are bit masks.
+/// A cell without its vertex numbers. The bit masks are sets of node positions.
 struct CellMarks {
   std::uint32_t block = 0;
   std::uint64_t introduced = 0;  ///< vertices that are new in the segment
@@ -43,7 +45,7 @@ inline constexpr std::uint32_t kMostShiftStepComponents = 32;
 
 struct Shift {
   CellMarks marks;
-  /// amounts to add to the vertex numbers, modulo 2^64
+  /// Amounts to add to the vertex numbers, modulo 2^64
   std::array<std::uint64_t, kMostShiftNodes> by{};
 };
 
@@ -52,12 +54,13 @@ struct Shift {
 /// components.
 bool takes_shifts(const Schema& schema);
 
-/// First import number, used unless the order is `keep`. Shifts then use stream numbers. An encoder
-/// does not know the stream numbers of vertices that earlier segments own, so it numbers these
-/// vertices from here on.
+/// First import number (a temporary number of an imported vertex). Import numbers are used unless
+/// the order is `keep`, because shifts then use stream numbers. An encoder does not know the stream
+/// numbers of vertices that earlier segments own, so it numbers these vertices upwards from this
+/// value.
 inline constexpr std::uint64_t kFirstImport = std::uint64_t{1} << 63;
 
-/// The table of shifts, used in both directions. Must hold: takes_shifts(schema).
+/// The table of shifts, used by the encoder and the decoder. Must hold: takes_shifts(schema).
 class ShiftTable {
  public:
   // A symbol below kPlaces is the place of a shift in the table. kNew announces a new shift.
@@ -76,7 +79,8 @@ class ShiftTable {
   }
   const Shift& at(std::size_t place) const { return shifts_[place]; }
   std::size_t size() const { return shifts_.size(); }
-  /// Replaces the oldest shift by `shift`, and returns its place.
+  /// Adds `shift`, which replaces the oldest shift if the table is full. Returns the place of
+  /// `shift`.
   std::size_t add(const Shift& shift);
   std::size_t blocks() const { return nodes_.size(); }
 
@@ -108,8 +112,9 @@ class ShiftEncoder {
 
   ShiftTable table_;
   bool may_import_;
-  std::vector<std::uint64_t> keys_;     // hash of each shift, by place in the table
-  std::vector<std::uint8_t> followed_;  // by place: the shift that came after it last time
+  std::vector<std::uint64_t> keys_;  // hash of each shift, by place in the table
+  // For each place in the table: the place of the shift that came after it last time
+  std::vector<std::uint8_t> followed_;
   std::size_t last_place_ = 0;
   Shift shift_;
   ByteWriter bytes_;  // new shifts, followed by unused vertices
@@ -126,8 +131,9 @@ class ShiftDecoder {
   bool begin_group(std::span<const std::byte> bytes, std::uint32_t cells, std::uint64_t limit,
                    ZstdDecompressor& zstd);
   /// Decodes the next cells of the group that have the same shift: at least one cell, at most
-  /// `most` cells, where `most` must be above 0. Stores their vertex numbers in `numbers`, which
-  /// must have space for `most` cells of any block. Returns null marks if the data is damaged.
+  /// `most` cells. Must hold: `most` is above 0. Stores the vertex numbers of the cells in
+  /// `numbers`, which must have space for `most` cells of any block. Returns null marks if the data
+  /// is damaged.
   struct Cells {
     const CellMarks* marks;
     std::size_t count;
@@ -137,7 +143,7 @@ class ShiftDecoder {
   std::size_t most_nodes() const { return table_.most_nodes(); }
   /// Returns the number of the next unused vertex; nothing if the data is damaged.
   std::optional<std::uint64_t> next_unused();
-  /// Returns true if exactly the data of the group has been used.
+  /// Returns true if all data of the group, and no more, has been read.
   bool at_end() const {
     return bytes_.ok() && bytes_.left() == 0 && next_symbol_ == symbols_.size();
   }

@@ -107,7 +107,7 @@ class ValueStreams {
   bool finds() const { return of_vertices_ || of_cells_; }
 
   const Schema* schema_;
-  bool of_vertices_, of_cells_;  // whether neighbourhoods of vertices or cells are needed
+  bool of_vertices_, of_cells_;  // true if neighbourhoods of vertices or of cells are needed
   NeighbourFinder finder_;
   Reach least_vertex_reach_ = Reach::lattice, least_cell_reach_ = Reach::lattice;
   Reach vertex_reach_ = Reach::farther, cell_reach_ = Reach::farther;
@@ -184,9 +184,9 @@ class MeshStreams {
       number = vertex_numbers_.code_unused(streams_[kVertexNumbers], slot, number);
   }
 
-  // In all segments except the first, these functions code data that precede the values of each new
-  // vertex of a cell: a flag that an earlier segment owns the vertex and, if vertices are numbered
-  // in coding order, its stream number.
+  // The following functions code data that precede the values of each new vertex of a cell, in all
+  // segments except the first: a flag that an earlier segment owns the vertex and, if vertices are
+  // numbered in coding order, its stream number.
   void begin_new_vertices(const CellTopology& cell) { imports_.begin_cell(cell); }
   bool code_import(const CellTopology& cell, std::uint32_t position, bool imported) {
     return imports_.code(streams_[imports_stream_], cell, position, imported);
@@ -224,7 +224,7 @@ class MeshStreams {
   /// column in values().
   bool holds_values(std::size_t s) const { return s >= kGeometry && s < imports_stream_; }
   std::size_t column_of(std::size_t s) const { return s - kGeometry; }
-  /// Range coders by stream; those of value streams are unused.
+  /// Returns the range coders by stream; the range coders of value streams are unused.
   std::vector<Coder>& coders() { return streams_; }
 
  private:

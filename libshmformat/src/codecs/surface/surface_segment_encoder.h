@@ -1,5 +1,6 @@
-// SurfaceSegmentEncoder: encodes the cells of a segment over an active surface, and values with
-// neighbourhoods. It is the counterpart of surface_group_decoder.h.
+// SurfaceSegmentEncoder: encodes the cells of a segment over an active surface (live vertices and
+// open faces), and predicts values from neighbourhoods. It is the counterpart of
+// surface_group_decoder.h.
 // spec: "Connectivity stream", "Value columns"
 #pragma once
 

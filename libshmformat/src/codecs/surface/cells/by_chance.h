@@ -1,4 +1,4 @@
-// Sorting the candidates of a coder, the most likely candidate first.
+// A function that sorts the candidates of a coder, the most likely candidate first.
 #pragma once
 
 #include <cstddef>

@@ -9,7 +9,7 @@
 namespace shm {
 namespace {
 
-/// How a corner was coded, for contexts.
+/// How a corner was coded; used as context for later decisions.
 enum Outcome : std::uint32_t { kIntroduced = 1, kRepeats = 2, kMissed = 3, kTaken = 4 };
 
 constexpr std::uint32_t least(std::uint32_t a, std::uint32_t b) { return a < b ? a : b; }
@@ -177,8 +177,8 @@ void CellCorners<Coder>::gather(const CellTopology& cell, Corner& corner) {
   rank(corner);
 }
 
-/// Gathers the candidates that are known without examining faces. The first of the candidates with
-/// the best reasons becomes the lead.
+/// Gathers the candidates that are known without examining faces. The lead is the first of the
+/// candidates with the best reasons.
 template <class Coder>
 void CellCorners<Coder>::gather_likely(const CellTopology& cell, Corner& corner) {
   const std::uint32_t i = corner.position;
@@ -205,7 +205,7 @@ void CellCorners<Coder>::gather_likely(const CellTopology& cell, Corner& corner)
       c->place = static_cast<std::uint8_t>(k);
 }
 
-/// Gathers the nodes of open faces of the last cell.
+/// Gathers as candidates the nodes of open faces of the last cell.
 template <class Coder>
 void CellCorners<Coder>::gather_beside(const CellTopology& cell, std::uint32_t position) {
   for (std::uint32_t k = 0; k < last_size_; ++k)
@@ -214,8 +214,8 @@ void CellCorners<Coder>::gather_beside(const CellTopology& cell, std::uint32_t p
     });
 }
 
-/// Gathers nodes that would close open faces whose other nodes are known, and nodes that edges of
-/// open faces connect to known nodes.
+/// Gathers as candidates the nodes that would close open faces whose other nodes are known, and the
+/// nodes that edges of open faces connect to known nodes.
 template <class Coder>
 void CellCorners<Coder>::gather_faces(const CellTopology& cell, std::uint32_t position) {
   std::uint32_t beside = 0;  // positions at the other ends of edges, if their vertices are known
@@ -239,8 +239,9 @@ void CellCorners<Coder>::gather_faces(const CellTopology& cell, std::uint32_t po
   }
 }
 
-/// Gathers nodes of open faces that have as many nodes as `ours` and have its known nodes in the
-/// same places, in either direction of rotation.
+/// Gathers as candidates the nodes of certain open faces. Such a face has the same number of nodes
+/// as the face `ours`, and contains the known nodes of `ours` in the same places, in either
+/// direction of rotation.
 template <class Coder>
 void CellCorners<Coder>::gather_shared(const CellTopology& cell, const ShapeFace& ours,
                                        std::uint32_t place, std::uint32_t known) {
@@ -251,7 +252,8 @@ void CellCorners<Coder>::gather_shared(const CellTopology& cell, const ShapeFace
     if (face.size != n) return;
     if (std::find(owners_.begin(), owners_.end(), faces_.number_of(face)) != owners_.end()) return;
     for (std::uint32_t direction :
-         // 1: opposite to the direction of this cell's side, which is usual for a neighbour's face
+         // 1: opposite to the direction of this cell's side, which is usual for a neighbour's face;
+         // 2: the same direction
          {1u, 2u}) {
       const auto node = [&](std::uint32_t k) {
         const std::uint32_t steps = (k + n - anchor) % n;
@@ -321,9 +323,9 @@ void CellCorners<Coder>::take_note(const CellTopology& cell, CellShape shape, bo
   if (!cell.hexahedral) make_guesses(past_[cell.block], nodes);
 }
 
-/// Guesses the neighbours of the next cell of the block. For each neighbour of the current cell,
-/// there are two guesses: the cell after that neighbour, and the cell as many cells after it as it
-/// is after the corresponding neighbour of the previous cell.
+/// Guesses the neighbours of the next cell of the block. For each neighbour n of the current cell,
+/// there are two guesses: the cells n + 1 and n + (n - m), where m is the corresponding neighbour
+/// of the previous cell.
 template <class Coder>
 void CellCorners<Coder>::make_guesses(Past& past, std::span<const std::uint32_t> corners) {
   const auto before = past.behind;

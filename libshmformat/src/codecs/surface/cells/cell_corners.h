@@ -1,10 +1,12 @@
-// CellCorners: codes the corners of cells other than hexahedra, node by node in stored order. Each
-// corner is a new vertex or one of several candidates: the vertex that continues the numbers of the
-// last cell of the block; nodes of the cells that come after the neighbours of that cell; nodes of
-// open faces that share vertices with the current cell; and nodes of the last cell. Candidates are
-// tried in the order of how often similar candidates were right.
-// in:    the corners of a cell          out: decisions for "connectivity"
-// keeps: open faces of cells of all shapes, last cells, models; the same in encoder and decoder
+// CellCorners: codes the corners of cells other than hexahedra as decisions of the bitstream
+// "connectivity", node by node in stored order. Each corner is a new vertex or one of several
+// candidates:
+// - the vertex that continues the numbers of the last cell of the block,
+// - nodes of the cells that come after the neighbours of that cell,
+// - nodes of open faces that share vertices with the current cell,
+// - nodes of the last cell.
+// Candidates are tried in the order of how often similar candidates were right. Encoder and decoder
+// keep the same state: the open faces of cells of all shapes, the last cells, and the models.
 // spec: "Corners of other cells"
 #pragma once
 
@@ -55,15 +57,16 @@ class CellCorners {
   static constexpr std::uint32_t kSure = 64512;
   enum Question : std::uint32_t { kNew, kAmong, kWhich, kLast, kQuestions };
 
-  /// A vertex that the node at a position may be, and the reasons for this guess.
+  /// A candidate for the node at a position: a vertex, and the reasons for this guess.
   struct Candidate {
     std::uint32_t slot = kNone;
     std::uint8_t guesses = 0;  ///< number of guesses with this vertex at this position, at most 2
     bool shift = false;        ///< true: the vertex continues the numbers of the block's last cell
 
-    /// Number of known nodes of the open faces that the vertex would close
+    /// Number of known nodes in the open faces that the vertex would close
     std::uint8_t shared = 0;
-    /// 1 if such a face runs against the side of this cell, plus 2 if such a face runs along it
+    /// Directions of the open faces that the vertex would close: 1 if such a face runs against the
+    /// side of this cell, plus 2 if such a face runs along the side
     std::uint8_t directions = 0;
     std::uint8_t beside = 0;     ///< number of edges of open faces that lead to the vertex
     std::uint8_t place = kMost;  ///< position of the vertex in the last cell; kMost: none
@@ -76,23 +79,24 @@ class CellCorners {
   /// expected at each position of the next cell.
   struct Guess {
     std::uint64_t number = 0;
-    /// Node index by position of the next cell; kMost: none
+    /// For each position of the next cell: index of the node of this neighbour; kMost if there is
+    /// none
     std::array<std::uint8_t, kMost> place{};
   };
   /// The last cell of a block.
   struct Past {
     std::vector<std::uint64_t> ids;
-    /// Id of its first node minus the id of the first node of the block's previous cell
+    /// Id of the cell's first node minus the id of the first node of the block's previous cell
     std::uint64_t step = 0;
     std::array<std::uint64_t, kMost> behind;
     std::vector<Guess> guesses;
     Past() { behind.fill(OpenFaces::kNever); }
   };
   struct ShapeModels {
-    /// Models by position, then by reasons: guesses (3 values), shift (2), shared (4), place (9),
-    /// beside (2).
+    /// Models of the decision kWhich, by position, then by reasons: guesses (3 values), shift (2),
+    /// shared (4), place (9), beside (2).
     std::array<std::vector<MixedBit>, kPositions> which;
-    // Models of these decisions, by position and number of gates
+    // Models of the decisions kNew and kAmong, by position and number of gates
     std::array<std::array<MixedBit, 3>, kPositions> is_new, among;
     // Models of last uses, by position and number of bare faces
     std::array<std::array<MixedBit, 8>, kPositions> last;
@@ -100,7 +104,7 @@ class CellCorners {
         lead;  // models of the lead, by position and reasons (guesses, shift)
     AdaptiveBit repeated;
     NumberModel repeat;
-    // Models of the first corner and of other corners
+    // Models of the difference from the expected id, for the first corner and for the other corners
     std::array<SignedModel<NumberModel>, 2> step;
     std::array<std::uint32_t, 6> before{};  // outcomes of the last cells, newest first
     std::uint32_t finals = 0;               // last uses in the last cell, as a bit set
@@ -139,7 +143,7 @@ class CellCorners {
   OpenFaces faces_;
   MixingCoder<Coder> mixing_{kQuestions};
   std::array<std::unique_ptr<ShapeModels>, kShapes> all_models_;
-  std::map<std::uint32_t, Past> past_;            // by block, for blocks that already have cells
+  std::map<std::uint32_t, Past> past_;            // last cell of each block that already has cells
   std::array<std::uint32_t, kMost> last_cell_{};  // slots of the last cell's corners
   std::uint32_t last_size_ = 0;
 
@@ -150,7 +154,8 @@ class CellCorners {
   std::uint32_t shape_ = 0;
   std::uint32_t gates_ = 0;  // number of sides found open, at most 3
   std::uint32_t outcomes_ = 0, two_cells_ = 0, six_cells_ = 0;
-  std::vector<std::uint64_t> owners_;  // sequence numbers of the cells across these sides
+  // Sequence numbers of the cells across sides of the current cell
+  std::vector<std::uint64_t> owners_;
 
   // Data of the current corner
   std::vector<Candidate> candidates_;

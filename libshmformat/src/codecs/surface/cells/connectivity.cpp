@@ -71,7 +71,7 @@ bool Connectivity<Coder>::code_cell(Coder& symbols, Coder& corner_order, CellTop
   if (!cell.hexahedral && corners > 0 &&
       !others_->code(symbols, cell, block.shape, [&](std::uint32_t i) { add_vertex(cell, i); }))
     return false;
-  // If the cell has only corners, nothing reads their ids.
+  // If the cell has only corners, no later cell reads the ids of its nodes.
   if (!cell.by_faces && cell.slots.size() > corners && !code_nodes(symbols, cell, corners))
     return false;
   // Coders that find vertices by number need no use counts and have already coded the last uses.
@@ -221,8 +221,8 @@ void Connectivity<Coder>::sort_numbers(const CellTopology& cell) {
   std::sort(positions_.begin(), positions_.end());
 }
 
-/// Encoding: sets the slot of the vertex that was new at `i` at the later positions with its number
-/// that are too far from `i` for repeats to be coded.
+/// Encoding: after a new vertex at `i`, stores its slot at later positions with the same vertex
+/// number. This is needed only at positions so far from `i` that repeats are not coded there.
 template <class Coder>
 void Connectivity<Coder>::fill_farther_repeats(CellTopology& cell, std::uint32_t i) {
   const std::pair<std::uint64_t, std::uint32_t> from{cell.numbers[i], i + kMaxLastUse};
@@ -244,8 +244,8 @@ void Connectivity<Coder>::add_vertex(CellTopology& cell, std::uint32_t position)
   cell.new_positions.push_back(position);
   const std::uint32_t slot = cell.slots[position] = surface_.add_vertex();
   if (finds_by_number_ && schema_->order != Order::keep) set_number(slot, surface_.vertex(slot).id);
-  // The models do not code repeats that are farther away. Those positions find the vertex by its
-  // number.
+  // The models code repeats only over a limited distance. Positions farther away find the vertex by
+  // its number.
   if constexpr (!Coder::kDecodes) fill_farther_repeats(cell, position);
 }
 

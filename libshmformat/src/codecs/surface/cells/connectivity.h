@@ -1,6 +1,6 @@
-// Connectivity: codes the vertices of each cell, and which of them the cell finalizes.
-// in:    cells in coding order                out: symbols for "connectivity" and "corner order"
-// keeps: the active surface, a coder for hexahedra, the models; the same in encoder and decoder
+// Connectivity: codes the vertices of each cell, and which of them the cell finalizes. It codes
+// cells in coding order as symbols of the bitstreams "connectivity" and "corner order". Encoder and
+// decoder keep the same state: the active surface, a coder for hexahedra, and the models.
 // spec: "Connectivity stream", "Corner order stream"
 #pragma once
 
@@ -61,7 +61,7 @@ class Connectivity {
   /// neighbours of the cell are valid.
   void finish_cell(const CellTopology& cell);
 
-  /// Returns true if the numbers of a hexahedron's corners are coded together with it.
+  /// Returns true if the numbers of a hexahedron's corners are coded together with the hexahedron.
   /// cell.original is then read when encoding and set when decoding.
   bool codes_numbers() const { return schema_->order == Order::keep && finds_by_number_; }
   /// Sets the number of a new vertex that is not a corner of a hexahedron. Must hold:
@@ -121,7 +121,7 @@ class Connectivity {
   // Contexts of the next decisions
   std::uint32_t last_block_ = 0;
   std::array<std::uint8_t, 8> last_finalized_{};
-  /// Vertex ids by position in the last cell, by block.
+  /// For each block: vertex ids of its last cell, by position.
   std::map<std::uint32_t, std::vector<std::uint64_t>> node_ids_;
   bool last_new_ = false;
 
@@ -132,8 +132,8 @@ class Connectivity {
   AdaptiveBit same_block_;
   NumberModel block_number_, node_count_;
   std::vector<std::unique_ptr<NodeModel>> nodes_;
-  /// Models by: whether the vertex is a corner of a hexahedron, number of active faces, number of
-  /// uses, last answer at this position.
+  /// Models of last uses, by: whether the vertex is a corner of a hexahedron, number of active
+  /// faces, number of uses, last answer at this position.
   std::array<std::array<std::array<std::array<AdaptiveBit, 2>, 9>, 6>, 2> last_use_;
 };
 

@@ -19,7 +19,7 @@ template <class Coder>
 class ImportFlags {
  public:
   /// Prepares the vertices of a cell: the import states of its new vertices become unknown. Call it
-  /// before them.
+  /// before code() for these vertices.
   void begin_cell(const CellTopology& cell);
   /// Codes whether the new vertex at `position` is imported. Call it for the new vertices of a cell
   /// in the order of new_positions.

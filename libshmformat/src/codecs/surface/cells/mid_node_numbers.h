@@ -32,15 +32,16 @@ class MidNodeNumbers {
   enum Rule : std::uint8_t {
     follows,       ///< the last coded number plus 1
     follows_kind,  ///< the last number of the same kind (edge, face or body) plus 1
-    transport,     ///< the node of a parallel edge, plus the difference between corners of the two
-                   ///< edges
-    parallel,      ///< the number of the node of a parallel edge, plus a step
-    square,        ///< extrapolated from the nodes of three parallel edges
-    from_first,    ///< the number of the first end, plus a step
-    from_other,    ///< the number of the other end, plus a step; for faces and bodies, of another
-                   ///< node
-    introduced,    ///< the number of the node introduced last at this position, plus a step
-    midpoint,      ///< halfway between the numbers of the ends
+    /// The number of the node of a parallel edge, plus the difference between the corner numbers of
+    /// the two edges
+    transport,
+    parallel,    ///< the number of the node of a parallel edge, plus a step
+    square,      ///< extrapolated from the nodes of three parallel edges
+    from_first,  ///< the number of the first end, plus a step
+    /// The number of the other end (for faces and bodies: of another node), plus a step
+    from_other,
+    introduced,  ///< the number of the node introduced last at this position, plus a step
+    midpoint,    ///< halfway between the numbers of the ends
     kRules
   };
   struct Place {
@@ -52,7 +53,7 @@ class MidNodeNumbers {
   void add(Rule rule, std::uint64_t base, std::uint64_t step);
 
   std::array<Place, kMostLayoutNodes> places_{};
-  std::array<std::uint64_t, MidNode::kKinds> last_{};  // last number, by kind
+  std::array<std::uint64_t, MidNode::kKinds> last_{};  // last coded number, by kind of node
 
   // Data of the current node
   std::uint32_t position_ = 0, kind_ = 0,

@@ -3,9 +3,10 @@
 // in the middle of a cell to that cell only. So each node is expected to be the vertex that an
 // earlier cell had in the same place, or a new vertex if there is none. One decision codes whether
 // the expectation is right.
-// in:    cells whose corners are known       out: symbols for "connectivity"
-// keeps: the vertices in the middle of live edges and faces, the models; the same in encoder and
-// decoder
+//
+// The coder needs cells whose corners are known, and codes symbols of the bitstream "connectivity".
+// Encoder and decoder keep the same state: the vertices in the middle of live edges and faces, and
+// the models.
 // spec: "Mid nodes"
 #pragma once
 
@@ -32,7 +33,7 @@ class MiddleTable {
     bool is_face = false;
   };
   Place edge(std::uint32_t a, std::uint32_t b) const;
-  /// Returns the diagonal of the face that contains the oldest vertex of the face.
+  /// Returns one of the two diagonals of the face: the diagonal with the oldest vertex of the face.
   Place face(const std::array<std::uint32_t, 4>& corners) const;
 
   /// Returns the live vertex at `place`; kNone if there is none.
@@ -44,8 +45,8 @@ class MiddleTable {
     if (slot < entries_.size() && entries_[slot].is_set) erase(slot);
   }
 
-  /// Returns the XOR of the signatures of the cell sides around an edge, by the vertex in the
-  /// middle of the edge. A side that occurs twice cancels out.
+  /// Returns the XOR of the signatures of the cell sides around an edge. A side that occurs twice
+  /// cancels out. `slot`: the vertex in the middle of the edge.
   std::uint64_t& open(std::uint32_t slot) { return entries_[slot].open; }
 
  private:
@@ -76,9 +77,9 @@ class MidNodes {
   /// Prepares the mid nodes of a cell. Call it before the first mid node, when the corners are
   /// known.
   void begin_cell(const CellTopology& cell);
-  /// Codes whether the node at `position` is the expected vertex. If so, sets it in the cell; kNone
-  /// means a new vertex. When encoding, cell.slots contains the node. Returns true if the node is
-  /// as expected.
+  /// Codes whether the node at `position` is the expected vertex. If so, stores this vertex in
+  /// cell.slots; kNone means a new vertex. When encoding, cell.slots contains the node. Returns
+  /// true if the node is as expected.
   bool code(Coder& symbols, CellTopology& cell, const MidNode& node, std::uint32_t position);
   /// Stores which vertex is at `position`.
   void note(const CellTopology& cell, const MidNode& node, std::uint32_t position);
@@ -99,23 +100,25 @@ class MidNodes {
   MiddleTable middles_;
   std::array<std::uint64_t, 6> signatures_{};  // signatures of the sides of the current cell
 
-  // Contexts of the next decisions
-  std::array<std::uint8_t, MidNode::kKinds>
-      missed_{};  // by kind: 1 if the last node was not as expected
-  std::array<std::uint8_t, kMostLayoutNodes>
-      ended_{};  // by position: 1 if the last answer was that the cell is the last to use the node
+  // Contexts of the next decisions. missed_, by kind of node: 1 if the last node of the kind was
+  // not as expected
+  std::array<std::uint8_t, MidNode::kKinds> missed_{};
+  // ended_, by position: 1 if the last answer was that the cell is the last to use the node
+  std::array<std::uint8_t, kMostLayoutNodes> ended_{};
 
   // Adaptive models of the decisions
 
-  /// Models by: kind of node, whether a known vertex is expected, whether the last expectation was
-  /// wrong.
+  /// Models of the decision whether a node is as expected, by: kind of node, whether a known vertex
+  /// is expected, whether the last expectation was wrong.
   std::array<std::array<std::array<AdaptiveBit, 2>, 2>, MidNode::kKinds> as_expected_;
   AdaptiveBit body_ends_;
-  std::array<AdaptiveBit, 2> ends_with_corner_;  // models for edges and for faces
-  std::array<std::array<AdaptiveBit, 2>, 3>
-      face_ends_;  // by number of uses and last answer at this position
-  std::array<std::array<std::array<AdaptiveBit, 2>, 8>, 2>
-      edge_ends_;  // by whether the edge is closed, number of uses and last answer at this position
+  // Models of last uses that are predicted from corners, for edges and for faces
+  std::array<AdaptiveBit, 2> ends_with_corner_;
+  // Models of last uses of face nodes, by number of uses and last answer at this position
+  std::array<std::array<AdaptiveBit, 2>, 3> face_ends_;
+  // Models of last uses of edge nodes, by whether the edge is closed, number of uses and last
+  // answer at this position
+  std::array<std::array<std::array<AdaptiveBit, 2>, 8>, 2> edge_ends_;
 };
 
 extern template class MidNodes<RangeEncoder>;

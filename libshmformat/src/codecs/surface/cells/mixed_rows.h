@@ -11,11 +11,11 @@ namespace shm {
 template <class Coder>
 class MixedRows {
  public:
-  /// The arguments are those of RowHexahedra.
+  /// The arguments are the same as those of RowHexahedra.
   explicit MixedRows(ActiveSurface& surface, const OpenFaces* open = nullptr)
       : rows_(surface, open) {}
 
-  // The functions are those of RowHexahedra.
+  // The functions are the same as those of RowHexahedra.
   bool code(Coder& symbols, Coder& corner_order, CellTopology& cell, bool order_matters) {
     symbols_.use(symbols);
     corner_order_.use(corner_order);

@@ -221,8 +221,8 @@ void Polyhedra<Coder>::note_outcome(std::uint32_t outcome) {
   cell_outcomes_.push_back(outcome);
 }
 
-/// Encoding: sets the vertex that is new at this position at all other positions where the cell has
-/// it.
+/// Encoding: stores the new vertex of this position at all other positions of the cell with the
+/// same vertex number.
 template <class Coder>
 void Polyhedra<Coder>::fill_repeats(CellTopology& cell) {
   const std::uint64_t number = cell.numbers[position_];
@@ -344,7 +344,7 @@ void Polyhedra<Coder>::gather() {
   rank();
 }
 
-/// Gathers candidates for the first node of a cell.
+/// Gathers candidates for the first node of the first face of a cell.
 template <class Coder>
 void Polyhedra<Coder>::gather_first() {
   add_expected();

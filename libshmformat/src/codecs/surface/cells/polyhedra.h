@@ -1,12 +1,11 @@
-// Polyhedra: codes polyhedra face by face, and each face node by node, in stored order. A node is a
-// new vertex or one of several candidates. Candidates are the next node along an open face of an
-// earlier polyhedron, along an edge that only one face of the cell has so far, or along an edge of
-// the mesh; and the node that continues the numbers of the last cell of the block. So a face shared
-// with an earlier polyhedron costs almost nothing after its first nodes, and the ends of faces and
-// cells can usually be predicted.
-//   in     the nodes of a polyhedron
-//   out    decisions for "connectivity"
-//   keeps  open faces and edges, last cells, models; the same in encoder and decoder
+// Polyhedra: codes polyhedra as decisions of the bitstream "connectivity", face by face, and each
+// face node by node, in stored order. A node is a new vertex or one of several candidates:
+// - the next node along an open face of an earlier polyhedron, along an edge that only one face of
+//   the cell has so far, or along an edge of the mesh,
+// - the node that continues the numbers of the last cell of the block.
+// So a face shared with an earlier polyhedron costs almost nothing after its first nodes, and the
+// ends of faces and cells can usually be predicted. Encoder and decoder keep the same state: the
+// open faces and edges, the last cells, and the models.
 // spec: "Polyhedra"
 #pragma once
 
@@ -40,8 +39,8 @@ class Polyhedra {
   /// Codes last_use of a cell that is given by its faces.
   void code_last_use(Coder& symbols, CellTopology& cell);
   void forget(std::uint32_t vertex) { open_.forget(vertex); }
-  /// Returns the numbers of the earlier polyhedra that share faces with the last polyhedron: the
-  /// first eight, then OpenFaces::kNever.
+  /// Returns the numbers of the first eight earlier polyhedra that share faces with the last
+  /// polyhedron. Unused entries contain OpenFaces::kNever.
   const std::array<std::uint64_t, OpenFaces::kMost>& behind() const { return behind_; }
 
  private:
@@ -49,18 +48,19 @@ class Polyhedra {
   static constexpr std::size_t kLooked =
       64;  // largest number of vertices of a cell that are tried as first node of a face
 
-  // Largest number of open faces, the newest first, that are tried for each of these vertices
+  // Largest number of open faces, the newest first, that are tried for each possible first node
   static constexpr std::size_t kLookedFaces = 16;
   static constexpr std::size_t kMostEdges =
       32;  // largest number of edges of the cell that are stored at one vertex
   enum Question : std::uint32_t { kEnd, kClose, kNew, kAmong, kWhich, kLast, kQuestions };
-  /// How a node was coded, for contexts.
+  /// How a node was coded; used as context for later decisions.
   enum Outcome : std::uint32_t { kCloses = 1, kIsNew = 2, kIsMissed = 3, kIsTaken = 4 };
 
   /// A vertex that the next node of a face may be, and the reasons for this guess.
   struct Candidate {
     std::uint32_t slot = kNone;
-    /// beginning() of the current face in an open face that the vertex continues
+    /// Result of beginning() for an open face that contains the current face's nodes so far and
+    /// continues with this vertex; 0 if there is no such face
     std::uint8_t open = 0;
     /// For a later node of a face: how often the cell has the edge to this vertex, at most 2. For
     /// the first node of a later face: number of edges at this vertex that only one face of the
@@ -144,8 +144,8 @@ class Polyhedra {
   std::array<std::array<MixedBit, 16>, 2> end_;
   // Models of the end of a face, by match, edge and number of nodes
   std::array<std::array<std::array<MixedBit, 16>, 3>, 3> close_;
-  std::array<std::array<MixedBit, 4>, 3> is_new_,
-      among_;  // by number of nodes and kind of the best candidate
+  // Models of the decisions kNew and kAmong, by number of nodes and kind of the best candidate
+  std::array<std::array<MixedBit, 4>, 3> is_new_, among_;
 
   // Models of the candidates, by number of nodes and reasons
   std::array<std::vector<MixedBit>, 3> which_;
@@ -153,7 +153,8 @@ class Polyhedra {
   std::array<std::array<MixedBit, 8>, 8> last_;
   // Models of a cell's first node and of other nodes
   std::array<SignedModel<NumberModel>, 2> step_;
-  std::uint32_t before_ = 0;                  // outcomes of the last cell
+  // Outcomes of the last nodes of the last cell, combined
+  std::uint32_t before_ = 0;
   std::uint32_t last_finals_ = 0;             // last uses in the last cell, as a bit set
   std::vector<std::uint32_t> last_outcomes_;  // outcomes of the last cell, by position
 
@@ -171,7 +172,7 @@ class Polyhedra {
   std::uint64_t shift_ = 0;
   std::vector<std::uint32_t> cell_outcomes_;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> cell_edges_;
-  // Faces of the cell that were not open before
+  // Nodes of the cell's faces that were not open before, and the end of each such face in this list
   std::vector<std::uint32_t> new_cycles_, cycle_ends_;
   std::vector<std::pair<std::uint64_t, std::uint32_t>>
       positions_;  // encoding: positions sorted by number

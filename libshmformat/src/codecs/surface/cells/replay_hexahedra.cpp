@@ -48,9 +48,9 @@ bool ReplayHexahedra<Coder>::code(Coder& symbols, Coder&, CellTopology& cell, bo
   return true;
 }
 
-/// Returns the expected cell. It relates to the cell `beside` before it as the cell `distance`
-/// before relates to the cell `beside` before that. The shift between the two is taken over the
-/// distance `over`.
+/// Returns the expected cell: the cell `distance` before the expected cell, shifted. The shift is
+/// the difference between the cell `beside` before the expected cell and the cell `over` before
+/// that cell.
 template <class Coder>
 auto ReplayHexahedra<Coder>::guess(std::uint64_t distance, std::uint64_t over,
                                    std::uint64_t beside) const -> Guess {
@@ -120,7 +120,7 @@ bool ReplayHexahedra<Coder>::code_miss(Coder& symbols, CellTopology& cell, Numbe
   return true;
 }
 
-/// Encoder: returns the guess that leaves the least to code.
+/// Encoder: returns the guess that is cheapest to code.
 template <class Coder>
 auto ReplayHexahedra<Coder>::choose(const CellTopology& cell, const Numbers& number,
                                     std::uint8_t marks) const -> Choice {
@@ -155,11 +155,12 @@ auto ReplayHexahedra<Coder>::choose(const CellTopology& cell, const Numbers& num
     rate({kDistances, distance, false, 0}, cost);
     rate({kDistances, distance, true, 0}, cost);
   };
-  // Try the cells that introduced the vertices of this cell. In a scan, they include the cells
-  // below and beside this cell.
+  // Try the cells that introduced the vertices of this cell. If cells are enumerated row by row,
+  // these include the cells below and beside this cell.
   for (std::uint32_t c = 0; c < 8; ++c)
     if (cell.slots[c] < introduced_.size()) try_new(sequence_ - introduced_[cell.slots[c]], 12);
-  // For recurring parts: try the cell at which an equal step was not as expected before.
+  // For recurring parts: try the last cell that was not as expected and differed from its previous
+  // cell by an equal step.
   if (!misses_.empty()) try_new(sequence_ - misses_[step_key(number)], 12);
   // For layers with holes: try distances slightly larger or smaller than the last distance.
   if (!reaches(distances_[0])) return best;
@@ -360,7 +361,8 @@ bool ReplayHexahedra<Coder>::resolve_corner(CellTopology& cell, const Numbers& n
   return true;
 }
 
-/// Decoder: returns the vertex of a corner that is not where it was found last time.
+/// Decoder: finds the vertex of a corner that is not at the source where this corner's vertex was
+/// found last time.
 template <class Coder>
 std::uint32_t ReplayHexahedra<Coder>::find(std::uint64_t number, std::uint32_t corner) {
   const std::uint32_t slot = find_anywhere(number);

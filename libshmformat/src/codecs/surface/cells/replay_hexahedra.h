@@ -1,7 +1,7 @@
-// Replay hexahedra: each hexahedron repeats an earlier one with other vertex numbers.
-// in:    hexahedra in coding order            out: symbols for "connectivity"
-// keeps: the last cells in a ring, the numbers of live vertices, the models; the same in
-//        encoder and decoder
+// Replay hexahedra: codes each hexahedron as a repetition of an earlier hexahedron with other
+// vertex numbers. It codes hexahedra in coding order as symbols of the bitstream "connectivity".
+// Encoder and decoder keep the same state: the last cells in a ring, the numbers of live vertices,
+// and the models.
 //
 // Cells that a program has enumerated continue regularly. With a distance d, for each corner,
 //   number[i] = number[i - d] + (number[i - 1] - number[i - 1 - d])
@@ -12,11 +12,12 @@
 // corner.
 //
 // A refined mesh has cells that combine corners of the original cell with new vertices. The number
-// of such an original corner differs from the number that the model cell predicts: the corner is a
-// stray. The same corner is a stray in the model cell. When the encoder has detected such cells, it
-// follows strays: the coder predicts which corners are strays, and their numbers. Each number is
-// predicted by adding a step to the previous stray. The step is the one that followed an equal step
-// earlier.
+// of such an original corner differs from the number that the earlier (model) cell predicts: the
+// corner is a stray. The same corner is a stray in the model cell. When the encoder has detected
+// such cells, it follows strays: the coder predicts which corners are strays, and their numbers.
+// The coder predicts each of these numbers by adding a step to the number of the previous stray. To
+// find the step, the coder looks for the last step equal to the current one, and takes the step
+// that followed it.
 // spec: "Replay hexahedra"
 #pragma once
 
@@ -34,7 +35,7 @@
 
 namespace shm {
 
-/// Smallest and largest capacity of the memory of earlier cells. Frozen: part of the format.
+/// Smallest and largest capacity of the ring of earlier cells. Frozen: part of the format.
 inline constexpr std::uint64_t kReplayLeast = std::uint64_t{1} << 14;
 inline constexpr std::uint64_t kReplayWindow = std::uint64_t{1} << 18;
 
@@ -57,7 +58,7 @@ class LastRing {
     kept_ = std::min<std::uint64_t>(kept_ + 1, ring_.size());
     return entry;
   }
-  /// Takes the capacity and the number of elements of another ring; the elements are empty.
+  /// Adopts the capacity and the number of elements of another ring; the elements are empty.
   template <class Other>
   void begin_as(const LastRing<Other>& other) {
     ring_.assign(other.ring_.size(), T{});
@@ -104,11 +105,12 @@ class ReplayHexahedra {
   using Numbers = std::array<std::uint64_t, 8>;
   using Slots = std::array<std::uint32_t, 8>;
   static constexpr std::size_t kMissSlots = 1024;
-  static constexpr std::uint32_t kDistances = 6;  // largest number for which 3-bit trees suffice
-  static constexpr std::uint32_t kFollowStrays =
-      7;  // coded once in the stream instead of a place; strays are followed after it
+  // Number of distances remembered; the largest for which 3-bit trees suffice
+  static constexpr std::uint32_t kDistances = 6;
+  // Symbol that is coded once in the stream instead of a place; strays are followed after it
+  static constexpr std::uint32_t kFollowStrays = 7;
 
-  // Size of the table of followers, in bits; frozen: part of the format
+  // The table followers_ has 2^kFollowerBits entries. Frozen: part of the format
   static constexpr int kFollowerBits = 12;
   enum Kind : std::uint8_t { kExpected, kBeyond, kTop, kPrevious, kEarlier, kFromPrevious, kStep };
 
@@ -121,7 +123,7 @@ class ReplayHexahedra {
     // Set of corners that were not as guessed; if there were none, the set of the model cell
     std::uint8_t strays = 0;
     bool guessed = false;      // true: all corners and marks were as expected
-    std::uint32_t beside = 1;  // distance of the cell whose shift this cell had
+    std::uint32_t beside = 1;  // distance of the cell whose shift was repeated for this cell
   };
   struct Named {
     std::uint64_t number = 0;
@@ -137,14 +139,14 @@ class ReplayHexahedra {
     Numbers number{};
     std::uint8_t marks = 0;
   };
-  /// The guess that the encoder selects, or that the decoder has read.
+  /// The guess that the encoder has selected or the decoder has read.
   struct Choice {
     std::uint32_t place = 0;     // index in distances_; kDistances means a new distance
     std::uint64_t distance = 0;  // the new distance, if there is one
-    bool old_shift = false;      // true: the shift is taken over the distance used last
+    bool old_shift = false;      // true: the shift is computed over the distance that was used last
 
-    // The cell whose shift is taken; 0: the same as for the model cell; 1: the last cell; from 2
-    // on: the cell at distances_[beside - 2]
+    // The cell whose shift is repeated. 0: as for the model cell; 1: the last cell; from 2 on: the
+    // cell at distances_[beside - 2]
     std::uint32_t beside = 0;
   };
 
@@ -183,7 +185,7 @@ class ReplayHexahedra {
     return reaches(distances_[0]) ? past(distances_[0]).strays : std::uint8_t{0};
   }
   static std::size_t place_of_follower(std::uint64_t step, std::size_t corner);
-  // Call these functions only while strays are followed.
+  // Call next_stray() and follow_strays() only while strays are followed.
   std::uint64_t next_stray(std::size_t corner) const {
     return last_stray_ + followers_[place_of_follower(stray_step_, corner)];
   }
@@ -211,7 +213,7 @@ class ReplayHexahedra {
   bool clash_ = false;   // true: two live vertices had the same number
   NumberMap by_number_;  // vertices by number; used in Order::keep only
   std::uint64_t largest_ = ~std::uint64_t{0};
-  Numbers top_{};  // largest number of each corner that was not as expected
+  Numbers top_{};  // for each corner: the largest number that was not as expected
   std::array<std::array<Source, 2>, 8>
       sources_{};            // decoder: the source that was right most recently comes first
   std::uint8_t next_ = 0;    // corners of the current hexahedron, see Past::next
@@ -237,7 +239,8 @@ class ReplayHexahedra {
   AdaptiveBit old_shift_;
   std::array<TreeModel<3>, kDistances + 1> beside_;
   std::array<AdaptiveBit, kDistances + 1> as_guessed_;
-  // First index: whether the corner is in likely_strays()
+  // Models of the decision whether a corner is as guessed. First index: whether the corner is in
+  // likely_strays()
   std::array<std::array<std::array<AdaptiveBit, 3>, 8>, 2> same_;
   std::array<std::array<TreeModel<3>, 8>, 8> kind_;
   std::array<TreeModel<3>, 8> previous_, earlier_;

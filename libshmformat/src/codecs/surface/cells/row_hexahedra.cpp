@@ -59,8 +59,8 @@ bool RowHexahedra<Coder>::code(Coder& symbols, Coder& corner_order, CellTopology
   if (kind != kStart && !code_orientation(corner_order, symbols, order_matters, orientation))
     return false;
 
-  // Return the cell in the order of the frame. The caller of the encoder relies on the corners that
-  // it stored, in whatever order a reader will receive them.
+  // Return the cell in the order of the frame. When encoding, stored_corner refers to the corners
+  // as the caller has stored them, although a reader may receive them in another order.
   std::array<std::uint8_t, 8> last_use{};
   if constexpr (!Coder::kDecodes) std::copy_n(cell.last_use.begin(), 8, last_use.begin());
   const auto& stored = kOrientedBits[Coder::kDecodes ? orientation : gate.orientation];
@@ -109,7 +109,7 @@ void RowHexahedra<Coder>::code_sides(Coder& symbols, std::uint32_t gate) {
     order[place] = i;
   }
   std::array<Above, 4> sides{};
-  std::uint32_t yes = 0;  // bit set by edge of the gate: the side at this edge is shared
+  std::uint32_t yes = 0;  // bit i is set if the side at edge i of the gate is shared
   for (std::uint32_t i : order) {
     const FaceEdge mate = face.mate[i];
     const std::uint32_t side = kAdjacentFace[k][i];
@@ -243,7 +243,8 @@ void RowHexahedra<Coder>::list_joins(std::uint32_t corner) {
         const bool same = kFaceAt[here ^ there][(there & ~here) != 0] == direction;
         add(face.quad[j], same ? 3 : 1);
       }
-      // Look for a face at p whose opposite vertex is another known neighbour of the corner.
+      // Look for a face at the vertex p whose opposite vertex is another known neighbour of the
+      // corner.
       for (std::uint32_t other : {1u, 2u, 4u}) {
         if (other == axis || !known(corner ^ other)) continue;
         if (face.quad[(i + 2) % 4] == work_.corner[corner ^ other]) {

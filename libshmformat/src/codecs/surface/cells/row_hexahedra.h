@@ -1,19 +1,19 @@
-// Row hexahedra: each hexahedron is predicted from the row beside it.
-// in:    hexahedra in coding order            out: symbols for "connectivity" and "corner order"
-// keeps: the active surface, a record for each hexahedron on it, the models; the same in encoder
-//        and decoder
+// Row hexahedra: predicts each hexahedron from the row beside it. The coder codes hexahedra in
+// coding order as symbols of the bitstreams "connectivity" and "corner order". Encoder and decoder
+// keep the same state: the active surface, a record for each hexahedron on it, and the models.
 //
 // Every hexahedron has a frame: three axes that are transferred from one hexahedron to the next
 // across the shared face. So a side keeps its name along rows and layers, and no rotation is
 // encoded. A hexahedron is encoded in this order:
-//   gate       the active face to which the hexahedron is attached. Guess: if the hexahedron before
-//              was attached to hexahedron A, the gate is on the successor of A, at the same side.
-//   sides      which of the four faces around the gate are shared. This usually follows from the
-//              fan of hexahedra around the edge.
-//   far face   the face opposite the gate
-//   corners    the corners that are still unknown: each is a new vertex, a live vertex nearby, or
-//              any live vertex
-//   last use   the corners that no later cell uses
+//   gate       The active face to which the hexahedron is attached. It is guessed as follows: if
+//              the previous hexahedron was attached to hexahedron A, the gate is on the successor
+//              of A, at the same side.
+//   sides      The set of shared faces among the four faces around the gate. It usually follows
+//              from the fan of hexahedra around the edge.
+//   far face   Whether the face opposite the gate is shared.
+//   corners    The corners that are still unknown: each is a new vertex, a live vertex nearby, or
+//              any live vertex.
+//   last use   The corners that no later cell uses.
 // spec: "Row hexahedra"
 #pragma once
 
@@ -68,7 +68,8 @@ class RowHexahedra {
 
   /// Both arguments must outlive this object. `open`: open faces of cells of all shapes; null if
   /// the mesh has only hexahedra.
-  // otherwise the constructor would contain separate initialization code for thousands of models
+  // Cold, because otherwise the constructor would contain separate initialization code for
+  // thousands of models.
   [[gnu::cold]] explicit RowHexahedra(ActiveSurface& surface, const OpenFaces* open = nullptr)
       : surface_(&surface), open_(open) {}
 
@@ -106,8 +107,7 @@ class RowHexahedra {
     std::uint8_t repeats = 0;      // set of corners with the vertex of an earlier corner
     bool guessed = false;          // true: its gate was one of the candidates
   };
-  /// A hexahedron across a shared face of the hexahedron coded last, and the side that the shared
-  /// face is in that neighbour.
+  /// A hexahedron across a shared face of the hexahedron coded last, and its side at this face.
   struct Owner {
     std::uint32_t cell = kNone;
     std::uint64_t sequence = 0;
@@ -149,7 +149,7 @@ class RowHexahedra {
     std::uint32_t others = 0;  ///< number of other vertices that would close such a quadrilateral
   };
 
-  // Gate (row_hexahedra_surface.cpp)
+  // Functions that code the gate (row_hexahedra_surface.cpp)
   bool code_gate(Coder& symbols, const CellTopology& cell, Fit& gate, Kind& kind);
   bool code_candidate(Coder& symbols, const CellTopology& cell, Fit& gate);
   Kind choose_elsewhere(const CellTopology& cell, Fit& gate, std::uint32_t& index);
@@ -166,7 +166,7 @@ class RowHexahedra {
   Fit fit(const CellTopology& cell, std::uint32_t face) const;
   void find_shared(const CellTopology& cell, std::vector<Fit>& out) const;
 
-  // Faces and corners
+  // Functions that code faces and corners
   void take_gate(std::uint32_t face);
   bool is_shared(std::uint32_t face) const;
   void code_sides(Coder& symbols, std::uint32_t gate);
@@ -180,8 +180,8 @@ class RowHexahedra {
   ClosingVertex find_closing_vertex(std::uint32_t corner);
   std::uint32_t open_faces_of_others(std::uint32_t slot) const;
 
-  // Set the contexts of the next decision, for a coder that mixes predictions
-  // (row_hexahedra_contexts.cpp)
+  // These functions set the contexts of the next decision, for a coder that mixes predictions
+  // (row_hexahedra_contexts.cpp).
   void about_candidates(Coder& symbols) const;
   void about_candidate(Coder& symbols, std::uint32_t index) const;
   void about_kind(Coder& symbols) const;
@@ -214,7 +214,7 @@ class RowHexahedra {
   std::uint32_t gate_age() const;
   const Record& last() const;
 
-  // When all corners are known (row_hexahedra_surface.cpp)
+  // Functions to call when all corners are known (row_hexahedra_surface.cpp)
   void find_other_shared();
   std::uint8_t orientation_across(std::uint32_t side) const;
   bool code_orientation(Coder& corner_order, Coder& symbols, bool order_matters,

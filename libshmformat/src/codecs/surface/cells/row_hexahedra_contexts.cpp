@@ -38,7 +38,7 @@ std::uint32_t RowHexahedra<Coder>::fans(std::uint32_t face) const {
   for (std::uint32_t fan : surface_->face(face).fan) sum += std::min(fan, 5u);
   return sum;
 }
-/// Returns the same fans as octal digits in ascending order.
+/// Returns the fans at a face's edges, each counted up to 5, as octal digits in ascending order.
 template <class Coder>
 std::uint32_t RowHexahedra<Coder>::sorted_fans(std::uint32_t face) const {
   auto fan = surface_->face(face).fan;

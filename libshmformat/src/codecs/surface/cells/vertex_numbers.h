@@ -57,7 +57,7 @@ class VertexNumbers {
   MidNodeNumbers mid_node_numbers_;
   std::array<std::uint64_t, kKinds> miss_{};  // last error of `near`, by kind
 
-  // History of vertices that are not mid nodes, and of mid nodes
+  // Results of the last guesses; first for vertices that are not mid nodes, then for mid nodes
   std::array<std::uint32_t, 2> history_{};
   std::array<std::array<std::array<AdaptiveBit, 4>, 64>, kKinds> guess_;
   std::array<std::array<AdaptiveBit, 4>, kKinds> missed_as_before_;
