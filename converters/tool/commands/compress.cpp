@@ -201,7 +201,7 @@ std::vector<ExpectedPhase> CompressCommand::phases_of(const MeshInfo& info) cons
   const double cells = static_cast<double>(bytes.cells);
   std::vector<ExpectedPhase> phases;
   if (order == "free")
-    phases = {{"taking up cells", .1 * cells},   {"sorting vertices", .1 * cells},
+    phases = {{"reading cells", .1 * cells},     {"sorting vertices", .1 * cells},
               {"numbering corners", .1 * cells}, {"sorting cells", .1 * cells},
               {"joining faces", .4 * cells},     {"trying orders", .4 * cells}};
   double streamed = 2 * cells + static_cast<double>(bytes.points);
