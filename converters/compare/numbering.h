@@ -1,6 +1,7 @@
 // NumberingSearch: finds the relation between the numbers of vertices and cells in a restored mesh
-// and in its source. It makes guesses, which are then checked: that the numbers are the same, or
-// that they result from encoding the source again, in each order of cells that fits.
+// and in its source. It makes guesses, which are then checked. The first guess is that the numbers
+// are the same. Each further guess consists of the numbers that result from encoding the source
+// again in one of the orders of cells that match the restored mesh.
 #pragma once
 
 #include <cstddef>
@@ -20,7 +21,7 @@
 
 namespace shm::converters {
 
-// The source's number of each restored vertex and cell; null: the numbers are the same.
+// Number in the source for each restored vertex and cell. Null if the numbers are the same.
 struct Numbering {
   std::shared_ptr<NumberList> vertices, cells;
 };
