@@ -80,8 +80,6 @@ std::optional<std::uint64_t> bytes_in_free_order(MeshSource& mesh, const Compres
 // `of` is the MeshInfo recorded in a .shm file; it contains the order, delay and segments.
 void replay_coding_order(MeshSource& mesh, const MeshInfo& of, CodingOrder& out, Spool& spool);
 
-// MeshFeeder: passes the vertices and cells of a mesh, with their static data, to a writer of the
-// library.
 // Returns the value of a library result, or throws its error. If the library refuses a call as
 // misuse, the cause is the mesh and not the user, so the error becomes unsupported.
 template <class T>
