@@ -173,7 +173,7 @@ class PartCompression {
   std::optional<PartWriter> writer_;  // writer of this part; empty if the rank is idle
   std::optional<FreshNumbers> vertices_, cells_;  // set only if numbers change
 
-  // Moved elements, by the blocks of the array.
+  // Elements that have moved, by the list of blocks that the array covers.
   std::map<std::vector<std::uint32_t>, NumberList> moved_;
   std::vector<std::uint64_t> first_elements_;  // index of this rank's first element of each array
   MemorySink head_;
