@@ -13,8 +13,8 @@
 namespace shm::converters {
 namespace {
 
-// Largest number of corners. A polygon with n corners becomes n - 2 triangles, and OpenMesh numbers
-// halfedges, two per side, with an int.
+// Largest number of corners of a surface. A polygon with n corners becomes n - 2 triangles, and
+// OpenMesh numbers halfedges, two per side, with an int.
 constexpr std::size_t kMostCorners = (std::size_t{1} << 30) / 3;
 
 Vector place_of(const Surface& surface, std::uint32_t vertex) {
