@@ -16,7 +16,7 @@ struct AppendCommand final : Command {
   std::string source, level = "default", cell_order;
   std::vector<std::string> steps;  // steps to append, in the form that steps_named() parses
   std::optional<double> time;
-  std::uint32_t key_steps = 0;  // largest distance of key steps, in steps; 0: as in the file
+  std::uint32_t key_steps = 0;  // largest distance between key steps; 0: as in the file
   unsigned threads = 0;         // number of threads; 0: one per core
   bool all = false, strict = false, json = false;
 
