@@ -41,7 +41,7 @@ class ForeignSteps final : public ForwardingMesh {
   MeshSource& other_;
   Spool& spool_;
   FieldPairs fields_;
-  std::vector<std::vector<Part>> parts_;  // for each stepped array and component: where it is read
+  std::vector<std::vector<Part>> parts_;  // source of each component of each stepped array
   std::vector<std::string> missing_;
   std::vector<std::unique_ptr<FieldReader>> mesh_readers_,
       other_readers_;  // one reader for each pair of fields

@@ -330,7 +330,8 @@ double ProtectedFile::share() const {
              : static_cast<double>(shape_.parity) / shape_.data;
 }
 
-// Compare the trailer at the end of the file, which is a copy of the protected trailer.
+// Checks the trailer at the end of the file. If the parity belongs to this file, this trailer is a
+// copy of the protected trailer and points to a place within the protected bytes.
 bool ProtectedFile::is_of_something_else() {
   if (file_->size() < kTrailerBytes) return false;
   std::array<std::byte, kTrailerBytes> trailer;
