@@ -34,7 +34,7 @@ class PageFrames {
     std::unique_ptr<std::byte[]> bytes;
     std::uint64_t page = 0;
     bool dirty = false;  // flag for use by the caller; false at first
-    bool used = false;   // used since the clock hand last passed
+    bool used = false;   // true: used since the clock hand last passed the page
   };
 
   // Starts with frames for `start_bytes` and may grow to `budget_bytes`. There are at least four
@@ -90,7 +90,7 @@ class PageFrames {
  private:
   static constexpr std::uint32_t kAbsent = ~std::uint32_t{0};
   struct Entry {
-    std::uint32_t place = kAbsent;  // index of the frame of the page
+    std::uint32_t place = kAbsent;  // index of the frame that contains the page
 
     // Number of the eviction that removed the page, counted from 1; 0 if it was never evicted.
     std::uint32_t left_at = 0;
