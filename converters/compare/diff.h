@@ -18,7 +18,7 @@ struct DiffOptions {
   bool with_roles = true;   // true: also compare arrays that only one format has, such as number
                             // maps and attributes
   bool with_extras = true;  // true: also compare sets, titles, field data, ...
-  std::vector<std::string> only;  // names of the only arrays to compare; empty: all arrays
+  std::vector<std::string> only;  // names of the arrays to compare; empty: all arrays
 
   // Names to ignore: arrays, "coordinates", extras (also all extras below a path).
   std::vector<std::string> ignored;
@@ -47,7 +47,7 @@ struct Finding {
   std::string kind;
   std::string what;  // item that differs: "vertices", "coordinates", "array 'point/T'", "extra
                      // 'vtk/skeleton'", ...
-  std::string a, b;  // descriptions of both sides; may be empty
+  std::string a, b;  // descriptions of the item in A and in B; may be empty
 
   // Number of compared items and number of different items. Used only for values, cells, times and
   // extras.

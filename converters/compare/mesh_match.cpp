@@ -348,7 +348,8 @@ class Matcher {
       if ((*side.to)[each->second] == kNone) rename(side, each->second);
   }
 
-  // Matches vertices that belong to the same cells, in their order.
+  // Matches the vertices that are left at each site, in ascending order. Such vertices are alike,
+  // because they belong to the same cells.
   void match_rest_in_order() {
     std::vector<std::pair<std::uint32_t, std::uint32_t>> left;  // (site, vertex of A)
     for (std::uint32_t v = 0; v < a_.site.size(); ++v)

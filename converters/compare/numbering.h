@@ -97,7 +97,7 @@ class NumberingSearch {
   const Progress& progress_;
   const CellSequence* given_order_;
   std::unique_ptr<SpooledSource>& spooled_;
-  const SpooledMesh* in_spool_ = nullptr;  // renumbered copy, if source_ is this copy
+  const SpooledMesh* in_spool_ = nullptr;  // set if source_ is the renumbered copy
   bool wanted_, has_more_ = false;
   Numbering numbering_;
   std::optional<NumberTable> source_vertex_;  // source's number of each restored vertex
