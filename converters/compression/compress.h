@@ -42,7 +42,7 @@ struct CompressOptions {
   // step, otherwise the default of shm::WriteOptions.
   std::optional<std::uint32_t> key_steps;
   unsigned threads = 1;                 // number of threads, as in shm::WriteOptions
-  CodingOrder* coding_order = nullptr;  // receives the coding order, too; borrowed, may be null
+  CodingOrder* coding_order = nullptr;  // also receives the coding order; borrowed, may be null
 
   // For Order::free: the order of cells to use instead of searching for one. Lists each cell once.
   // Borrowed; may be null.

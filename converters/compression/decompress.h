@@ -46,7 +46,7 @@ class StagedMesh final : public MeshSource {
  private:
   struct Array {
     PagedArray values;                             // values of all steps, one step after another
-    std::map<std::uint64_t, std::uint64_t> steps;  // position of each step in `values`, by step
+    std::map<std::uint64_t, std::uint64_t> steps;  // maps each step to its position in `values`
     std::uint64_t staged = 0;                      // number of elements staged
 
     // Positions of the elements in order of arrival. Set only for cell arrays on some blocks, and
