@@ -9,7 +9,8 @@
 namespace shm::converters {
 namespace {
 
-// For each node that is not a corner: the corners between which the node is, in VTK's order.
+// Table of the nodes that are not corners, in VTK's order. For each of these nodes, it contains the
+// corners between which the node is.
 using Between = std::vector<std::vector<std::uint8_t>>;
 
 struct Kind {

@@ -63,7 +63,8 @@ class Statistics {
       }
   }
 
-  // Returns steps over the bounding box. A component without any usable value has the range [0, 0].
+  // Returns a quantization with uniform steps over the bounding box. A component without any usable
+  // value has the range [0, 0].
   Quantization box(std::uint32_t bits) const {
     Quantization box{bits, minimum_, maximum_};
     for (std::size_t c = 0; c < minimum_.size(); ++c)
@@ -83,7 +84,7 @@ class Statistics {
   // Returns the quantization step with the lowest cost for an error bound. Normally the best step
   // is about twice the bound. But a restored value is rounded to a number of the stored type, so
   // errors are whole multiples of the distance between neighbouring numbers. If the bound is not
-  // much larger than this distance, some steps do not keep the bound, so that values must be kept
+  // much larger than this distance, some steps exceed the bound, so that values must be kept
   // exactly, while some longer steps do. There is therefore one longest usable step for each
   // magnitude.
   double best_step(double bound) const {

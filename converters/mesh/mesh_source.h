@@ -57,7 +57,7 @@ struct MeshInfo {
 // Consecutive cells in file order. Cells of different blocks may alternate.
 struct CellBatch {
   std::vector<std::uint32_t> blocks;        // block index of each cell
-  std::vector<std::uint64_t> corner_begin;  // cells + 1 offsets into corners
+  std::vector<std::uint64_t> corner_begin;  // offset of each cell in `corners`, then the end
   std::vector<std::uint64_t> corners;       // vertex numbers, all less than the number of vertices
   std::size_t size() const { return blocks.size(); }
   std::span<const std::uint64_t> cell(std::size_t i) const {
