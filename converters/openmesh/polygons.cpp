@@ -92,7 +92,8 @@ class PolygonMaker {
     for (std::size_t i = 1; i + 1 < count; ++i) {
       const std::array<std::uint32_t, 3> triangle = {ring_[turn], ring_[(turn + i) % count],
                                                      ring_[(turn + i + 1) % count]};
-      // The corners are not different if a polygon contains a vertex twice.
+      // A polygon that contains a vertex twice may have triangles with equal corners, which are
+      // left out.
       if (different(triangle) == 3) add_polygon(f, triangle);
     }
   }
