@@ -122,7 +122,7 @@ struct SpooledSearch {
         table_bytes(memory / 8),
         cache_bytes(memory / 16) {}
   std::size_t mesh_bytes;    // bytes for the spool of the mesh
-  std::size_t sort_bytes;    // bytes for sorts of the mesh, before there are orders
+  std::size_t sort_bytes;    // bytes for the sorts that renumber the mesh
   std::size_t order_bytes;   // bytes for spools and sorts while orders are computed
   std::size_t coding_bytes;  // bytes for the spool of the Writer that runs after the search
   std::size_t table_bytes;   // bytes for the spool of tables of a comparison, if there is no Writer
