@@ -80,7 +80,8 @@ class NumberingSearch {
   // Returns the size in bytes of a cache for the source's values.
   std::size_t cache_bytes() const;
 
-  // Returns the guess as original numbers of the source. The result is stored in `spool`.
+  // Returns the current guess, in the original numbers of the source. The result is stored in
+  // `spool`.
   Numbering numbering(Spool& spool) const;
 
  private:

@@ -48,7 +48,7 @@ bool is_scattered(const Layout& layout);
 std::string layout_svg(const Layout& layout, const std::string& title);
 
 // png_of_svg() converts the diagrams from SVG to PNG. has_png() returns whether librsvg is
-// available. png_of_svg() throws Failure (misuse) if the tool was built without it.
+// available. png_of_svg() throws Failure (misuse) if the tool was built without librsvg.
 bool has_png();
 std::vector<std::byte> png_of_svg(const std::string& svg);
 

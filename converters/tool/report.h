@@ -25,7 +25,8 @@ struct CompressRun {
   SizeReport sizes;
 };
 std::string compress_json(const CompressRun& run, const MeshInfo& info);
-// Formats "41 bytes from 82, 2.00 times smaller"; `of_what` is inserted after the 82.
+// Formats two sizes and their ratio, such as "41 bytes from 82, 2.00 times smaller". `of_what` is
+// inserted after the second size.
 std::string ratio_text(std::uint64_t bytes, std::uint64_t source_bytes,
                        const std::string& of_what = {});
 std::string compress_text(const CompressRun& run, const MeshInfo& info);

@@ -57,7 +57,7 @@ void hint_at_free_order(MeshSource& mesh, const CompressOptions& how, const Comp
 CLI::App* CompressCommand::add_to(CLI::App& tool) {
   CLI::App* command = add_command(
       tool, *this, "compress", "Compress a mesh with all its data into a .shm file",
-      "  shm compress rotor.e                     writes rotor.e.shm, which loses nothing\n"
+      "  shm compress rotor.e                     writes rotor.e.shm, without loss of data\n"
       "  shm compress -r runs --rm                each mesh in folder runs and its subfolders;\n"
       "                                           removes a source after its .shm file was read\n"
       "                                           back and found to contain the same mesh\n"
@@ -128,7 +128,7 @@ CLI::App* CompressCommand::add_to(CLI::App& tool) {
       ->add_option_function<std::string>(
           "--parity", [this](const std::string& text) { parity = percent_of(text); },
           "Append parity of P percent of the file size, e.g. 5% (default: no parity). shm repair\n"
-          "can then restore lost bytes anywhere in the file, if they are less than P percent of it")
+          "can then restore lost bytes anywhere, if they are less than P percent of the file")
       ->type_name("P%");
   command
       ->add_option(

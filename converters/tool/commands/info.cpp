@@ -35,7 +35,7 @@ CLI::App* InfoCommand::add_to(CLI::App& tool) {
       "  shm info rotor.e.shm --json | jq .streams");
   add_files(*command, *this,
             ".shm file, or mesh of another format (sizes of streams are then not reported).\n"
-            "For several files, one line each is printed");
+            "If there are several files, each file gets one line");
   command->add_flag(
       "-v,--verbose", verbose,
       "Also list order, codecs, segments, and the size of each stream in bytes (.shm files)");
