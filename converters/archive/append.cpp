@@ -158,7 +158,7 @@ class Appending {
   Spool& spool_;
   std::unique_ptr<FileRandomSource> file_;
   Appender appender_;
-  std::unique_ptr<StagedMesh> mesh_;  // the old file without its steps
+  std::unique_ptr<StagedMesh> mesh_;  // mesh of the old file, without its steps
   std::unique_ptr<ForeignSteps> foreign_;
   MeshSource* steps_;  // source of the new steps
   Numbering numbering_;

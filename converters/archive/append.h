@@ -19,14 +19,15 @@ namespace shm::converters {
 struct AppendHow {
   // True: append all steps of the source; false: only steps later than the last step of the file.
   bool all = false;
-  // Numbers of the steps to append, from 0, in this order; empty: not given.
+  // Numbers of the steps to append, counted from 0, in the order of appending. Empty if the user
+  // chose no step.
   std::vector<std::uint64_t> steps;
   // Time of the only step of a source that has neither steps nor a time.
   std::optional<double> time;
-  bool strict = false;  // write nothing if data of the source would be left out
+  bool strict = false;  // true: write nothing if data of the source would be left out
   AppendOptions options;
-  unsigned threads = 1;                      // threads that decode the mesh; 0: one per core
-  const CellSequence* cell_order = nullptr;  // cell order, as in compare_meshes()
+  unsigned threads = 1;  // number of threads that decode the mesh; 0: one per core
+  const CellSequence* cell_order = nullptr;  // order of cells for compare_meshes(); may be null
   Progress progress;
 };
 
@@ -38,8 +39,8 @@ struct AppendOutcome {
   std::optional<SizeReport> sizes;       // sizes of the new file; nothing if no file was written
 };
 
-// Appends steps. `path` is the old file. Throws Failure if the old file or the source is damaged,
-// or if they do not match for a reason other than differing values.
+// Appends steps to the file at `path` and writes the new file to `sink`. Throws Failure if the old
+// file or the source is damaged, or if they do not match for a reason other than differing values.
 AppendOutcome append_steps(const std::string& path, MeshSource& source, ByteSink& sink,
                            const AppendHow& how, Spool& spool);
 

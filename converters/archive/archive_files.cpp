@@ -39,8 +39,8 @@ void copy_all(ByteSource& from, const std::string& name, ByteSink& to) {
 
 // Returns the names that the members will have. Throws Failure (misuse) if two names are equal.
 std::map<std::string, std::string> member_names(const std::vector<std::string>& inputs) {
-  std::map<std::string, std::string> names;  // name of each input
-  std::map<std::string, std::string> taken;  // input of each name
+  std::map<std::string, std::string> names;  // maps each input to its name in the archive
+  std::map<std::string, std::string> taken;  // maps each name in the archive to its input
   for (const std::string& input : inputs) {
     const std::string name = std::filesystem::path(input).filename().string();
     const auto [entry, is_new] = taken.emplace(name, input);

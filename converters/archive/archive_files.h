@@ -21,7 +21,7 @@ namespace shm::converters {
 struct MemberReport {
   std::string name;
   std::uint64_t input_bytes = 0, bytes = 0;
-  bool is_decoded = true;  // false: stored unchanged, without checking the contents
+  bool is_decoded = true;  // false: its bytes were stored unchanged and not checked
 };
 
 // Writes `inputs` as an archive to `sink`. Files that are not .shm files are compressed with the

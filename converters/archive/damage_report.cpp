@@ -47,7 +47,7 @@ struct DamageRun {
   }
   void take_bytes(const DamageRun& next) {
     chunks += next.chunks;
-    // If the place is the same, the damage is in another part of the same chunk.
+    // If the byte ranges are equal, the damage is in another part of the same chunk.
     const bool same_place = next.begin == begin && next.end == end;
     has_gaps |= next.has_gaps || (!same_place && next.begin != end);
     begin = std::min(begin, next.begin);
@@ -57,9 +57,9 @@ struct DamageRun {
 
 bool is_step_values(const Damage& damage) { return damage.step && damage.arrays.size() == 1; }
 
-// Combines damaged step values. First, the steps of one array in one segment form a run. Then
-// arrays that lack the same steps are joined, and finally consecutive segments with the same
-// losses.
+// Combines damaged step values into runs. First, the damaged steps of one array in one segment form
+// a run. Then runs of arrays that lack the same steps are joined. Finally, runs of consecutive
+// segments with the same losses are joined.
 class StepRuns {
  public:
   void add(const Damage& damage) {

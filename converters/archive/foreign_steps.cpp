@@ -89,7 +89,8 @@ void ForeignSteps::pair_arrays() {
     if (parts.empty() || std::any_of(parts.begin(), parts.end(), [&](const Part& part) {
           return part.pair == fields_.pairs.size();
         }))
-      missing_.push_back("array '" + schema.arrays[a].name + "': SOURCE has none of that type");
+      missing_.push_back("array '" + schema.arrays[a].name +
+                         "': SOURCE has no array of this name and type");
   }
 }
 

@@ -41,9 +41,10 @@ class ForeignSteps final : public ForwardingMesh {
   MeshSource& other_;
   Spool& spool_;
   FieldPairs fields_;
-  std::vector<std::vector<Part>> parts_;  // sources by stepped array and component
+  std::vector<std::vector<Part>> parts_;  // source of each component of each stepped array
   std::vector<std::string> missing_;
-  std::vector<std::unique_ptr<FieldReader>> mesh_readers_, other_readers_;  // readers by pair
+  std::vector<std::unique_ptr<FieldReader>> mesh_readers_,
+      other_readers_;  // one reader for each pair of fields
 };
 
 }  // namespace shm::converters

@@ -188,7 +188,7 @@ ParityShape parity_shape(std::uint64_t bytes, double share) {
 std::uint64_t write_parity(RandomSource& file, const ParityShape& shape, ByteSink& out,
                            const Progress& progress) {
 #ifdef SHM_HAS_ISAL
-  const auto checksums = block_checksums(file, shape, progress, "looking at blocks");
+  const auto checksums = block_checksums(file, shape, progress, "checking blocks");
   std::vector<std::byte> table(shape.checksum_packets() * kParityBlockBytes);
   for (std::size_t b = 0; b < checksums.size(); ++b) put(&table[4 * b], checksums[b], 4);
   const std::uint32_t set = checksum(std::span(table).first(4 * checksums.size()));
@@ -330,7 +330,8 @@ double ProtectedFile::share() const {
              : static_cast<double>(shape_.parity) / shape_.data;
 }
 
-// Compare the trailer at the end of the file, which is a copy of the protected trailer.
+// Checks the trailer at the end of the file. If the parity belongs to this file, this trailer is a
+// copy of the protected trailer and points to a place within the protected bytes.
 bool ProtectedFile::is_of_something_else() {
   if (file_->size() < kTrailerBytes) return false;
   std::array<std::byte, kTrailerBytes> trailer;
@@ -405,11 +406,11 @@ void ProtectedFile::check(const Progress& progress) {
       }
     }
   for (std::uint64_t i = 0; i < shape_.parity_packets(); ++i) {
-    if (progress) progress("looking at parity", i, shape_.parity_packets());
+    if (progress) progress("checking parity", i, shape_.parity_packets());
     if (!read_packet({shape_, set_, kParity, i, false}, payload)) ++damaged_packets_;
   }
   if (!trailer_is_there()) ++damaged_packets_;
-  const auto found = block_checksums(*file_, shape_, progress, "looking at blocks");
+  const auto found = block_checksums(*file_, shape_, progress, "checking blocks");
   for (std::uint64_t b = 0; b < shape_.blocks(); ++b)
     if (known_[b] == 0 || found[b] != checksums_[b]) damaged_.push_back(b);
 }
@@ -479,8 +480,9 @@ std::vector<std::uint64_t> ProtectedFile::heal_stripe(std::uint64_t stripe,
   if (rows.size() < wanted.size()) return {damaged.begin(), damaged.end()};
   rows.resize(wanted.size());
 
-  // First computes the share of the damaged blocks in the parity rows. Then computes these blocks
-  // by multiplying with the inverse of the part of the matrix that belongs to them.
+  // First subtracts the undamaged blocks of the stripe from the parity rows, which leaves the share
+  // of the damaged blocks. Then computes the damaged blocks by multiplying with the inverse of the
+  // part of the matrix that belongs to them.
   const std::uint64_t stripes = shape_.stripes();
   std::vector<std::vector<std::byte>> blocks;
   Bytes of_all, of_damaged;

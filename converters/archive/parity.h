@@ -23,8 +23,9 @@ inline constexpr std::size_t kParityBlockBytes = 4096;
 // stripes. Each stripe can recover at most as many lost blocks as it has parity blocks.
 struct ParityShape {
   std::uint64_t protected_bytes = 0;
-  std::uint32_t data = 0, parity = 0;  // blocks per stripe; data + parity <= 255, parity <= data
-  std::uint32_t millionths = 0;        // requested share; 0: unknown
+  std::uint32_t data = 0, parity = 0;  // number of data and parity blocks per stripe: data + parity
+                                       // <= 255, parity <= data
+  std::uint32_t millionths = 0;        // requested share in millionths of the file size; 0: unknown
 
   std::uint64_t blocks() const { return (protected_bytes - 1) / kParityBlockBytes + 1; }
   std::uint64_t stripes() const { return (blocks() - 1) / data + 1; }

@@ -21,8 +21,8 @@
 namespace shm::converters {
 namespace {
 
-// If step times are lost, step numbers replace them. This is the largest number of such steps for
-// each step that has values.
+// Largest accepted number of steps without times, for each step that has values. If step times are
+// lost, step numbers replace them.
 constexpr std::uint64_t kMostStepsForEach = 1000;
 
 class Salvage {
@@ -193,8 +193,8 @@ void Salvage::tell_others() {
           {{"what", "extra"}, {"offset", damage.offset}, {"bytes", damage.bytes}});
 }
 
-// Reports data that only the source format can interpret. It describes the whole mesh and is not
-// kept.
+// Reports the data that only the source format can interpret. Such data describes the whole mesh,
+// so the new file does not contain it.
 void Salvage::tell_words(const Translation& translation) {
   for (const std::string& loss : translation.losses())
     report_missing(loss, {{"what", "other"}, {"name", loss}});

@@ -39,7 +39,7 @@ class CountedSource final : public RandomSource {
   }
 
   RandomSource* source_;
-  std::map<std::uint64_t, std::uint64_t> ranges_;  // byte ranges read so far: begin -> end
+  std::map<std::uint64_t, std::uint64_t> ranges_;  // byte ranges read so far; maps begin to end
   std::uint64_t distinct_ = 0;
 };
 

@@ -1,4 +1,5 @@
-// DisjointSets: numbers from 0 in sets that are united step by step (union-find).
+// DisjointSets: divides numbers, counted from 0, into sets that are united step by step
+// (union-find).
 #pragma once
 
 #include <algorithm>
@@ -11,7 +12,7 @@ namespace shm::converters {
 
 class DisjointSets {
  public:
-  // At first each number is a set of its own.
+  // Creates one set for each number below `size`.
   explicit DisjointSets(std::size_t size = 0) : parent_(size) {
     std::iota(parent_.begin(), parent_.end(), 0U);
   }

@@ -1,6 +1,6 @@
 // Failure: the exception that reports every error in the converters. The tool catches it in one
-// place. The library itself never throws, but converters parse deeply nested input and need to
-// leave it from any depth.
+// place. The library itself never throws. The converters do, because they parse deeply nested input
+// and an exception leaves the parser from any depth.
 #pragma once
 
 #include <exception>

@@ -11,8 +11,8 @@
 
 namespace shm::converters {
 
-// The library stays open until the program ends. Several threads may call the functions found in
-// it.
+// A loaded library, which stays open until the program ends. Several threads may call the functions
+// found in it.
 class LoadedLibrary {
  public:
   // `name` is the name that the system's loader looks for, e.g. "libnetcdf.so.19". Throws Failure

@@ -84,7 +84,7 @@ class OutputFile {
   };
 
   std::string path_;
-  bool is_stream_ = false;  // true: a device, a pipe or standard output, so no file is replaced
+  bool is_stream_ = false;  // true: the output is a device, a pipe or standard output
   std::unique_ptr<FileSink> sink_;
   Uncommitted uncommitted_{sink_};
   std::optional<RemovedOnSignals> on_signals_;  // set if the temporary file has a name

@@ -155,7 +155,8 @@ NumberTable invert(NumberList& order, std::uint64_t size, const char* what, Spoo
     throw Failure(Error{ErrorCode::corrupt, detail, std::string(what) + " numbers", kNoOffset, {}});
   };
   if (order.size() != size)
-    fail("holds " + std::to_string(order.size()) + " numbers for " + std::to_string(size));
+    fail("there are " + std::to_string(order.size()) + " numbers, but " + std::to_string(size) +
+         " are expected");
   NumberTable position(spool, size, size);
   order.for_each([&](std::uint64_t index, std::uint64_t number) {
     if (number >= size)

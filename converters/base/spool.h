@@ -33,8 +33,8 @@ class PageFrames {
   struct Frame {
     std::unique_ptr<std::byte[]> bytes;
     std::uint64_t page = 0;
-    bool dirty = false;  // for use by the caller; false at first
-    bool used = false;   // used since the clock hand last passed
+    bool dirty = false;  // flag for use by the caller; false at first
+    bool used = false;   // true: used since the clock hand last passed the page
   };
 
   // Starts with frames for `start_bytes` and may grow to `budget_bytes`. There are at least four
@@ -90,7 +90,7 @@ class PageFrames {
  private:
   static constexpr std::uint32_t kAbsent = ~std::uint32_t{0};
   struct Entry {
-    std::uint32_t place = kAbsent;  // index of the frame of the page
+    std::uint32_t place = kAbsent;  // index of the frame that contains the page
 
     // Number of the eviction that removed the page, counted from 1; 0 if it was never evicted.
     std::uint32_t left_at = 0;
@@ -179,7 +179,7 @@ class PagedArray {
   PagedArray(PagedArray&&) = default;
   PagedArray& operator=(PagedArray&&) = default;
 
-  std::uint64_t size() const { return size_; }  // number of elements: one past the highest written
+  std::uint64_t size() const { return size_; }  // number of elements: 1 + highest index written
   void read(std::uint64_t first, std::uint64_t count, std::byte* out);
   void write(std::uint64_t first, std::uint64_t count, const std::byte* in);
   void append(std::uint64_t count, const std::byte* in) { write(size_, count, in); }
@@ -228,8 +228,8 @@ class PagedArray {
   std::vector<std::uint64_t> extents_;  // first page number of each extent
 };
 
-// A table of numbers, one for each vertex or cell, initially zero, with random access, in the
-// spool. Each number uses 4 bytes if the largest number fits into 4 bytes, and 8 bytes otherwise.
+// A table in the spool with one number for each vertex or cell, initially zero, and random access.
+// Each number uses 4 bytes if the largest number fits into 4 bytes, and 8 bytes otherwise.
 class NumberTable {
  public:
   static constexpr std::uint64_t kAnyNumber = std::numeric_limits<std::uint64_t>::max();

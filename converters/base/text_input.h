@@ -25,7 +25,7 @@ class TextInput {
   // Sets the section that later error messages name, e.g. "CELLS" or "$Nodes".
   void enter(std::string section) { section_ = std::move(section); }
 
-  bool at_end();  // skips no white space
+  bool at_end();  // returns true after the last byte; does not skip white space
 
   // Returns the next line without its line end (LF or CRLF). Throws Failure (truncated) at the end
   // of the file.

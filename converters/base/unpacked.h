@@ -42,7 +42,7 @@ class UnpackedSource final : public ByteSource {
   std::vector<std::byte> piece_;
   Result<void> refusal_;  // error of the packed source, if it reported one
   std::unique_ptr<archive, Closed> reader_;
-  // begun_: reading has begun; at_end_: the packed source is at its end.
+  // begun_: reading has begun. at_end_: the packed source is at its end.
   bool begun_ = false, at_end_ = false;
 };
 

@@ -45,7 +45,7 @@ class Comparison {
         with_steps_(with_steps),
         numbers_(source, restored, spool, progress, given_order, spooled) {}
 
-  // Compares the meshes. The numbering is guess number `guess`.
+  // Compares the meshes, using the numbering of guess number `guess`.
   CompareReport run(std::size_t guess) {
     compare_structure();
     if (!same_counts_) return std::move(report_);

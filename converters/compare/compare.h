@@ -21,7 +21,7 @@
 namespace shm::converters {
 
 struct MeasuredError {
-  std::string what;     // "coordinates", "array 'T'", or "array 'point/T'" if there are several T
+  std::string what;     // "coordinates" or "array 'T'"; "array 'point/T'" if several are called T
   double largest = 0;   // largest |restored - source|
   double promised = 0;  // error bound stated in the file
 };

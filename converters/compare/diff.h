@@ -15,9 +15,10 @@ struct DiffOptions {
   // Tolerances for coordinates, for fields, and by name: lossless (exact), absolute or relative.
   Lossy tolerance;
   bool match = false;       // true: vertices and cells may be in any order
-  bool with_roles = true;   // compare arrays that only one format has: number maps, attributes
-  bool with_extras = true;  // compare sets, titles, field data, ...
-  std::vector<std::string> only;  // names of the only arrays to compare; empty: all arrays
+  bool with_roles = true;   // true: also compare arrays that only one format has, such as number
+                            // maps and attributes
+  bool with_extras = true;  // true: also compare sets, titles, field data, ...
+  std::vector<std::string> only;  // names of the arrays to compare; empty: all arrays
 
   // Names to ignore: arrays, "coordinates", extras (also all extras below a path).
   std::vector<std::string> ignored;
@@ -26,7 +27,7 @@ struct DiffOptions {
 
 // A place at which the two meshes differ.
 struct DiffPlace {
-  std::string element;                // "vertex", "cell", "value", "step"
+  std::string element;                // kind of element: "vertex", "cell", "value", "step"
   std::optional<std::uint64_t> a, b;  // number of the element in each mesh
 
   // Position of the point in A; for a cell, the mean of its corners.
@@ -35,7 +36,7 @@ struct DiffPlace {
   std::optional<double> time;
   std::optional<std::uint32_t> component;
   std::string value_a, value_b;
-  // Distance of the values; infinity: at least one value is not finite.
+  // Distance between the two values. Infinite if at least one value is not finite.
   std::optional<double> distance;
 };
 
@@ -46,20 +47,22 @@ struct Finding {
   std::string kind;
   std::string what;  // item that differs: "vertices", "coordinates", "array 'point/T'", "extra
                      // 'vtk/skeleton'", ...
-  std::string a, b;  // descriptions of both sides; may be empty
+  std::string a, b;  // descriptions of the item in A and in B; may be empty
 
-  // Only for values, cells, times and extras: number of compared and of different items.
+  // Number of compared items and number of different items. Used only for values, cells, times and
+  // extras.
   std::uint64_t compared = 0, different = 0;
   double largest = 0;              // largest distance
   std::optional<double> relative;  // largest distance as a fraction of the range of A's values
 
-  // Places: first the largest difference, then the differences found first.
+  // Places where the meshes differ: first the place of the largest difference, then the places
+  // found first.
   std::vector<DiffPlace> places;
 };
 
 struct MeshDiff {
   std::vector<Finding> differences, notes;
-  // Number of values of coordinates and arrays.
+  // Numbers of compared and of different values of coordinates and arrays.
   std::uint64_t values_compared = 0, values_different = 0;
   struct Counts {
     std::uint64_t vertices = 0, cells = 0, blocks = 0, arrays = 0, steps = 0;

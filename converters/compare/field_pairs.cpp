@@ -57,7 +57,7 @@ class Pairing {
   }
 
  private:
-  using Arrays = std::set<std::size_t>;  // sets, because meshes may have very many arrays
+  using Arrays = std::set<std::size_t>;  // a set is fast even if there are very many arrays
   using Name = std::tuple<std::string, Location, std::string>;
   using ByName = std::map<std::pair<std::string, Location>, Arrays>;
 

@@ -1,6 +1,6 @@
 // Pairs the arrays of two meshes, and reads both arrays of a pair in the same form even if their
 // formats store them differently. A vector of one mesh may be v_x, v_y and v_z in the other mesh,
-// or may be padded with zeros. Block numbers may be an array.
+// or may be padded with zeros. Block ids of one mesh may be an array of the other mesh.
 #pragma once
 
 #include <cstddef>

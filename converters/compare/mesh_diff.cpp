@@ -465,7 +465,7 @@ void Diff::compare_uncovered(const StepPair& step, const FieldPair& field, Field
 void Diff::compare_extras() {
   ExtrasComparison how;
   how.is_ignored = [&](const std::string& key) {
-    // Lists of strings are compared with their arrays.
+    // Lists of strings are not compared here, but together with the arrays that refer to them.
     return source_format(a_).is_list_of_strings(key) || names_.is_ignored_extra(key);
   };
   how.accuracy = options_.tolerance.fields;

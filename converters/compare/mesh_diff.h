@@ -19,7 +19,7 @@
 
 namespace shm::converters {
 
-// Throws Failure (misuse) for names that occur in neither mesh.
+// Compares two meshes. Throws Failure (misuse) for names that occur in neither mesh.
 MeshDiff diff_meshes(MeshSource& a, MeshSource& b, const DiffOptions& options, Spool& spool,
                      const Progress& progress = {});
 

@@ -127,7 +127,7 @@ class Matcher {
     ++result_.matched_vertices;
   }
   void match_lone_vertices() {
-    // For each site: the only vertex of A there.
+    // For each site at which both meshes have one unmatched vertex: the vertex of A.
     std::vector<std::uint32_t> lone(a_.left_at.size(), kNone);
     for (std::uint32_t v = 0; v < a_.site.size(); ++v)
       if (a_.left_at[a_.site[v]] == 1 && b_.left_at[a_.site[v]] == 1) lone[a_.site[v]] = v;
@@ -348,7 +348,8 @@ class Matcher {
       if ((*side.to)[each->second] == kNone) rename(side, each->second);
   }
 
-  // Matches vertices that belong to the same cells, in their order.
+  // Matches the vertices that are left at each site, in ascending order. Such vertices are alike,
+  // because they belong to the same cells.
   void match_rest_in_order() {
     std::vector<std::pair<std::uint32_t, std::uint32_t>> left;  // (site, vertex of A)
     for (std::uint32_t v = 0; v < a_.site.size(); ++v)
@@ -367,8 +368,8 @@ class Matcher {
     }
   }
 
-  // Matches cells that have the same vertices in another order, or that are in other blocks, as
-  // changed cells.
+  // Matches cells that have the same vertices, but in another order or in another block. Such cells
+  // count as changed cells.
   void match_cells_of_same_vertices() {
     join(
         [this](const Side& side, std::uint32_t cell) {
@@ -387,7 +388,7 @@ class Matcher {
   const Progress& progress_;
   MeshMatch result_;
   Side a_, b_;
-  // Sites at which only one mesh has unmatched vertices, as used in keys.
+  // For each site, true if only one mesh has unmatched vertices there. Keys of cells use this.
   std::vector<bool> one_sided_;
   std::unordered_map<std::uint64_t, Bucket> buckets_;
   std::vector<std::uint64_t> due_;  // keys that exactly one cell of each mesh has

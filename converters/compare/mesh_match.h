@@ -30,7 +30,8 @@ struct MatchRules {
   double tolerance = 0;  // tolerance for coordinates
 };
 
-// Throws Failure (over_limit) for meshes that have too many vertices or cells for 32-bit numbers.
+// Matches two meshes. Throws Failure (over_limit) if a mesh has too many vertices or cells for
+// 32-bit numbers.
 MeshMatch match_meshes(MeshSource& a, MeshSource& b, const MatchRules& rules,
                        const Progress& progress = {});
 

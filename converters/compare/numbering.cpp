@@ -26,10 +26,11 @@ NumberingSearch::NumberingSearch(MeshSource& source, MeshSource& restored, Spool
       wanted_(restored.info().schema.order != Order::keep &&
               source.info().schema.order == Order::keep) {}
 
-// Adopts a guess. A guess may fit the cells although it does not fit their vertices and values, if
-// cells look the same after a rotation or coincide. Then the caller tries the next guess. The first
-// guess is that the numbers are unchanged. The other guesses are the numbers that result from
-// encoding the source, in each order of cells that fits.
+// Adopts a guess. The first guess is that the numbers are unchanged. For each further guess, the
+// source is encoded again in one of the known orders that match the restored cells; the guess
+// consists of the resulting numbers. A guess may match the cells but not their vertices and values,
+// because cells may coincide or look the same after a rotation. The caller then tries the next
+// guess.
 void NumberingSearch::take(std::size_t guess) {
   const bool as_they_are = same_as_they_are() || same_within_blocks();
   if (as_they_are) has_more_ = true;
@@ -37,8 +38,8 @@ void NumberingSearch::take(std::size_t guess) {
   replay(guess - (as_they_are ? 1 : 0));
 }
 
-// Returns true if the cells are the same without any renumbering, as in a file that was made from
-// the restored mesh. Stops at the first difference.
+// Returns true if the cells are the same without any renumbering. This is the case for a source
+// that was made from the restored mesh. Stops at the first difference.
 bool NumberingSearch::same_as_they_are() {
   CellCursor source(*source_), restored(*restored_);
   while (source.next() && restored.next())
@@ -183,7 +184,8 @@ std::string NumberingSearch::corners_text(std::span<const std::uint64_t> corners
 }
 
 std::size_t NumberingSearch::cache_bytes() const {
-  // Small, because the spool of a spooled mesh already caches the pages that are needed.
+  // The cache is small, because the spool of a spooled mesh already caches the pages that are
+  // needed.
   return in_spool_ == nullptr ? kCacheBytes : spooled_->memory.cache_bytes / 4;
 }
 

@@ -1,6 +1,7 @@
 // NumberingSearch: finds the relation between the numbers of vertices and cells in a restored mesh
-// and in its source. It makes guesses, which are then checked: that the numbers are the same, or
-// that they result from encoding the source again, in each order of cells that fits.
+// and in its source. It makes guesses, which are then checked. The first guess is that the numbers
+// are the same. Each further guess consists of the numbers that result from encoding the source
+// again in one of the orders of cells that match the restored mesh.
 #pragma once
 
 #include <cstddef>
@@ -20,7 +21,7 @@
 
 namespace shm::converters {
 
-// The source's number of each restored vertex and cell; null: the numbers are the same.
+// Number in the source for each restored vertex and cell. Null if the numbers are the same.
 struct Numbering {
   std::shared_ptr<NumberList> vertices, cells;
 };
@@ -79,7 +80,8 @@ class NumberingSearch {
   // Returns the size in bytes of a cache for the source's values.
   std::size_t cache_bytes() const;
 
-  // Returns the guess as original numbers of the source. The result is stored in `spool`.
+  // Returns the current guess, in the original numbers of the source. The result is stored in
+  // `spool`.
   Numbering numbering(Spool& spool) const;
 
  private:
@@ -96,7 +98,7 @@ class NumberingSearch {
   const Progress& progress_;
   const CellSequence* given_order_;
   std::unique_ptr<SpooledSource>& spooled_;
-  const SpooledMesh* in_spool_ = nullptr;  // renumbered copy, if source_ is this copy
+  const SpooledMesh* in_spool_ = nullptr;  // set if source_ is the renumbered copy
   bool wanted_, has_more_ = false;
   Numbering numbering_;
   std::optional<NumberTable> source_vertex_;  // source's number of each restored vertex

@@ -51,7 +51,7 @@ BigArray<std::uint64_t> fingerprints_of(MeshSource& mesh, Spool* spool) {
   return list;
 }
 
-// Position of a cell: the sum of its corners, and the sum of their magnitudes.
+// Position of a cell: sum of the coordinates of its corners, and sum of their absolute values.
 struct Centre {
   std::array<double, 3> sum{}, magnitude{};
 };
@@ -90,8 +90,8 @@ class Landmarks {
         if (number % every == 0) centres_.emplace_back(number, centre_of(mesh, batch.cell(i)));
   }
 
-  // Returns true if the cells of `source`, in the order `order`, are at these positions. Sums over
-  // corners may differ because of rounding. Values that are not finite are ignored.
+  // Returns true if the cells of `source`, in the order `order`, are at the stored positions. Sums
+  // over corners may differ because of rounding. Values that are not finite are ignored.
   bool found_in(MeshSource& source, const Cells& cells, const CellList& order) const {
     constexpr double kRounding = 1e-12;
     return std::all_of(centres_.begin(), centres_.end(), [&](const auto& landmark) {

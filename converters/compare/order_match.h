@@ -1,7 +1,7 @@
 // Finds the order of the cells in a file in Order::free. Computes every known order of the source
-// again, and compares with the file at which cell each vertex is used for the first time, and the
-// positions of some of the cells. Memory: as for computing orders (free_order.h), and 8 bytes per
-// cell.
+// again, and compares the reordered cells with the file: at which cell each vertex is used for the
+// first time, and where some of the cells are. Needs the memory for computing orders
+// (free_order.h), and 8 bytes per cell.
 #pragma once
 
 #include <cstddef>

@@ -39,8 +39,8 @@ class ValueScan {
   // elements that differ.
   using PlaceOf = std::function<DiffPlace(std::uint64_t i)>;
   void compare(const std::byte* a, const std::byte* b, std::uint64_t count, const PlaceOf& place);
-  // Compares elements that have no counterpart in the other mesh. They are equal to it if their
-  // values are NaN or zero.
+  // Compares elements that have no counterpart in the other mesh. Values that are NaN or zero do
+  // not count as differences.
   void compare_with_none(const std::byte* values, bool of_a, std::uint64_t count,
                          const PlaceOf& place);
   // Moves the largest difference to the front.

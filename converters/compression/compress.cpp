@@ -98,7 +98,8 @@ void write_all_steps(MeshSource& mesh, Writer& writer, const Schema& schema, Cod
   }
 }
 
-// `log`: the coding order; null if no extra refers to vertices or cells whose numbers change.
+// Writes the extras. `log`: the coding order; null if no extra refers to vertices or cells whose
+// numbers change.
 void write_extras(const MeshInfo& info, Writer& writer, const Schema& schema, CodingOrderLog* log,
                   Spool& spool) {
   if (schema.order == Order::keep || log == nullptr) {
@@ -192,8 +193,9 @@ TrialCoder trial_coder(const Schema& schema, ConnectivityCodec codec, Spool& spo
   };
 }
 
-// Returns true if the order of the cells is so regular that a delay buffer could hardly save a bit.
-// The function tests this on the first cells, with the codec that the level selects.
+// Returns true if the order of the cells is so regular that connectivity needs almost no bits, and
+// a delay buffer could hardly save any. Tests this on the first cells, with the codec that the
+// level selects.
 bool connectivity_is_free(MeshSource& mesh, const Schema& schema, const CompressOptions& options,
                           Spool& spool) {
   constexpr std::uint64_t kCells = 32768;
@@ -223,8 +225,8 @@ std::uint32_t tried_delay(MeshSource& mesh, const Schema& schema, const Compress
   });
 }
 
-// If there is only one step, no step refers to another step, so neither encoder nor decoder needs
-// to store its values.
+// Returns the largest distance between key steps. It is 1 for a mesh with one step: no step then
+// refers to another step, so neither encoder nor decoder needs to store its values.
 std::uint32_t key_steps_of(const MeshSource& mesh, const CompressOptions& options) {
   return options.key_steps.value_or(mesh.info().step_times.size() == 1 ? 1
                                                                        : WriteOptions().key_steps);

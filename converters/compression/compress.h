@@ -42,7 +42,7 @@ struct CompressOptions {
   // step, otherwise the default of shm::WriteOptions.
   std::optional<std::uint32_t> key_steps;
   unsigned threads = 1;                 // number of threads, as in shm::WriteOptions
-  CodingOrder* coding_order = nullptr;  // receives the coding order, too; borrowed, may be null
+  CodingOrder* coding_order = nullptr;  // also receives the coding order; borrowed, may be null
 
   // For Order::free: the order of cells to use instead of searching for one. Lists each cell once.
   // Borrowed; may be null.
@@ -80,8 +80,6 @@ std::optional<std::uint64_t> bytes_in_free_order(MeshSource& mesh, const Compres
 // `of` is the MeshInfo recorded in a .shm file; it contains the order, delay and segments.
 void replay_coding_order(MeshSource& mesh, const MeshInfo& of, CodingOrder& out, Spool& spool);
 
-// MeshFeeder: passes the vertices and cells of a mesh, with their static data, to a writer of the
-// library.
 // Returns the value of a library result, or throws its error. If the library refuses a call as
 // misuse, the cause is the mesh and not the user, so the error becomes unsupported.
 template <class T>

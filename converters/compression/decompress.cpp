@@ -279,7 +279,8 @@ FileSummary summarize_stream(ByteSource& source, const std::string& name,
   WatchedSource watched(source, 0, progress);
   ReadOptions options;
   options.threads = 0;
-  // Small, because small meshes are reported in one piece.
+  // The neighbourhoods of small meshes fit into this limit, so they are derived only once. Those of
+  // larger meshes are derived again for each array and step.
   options.kept_topology_bytes = std::size_t{4} << 20;
   Reader reader = unwrap(Reader::open(watched, {}, options), name);
   Summary summary;

@@ -46,10 +46,11 @@ class StagedMesh final : public MeshSource {
  private:
   struct Array {
     PagedArray values;                             // values of all steps, one step after another
-    std::map<std::uint64_t, std::uint64_t> steps;  // position of each step in `values`, by step
+    std::map<std::uint64_t, std::uint64_t> steps;  // maps each step to its position in `values`
     std::uint64_t staged = 0;                      // number of elements staged
 
-    // Positions of elements; only for cell arrays on some blocks if cells are reordered.
+    // Positions of the elements in order of arrival. Set only for cell arrays on some blocks, and
+    // only if cells are reordered.
     std::unique_ptr<NumberTable> positions;
   };
   void stage_mesh(const MeshBlock& block);
@@ -90,7 +91,7 @@ std::unique_ptr<MeshSource> open_shm(const std::string& path, Spool& spool,
 std::unique_ptr<MeshSource> open_shm(const std::string& path, Spool& spool,
                                      const Progress& progress = {});
 
-// The summary of its contents that a .shm file contains.
+// Summary of the contents of a .shm file, read from the file.
 struct FileSummary {
   MeshInfo info;
   Totals totals;

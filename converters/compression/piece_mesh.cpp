@@ -250,7 +250,8 @@ void PieceMesh::add_number_array(Location location, const NumberMaps* maps) {
   }
   array.location = location;
   array.type = ScalarType::int64;
-  // Do not add a map if the source has one, because it may be a piece itself.
+  // If the source already has such an array, because it is a piece of another mesh, no second array
+  // is added.
   for (const ArrayInfo& other : info_.schema.arrays)
     if (other.location == location && other.name == array.name && other.role == array.role) return;
   const auto& numbers = of_points ? vertex_numbers() : cell_numbers();
@@ -293,8 +294,8 @@ void PieceMesh::cut_sets(const std::vector<MeshSet>& sets, bool flat) {
     cut.id = set.id;
     cut.name = set.name;
     std::optional<std::size_t> each;
-    // Sets of decomposed meshes have no factors, because all parts must have the same structure: in
-    // some part, all remaining factors could be 1, and factors of 1 are not stored.
+    // Sets of decomposed meshes have no factors, because all parts must have the same structure.
+    // In one of the parts, all remaining factors could be 1, and factors of 1 are not stored.
     if (!set.factors.empty()) {
       if (!decomposed_) each = factors_of_each(set, flat);
       if (!each) without_factors_.push_back(label_of(set));

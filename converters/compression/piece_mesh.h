@@ -102,7 +102,7 @@ class PieceMesh final : public MeshSource {
     enum class What { of_file, vertex_numbers, cell_numbers } what = What::of_file;
     std::uint32_t source = 0;  // index of the array in the file
     std::optional<PagedArray> values{};
-    std::map<std::uint64_t, PagedArray> steps{};  // values by step of the file
+    std::map<std::uint64_t, PagedArray> steps{};  // values of each step; keys are steps of the file
   };
 
   void stage(const ExtractRequest& request);
@@ -141,7 +141,7 @@ class PieceMesh final : public MeshSource {
 
   // Values of static arrays, by index of the array in the file.
   std::map<std::uint32_t, PagedArray> staged_;
-  // Numbers of covered cells, by list of blocks.
+  // Numbers of the cells that a list of blocks covers; the key is this list.
   std::map<std::vector<std::uint32_t>, std::vector<std::uint64_t>> covered_;
   std::vector<Array> arrays_;
   std::uint64_t next_cell_ = 0;

@@ -40,7 +40,8 @@ class SetSides final : public ForwardingMesh {
   std::vector<Side> sides_;
   std::vector<std::uint64_t> vertices_;  // vertex numbers of the source, ascending
 
-  // Indices of the source's arrays; any further arrays of this mesh contain values of sides.
+  // Indices of the source's point arrays, which are the first arrays of this mesh. The arrays after
+  // them contain values of sides.
   std::vector<std::size_t> arrays_;
   std::size_t next_side_ = 0;
   std::uint64_t left_out_ = 0;

@@ -34,7 +34,7 @@ class BlocksById final : public ForwardingMesh {
   // Returns the index of the array of block numbers, which is named "BlockId" or "block_id".
   // Returns the number of arrays if there is no such array.
   static std::size_t array_of_ids(const MeshInfo& info);
-  // False: the array has too many different numbers to be block numbers.
+  // Returns false if the array has too many different numbers to be block numbers.
   bool useful() const { return useful_; }
   // Returns the key of each block. If the mesh is not useful(), the list ends after one key more
   // than the maximum number of blocks.

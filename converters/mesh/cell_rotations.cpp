@@ -9,7 +9,8 @@
 namespace shm::converters {
 namespace {
 
-// For each node that is not a corner: the corners between which the node is, in VTK's order.
+// Table of the nodes that are not corners, in VTK's order. For each of these nodes, it contains the
+// corners between which the node is.
 using Between = std::vector<std::vector<std::uint8_t>>;
 
 struct Kind {
@@ -79,8 +80,8 @@ std::vector<Rotation> corner_rotations(const Kind& kind) {
   return found;
 }
 
-// Extends a rotation of the corners to the other nodes: each of them moves with the corners around
-// it.
+// Extends a rotation of the corners to the other nodes. Each other node moves with the corners
+// around it.
 Rotation with_all_nodes(Rotation rotation, const Kind& kind, std::size_t nodes) {
   const auto sorted = [](std::vector<std::uint8_t> list) {
     std::sort(list.begin(), list.end());

@@ -14,9 +14,9 @@ using Rotation = std::vector<std::uint8_t>;
 
 // Returns all rotations, beginning with the identity: 24 for a hexahedron (with 8, 20 or 27 nodes),
 // 12 for a tetrahedron, 6 for a wedge, 4 for pyramids and quads, 3 for triangles. They include
-// nodes on edges, on faces and inside if VTK defines the order of these nodes. Any other cell, such
-// as a line, has only the identity, and the list is empty. Polygons of any size rotate cyclically
-// (see `rotates_by_counting`).
+// nodes on edges, on faces and inside if VTK defines the order of these nodes. For any other cell,
+// such as a line, the list is empty. Polygons of any size rotate cyclically (see
+// `rotates_by_counting`).
 const std::vector<Rotation>& rotations_of(CellShape shape, std::size_t nodes);
 inline bool rotates_by_counting(CellShape shape) { return shape == CellShape::polygon; }
 

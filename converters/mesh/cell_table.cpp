@@ -39,7 +39,7 @@ std::optional<CellTable> CellTable::read(MeshSource& mesh, const Progress& progr
     // Reserve memory only here, when the block sizes are known to be plausible.
     if (table.size() == batch.size() && table.begin_.empty())
       table.corners_.reserve(cells * table.uniform_);
-    if (progress) progress("taking up cells", table.size(), cells);
+    if (progress) progress("reading cells", table.size(), cells);
   }
   return table;
 }

@@ -56,7 +56,7 @@ class CellTable final : public Cells {
   std::uint32_t size_ = 0;
   std::vector<std::uint32_t> corners_;
   std::uint64_t uniform_ = 0;  // number of nodes of every cell, if it is the same for all cells
-  std::vector<std::uint64_t> begin_;   // otherwise: cells + 1 offsets into corners_
+  std::vector<std::uint64_t> begin_;  // offset of each cell in corners_, then the end; may be empty
   std::vector<std::uint32_t> blocks_;  // block of each cell; empty: there is only one block
   std::vector<bool> hexahedral_;       // indexed by block
 };

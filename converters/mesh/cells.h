@@ -13,7 +13,7 @@ namespace shm::converters {
 
 class Cells {
  public:
-  // Limits: numbers of cells and of vertices must be below them.
+  // Limits of a mesh: the numbers of its cells and of its vertices must be below them.
   static constexpr std::uint64_t kMostCells = std::uint64_t{1} << 29;
   static constexpr std::uint64_t kMostVertices = ~std::uint32_t{0};
 

@@ -18,7 +18,7 @@ void renumber_values(Extra& extra, const std::function<std::uint64_t(std::uint64
   // on disk.
   constexpr std::size_t kTogether = std::size_t{1} << 20;
   const std::size_t count = extra.data.size() / sizeof(Integer);
-  // (number, position) of each reference.
+  // Number and position of each reference.
   std::vector<std::pair<std::uint64_t, std::size_t>> references;
   for (std::size_t first = 0; first < count; first += kTogether) {
     references.clear();

@@ -63,7 +63,8 @@ class Statistics {
       }
   }
 
-  // Returns steps over the bounding box. A component without any usable value has the range [0, 0].
+  // Returns a quantization with uniform steps over the bounding box. A component without any usable
+  // value has the range [0, 0].
   Quantization box(std::uint32_t bits) const {
     Quantization box{bits, minimum_, maximum_};
     for (std::size_t c = 0; c < minimum_.size(); ++c)
@@ -80,11 +81,12 @@ class Statistics {
     return std::max(0.0, *std::max_element(maximum_.begin(), maximum_.end()) -
                              *std::min_element(minimum_.begin(), minimum_.end()));
   }
-  // Returns the step with the lowest cost for a bound. Normally the best step is about twice the
-  // bound. But a restored value is rounded to a number of the stored type, so errors are whole
-  // multiples of the distance between neighbouring numbers. If the bound is not much larger than
-  // this distance, some steps do not keep the bound, so that values must be kept exactly, while
-  // some longer steps do. There is therefore one longest usable step for each magnitude.
+  // Returns the quantization step with the lowest cost for an error bound. Normally the best step
+  // is about twice the bound. But a restored value is rounded to a number of the stored type, so
+  // errors are whole multiples of the distance between neighbouring numbers. If the bound is not
+  // much larger than this distance, some steps exceed the bound, so that values must be kept
+  // exactly, while some longer steps do. There is therefore one longest usable step for each
+  // magnitude.
   double best_step(double bound) const {
     // Start with slightly less than twice the bound. Values midway between two steps are common
     // (decimals), and rounding in either direction must not exceed the bound.
@@ -116,7 +118,7 @@ class Statistics {
   }
   double longest_step(std::size_t e, double bound) const {
     const double distance = ulp(e), ratio = bound / distance;
-    // Ratio from which on rounding to the stored type does not matter.
+    // Ratio above which rounding to the stored type does not matter.
     constexpr double kFine = 0x1p20;
     return ratio > kFine ? 2 * bound * (1 - 0x1p-20) : (2 * std::floor(ratio) + 1) * distance;
   }
@@ -188,7 +190,7 @@ Quantization quantization_of(const Accuracy& accuracy, const Values& values, boo
   if (accuracy.kind == Accuracy::Kind::relative)
     bound =
         std::min(bound * (is_box ? statistics.largest_side() : statistics.range()), kLargest / 2);
-  // If all values are equal, the range is 0. Such values are stored as compactly without loss.
+  // If all values are equal, the range is 0. Lossless storage of such values is equally compact.
   if (!(bound > 0) || statistics.mostly_exact(bound)) return {};
   Quantization quantization = Quantization::absolute(bound, values.components);
   quantization.spacing = statistics.best_step(bound);
@@ -250,7 +252,7 @@ Accuracy parse_accuracy(std::string_view text, const std::string& option) {
 }
 
 NamedAccuracy parse_named_accuracy(const std::string& text, const std::string& option) {
-  // The last colon, because names may contain colons, but accuracies do not.
+  // Finds the last colon, because names may contain colons, but accuracies do not.
   const std::size_t colon = text.rfind(':');
   if (colon == std::string::npos || colon == 0)
     wrong_use(option + ": '" + text + "' is not NAME:abs=E, :rel=E, :bits=N or :lossless");

@@ -45,7 +45,7 @@ struct Lossy {
   Accuracy coordinates;
   Accuracy fields;  // accuracy of all floating-point arrays without a role
 
-  // Accuracies of single arrays, which override the other two members.
+  // Accuracies of single arrays. They override `coordinates` and `fields`.
   std::vector<NamedAccuracy> named;
 };
 

@@ -22,7 +22,7 @@
 namespace shm::converters {
 
 struct MeshInfo {
-  Schema schema;  // blocks, arrays, coordinate_type, source_format
+  Schema schema;  // description of the mesh: blocks, arrays, coordinate_type, source_format
   std::uint64_t vertices = 0;
   std::vector<std::uint64_t> block_cells;  // number of cells of each block
   std::vector<double> step_times;          // time of each time step
@@ -57,8 +57,8 @@ struct MeshInfo {
 // Consecutive cells in file order. Cells of different blocks may alternate.
 struct CellBatch {
   std::vector<std::uint32_t> blocks;        // block index of each cell
-  std::vector<std::uint64_t> corner_begin;  // cells + 1 offsets into corners
-  std::vector<std::uint64_t> corners;       // vertex numbers, all < vertices
+  std::vector<std::uint64_t> corner_begin;  // offset of each cell in `corners`, then the end
+  std::vector<std::uint64_t> corners;       // vertex numbers, all less than the number of vertices
   std::size_t size() const { return blocks.size(); }
   std::span<const std::uint64_t> cell(std::size_t i) const {
     return std::span(corners).subspan(corner_begin[i], corner_begin[i + 1] - corner_begin[i]);

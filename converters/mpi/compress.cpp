@@ -30,8 +30,8 @@ class Shares {
         segments_(cells == 0 ? 0 : (cells - 1) / segment_cells + 1),
         ranks_(ranks) {}
   std::uint64_t first_segment(std::size_t rank) const {
-    // Avoids overflow of a product. If segments remain after division, the first ranks get one more
-    // segment each.
+    // Divides first, so that no product overflows. If segments remain after the division, the first
+    // ranks get one more segment each.
     const std::uint64_t each = segments_ / ranks_, over = segments_ % ranks_;
     return each * rank + std::min<std::uint64_t>(rank, over);
   }
@@ -173,7 +173,7 @@ class PartCompression {
   std::optional<PartWriter> writer_;  // writer of this part; empty if the rank is idle
   std::optional<FreshNumbers> vertices_, cells_;  // set only if numbers change
 
-  // Moved elements, by the blocks of the array.
+  // Elements that have moved, by the list of blocks that the array covers.
   std::map<std::vector<std::uint32_t>, NumberList> moved_;
   std::vector<std::uint64_t> first_elements_;  // index of this rank's first element of each array
   MemorySink head_;

@@ -96,7 +96,7 @@ void Part::open() {
   if (options_.input == "-" || options_.output == "-")
     wrong_use("ranks need files; IN or OUT is standard input or output");
   if (output_format(options_.output, options_.format).name != "exodus")
-    wrong_use("ranks write the parts of a decomposed Exodus mesh: call it " + options_.output +
+    wrong_use("ranks write the parts of a decomposed Exodus mesh: name it " + options_.output +
               ".e, or use --format exodus");
   check_places({{options_.input}, part_name(options_.output, ranks_.size(), ranks_.rank())},
                options_.force);
@@ -129,9 +129,9 @@ void Part::stage() {
   range_ = part_range(extractor_->segments(), whole_.cells(), ranks_.size(), ranks_.rank());
   const bool last = range_.end == whole_.cells();
   if (whole_.cells() == 0 && ranks_.first())
-    how.request.unused_vertices = true;  // because the part is the whole mesh
+    how.request.unused_vertices = true;  // this single part is the whole mesh
   else if (range_.empty())
-    how.request.cells.numbers.emplace();  // because the part has no cells
+    how.request.cells.numbers.emplace();  // an empty list: the part has no cells
   else
     how.request.cells.range = CellSelection::Range{range_.first, range_.end};
   how.request.unused_vertices |= last;
@@ -156,7 +156,7 @@ void Part::decode() {
 // cells of all ranks.
 void Part::agree_on_blocks() {
   const std::size_t array = BlocksById::array_of_ids(piece_->info());
-  if (array == piece_->info().schema.arrays.size()) return;  // this is the same on all ranks
+  if (array == piece_->info().schema.arrays.size()) return;  // all ranks return here, or none
   std::vector<BlocksById::Key> mine;
   ranks_.together([&] { mine = BlocksById(*piece_, array, {}).keys(); });
   blocks_ = united(ranks_, mine);

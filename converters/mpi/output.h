@@ -23,7 +23,7 @@ class SharedOutput {
   SharedOutput(const SharedOutput&) = delete;
   SharedOutput& operator=(const SharedOutput&) = delete;
 
-  // Not collective. Throws Failure (output).
+  // Writes bytes at position `offset` of the file. Not collective. Throws Failure (output).
   void write(std::uint64_t offset, std::span<const std::byte> bytes);
   // Collective. Flushes the file to disk, then renames it to its final name.
   void commit();

@@ -100,9 +100,9 @@ int run(Ranks& ranks, int argc, char** argv, Commands& commands) {
   commands.compress.threads = commands.decompress.threads = 1;
   CLI::App* compress = commands.compress.add_to(app);
   compress->description(
-      "Compress one mesh by all ranks. shm compress with the same options writes the same file.\n"
-      "--segment-cells must be given: ranks share the segments. --order is keep or stream;\n"
-      "--threads is for each rank, and 1 if not given");
+      "Compress one mesh with all ranks. The file is the same as that of shm compress with the\n"
+      "same options. --segment-cells must be given, because ranks share the segments. --order is\n"
+      "keep or stream; --threads is the number per rank (default: 1)");
   compress->footer(
       "Examples:\n"
       "  mpirun -n 4 shm_mpi compress rotor.e --segment-cells 262144\n"
@@ -111,8 +111,8 @@ int run(Ranks& ranks, int argc, char** argv, Commands& commands) {
   CLI::App* decompress = commands.decompress.add_to(app);
   decompress->description(
       "Write the mesh of a .shm file as a decomposed Exodus mesh with one part per rank: 4 ranks\n"
-      "write OUT.4.0 to OUT.4.3. Each rank decodes its share of the cells. Number maps hold the\n"
-      "numbers of the whole mesh");
+      "write OUT.4.0 to OUT.4.3. Each rank decodes its share of the cells. Number maps contain\n"
+      "the numbers in the whole mesh");
   decompress->remove_option(decompress->get_option("--threads"));
   leave_out_many_files(*compress);
   leave_out_many_files(*decompress);
@@ -165,7 +165,7 @@ int guarded_run(int argc, char** argv) {
 }  // namespace shm::converters
 
 int main(int argc, char** argv) {
-  // Ignored, so that writing beyond the file size limit is an ordinary error.
+  // SIGXFSZ is ignored, so that writing beyond the file size limit is an ordinary error.
   std::signal(SIGXFSZ, SIG_IGN);
   return shm::converters::guarded_run(argc, argv);
 }

@@ -29,7 +29,7 @@ std::vector<VertexUse> uses_in(MeshSource& mesh, const CellRange& range, PartUse
   return uses;
 }
 
-// The uses of some vertices as their owner knows them.
+// First and last uses, in the whole mesh, of the vertices whose numbers this rank owns.
 class OwnedUses {
  public:
   explicit OwnedUses(const NumberOwners& owners)

@@ -68,7 +68,8 @@ void for_cells(MeshSource& mesh, const CellRange& range, Visit&& visit) {
   }
 }
 
-// Collective. The ranges of consecutive ranks must be consecutive. Throws SharedFailure.
+// Finds the uses of the vertices of the cells in `range`. Collective: ranks must have consecutive
+// ranges. Throws SharedFailure.
 PartUses find_uses(Ranks& ranks, MeshSource& mesh, const CellRange& range, std::size_t last_rank);
 
 }  // namespace shm::converters

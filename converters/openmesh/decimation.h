@@ -67,8 +67,9 @@ class OutlineQuadrics final : public OpenMesh::Decimater::ModBaseT<MeshType> {
   using Place = typename MeshType::Point;
   using Quadric = OpenMesh::Geometry::QuadricT<double>;
 
-  // Prefers short edges if everything is plane. Otherwise one vertex would absorb all other
-  // vertices one by one, and its growing number of faces would be checked each time.
+  // Small weight that makes short edges come first if everything is plane. Otherwise one vertex
+  // would absorb all other vertices one by one, and its growing number of faces would be checked
+  // each time.
   static constexpr double kShortFirst = 1e-9;
 
   static Place normal_of(const Place& a, const Place& b, const Place& c) {

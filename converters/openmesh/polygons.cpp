@@ -13,8 +13,8 @@
 namespace shm::converters {
 namespace {
 
-// Largest number of corners. A polygon with n corners becomes n - 2 triangles, and OpenMesh numbers
-// halfedges, two per side, with an int.
+// Largest number of corners of a surface. A polygon with n corners becomes n - 2 triangles, and
+// OpenMesh numbers halfedges, two per side, with an int.
 constexpr std::size_t kMostCorners = (std::size_t{1} << 30) / 3;
 
 Vector place_of(const Surface& surface, std::uint32_t vertex) {
@@ -92,7 +92,8 @@ class PolygonMaker {
     for (std::size_t i = 1; i + 1 < count; ++i) {
       const std::array<std::uint32_t, 3> triangle = {ring_[turn], ring_[(turn + i) % count],
                                                      ring_[(turn + i + 1) % count]};
-      // The corners are not different if a polygon contains a vertex twice.
+      // A polygon that contains a vertex twice may have triangles with equal corners, which are
+      // left out.
       if (different(triangle) == 3) add_polygon(f, triangle);
     }
   }

@@ -24,7 +24,7 @@ struct PolygonOptions {
 // The resulting polygons. Each polygon has at least three corners, and its corners are different
 // vertices.
 struct Polygons {
-  std::vector<std::size_t> face_begin{0};  // faces + 1 offsets into corners
+  std::vector<std::size_t> face_begin{0};  // offset of each face in `corners`, then the end
   std::vector<std::uint32_t> corners;      // indices into `vertices`
 
   // For each polygon, the face of the surface from which it was made.

@@ -107,7 +107,7 @@ class SurfaceMesh {
   SurfaceMesh(const Surface& surface, const Polygons& polygons)
       : surface_(surface), polygons_(polygons) {
     mesh_.add_property(block_, "block");
-    // Needed because writers store only persistent properties.
+    // The property is made persistent, because writers store only persistent properties.
     mesh_.property(block_).set_persistent(true);
     mesh_.add_property(vertex_of_);
     mesh_.add_property(face_of_);
@@ -141,8 +141,8 @@ class SurfaceMesh {
     return {};
   }
 
-  // Decimates until at most `left` triangles are left, or none can be removed. The mesh must
-  // consist of triangles.
+  // Decimates until at most `left` triangles are left, or until no further triangle can be removed.
+  // The mesh must consist of triangles.
   void decimate(std::uint64_t left, const Progress& progress) {
     using Module = OutlineQuadrics<MeshType>;
     const std::uint64_t before = mesh_.n_faces();

@@ -11,8 +11,8 @@ namespace {
 
 constexpr std::uint32_t kNoFace = 6;
 
-// The corners that two adjacent faces share, i.e. an edge. For opposite faces both entries are
-// equal.
+// Table of the two corners that two adjacent faces share, i.e. of their edge. For opposite faces
+// both entries are equal.
 constexpr auto kEdgeBetween = [] {
   std::array<std::array<std::array<std::uint8_t, 2>, 6>, 6> table{};
   for (std::size_t f = 0; f < 6; ++f)
@@ -25,7 +25,7 @@ constexpr auto kEdgeBetween = [] {
   return table;
 }();
 
-// Bit f is set if the corner is on face f.
+// Faces of each corner, as bits: bit f is set if the corner is on face f.
 constexpr auto kFacesOfCorner = [] {
   std::array<std::uint8_t, 8> table{};
   for (std::size_t f = 0; f < 6; ++f)
@@ -217,7 +217,7 @@ Frame CellGraph::carried(std::uint32_t cell, const Frame& frame, std::uint32_t f
     used |= 1u << (there >> 1);
     known[a] = true;
   }
-  // Collapsed hexahedra may leave a direction undetermined. It gets any unused axis.
+  // Collapsed hexahedra may leave a direction undetermined. Such a direction gets any unused axis.
   for (std::size_t a = 0; a < 3; ++a)
     for (std::uint32_t axis = 0; axis < 3 && !known[a]; ++axis) {
       if (used >> axis & 1) continue;

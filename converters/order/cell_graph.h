@@ -1,4 +1,5 @@
-// CellGraph: contains which hexahedra share a face, and carries directions across that face. Needs
+// CellGraph: stores which hexahedra share a face, and converts directions in a hexahedron to
+// directions in the hexahedron across a face. Needs
 // 24 bytes of memory per cell. While the graph is built, it needs up to 96 more bytes for each of
 // 2^18 hexahedra (for an eighth of all hexahedra if that is more), and half a byte per vertex. All
 // tables may be in a spool; neighbouring cells should then have close numbers.

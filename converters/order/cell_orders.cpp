@@ -92,7 +92,7 @@ class RimFinder {
  public:
   RimFinder(const CellGraph& graph, Spool* spool)
       : graph_(&graph), reached_(graph.cells().size(), false), queue_(spool) {}
-  // Call it at most once for each component.
+  // Returns the cell at the rim. Call this at most once for each component.
   std::uint32_t operator()(std::uint32_t first) {
     std::uint64_t position = queue_.size();
     queue_.push_back(first);

@@ -44,7 +44,7 @@ struct SearchRoom {
 // Computes orders of one mesh. Orderings `within_blocks` must be requested last.
 class CellOrderer {
  public:
-  // Borrows both. `mesh`: mesh that has the vertices in the numbering of `cells`.
+  // Borrows `cells` and `mesh`. `mesh`: mesh that has the vertices in the numbering of `cells`.
   CellOrderer(const Cells& cells, MeshSource& mesh, Progress progress = {},
               const SearchRoom& room = {})
       : cells_(&cells), mesh_(&mesh), progress_(std::move(progress)), room_(room) {}

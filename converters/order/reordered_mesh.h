@@ -1,6 +1,6 @@
 // ReorderedMesh: a mesh with its cells in another order. Vertices keep their numbers. Cell data,
-// and extras that refer to cells, are reordered with the cells. In memory are the cells, their new
-// order, each static cell array, and one step of one stepped array.
+// and extras that refer to cells, are reordered with the cells. The object keeps in memory the
+// cells, their new order, each static cell array, and one step of one stepped array.
 #pragma once
 
 #include <cstddef>

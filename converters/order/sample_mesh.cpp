@@ -151,8 +151,8 @@ SampleMesh::SampleMesh(MeshSource& mesh, const CellSequence& picked) : info_(mes
   mesh.rewind_cells();
 }
 
-// Numbers in the whole mesh of the vertices of a sample, ascending. To find the elements of cell
-// arrays, also the number of cells of each block before each run and in it.
+// Numbers of the sample's vertices in the whole mesh, ascending. To find the elements of cell
+// arrays, each run also has the number of cells of each block before the run and in it.
 struct SampleMesh::Elements {
   struct Run {
     std::vector<std::uint64_t> before, inside;  // number of cells of each block

@@ -28,9 +28,9 @@ namespace shm::converters {
 
 class SpooledMesh final : public MeshSource, public Cells {
  public:
-  // Borrows both. `sort_bytes`: memory for sorts, in addition to the spool. Requires fits(): the
-  // numbers of cells and of vertices of the mesh are below the limits of Cells. Throws Failure
-  // (corrupt) if a cell has an invalid vertex number.
+  // Borrows `mesh` and `spool`. `sort_bytes`: memory for sorts, in addition to the spool. Requires
+  // fits(): the numbers of cells and of vertices of the mesh are below the limits of Cells. Throws
+  // Failure (corrupt) if a cell has an invalid vertex number.
   SpooledMesh(MeshSource& mesh, Spool& spool, std::size_t sort_bytes,
               const Progress& progress = {});
   static bool fits(const MeshInfo& info) {
@@ -122,9 +122,9 @@ struct SpooledSearch {
         table_bytes(memory / 8),
         cache_bytes(memory / 16) {}
   std::size_t mesh_bytes;    // bytes for the spool of the mesh
-  std::size_t sort_bytes;    // bytes for sorts of the mesh, before there are orders
+  std::size_t sort_bytes;    // bytes for the sorts that renumber the mesh
   std::size_t order_bytes;   // bytes for spools and sorts while orders are computed
-  std::size_t coding_bytes;  // bytes for the spool of a Writer, afterwards
+  std::size_t coding_bytes;  // bytes for the spool of the Writer that runs after the search
   std::size_t table_bytes;   // bytes for the spool of tables of a comparison, if there is no Writer
   std::size_t cache_bytes;   // bytes for vertex records and values of a step in the comparison
 };

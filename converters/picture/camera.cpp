@@ -160,7 +160,7 @@ void Camera::fit(const PictureFrame& frame) {
 }
 
 RasterPoint Camera::seen(const Vector& place) const {
-  // Limits the distance from the frame for all numbers.
+  // Largest distance from the left and from the top; larger distances are reduced to this one.
   static constexpr double kFar = 1 << 24;
   const auto whole = [](double number) {
     return static_cast<std::int64_t>(std::clamp(number, -kFar, kFar) + kFar + .5) -

@@ -12,7 +12,7 @@ namespace shm::converters {
 namespace {
 
 constexpr std::uint32_t kLeastWidth = 96, kLeastHeight = 72;
-constexpr std::uint32_t kGap = 2, kBar = 5;  // sizes in units; a unit is a pixel of a glyph
+constexpr std::uint32_t kGap = 2, kBar = 5;  // sizes in pixels of the font
 
 std::uint32_t scale_for(std::uint32_t width, std::uint32_t height) {
   return std::max<std::uint32_t>(std::min(width, height) / 320, 1);

@@ -52,7 +52,7 @@ class Painter {
     return true;
   }
 
-  // Draws the edges of a polygon.
+  // Draws the edges of a polygon as lines.
   void add_edges(std::size_t f) {
     if (surface_.face(f).size() < 3 || !see(f)) return;
     Paint paint = paint_of(f);

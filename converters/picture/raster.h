@@ -62,7 +62,7 @@ class Raster {
 
  private:
   // kFar: depth of samples on which nothing was drawn. kSameDepth: smaller differences of depth are
-  // ignored, so that the first one of coincident faces stays visible.
+  // ignored, so that of coincident faces the one drawn first stays visible.
   static constexpr float kFar = -1e30F;
   static constexpr float kSameDepth = 1e-6F;
   struct Sample {

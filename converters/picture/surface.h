@@ -15,7 +15,8 @@ namespace shm::converters {
 struct Surface {
   ScalarType coordinate_type = ScalarType::float64;  // float32 or float64
   std::span<const std::byte> xyz;                    // 3 coordinates per vertex
-  std::span<const std::uint64_t> face_begin;         // faces + 1 offsets into corners; may be empty
+  std::span<const std::uint64_t>
+      face_begin;  // offset of each face in `corners`, then the end; or empty
   std::span<const std::uint32_t> corners;  // vertices of faces; a face with 1 corner is a point,
                                            // with 2 an edge, with 3 or more a polygon
   std::span<const std::uint32_t> blocks;   // block index of each face

@@ -58,8 +58,8 @@ class SphereSurface {
   std::vector<Point3> directions;
 
  private:
-  // Equal angles instead of equal lengths, so that cells are not much smaller at the cube's
-  // corners.
+  // Maps grid line `i` to a coordinate -1..1 on the cube. Uses equal angles instead of equal
+  // lengths, so that cells are not much smaller at the cube's corners.
   double warp(Id i) const { return std::tan(kPi / 4 * (2.0 * i / n_ - 1)); }
   Id n_;
   std::unordered_map<std::uint64_t, Id> numbers_;

@@ -13,12 +13,12 @@ namespace make_mesh {
 
 struct Field {
   std::string name;
-  std::string_view type;  // type word of VTK
+  std::string_view type;  // type as VTK files name it, e.g. "float"
   std::size_t components = 1;
   std::vector<double> values;  // values, which are written as `type`
 };
 
-// `fields`: one, basic or full.
+// Return the fields of the cells or points. `fields`: one, basic or full.
 std::vector<Field> cell_fields(const Mesh& mesh, std::string_view fields);
 std::vector<Field> point_fields(const Mesh& mesh, bool full);
 

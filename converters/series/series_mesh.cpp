@@ -83,7 +83,7 @@ class SeriesMesh final : public MeshSource {
       if (info_.schema.arrays[a].per_step) copy(steps, a);
   }
 
-  // Must be called after the last file was added.
+  // Completes the mesh. Must be called after the last file was added.
   void finish() {
     for (std::size_t a = 0; a < values_.size(); ++a) {
       ArrayInfo& array = info_.schema.arrays[a];

@@ -37,7 +37,7 @@ std::unique_ptr<MeshSource> open_series(std::span<const SeriesFile> files, Spool
 std::unique_ptr<MeshSource> series_of_one(std::unique_ptr<MeshSource> mesh, const SeriesFile& file,
                                           Spool& spool);
 
-// Returns `mesh` with the same stepped arrays as `like`.
+// Returns `mesh` as a mesh in which the same arrays are stepped as in `like`.
 std::unique_ptr<MeshSource> stepped_like(std::unique_ptr<MeshSource> mesh, const MeshInfo& like);
 
 }  // namespace shm::converters

@@ -14,7 +14,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Format of the files of a collection. Readers of collections support no other format of ours.
+// Format of the files of a collection. Programs that read collections support no other format that
+// we write.
 constexpr const char* kFilesFormat = "vtu";
 constexpr std::size_t kFileDigits = 4;
 

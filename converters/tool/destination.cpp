@@ -49,7 +49,8 @@ void refuse_inputs(const std::string& path, const struct stat& output,
   }
 }
 
-// Asks the user on the terminal. Returns false if there is no terminal.
+// Asks the user on the terminal whether an output may be replaced. Returns false if there is no
+// terminal.
 bool may_replace(const std::string& what) {
   if (::isatty(STDIN_FILENO) == 0 || ::isatty(STDERR_FILENO) == 0) return false;
   std::fprintf(stderr, "shm: %s already. Overwrite? [y/N] ", what.c_str());

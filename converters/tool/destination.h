@@ -13,7 +13,7 @@ namespace shm::converters {
 struct Places {
   std::vector<std::string> inputs;  // paths; "-" and "" are ignored
 
-  // Path of the output; nothing: not known yet, or the input is changed in place.
+  // Path of the output. Empty if the output is not known yet, or if the input is changed in place.
   std::optional<std::string> output;
   bool compressed = false;  // true: the output is binary, so a terminal is refused
 

@@ -59,7 +59,7 @@ std::string share_text(const Finding& finding, const char* verb, const char* ver
          element_of(finding, finding.compared == 1) + " " + (finding.different == 1 ? verb : verbs);
 }
 
-// Returns the line of one finding, without its places.
+// Returns the line that describes a finding. The places where the meshes differ are separate lines.
 std::string headline(const Finding& finding) {
   const std::string& kind = finding.kind;
   if (kind == "only_in_a" || kind == "only_in_b") {

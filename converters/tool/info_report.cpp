@@ -82,8 +82,8 @@ std::string quantization_text(const Quantization& quantization, ScalarType type)
   return text + ", error at most " + number_text(quantization.max_error(type));
 }
 
-// Adds the number of bits of the box (0 if there is none) and the largest error (null if the data
-// is lossless).
+// Adds two numbers to `json`: the number of bits per coordinate or value if the data was rounded to
+// a number of bits (otherwise 0), and the largest error (null if the data is lossless).
 void add_quantization(Json& json, const std::string& prefix, const Quantization& quantization,
                       ScalarType type) {
   const bool of_box = quantization.lossy() && quantization.bits != Quantization::kAbsolute;

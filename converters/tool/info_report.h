@@ -21,7 +21,7 @@ struct FoundRange {
 
 // Facts about a mesh that are not in the headers of a file.
 struct InfoExtent {
-  std::optional<std::array<double, 6>> box;  // smallest x y z, largest x y z
+  std::optional<std::array<double, 6>> box;  // bounding box: smallest x, y, z, then largest x, y, z
   std::vector<FoundRange> ranges;  // value ranges, one per array; empty if the values were not read
   bool is_unreadable = false;      // the values could not be read
 };
@@ -37,7 +37,7 @@ InfoExtent measure_extent(MeshSource& mesh, bool ranges, const Progress& progres
 struct InfoReport {
   std::string path;
   const MeshInfo& info;
-  const Totals* totals;  // null for files that are not .shm
+  const Totals* totals;  // counts of a .shm file; null for files of other formats
   InfoExtent extent;
 };
 std::string info_json(const InfoReport& report);

@@ -25,7 +25,7 @@ inline constexpr std::size_t kLayoutBins = 500;  // rows and columns of one diag
 struct LayoutRaster {
   static constexpr std::uint8_t kLevels = 4;
   std::size_t rows = 0, columns = 0;
-  std::vector<std::uint8_t> level;  // row-major
+  std::vector<std::uint8_t> level;  // one level per bin, row by row
 };
 
 struct Layout {
@@ -47,8 +47,8 @@ bool is_scattered(const Layout& layout);
 // Draws both diagrams side by side. `title`: name of the mesh.
 std::string layout_svg(const Layout& layout, const std::string& title);
 
-// The same picture as PNG. has_png() returns whether librsvg is available. png_of_svg() throws
-// Failure (misuse) if the tool was built without it.
+// png_of_svg() converts the diagrams from SVG to PNG. has_png() returns whether librsvg is
+// available. png_of_svg() throws Failure (misuse) if the tool was built without librsvg.
 bool has_png();
 std::vector<std::byte> png_of_svg(const std::string& svg);
 

@@ -12,8 +12,8 @@
 namespace shm::converters {
 
 // Throws Failure (misuse) if the extension of `output` belongs to a format that could store data
-// which `target` cannot store. Such data is some of `losses`, or time steps of the mesh if only
-// `steps`, or the last step, is written.
+// which is lost in format `target`. Lost data is listed in `losses`; if the user chose no `steps`
+// and a file of format `target` holds a single step, all steps except the last are lost, too.
 void check_output_name(const std::string& output, const Format& target, const MeshInfo& mesh,
                        std::optional<StepRange> steps, const LossList& losses = {});
 

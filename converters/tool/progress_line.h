@@ -51,7 +51,7 @@ class ProgressLine {
 
   bool shown_, dirty_ = false;
   std::vector<ExpectedPhase> phases_;
-  std::size_t phase_ = 0;  // the current phase
+  std::size_t phase_ = 0;  // index of the current phase
   double begun_share_ = 0, share_ = 0;
   std::uint64_t bytes_ = 0;
   std::chrono::steady_clock::time_point begun_, last_{};

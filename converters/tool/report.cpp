@@ -20,7 +20,7 @@ namespace {
 std::uint64_t peak_rss_bytes() {
   struct rusage usage {};
   ::getrusage(RUSAGE_SELF, &usage);
-  return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;  // Linux counts kibibytes
+  return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;  // Linux reports the size in KiB
 }
 
 // Returns the sizes of the arrays as a JSON object with the keys "point/NAME" or "cell/NAME", as in
@@ -210,7 +210,7 @@ std::string sound_json(const std::string& path, const MeshInfo& info, const Pari
                        std::uint64_t stray_bytes) {
   Json json;
   json["file"] = path;
-  json["sound"] = true;  // the mesh
+  json["sound"] = true;  // about the mesh; the parity may nevertheless be damaged
   if (parity.there) {
     json["parity"] = true;
     json["parity_blocks"] = parity.blocks;

@@ -25,7 +25,8 @@ struct CompressRun {
   SizeReport sizes;
 };
 std::string compress_json(const CompressRun& run, const MeshInfo& info);
-// Formats "41 bytes from 82, 2.00 times smaller"; `of_what` is inserted after the 82.
+// Formats two sizes and their ratio, such as "41 bytes from 82, 2.00 times smaller". `of_what` is
+// inserted after the second size.
 std::string ratio_text(std::uint64_t bytes, std::uint64_t source_bytes,
                        const std::string& of_what = {});
 std::string compress_text(const CompressRun& run, const MeshInfo& info);
@@ -37,7 +38,7 @@ double bits_a_cell(const SizeReport& sizes);
 // size is known. Returns an empty string if the saving is too small to mention.
 std::string free_order_hint(const CompressRun& run, std::optional<std::uint64_t> free_bytes);
 
-// Reports of join.
+// Return the report of shm join, as JSON and as text.
 std::string join_json(const std::string& output, std::uint64_t output_bytes,
                       const std::vector<MemberReport>& members);
 std::string join_text(const std::string& output, std::uint64_t output_bytes,
@@ -60,7 +61,7 @@ std::string json_text(const nlohmann::json& json);
 // Formats "3 vertices, 1 hexahedron, 2 other cells".
 std::string counts_text(const MeshInfo& info);
 
-// Building blocks of reports.
+// Functions and types of which reports are composed.
 using Json = nlohmann::ordered_json;
 std::string dump(const Json& json);
 std::string plural(std::uint64_t count, const std::string& one, const std::string& many);
@@ -70,6 +71,7 @@ std::uint64_t bytes_of(const std::map<std::string, std::uint64_t>& streams,
                        const std::string& kind);
 std::uint64_t connectivity_bytes(const std::map<std::string, std::uint64_t>& streams);
 std::uint64_t hexahedra_of(const MeshInfo& info);
-std::uint64_t value_count(const MeshInfo& info, std::size_t array);  // all steps and components
+std::uint64_t value_count(const MeshInfo& info,
+                          std::size_t array);  // over all steps and components
 
 }  // namespace shm::converters

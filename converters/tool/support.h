@@ -29,13 +29,13 @@ struct CommonOptions {
   std::string input;   // path of the input; messages that name no file refer to it
   std::string output;  // empty: none; "-": standard output
 
-  // Path of the temporary copy of a piped input; the pipe's name.
+  // Path of the temporary copy of a piped input, and name of the pipe.
   std::string spooled, spooled_from;
   std::string part;  // name of the part of an archive to read; empty: the only part
   std::string temp;  // folder for temporary files; empty: next to the output
   std::optional<std::uint64_t> memory;  // limit of the spool, in bytes
 
-  // Largest size of a mesh: bytes of its numbers; number of cells.
+  // Largest mesh that is accepted: size of its numbers in bytes, and number of cells.
   std::optional<std::uint64_t> max_output, max_cells;
   bool quiet = false;
   bool force = false;  // overwrite an existing output
@@ -51,7 +51,8 @@ MeshLimits mesh_limits(const CommonOptions& options);
 // for meshes.
 std::string spool_directory(const CommonOptions& options);
 
-std::uint64_t file_bytes(const std::string& path);  // 0 if there is no file
+std::uint64_t file_bytes(
+    const std::string& path);  // size of the file in bytes; 0 if there is no file
 
 // Makes text safe for a terminal. Names come from files, and control characters in them could move
 // the cursor or end a line. Control characters are shown as \xNN.
@@ -72,7 +73,7 @@ bool is_shm(const std::string& path);
 void require_shm(const std::string& path);
 void require_no_archive(const std::string& path);
 
-// Prints to standard error, even with --quiet, so that no loss goes unnoticed.
+// Prints the lost data to standard error, even with --quiet, so that no loss goes unnoticed.
 void report_losses(const LossList& losses, const std::string& output);
 
 }  // namespace shm::converters

@@ -43,8 +43,8 @@ std::optional<double> parity_to_renew(const std::string& path, const Progress& p
   return parity->share();
 }
 
-// Returns the schema, counts and times of the file at `path` if it was made from a series of files
-// in the format of `more`. Otherwise returns nothing.
+// Returns the schema, counts and time values of the file at `path` if the file was made from a
+// series of files in the format of the mesh `more`. Otherwise returns nothing.
 std::optional<MeshInfo> series_with(const std::string& path, const MeshInfo& more) {
   const Format* format = format_named(more.schema.source_format);
   if (format == nullptr || !holds_one_step(more, *format, true)) return std::nullopt;
@@ -59,9 +59,9 @@ std::optional<MeshInfo> series_with(const std::string& path, const MeshInfo& mor
 CLI::App* AppendCommand::add_to(CLI::App& tool) {
   CLI::App* command = add_command(
       tool, *this, "append",
-      "Add time steps of the same mesh to a .shm file, after its last step. At any instant the "
-      "file\n"
-      "is either the old one or the new one. Existing data is copied, not encoded again",
+      "Add time steps of the same mesh to a .shm file, after its last step. FILE is always\n"
+      "complete, either without the new steps or with all of them. Existing data is copied, not\n"
+      "encoded again",
       "  shm append run.shm run.e                  the steps of run.e later than the last one in "
       "run.shm\n"
       "  shm append run.shm run.e-s002             output of a restarted run\n"
@@ -94,16 +94,17 @@ CLI::App* AppendCommand::add_to(CLI::App& tool) {
       ->type_name("T");
   command
       ->add_option("--key-steps", key_steps,
-                   "As for compress (default: the largest distance between key steps in FILE, "
-                   "at least 8)")
+                   "Make at least one of any N consecutive new steps independent of other steps, "
+                   "as compress\ndoes (default: the largest distance between key steps in FILE, "
+                   "but at least 8)")
       ->check(whole_number(1, ~std::uint32_t{0}))
       ->type_name("N");
-  command->add_option("--level", level, "As for compress")
+  command->add_option("--level", level, "Level of compression, as for shm compress")
       ->check(one_of({"fast", "default", "best"}))
       ->type_name("fast|default|best");
   command
       ->add_option("--cell-order", cell_order,
-                   "Cell order file used to compress FILE with --order free")
+                   "Cell order file that was used to compress FILE with --order free")
       ->type_name("FILE");
   command->add_flag("--strict", strict,
                     "Write nothing (exit code 6) if data of SOURCE other than its steps would be "

@@ -35,10 +35,10 @@ double percent_of(const std::string& text) {
   return percent;
 }
 
-// Prints a hint on standard error that --order free may make the file smaller, if order and
-// numbering, which the user may not need, need a large share of the file. Considers only meshes
-// with expensive connectivity and many active vertices. If the mesh is small enough, a trial
-// measures the saving.
+// Prints a hint on standard error that --order free may make the file smaller. Prints it if the
+// order and numbering of cells and vertices, which the user may not need, take a large share of the
+// file. Considers only meshes with expensive connectivity and many active vertices. If the mesh is
+// small enough, a trial measures the saving.
 void hint_at_free_order(MeshSource& mesh, const CompressOptions& how, const CompressRun& run,
                         Spool& spool) {
   constexpr double kDearBits = 6;
@@ -57,13 +57,12 @@ void hint_at_free_order(MeshSource& mesh, const CompressOptions& how, const Comp
 CLI::App* CompressCommand::add_to(CLI::App& tool) {
   CLI::App* command = add_command(
       tool, *this, "compress", "Compress a mesh with all its data into a .shm file",
-      "  shm compress rotor.e                     writes rotor.e.shm; restores everything exactly\n"
-      "  shm compress -r runs --rm                each mesh in folder runs and below; removes "
-      "each\n"
-      "                                           source once its .shm file is found to be the "
-      "same\n"
-      "  shm compress 'run_%04d.vtu' -o run.shm   a series with a file per time step; or run.pvd\n"
-      "  shm compress part.vtk -o part.shm --json sizes of all streams, for programs\n"
+      "  shm compress rotor.e                     writes rotor.e.shm, without loss of data\n"
+      "  shm compress -r runs --rm                each mesh in folder runs and its subfolders;\n"
+      "                                           removes a source after its .shm file was read\n"
+      "                                           back and found to contain the same mesh\n"
+      "  shm compress 'run_%04d.vtu' -o run.shm   a series with one file per time step\n"
+      "  shm compress part.vtk -o part.shm --json prints the sizes of all streams as JSON\n"
       "  shm compress part.msh --order stream --delay 100\n"
       "                                           smaller: vertices renumbered, cells reordered\n"
       "  shm compress part.e --order free         the same mesh in the order that compresses best\n"
@@ -80,7 +79,7 @@ CLI::App* CompressCommand::add_to(CLI::App& tool) {
   add_level(*command, level);
   command
       ->add_option("--delay", delay,
-                   "Cells in the delay buffer, 0 for none\n"
+                   "Hold back up to N cells, to code adjacent cells one after another; 0: none\n"
                    "(default: 0; with --order stream, a trial on a sample decides)")
       ->check(whole_number(0, 1u << 20))
       ->type_name("N");
@@ -89,55 +88,59 @@ CLI::App* CompressCommand::add_to(CLI::App& tool) {
                    "With --order free: take the cell order from FILE, one cell number (from 0) per "
                    "line,\ninstead of searching for one; verify --against needs the same FILE")
       ->type_name("FILE");
-  command->add_option("--bits", bits, "Round coordinates to N bits of the bounding box, 1 to 52")
+  command
+      ->add_option("--bits", bits,
+                   "Round coordinates to N bits (1 to 52) over the bounding box (default: exact)")
       ->check(whole_number(1, 52))
       ->type_name("N");
   command
       ->add_option(
           "--abs", abs,
-          "Round coordinates and all floating-point fields: finite values change by at most "
-          "E,\nothers not at all (--bits takes precedence for coordinates)")
+          "Round coordinates and all floating-point fields (default: exact). Finite values change\n"
+          "by at most E, NaN and infinities do not change. --bits takes precedence for coordinates")
       ->type_name("E");
   command
       ->add_option(
           "--rel", rel,
-          "Like --abs, with a bound for each array: E times its range over all components, "
-          "blocks and\nsteps; for coordinates, E times the longest side of the bounding box")
+          "Like --abs, but the bound of an array is E times its range over all components, "
+          "blocks and\nsteps, and the bound of coordinates is E times the longest side of the "
+          "bounding box")
       ->type_name("E");
   command
       ->add_option(
           "--array", arrays,
           "Accuracy of one array, overriding the options above: NAME:abs=E, NAME:rel=E, "
-          "NAME:bits=N\nor NAME:lossless. NAME is coordinates or an array, as point/NAME or "
-          "cell/NAME if several\nhave that name. May be repeated")
+          "NAME:bits=N\nor NAME:lossless. NAME is coordinates or the name of an array; if several "
+          "arrays have that\nname, write point/NAME or cell/NAME. May be repeated")
       ->allow_extra_args(false)
       ->type_name("NAME:HOW");
   command
       ->add_option(
           "--codec", codec,
-          "Codec of connectivity. auto: the best that the level tries (default); paper: the "
-          "published\nscheme; rows; replay: fast on regular layouts; mixed: smallest, half as fast "
-          "as rows; shifts: many\ntimes faster if numbers run in rows and layers, also codes "
-          "coordinates and arrays, may be larger\n(no --delay); patterns: like shifts, for any "
-          "mesh")
+          "Codec of connectivity (default: auto, the best codec that the level tries). paper: the\n"
+          "published scheme; rows: predicts hexahedra from rows beside them; replay: fast on "
+          "regular\nlayouts; mixed: smallest files, half as fast as rows; shifts: many times "
+          "faster if vertex\nnumbers run in rows and layers, also codes coordinates and arrays, "
+          "files may be larger (no\n--delay); patterns: like shifts, but for any mesh")
       ->check(one_of(codec_names()))
       ->type_name(CLI::detail::join(codec_names(), "|"));
   command
       ->add_option_function<std::string>(
           "--parity", [this](const std::string& text) { parity = percent_of(text); },
-          "Append parity of P percent of the file size, e.g. 5%. shm repair can then restore lost "
-          "bytes\nanywhere in the file, as long as they are fewer than that")
+          "Append parity of P percent of the file size, e.g. 5% (default: no parity). shm repair\n"
+          "can then restore lost bytes anywhere, if they are less than P percent of the file")
       ->type_name("P%");
   command
       ->add_option(
           "--segment-cells", segment_cells,
-          "Start a segment every N cells, for random access and threads (default: by budget)")
+          "Start a segment every N cells; decoding can begin at any segment, and threads decode\n"
+          "segments in parallel (default: segments are as long as --restart-budget requires)")
       ->check(whole_number(1))
       ->type_name("N");
   command
       ->add_option("--restart-budget", restart_budget,
-                   "Start segments as long as at most P percent of the vertices are stored twice\n"
-                   "(default: 0.2; 0: never)")
+                   "Start another segment only while at most P percent of the vertices are stored\n"
+                   "twice because of segments (default: 0.2; 0: never)")
       ->check(CLI::Validator(
           [](const std::string& word) {
             double percent = 0;
@@ -152,9 +155,9 @@ CLI::App* CompressCommand::add_to(CLI::App& tool) {
       ->add_option(
           "--key-steps", key_steps,
           "Make at least one of any N consecutive time steps independent of other steps, so that\n"
-          "reading can begin there. Default: 8. 1: every step; also the choice for a mesh with "
-          "one\n"
-          "step, so give 8 if shm append will add more steps")
+          "reading can begin there (default: 8; for a mesh with one step: 1). Give 8 for a mesh "
+          "with one\n"
+          "step if shm append will add more steps")
       ->check(whole_number(1, ~std::uint32_t{0}))
       ->type_name("N");
   command->add_flag("--json", json, "Print the sizes as JSON");
@@ -191,14 +194,14 @@ CompressOptions CompressCommand::how() const {
   return wanted;
 }
 
-// Returns the phases with rough shares of the work, estimated from the bytes of cells and steps
-// that each phase handles. The factors come from a profile.
+// Returns the phases of the command, each with a rough share of the work. The share is estimated
+// from the size of the cells and steps that the phase handles, with factors from a profile.
 std::vector<ExpectedPhase> CompressCommand::phases_of(const MeshInfo& info) const {
   const MeshBytes bytes = bytes_of_mesh(info);
   const double cells = static_cast<double>(bytes.cells);
   std::vector<ExpectedPhase> phases;
   if (order == "free")
-    phases = {{"taking up cells", .1 * cells},   {"sorting vertices", .1 * cells},
+    phases = {{"reading cells", .1 * cells},     {"sorting vertices", .1 * cells},
               {"numbering corners", .1 * cells}, {"sorting cells", .1 * cells},
               {"joining faces", .4 * cells},     {"trying orders", .4 * cells}};
   double streamed = 2 * cells + static_cast<double>(bytes.points);

@@ -15,14 +15,15 @@ namespace shm::converters {
 
 struct CompressCommand final : FileCommand {
   std::string order = "keep", level = "default", codec = "auto", cell_order;
-  // Cells in the delay buffer; if not given: 0, or chosen by a trial with order stream.
+  // Number of cells in the delay buffer. If the user gives no number, it is 0, or with order stream
+  // the result of a trial.
   std::optional<std::uint32_t> delay;
   std::uint32_t bits = 0;
   std::optional<std::string> abs, rel;
-  std::vector<std::string> arrays;  // NAME:ACCURACY
-  std::optional<double> parity;     // percent
+  std::vector<std::string> arrays;  // values of --array: NAME:ACCURACY
+  std::optional<double> parity;     // size of the parity in percent of the file size
   std::uint64_t segment_cells = 0;
-  double restart_budget = .2;  // percent
+  double restart_budget = .2;  // largest percentage of vertices that may be stored twice
   std::optional<std::uint32_t> key_steps;
 
   CLI::App* add_to(CLI::App& tool) override;
@@ -32,7 +33,8 @@ struct CompressCommand final : FileCommand {
   bool changes_size() const override { return true; }
   std::string output_beside(const std::string& path) const override;
   ExitCode run() override;
-  // Returns the options given, except progress and --cell-order. Throws Failure (misuse).
+  // Returns the options of the command line as CompressOptions, without --cell-order and without a
+  // progress callback. Throws Failure (misuse).
   CompressOptions how() const;
 
  private:

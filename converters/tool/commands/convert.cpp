@@ -73,9 +73,9 @@ ExitCode ConvertCommand::write_one(MeshSource& mesh, const Format& target, Spool
                                    ProgressLine& line) {
   const auto chosen = steps.in(mesh.info().step_times);
   if (chosen && chosen->size() > 1 && holds_one_step(mesh.info(), target, true))
-    wrong_use("--step " + steps.words + " is " + std::to_string(chosen->size()) +
+    wrong_use("--step " + steps.words + " selects " + std::to_string(chosen->size()) +
               " steps, but a file of format " + std::string(target.name) +
-              " holds one; a name such as out_%04d writes one file per step");
+              " holds one step; a name such as out_%04d writes one file per step");
   // A mesh that comes from this format and is written whole needs no conversion.
   std::optional<Conversion> conversion;
   if (chosen || is_foreign(mesh.info(), target) || mesh.info().step_times.size() > 1)
@@ -123,7 +123,7 @@ ExitCode ConvertCommand::write_each(MeshSource& mesh, const StepFiles& step_file
   for (std::uint64_t step = range.first; step < range.end; ++step) {
     line.show("writing", step - range.first, range.size());
     Spool own(spool.directory(), spool.memory_budget(),
-              spool.limits());  // a spool per file, so that its disk space is freed after each file
+              spool.limits());  // one spool per file; its disk space is freed after the file
     Conversion conversion(mesh, step_files.format(), step_in_file(info, step), own);
     write_mesh(conversion.mesh(), step_files.file(step), step_files.format(), own);
   }
@@ -150,7 +150,7 @@ CLI::App* DecompressCommand::add_to(CLI::App& tool) {
       add_command(tool, *this, "decompress",
                   "Write the mesh of a .shm file in its source format or another one",
                   "  shm decompress rotor.e.shm               writes rotor.e\n"
-                  "  shm decompress *.shm -o restored         each into folder restored\n"
+                  "  shm decompress *.shm -o restored         writes each mesh to folder restored\n"
                   "  shm decompress part.shm -o part.out --format vtk");
   add_files(*command, *this, ".shm file, - for standard input");
   add_output(*command, *this,
@@ -195,8 +195,8 @@ std::string DecompressCommand::name_of_series(const std::string& name, const For
   return written.name == "vtu" ? stem + std::string(kCollection) : stem + "_%04d" + extension;
 }
 
-// Returns the folder for all members. If there is only one member, or --part chooses one, returns
-// the file name of that member.
+// Returns the folder to which all members of an archive are written. If there is only one member,
+// or --part chooses one, returns the output file of that member.
 std::string DecompressCommand::output_of_archive(const std::string& path) const {
   const std::filesystem::path folder = std::filesystem::path(path).parent_path();
   const ArchiveFile archive(path);
@@ -207,8 +207,8 @@ std::string DecompressCommand::output_of_archive(const std::string& path) const 
   return (folder / (was_packed(member) ? name.stem() : name)).string();
 }
 
-// Returns the name of IN without .shm if its extension is that of the written format. Otherwise
-// adds the usual extension of that format.
+// Returns the path of IN without .shm if the rest ends in an extension of the written format.
+// Otherwise adds the usual extension of that format.
 std::string DecompressCommand::output_beside(const std::string& path) const {
   constexpr std::string_view kExtension = ".shm";
   std::string name = unpacked_name(path);

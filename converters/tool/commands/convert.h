@@ -19,7 +19,7 @@ struct ConvertCommand : FileCommand {
   std::string format;  // format of the output; empty: chosen by the name of the output
   StepChoice steps;
   bool strict = false;
-  bool keeps_attributes = false;  // the output gets the mode and times of IN, as with gzip
+  bool keeps_attributes = false;  // true: the output gets permissions and modification time of IN
 
   CLI::App* add_to(CLI::App& tool) override;
   Places places() override;
@@ -45,12 +45,13 @@ struct DecompressCommand final : ConvertCommand {
   ExitCode run() override;
 
  private:
-  // An archive with several members is split into a folder, as shm split does.
+  // Returns true if IN is an archive with several members, which run() writes to a folder as shm
+  // split does.
   bool is_to_split() const;
   std::string output_of_archive(const std::string& path) const;
   static std::string name_of_series(const std::string& name, const Format& written);
 
-  bool splits_ = false;  // set by places()
+  bool splits_ = false;  // result of is_to_split(), stored by places()
 };
 
 }  // namespace shm::converters

@@ -37,13 +37,11 @@ constexpr const char* kDiffExamples =
     "  shm diff part.msh part.e --match         in any order of vertices and cells\n"
     "  shm diff a.vtk b.vtk --json | jq '.differences[] | {what, different, places}'\n"
     "\n"
-    "Exact comparison: numbers of the same type are equal if their bits are (-0.0 is not 0.0),\n"
-    "numbers of different types if their values are. With a tolerance, NaN equals NaN, -0.0 "
-    "equals\n"
-    "0.0, and integers must be identical. Between formats, only data that both can store is\n"
-    "compared: mesh, fields, times; a different type of numbers is only a note. Vertices, cells "
-    "and\n"
-    "steps are numbered from 0.\n"
+    "Exact comparison: numbers of the same type are equal if all their bits are equal (-0.0 is\n"
+    "not 0.0); numbers of different types are equal if their values are equal. With a tolerance,\n"
+    "NaN equals NaN, -0.0 equals 0.0, and integers must be identical. If the formats differ, only\n"
+    "data that both formats can store is compared: mesh, fields and times; a different number\n"
+    "type is then only a note. Vertices, cells and steps are numbered from 0.\n"
     "\n"
     "JSON: equal, tolerance, match, a and b (file, format, vertices, cells, blocks, arrays, "
     "steps),\n"
@@ -69,15 +67,15 @@ CLI::App* DiffCommand::add_to(CLI::App& tool) {
       ->type_name("E");
   command
       ->add_option("--rel", rel,
-                   "Like --abs, with a bound for each array: E times its range in A over all "
-                   "components, blocks and\nsteps; for coordinates, E times the longest side of "
-                   "the bounding box")
+                   "Like --abs, but the bound of an array is E times its range in A over all "
+                   "components, blocks\nand steps, and the bound of coordinates is E times the "
+                   "longest side of the bounding box")
       ->type_name("E");
   command
       ->add_option("--array", arrays,
                    "Tolerance of one array, or of coordinates, overriding the options above: "
-                   "NAME:abs=E,\nNAME:rel=E or NAME:lossless (exact); NAME as point/NAME or "
-                   "cell/NAME if several have that name.\nMay be repeated")
+                   "NAME:abs=E,\nNAME:rel=E or NAME:lossless (exact). If several arrays have that "
+                   "name, write point/NAME or\ncell/NAME. May be repeated")
       ->allow_extra_args(false)
       ->type_name("NAME:HOW");
   command->add_option("--only", only, "Compare no array except this one. May be repeated")
@@ -102,7 +100,7 @@ CLI::App* DiffCommand::add_to(CLI::App& tool) {
       ->check(whole_number(0))
       ->type_name("N");
   add_part(*command, *this);
-  command->add_flag("--json", json, "Print as JSON");
+  command->add_flag("--json", json, "Print the report as JSON");
   return command;
 }
 

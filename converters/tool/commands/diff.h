@@ -11,7 +11,7 @@
 namespace shm::converters {
 
 struct DiffCommand final : Command {
-  std::string b;  // the second mesh; `input` is the first
+  std::string b;  // path of the second mesh; `input` is the path of the first
   std::optional<std::string> abs, rel;
   std::vector<std::string> arrays, only, ignored;
   bool match = false, no_maps = false, no_extras = false, json = false;

@@ -105,8 +105,8 @@ std::vector<std::uint32_t> blocks_of(const std::vector<std::string>& wanted,
   return {found.begin(), found.end()};
 }
 
-// Returns the indices of the arrays that the words mean. point/NAME and cell/NAME mean one array,
-// NAME both; v also means v_x, v_y and v_z.
+// Returns the indices of the arrays that the user named. point/NAME and cell/NAME name one array,
+// NAME alone names both. The name v also stands for v_x, v_y and v_z.
 std::vector<std::uint32_t> arrays_of(const std::vector<std::string>& wanted,
                                      const std::vector<ArrayInfo>& arrays) {
   std::set<std::uint32_t> found;
@@ -253,9 +253,9 @@ void Extraction::choose_steps() {
   steps_ = options_.steps.in(whole_.step_times);
   const bool every_step = !files_.is_one_file() || format_.capabilities.every_step;
   if (steps_ && steps_->size() > 1 && !every_step)
-    wrong_use("--step " + options_.steps.words + " is " + std::to_string(steps_->size()) +
+    wrong_use("--step " + options_.steps.words + " selects " + std::to_string(steps_->size()) +
               " steps, but a file of format " + std::string(format_.name) +
-              " holds one; a name such as out_%04d writes one file per step");
+              " holds one step; a name such as out_%04d writes one file per step");
   if (steps_ && steps_->size() == 1 && files_.is_one_file()) how_.step = steps_->first;
   if (steps == 0 || (!how_.step && every_step)) return;
   const std::uint64_t step = how_.step.value_or(steps - 1);
@@ -361,7 +361,7 @@ bool Extraction::write_each(ProgressLine& line) {
   files_.begin();
   for (std::uint64_t step = range.first; step < range.end; ++step) {
     line.show("writing " + options_.output, step - range.first, range.size());
-    // A spool per file, so that its disk space is freed after each file.
+    // Each file has its own spool, so that the disk space is freed after the file is written.
     Spool own(spool_.directory(), spool_.memory_budget(), spool_.limits());
     Translation translation = translated(step_in_file(info, step), own);
     FromElsewhere mesh(translation.mesh(), whole_);
@@ -385,10 +385,11 @@ CLI::App* ExtractCommand::add_to(CLI::App& tool) {
   CLI::App* command = add_command(
       tool, *this, "extract",
       "Write a piece of a .shm file as a separate mesh, in any format. Only the bytes that the\n"
-      "piece needs are read. Cells must meet all conditions given; without any, all cells are\n"
-      "written. Vertices and cells are renumbered but keep their order; shm_vertex_number and\n"
-      "shm_cell_number (in Exodus the number maps) hold their old numbers. Sets lose the members\n"
-      "that are not in the piece",
+      "piece needs are read. Cells must meet all given conditions; without a condition, all cells\n"
+      "are written. Vertices and cells are renumbered in the same order; the arrays\n"
+      "shm_vertex_number and shm_cell_number (in Exodus: the number maps) contain their numbers "
+      "in\n"
+      "IN. Sets lose the members that are not in the piece",
       "  shm extract rotor.e.shm part.vtu --box 0,0,0,1,1,0.5 --array temperature --step 12\n"
       "  shm extract rotor.e.shm casing.e --block casing\n"
       "  shm extract rotor.e.shm inlet.vtk --set inlet     its sides, as quads and triangles\n"
@@ -401,37 +402,38 @@ CLI::App* ExtractCommand::add_to(CLI::App& tool) {
   command
       ->add_option(
           "--cells", cells,
-          "Cells A to B - 1, counted from 0 in the order of IN (with --order keep, that of the "
-          "source)")
+          "Only cells A to B - 1, counted from 0 in the order of IN, which is the order of the "
+          "source if\nIN was compressed with --order keep")
       ->type_name("A:B");
   command
       ->add_option("--block", blocks,
-                   "Cells of the blocks with this name, or with this id if no block has the name. "
-                   "May be repeated")
+                   "Only cells of the blocks with this name, or with this id if no block has the "
+                   "name. May be\nrepeated")
       ->allow_extra_args(false)
       ->type_name("ID");
   command
       ->add_option("--box", box,
-                   "Cells with at least one vertex in this box or on its faces: "
+                   "Only cells with at least one vertex in this box or on its faces: "
                    "xmin,ymin,zmin,xmax,ymax,zmax")
       ->type_name("BOX");
   command
       ->add_option(
           "--set", set,
-          "A set by name or number, or side_set_N, node_set_N, element_set_N. Element set "
-          "or physical\ngroup: its cells. Side set: its sides as cells, with the values of "
-          "their points.\nNode set: its points, each as a cell (of the other conditions only --box "
-          "applies)")
+          "Only this set, given by name or number, or as side_set_N, node_set_N or element_set_N.\n"
+          "Of an element set or physical group, the cells are written. Of a side set, the sides "
+          "are\nwritten as cells, with the values of their points. Of a node set, each point is "
+          "written as a\ncell; --box is then the only other condition that is allowed")
       ->type_name("NAME");
   command
       ->add_option(
           "--array", arrays,
-          "Only this array, and number maps: NAME, point/NAME or cell/NAME, v for v_x, v_y, "
-          "v_z. May be\nrepeated")
+          "Only this array (and number maps): NAME, point/NAME or cell/NAME; v means v_x, v_y and "
+          "v_z.\nMay be repeated")
       ->allow_extra_args(false)
       ->type_name("NAME");
   add_steps(*command, steps);
-  command->add_option("--part", part, "File of an archive to read")->type_name("NAME");
+  command->add_option("--part", part, "File to read if IN is an archive (default: its only file)")
+      ->type_name("NAME");
   command->add_flag("--strict", strict,
                     "Write nothing (exit code 6) if OUT would lack data of the piece. Such data is "
                     "listed on\nstandard error in any case");

@@ -34,10 +34,11 @@ CLI::App* InfoCommand::add_to(CLI::App& tool) {
       "  shm info rotor.e.shm -v                  also codecs, segments and streams\n"
       "  shm info rotor.e.shm --json | jq .streams");
   add_files(*command, *this,
-            ".shm file, or any other mesh (without sizes). Several files get one line each");
+            ".shm file, or mesh of another format (sizes of streams are then not reported).\n"
+            "If there are several files, each file gets one line");
   command->add_flag(
       "-v,--verbose", verbose,
-      "List also order, codecs, segments and the bytes of each stream of a .shm file");
+      "Also list order, codecs, segments, and the size of each stream in bytes (.shm files)");
   command->add_flag(
       "--ranges", ranges,
       "Read all values and show the range of each array; without --json this is the default\n"

@@ -32,8 +32,9 @@ CLI::App* JoinCommand::add_to(CLI::App& tool) {
   CLI::App* command = add_command(
       tool, *this, "join",
       "Put several meshes into one .shm file: the pieces of a decomposed mesh, or the files of a\n"
-      "restarted run. .shm files are stored unchanged, others are compressed. With --merge the\n"
-      "pieces become one mesh, in which nodes and elements have their numbers in the whole mesh",
+      "restarted run. .shm files are stored unchanged, other files are compressed. With --merge\n"
+      "the pieces become one mesh, in which nodes and elements are numbered as before\n"
+      "decomposition",
       "  shm join -o rotor.shm rotor.e.4.0 rotor.e.4.1 rotor.e.4.2 rotor.e.4.3\n"
       "  shm join --merge -o rotor.shm rotor.e.4    one mesh of rotor.e.4.0 to rotor.e.4.3\n"
       "  shm join -o run.shm run.e run.e-s002 run.e-s003\n"
@@ -42,7 +43,7 @@ CLI::App* JoinCommand::add_to(CLI::App& tool) {
   command->add_option("-o,--output", output, "File to write")->required()->type_name("OUT.shm");
   command->add_flag("--merge", merge,
                     "Merge the parts of a decomposed Exodus mesh into one mesh, as epu does;\n"
-                    "NAME.COUNT means NAME.COUNT.0 and the files that follow it");
+                    "NAME.COUNT means the COUNT files NAME.COUNT.0, NAME.COUNT.1, ...");
   add_force(*command, *this);
   add_order(*command, order);
   add_level(*command, level);

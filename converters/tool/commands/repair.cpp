@@ -29,8 +29,8 @@ namespace {
 struct Repair {
   bool has_parity = false;
   std::uint64_t blocks = 0, healed = 0, damaged_packets = 0;
-  std::vector<std::uint64_t> lost;  // blocks that parity could not heal
-  DamageReport damage;              // damage that is left after healing by parity
+  std::vector<std::uint64_t> lost;  // indices of the blocks that parity could not heal
+  DamageReport damage;              // damage that parity could not heal
   bool new_index = false;
   std::optional<SalvageReport> salvaged;
 
@@ -177,7 +177,8 @@ void RepairRun::find_rest() {
   repair_.damage = unwrap(std::move(damage), options_.input);
 }
 
-/// Returns false, and writes nothing, if the index is lost and cannot be rebuilt.
+/// Writes the file as it was before the damage. Returns false, and writes nothing, if the index is
+// lost and cannot be rebuilt.
 bool RepairRun::write_as_it_was() {
   OutputFile output(options_.output, spool_directory(options_));
   if (repair_.damage.damages.empty()) {
@@ -243,7 +244,7 @@ CLI::App* RepairCommand::add_to(CLI::App& tool) {
 }
 
 Places RepairCommand::places() {
-  if (output.empty()) return {};  // in place
+  if (output.empty()) return {};  // the input is repaired in place
   return {{input}, output, true};
 }
 

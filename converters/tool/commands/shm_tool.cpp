@@ -63,13 +63,13 @@ Commands commands() {
 }  // namespace shm::converters
 
 int main(int argc, char** argv) {
-  // Freed memory of large arrays returns to the system instead of being kept for smaller
-  // allocations.
+  // With this threshold, memory of large arrays is returned to the system when it is freed, and not
+  // kept for smaller allocations.
   ::mallopt(M_MMAP_THRESHOLD, 768 * 1024);
   shm::converters::remove_outputs_on_signals();
-  std::signal(SIGPIPE, SIG_IGN);  // ignored, so that writing to a closed pipe returns an error
+  std::signal(SIGPIPE, SIG_IGN);  // so that writing to a closed pipe returns an error
 
-  // Ignored, so that writing beyond the file size limit returns an error.
+  // SIGXFSZ is ignored, so that writing beyond the file size limit returns an error.
   std::signal(SIGXFSZ, SIG_IGN);
   return shm::converters::run_tool(shm::converters::commands, argc, argv);
 }

@@ -61,9 +61,9 @@ std::string stray_text(std::uint64_t bytes) {
 std::string parity_text(const ParityState& state) {
   if (!state.there) return {};
   if (state.sound()) return ", parity of " + counted(state.blocks, "block") + " too";
-  return "; damaged: " + counted(state.damaged_packets, "packet") + " of parity, and of " +
-         counted(state.blocks, "block") + " " + std::to_string(state.damaged_blocks) +
-         " (shm repair)";
+  return "; damaged: " + counted(state.damaged_packets, "packet") + " of parity and " +
+         std::to_string(state.damaged_blocks) + " of " + counted(state.blocks, "block") +
+         " (see shm repair)";
 }
 
 // Returns the path of the file that a member was made from, in the directory of --against.

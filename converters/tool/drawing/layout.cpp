@@ -36,8 +36,9 @@ std::optional<double> saved_in_free_order(MeshSource& mesh, Spool& spool) {
 CLI::App* LayoutCommand::add_to(CLI::App& tool) {
   CLI::App* command = add_command(
       tool, *this, "layout",
-      "Draw how coherently a mesh is stored: vertices down, cells across, a green line\n"
-      "from the first to the last use of each vertex",
+      "Draw a diagram of how coherently a mesh is stored: it has a row for each vertex and a\n"
+      "column for each cell. A green line in each row runs from the first to the last cell that\n"
+      "uses the vertex",
       "  shm layout rotor.e                       writes rotor.e.svg, and prints a verdict\n"
       "  shm layout rotor.e -o rotor.png");
   add_files(*command, *this, mesh_file_text());

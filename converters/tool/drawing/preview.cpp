@@ -149,9 +149,9 @@ CLI::App* PreviewCommand::add_to(CLI::App& tool) {
   command
       ->add_option(
           "--array", array,
-          "Array to show as colours, with a legend: NAME, point/NAME or cell/NAME, v for "
-          "v_x, v_y, v_z;\nvectors are shown by their length. @STEP is N (from 0), first or "
-          "last (default: last)")
+          "Array to show as colours, with a legend: NAME, point/NAME or cell/NAME; v means "
+          "v_x, v_y and\nv_z. Vectors are shown by their length. @STEP is a time step: N (from "
+          "0), first or last\n(default: last)")
       ->type_name("NAME[@STEP]");
   command
       ->add_option("--clip", clip,
@@ -161,7 +161,7 @@ CLI::App* PreviewCommand::add_to(CLI::App& tool) {
       "--edges", edges,
       "Draw edges around all faces (default: only around faces that are several pixels wide)");
   add_part(*command, *this);
-  command->add_flag("--json", json, "Print as JSON");
+  command->add_flag("--json", json, "Print the report as JSON");
   return command;
 }
 

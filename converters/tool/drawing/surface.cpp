@@ -107,23 +107,24 @@ CLI::App* SurfaceCommand::add_to(CLI::App& tool) {
              "File to write, or folder for files\n(default: IN.ply, or IN with the extension of "
              "--format, next to IN)",
              "OUT.ply");
-  command->add_option("--format", format, "Format of OUT (default: by its name)")
+  command->add_option("--format", format, "Format of OUT (default: as its name indicates)")
       ->check(one_of({"ply", "stl", "obj"}))
       ->type_name("ply|stl|obj");
   command
       ->add_option(
           "--array", array,
-          "Array to show as colours, in PLY only: NAME, point/NAME or cell/NAME, v for v_x, v_y, "
-          "v_z;\nvectors are shown by their length. @STEP is N (from 0), first or last (default: "
+          "Array to show as colours, in PLY only: NAME, point/NAME or cell/NAME; v means v_x, v_y "
+          "and\nv_z. Vectors are shown by their length. @STEP is a time step: N (from 0), first or "
+          "last\n(default: "
           "last)")
       ->type_name("NAME[@STEP]");
   command
       ->add_option("--decimate", decimate,
-                   "Reduce to N triangles, first removing those that change the shape least")
+                   "Reduce the surface to N triangles; those that change the shape least go first")
       ->check(whole_number(1))
       ->type_name("N");
   add_part(*command, *this);
-  command->add_flag("--json", json, "Print as JSON");
+  command->add_flag("--json", json, "Print the report as JSON");
   return command;
 }
 

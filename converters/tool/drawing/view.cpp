@@ -52,7 +52,7 @@ CLI::App* ViewCommand::add_to(CLI::App& tool) {
   CLI::App* command = add_command(
       tool, *this, "view",
       "Write a page that shows a mesh in a browser: a single file that contains the mesh, to open\n"
-      "or to send by mail. It needs no network and no program except the browser",
+      "or to send by mail. The page needs no network and no program except the browser",
       "  shm view rotor.e.shm                     writes rotor.e.shm.html\n"
       "  shm view rotor.e -o rotor.html           compresses the mesh first");
   add_files(*command, *this, mesh_file_text());
@@ -61,7 +61,7 @@ CLI::App* ViewCommand::add_to(CLI::App& tool) {
   add_level(*command, level);
   command
       ->add_option("--page", page,
-                   "Page without a mesh to use (default: the one installed with shm)")
+                   "Page to put the mesh into (default: the page installed with shm)")
       ->type_name("FILE");
   add_part(*command, *this);
   return command;

@@ -8,16 +8,16 @@ namespace shm::converters {
 namespace {
 
 struct CompletedOption {
-  std::vector<std::string> names;  // with their dashes
-  std::vector<std::string> words;  // the possible values; empty if there is no fixed set
+  std::vector<std::string> names;  // names of the option, with their dashes
+  std::vector<std::string> words;  // possible values of the option; empty: any value
   bool has_value = false;
-  std::string help;  // the first line
+  std::string help;  // first line of the help text
 };
 
 struct CompletedCommand {
   std::string name, help;
   std::vector<CompletedOption> options;
-  std::vector<std::string> words;  // the possible operands; empty if the operands are files
+  std::vector<std::string> words;  // possible operands of the command; empty if they are files
 };
 
 std::string first_line(const std::string& text) { return text.substr(0, text.find('\n')); }

@@ -34,10 +34,10 @@ struct Command : CommonOptions {
 struct FileCommand : Command {
   std::vector<std::string> files;
   bool recursive = false;             // true: also handle the files in folders
-  bool to_stdout = false;             // -c
-  bool remove = false, keep = false;  // --rm; -k, which excludes it
+  bool to_stdout = false;             // -c: write to standard output
+  bool remove = false, keep = false;  // remove the input (--rm), or keep it (-k)
   bool json = false;
-  bool is_one_of_many = false;  // report a single line
+  bool is_one_of_many = false;  // true: print a single line about this file
   unsigned threads = 0;         // number of threads; 0: one per core
 
   // Returns true if files of this format in a folder are handled. `format` is null if the format is

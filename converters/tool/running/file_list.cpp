@@ -58,7 +58,8 @@ class Listing {
       take({file.string(), {}, {}, {}, {}, 0}, file.lexically_relative(folder), false);
   }
 
-  // `below`: path of the file relative to the folder of the outputs.
+  // Adds a task for a file. `below`: path of the file relative to the folder that was named.
+  // `named`: the user named the file itself, not a folder that contains it.
   void take(FileTask task, const fs::path& below, bool named) {
     try {
       if (!named && !purpose_.is_for(format_of(task.input))) {
@@ -87,7 +88,7 @@ class Listing {
       task.output =
           (fs::path(purpose_.folder) / below.parent_path() / fs::path(task.output).filename())
               .string();
-    if (task.output.ends_with('/')) return;  // many files in a folder
+    if (task.output.ends_with('/')) return;  // a folder, which receives the members of an archive
     const auto [first, is_new] =
         writers_.emplace(fs::path(task.output).lexically_normal(), task.input);
     if (!is_new)
@@ -97,7 +98,7 @@ class Listing {
 
   const FilePurpose& purpose_;
   FileList list_;
-  std::map<fs::path, std::string> writers_;  // output -> input
+  std::map<fs::path, std::string> writers_;  // maps each output to the input that it is made from
 };
 
 }  // namespace

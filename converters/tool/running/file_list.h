@@ -12,11 +12,11 @@
 namespace shm::converters {
 
 struct FileTask {
-  std::string input, output;  // output: empty if nothing is written
+  std::string input, output;  // paths; `output` is empty if nothing is written
   std::uint64_t bytes = 0;    // size of the input in bytes
   std::string passed_over;    // reason for passing over the input; empty: not passed over
   Result<void> refusal;       // reason for refusing this task, found before any work
-  int code = 0;               // exit code
+  int code = 0;               // exit code of the task
 };
 
 struct FileList {

@@ -55,7 +55,9 @@ CLI::App* add_command(CLI::App& tool, CommonOptions& options, const std::string&
                       const std::string& description, const std::string& examples) {
   CLI::App* command = tool.add_subcommand(name, description);
   command->footer("Examples:\n" + examples);
-  command->add_option("--temp", options.temp, "Directory for temporary files")
+  command
+      ->add_option("--temp", options.temp,
+                   "Directory for temporary files (default: that of the output, or of the system)")
       ->check(CLI::Validator(CLI::ExistingDirectory).description(""))
       ->type_name("DIR");
   command
@@ -84,11 +86,11 @@ CLI::App* add_command(CLI::App& tool, CommonOptions& options, const std::string&
 void add_files(CLI::App& command, FileCommand& options, const std::string& what) {
   command.add_option("IN", options.files, what)->required()->type_name("");
   command.add_flag("-r,--recursive", options.recursive,
-                   "Take the files in folders and their subfolders; links are not followed");
+                   "Handle the files in folders and their subfolders; links are not followed");
   command
       .add_option("-T,--threads", options.threads,
-                  "Use N threads (default: one per core). Of several files, those below 32 MB are "
-                  "handled\nin parallel")
+                  "Use N threads (default: one per core). If there are several files, those below "
+                  "32 MB are\nhandled in parallel")
       ->check(whole_number(1, 1024))
       ->type_name("N");
 }
@@ -108,7 +110,10 @@ void add_removal(CLI::App& command, FileCommand& options) {
 }
 
 void add_part(CLI::App& command, CommonOptions& options) {
-  command.add_option("--part", options.part, "File of an archive to read")->type_name("NAME");
+  command
+      .add_option("--part", options.part,
+                  "File to read if the input is an archive (default: its only file)")
+      ->type_name("NAME");
 }
 
 void add_force(CLI::App& command, CommonOptions& options) {
@@ -126,7 +131,8 @@ void add_threads(CLI::App& command, unsigned& threads, const std::string& what) 
 void add_order(CLI::App& command, std::string& order) {
   command
       .add_option("--order", order,
-                  "keep: keep all numbers (default); stream: number vertices by first use;\n"
+                  "keep: keep vertex and cell numbers (default); stream: number vertices by first "
+                  "use;\n"
                   "free: the same mesh, with cells in the order that compresses best (needs memory "
                   "or disk)")
       ->check(one_of({"keep", "stream", "free"}))
@@ -135,11 +141,9 @@ void add_order(CLI::App& command, std::string& order) {
 
 void add_level(CLI::App& command, std::string& level) {
   command
-      .add_option(
-          "--level", level,
-          "fast: little work per cell; default; best: the smallest file, slower. Short forms: "
-          "--fast,\n"
-          "--best, and -1 to -9 (-1 to -3: fast, -7 to -9: best)")
+      .add_option("--level", level,
+                  "fast: little work per cell; default; best: the smallest file, but slower.\n"
+                  "Short forms: --fast, --best, and -1 to -9 (-1 to -3: fast, -7 to -9: best)")
       ->check(one_of({"fast", "default", "best"}))
       ->type_name("fast|default|best");
 }
@@ -150,8 +154,8 @@ void add_format(CLI::App& command, std::string& format) {
   command
       .add_option(
           "--format", format,
-          "Format of OUT (default: by its name). Refused if the name of OUT means another format "
-          "that\ncould store data which this one loses")
+          "Format of OUT (default: as its name indicates). Refused if the name of OUT indicates "
+          "another\nformat, which could store data that this format loses")
       ->type_name(names);
 }
 
@@ -165,7 +169,8 @@ void add_steps(CLI::App& command, StepChoice& steps) {
   auto* step = command
                    .add_option("--step", steps.words,
                                "Only time step N (from 0), first or last, or the steps A to B - 1\n"
-                               "(default: all; the last if a file holds one)")
+                               "(default: all steps; only the last if a file of the format holds "
+                               "one step)")
                    ->type_name("N|first|last|A:B");
   command.add_option("--time", steps.time, "Only the time step at time T")
       ->excludes(step)

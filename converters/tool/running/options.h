@@ -24,23 +24,24 @@ CLI::App* add_command(CLI::App& tool, CommonOptions& options, const std::string&
 void add_files(CLI::App& command, FileCommand& options, const std::string& what);
 void add_output(CLI::App& command, FileCommand& options, const std::string& output,
                 const std::string& type);
-// --rm and -k.
+// Adds --rm and -k.
 void add_removal(CLI::App& command, FileCommand& options);
 
 // Validators for the value of an option: a whole number in a range, or one word of a list.
 CLI::Validator whole_number(std::uint64_t least, std::uint64_t most = ~std::uint64_t{0});
 CLI::Validator one_of(std::vector<std::string> words);
 
-// --part.
+// Adds --part.
 void add_part(CLI::App& command, CommonOptions& options);
 void add_force(CLI::App& command, CommonOptions& options);
 void add_threads(CLI::App& command, unsigned& threads, const std::string& what);
 void add_order(CLI::App& command, std::string& order);
 void add_level(CLI::App& command, std::string& level);
 void add_format(CLI::App& command, std::string& format);
-// --strict: write nothing if the output's format cannot store all data of a mesh of another format.
+// Adds --strict: write nothing if the output's format cannot store all data of a mesh of another
+// format.
 void add_strict(CLI::App& command, bool& strict);
-// --step and --time.
+// Adds --step and --time.
 void add_steps(CLI::App& command, StepChoice& steps);
 
 // Return the enumerator that a word of --order, --level or --codec means.

@@ -52,7 +52,7 @@ std::string content(std::FILE* file) {
 struct Running {
   FileTask* task;
   ScratchFile out, error;
-  pid_t process = -1;    // -1: not started, or ended
+  pid_t process = -1;    // process id; -1 before the start and after the end
   std::size_t slot = 0;  // index of the task's share in SharedShares
 };
 
@@ -157,7 +157,7 @@ class Processes {
     progress_(ended_, bytes / std::max(1.0, static_cast<double>(bytes_)));
   }
 
-  // Returns the next process that ends; `status` as from waitpid.
+  // Waits for the next process that ends and returns its id. Sets `status` as waitpid() does.
   pid_t next_end(int& status) const {
     if (!progress_) return ::waitpid(-1, &status, 0);
     while (true) {
@@ -182,7 +182,7 @@ class Processes {
         one.task->code = WEXITSTATUS(status);
         return;
       }
-      // The system ends processes by SIGKILL when memory runs out.
+      // When memory runs out, the system ends processes by SIGKILL.
       const int signal = WTERMSIG(status);
       one.task->code = signal == SIGKILL ? kLimit : kBadInput;
       std::fprintf(one.error.get(), "shm: %s: the process was ended by a signal: %s\n",

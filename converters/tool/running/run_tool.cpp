@@ -71,7 +71,7 @@ void follow_habits(std::vector<std::string>& words, const CLI::App& app) {
   for (std::string& word : words) {
     if (word == "--") return;
     if (std::exchange(is_value, false)) continue;
-    // Not get_option_no_throw(), which would end the program if memory runs out.
+    // This loop replaces get_option_no_throw(), which would end the program if memory runs out.
     for (const CLI::Option* const option : command->get_options())
       if (word.starts_with('-') && option->check_name(word))
         is_value = option->get_expected_max() > 0;
@@ -83,7 +83,7 @@ void follow_habits(std::vector<std::string>& words, const CLI::App& app) {
   }
 }
 
-// Returns the words after "shm" in the order that CLI11 expects: the last one first. `help` and
+// Returns the words after "shm" in the order that CLI11 expects: the last word first. `help` and
 // `version` become --help and --version.
 std::vector<std::string> words_of(int argc, char** argv, const CLI::App& app) {
   std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);

@@ -68,7 +68,7 @@ ArrayChoice array_named(const std::string& words, const std::string& option, con
   ArrayChoice choice;
   std::string name = words;
   std::optional<std::string> step;
-  // The @ may also be part of the name.
+  // The name of an array may itself contain @. Therefore the whole text is first tried as a name.
   if (!choose_called(name, schema, choice)) {
     const std::size_t at = words.rfind('@');
     if (at == std::string::npos) refuse_name(name, schema);

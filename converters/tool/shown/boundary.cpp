@@ -30,7 +30,7 @@ class VertexPlaces {
                [&mesh](std::uint64_t first, std::uint64_t count, std::byte* out) {
                  mesh.read_points(first, count, out);
                }) {}
-  // The result is valid until the next call.
+  // Returns the coordinates of a vertex as bytes, which are valid until the next call.
   std::span<const std::byte> operator[](std::uint64_t vertex) { return {cache_[vertex], bytes_}; }
   std::array<double, 3> place(std::uint64_t vertex) {
     const std::byte* const from = cache_[vertex];
@@ -54,7 +54,8 @@ class VertexPlaces {
   PageCache cache_;
 };
 
-// The cells whose centre is in a half space. Their numbers in the mesh are kept.
+// Mesh with only those cells of another mesh whose centre is in a half space. Stores the number
+// that each cell has in the other mesh.
 class KeptCells final : public ForwardingMesh {
  public:
   // Borrows all arguments.
@@ -109,8 +110,9 @@ class KeptCells final : public ForwardingMesh {
   std::optional<VertexPlaces> places_;
   CellBatch all_;
   std::vector<std::uint64_t> numbers_;
-  std::uint64_t first_ = 0, count_ = 0;  // first cell of the last batch (of the next one after
-                                         // rewinding), and its number of cells
+  // Number of the first cell in the last batch (after rewinding: in the next batch), and count of
+  // the cells in the last batch.
+  std::uint64_t first_ = 0, count_ = 0;
 };
 
 // Passes a mesh to a BoundaryFinder.

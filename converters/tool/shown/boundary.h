@@ -28,9 +28,9 @@ BoundarySurface boundary_of_mesh(MeshSource& mesh, const std::vector<BoundaryArr
                                  const std::optional<HalfSpace>& kept, Spool& spool,
                                  const Progress& progress);
 
-// Returns the vertices of a mesh without faces that are in `kept`. Each vertex becomes a face with
-// one corner, block 0 and no cell (cell number kNoCell). If there are very many vertices, returns
-// vertices at regular intervals in their order. Arrays of cells have no values. Throws Failure.
+// Returns the vertices that are in the half space `kept`, for a mesh without faces. Each vertex
+// becomes a face with one corner, block 0 and no cell (cell number kNoCell). If there are very many
+// vertices, returns only every n-th vertex. Arrays of cells have no values. Throws Failure.
 inline constexpr std::uint64_t kNoCell = ~std::uint64_t{0};
 BoundarySurface points_of_mesh(MeshSource& mesh, const std::vector<BoundaryArray>& arrays,
                                const std::optional<HalfSpace>& kept, const Spool& spool);

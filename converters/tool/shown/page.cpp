@@ -16,7 +16,7 @@
 namespace shm::converters {
 namespace {
 
-// Placeholder for the file. Occurs exactly once in index.html of bindings/web/page.
+// Placeholder for the .shm file in a page. Occurs exactly once in index.html of bindings/web/page.
 constexpr std::string_view kPlace =
     R"(<script type="application/octet-stream" id="file" data-name=""></script>)";
 constexpr std::string_view kNameEnd = R"("></script>)", kFileEnd = "</script>";

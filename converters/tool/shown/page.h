@@ -28,7 +28,8 @@ class FileInPage final : public ByteSink {
   // contain any bytes.
   FileInPage(const std::string& page, const std::string& name, ByteSink& out);
 
-  // Returns ErrorCode::over_limit if the file exceeds kMostInPage.
+  // Writes the next bytes of the file. Returns ErrorCode::over_limit if the file exceeds
+  // kMostInPage.
   Result<void> write(std::span<const std::byte> bytes) override;
   // Writes the rest of the page. Call this once, after the last byte of the file.
   Result<void> finish();

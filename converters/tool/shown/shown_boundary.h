@@ -31,14 +31,15 @@ struct ShownBoundary {
 };
 
 struct ShownRequest {
-  std::string array;              // the value of --array; empty: none
+  std::string array;              // value of --array; empty: no array is shown
   std::optional<HalfSpace> kept;  // include only cells whose centre is in this half space
   bool points_instead = false;    // show vertices, as points_of_mesh() does, if there are no faces
   unsigned threads = 0;           // number of threads; 0: one per core
   std::string next;  // name of the command's next phase, which is about a tenth of the work
 };
 
-// `in` must not be open yet. Throws Failure.
+// Opens the mesh `in`, which must not be open yet, and returns its boundary surface. Throws
+// Failure.
 ShownBoundary shown_boundary(const CommonOptions& options, ToolInput& in, Spool& spool,
                              ProgressLine& line, const ShownRequest& request);
 
