@@ -8,8 +8,8 @@ export { ShmError };
 
 let compiled;
 
-/** Returns the compiled decoder, from `wasm` or from the file next to this module, which is
- *  compiled only once. */
+/** Returns the compiled decoder. `wasm` is its location or contents; without `wasm`, the file next
+ *  to this module is compiled, only once. */
 function moduleOf(wasm) {
   if (wasm instanceof WebAssembly.Module) return wasm;
   if (wasm instanceof ArrayBuffer || ArrayBuffer.isView(wasm)) return WebAssembly.compile(wasm);
