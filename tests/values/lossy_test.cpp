@@ -227,8 +227,8 @@ TEST(Lossy, ThroughShifts) {
 }
 
 // Quantization steps depend on the magnitudes of the values. Even if the bound is near the distance
-// between neighbouring floats, errors stay within the bound and the size is no larger than
-// lossless.
+// between neighbouring floats, errors stay within the bound, and the file is no larger than with
+// lossless values.
 TEST(Lossy, TighterBoundsCostMoreButNotMoreThanLossless) {
   MemoryMesh mesh = grid_mesh(12, 12, 12);
   std::mt19937_64 random(1);

@@ -1,5 +1,5 @@
-// Compares the sorted magnitudes of earlier values with a plain list: ranks, the nearest magnitude,
-// and the value stored with each magnitude.
+// Compares the sorted magnitudes of earlier values with a plain list. Checks ranks, the nearest
+// magnitude, and the value that is stored with each magnitude.
 #include "codecs/surface/values/recalled_values.h"
 
 #include <gtest/gtest.h>

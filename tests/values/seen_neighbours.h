@@ -1,5 +1,5 @@
-// Collects the results of a NeighbourFinder for each new vertex and each cell, as vertex and cell
-// numbers.
+// Records the neighbours that a NeighbourFinder returns for each new vertex and each cell, as
+// vertex and cell numbers.
 #pragma once
 
 #include <array>

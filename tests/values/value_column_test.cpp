@@ -447,7 +447,8 @@ TEST(ValueColumn, WhatIsPredictedCostsNearlyNothing) {
   }
 }
 
-// Two components that are equal, or opposite, need as many bytes as one component.
+// Two equal components, or two components of opposite sign, need together as many bytes as one
+// component.
 TEST(ValueColumn, EqualComponentsCostNearlyNothing) {
   std::mt19937_64 random(7);
   std::vector<double> one, two, opposite;
@@ -464,8 +465,8 @@ TEST(ValueColumn, EqualComponentsCostNearlyNothing) {
             single + 300);
 }
 
-// Part of the mesh is a mirrored copy: each value of the second half occurred in the first half,
-// between the same other values.
+// Part of the mesh is a mirrored copy. Each value of the second half has occurred in the first
+// half, between the same neighbouring values.
 TEST(ValueColumn, CopiesAreFound) {
   std::mt19937_64 random(8);
   const std::size_t half = vertices().size() / 2;
@@ -506,7 +507,7 @@ std::vector<double> mirrored(const Elements& elements, std::uint64_t seed, doubl
   return values;
 }
 
-// The two halves of a mesh have about the same values, but with any sign.
+// The two halves of a mesh have about the same values, but the signs are random.
 TEST(ValueColumn, EarlierValuesAreRecalled) {
   for (double apart : {0.0, 0x1p-50})
     for (Level level : {Level::fast, Level::standard, Level::best}) {
@@ -528,8 +529,8 @@ TEST(ValueColumn, EarlierValuesAreRecalled) {
     }
 }
 
-/// Returns values of three components. Nine in ten elements equal the element a fixed distance
-/// back, which depends on the corner of the cell.
+/// Returns values of three components. Nine in ten elements equal an earlier element at a fixed
+/// distance, which depends on the corner of the cell.
 std::vector<double> standing_again(const Elements& elements, std::mt19937_64& random) {
   std::vector<double> values;
   for (std::size_t i = 0; i < elements.size(); ++i) {
@@ -561,8 +562,8 @@ TEST(ValueColumn, ElementsThatStoodBeforeAreCopied) {
   }
 }
 
-// Elements are copied in all kinds of groups and tiles, and between groups of other values, NaNs
-// and other kinds of numbers.
+// Elements are copied in all kinds of groups and tiles. Groups with other values, NaNs or other
+// kinds of numbers may be in between.
 TEST(ValueColumn, CopiesOfAllKindsOfValues) {
   std::mt19937_64 random(6);
   for (const Elements* elements : {&vertices(), &cells()})
@@ -585,8 +586,8 @@ TEST(ValueColumn, CopiesOfAllKindsOfValues) {
     }
 }
 
-// Earlier values are recalled in each tile, even if only some blocks have values. Trials do not
-// change the state of the coder.
+// Earlier values are recalled in each tile, even if only some blocks have values. Trial encodings
+// do not change the state of the coder.
 TEST(ValueColumn, EarlierValuesOnSomeBlocks) {
   Elements only;
   for (std::size_t i = 0; i < cells().size(); ++i)
@@ -629,7 +630,7 @@ std::size_t expect_back_with(const ArrayInfo& info, const Elements& elements, co
   return bytes;
 }
 
-// Elements that had equal values one step ago have equal values again.
+// Elements whose values were equal at the previous step have equal values at this step, too.
 TEST(ValueColumn, PartnersAreFound) {
   for (double apart : {0.0, 0x1p-50})
     for (Level level : {Level::fast, Level::standard, Level::best}) {
@@ -762,8 +763,8 @@ TEST(ValueColumn, RandomBytesDoNoHarm) {
     }
 }
 
-// Each group consists of one element, and its domain differs from that of the previous group.
-// Translating the states of very many other elements for each group would be excessive work.
+// Each group consists of one element, and its domain differs from the domain of the previous group.
+// It would be excessive work to translate the states of very many other elements for each group.
 TEST(ValueColumn, DomainsChangeInProportionToElements) {
   constexpr std::uint32_t kSlots = 1 << 16;
   constexpr int kGroups = 200;
@@ -787,7 +788,7 @@ TEST(ValueColumn, DomainsChangeInProportionToElements) {
   }
   EXPECT_GT(under_zstd, 0);
 
-  // A writer that ignores this limit is refused, but not too early.
+  // A file whose writer ignored this limit is refused, but not too early.
   const auto shared = std::make_shared<const ArrayInfo>(info);
   ScalarColumn<SplitEncoder> careless(shared, 0, true);
   ScalarColumn<SplitDecoder> reader(shared, 0, true);
@@ -810,8 +811,8 @@ TEST(ValueColumn, DomainsChangeInProportionToElements) {
   EXPECT_LE(changes, static_cast<int>(kMostMovesForEach) * kGroups / static_cast<int>(kSlots));
 }
 
-// An element without a value counts once, however many trials the writer makes. Otherwise the
-// writer would change domains more often than readers allow.
+// An element without a value counts once, however many trial encodings the writer makes. Otherwise
+// the writer would change domains more often than readers allow.
 TEST(ValueColumn, TrialsCountNoElements) {
   constexpr std::uint32_t kSlots = 6000000;
   constexpr std::size_t kCovered = 64, kUncovered = 1000;

@@ -1,6 +1,6 @@
-// Tests of value spaces, translators and the choice of a domain: every value has an index, indices
-// are in the order of values, and each value can be computed from its index. A value without an
-// index is reported.
+// Tests of value spaces, translators and the choice of a domain. Every value has an index, indices
+// are in the order of values, and each value can be computed from its index. If a value has no
+// index, that is reported.
 
 #include <gtest/gtest.h>
 
@@ -384,7 +384,7 @@ TEST(DomainChoice, SomeOddOnes) {
   EXPECT_TRUE(plans[0].domain.escapes);
 }
 
-/// A plan covers every value, or reports that some are odd.
+/// A plan either covers every value, or reports that it does not cover some values.
 TEST(DomainChoice, EveryPlanSaysEveryValue) {
   std::mt19937_64 random(9);
   const std::vector<double> special = {
