@@ -1,5 +1,5 @@
-// Tests of reading through the C interface: it returns the same data as the library, for every
-// golden file, and wrong calls return errors.
+// Tests of reading through the C interface. It must return the same data as the library, for every
+// golden file. Wrong calls must return errors.
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -303,7 +303,7 @@ TEST(CInterface, WrongTargetsAreMisuseBeforeAnyIsFilled) {
   refused({SHMF_POINTS, 0}, 400000, "no type 0");
 }
 
-// The index states the number of cells of each block, which determines the size of an array.
+// The size of an array depends on the number of cells in each block, which the index states.
 TEST(CInterface, AnIndexThatLiesAboutBlocksIsCorrupt) {
   const Bytes bytes = two_blocks_file();
   for (const int more : {-1, 1}) {

@@ -5,7 +5,7 @@
 
 The golden tests compare golden files of all kinds with the output of shm_text, and corpus_readers_test.py compares the
 corpus with other readers. This test checks the shape, type and owner of arrays, the number of bytes that are read from
-sources, and errors.
+a source, and errors.
 """
 import gc
 import io
@@ -97,7 +97,8 @@ class Reading(FolderTest):
             self.assertEqual(caught.exception.code, "misuse")
 
     def test_memory_of_the_caller_is_filled_where_it_is(self):
-        """Parts of larger arrays are filled, and the rest is unchanged; all other memory belongs to NumPy."""
+        """Arrays of the caller are filled in place, even as parts of larger arrays, whose rest is unchanged. NumPy owns all
+        other memory."""
         data = (GOLDEN / "steps_and_extras.shm").read_bytes()
         with shmformat.open(data) as mesh:
             room, values = np.full((72, 3), 7.), np.full((4, 12), 7, np.float32)

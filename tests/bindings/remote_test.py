@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Tests files on a server: few requests, only for required data, and clear errors.
+"""Tests files on a server: few requests are needed, only the required data is fetched, and errors are clear.
 
   remote_test.py LIBSHMFORMAT_C.SO SHM        SHM: path of the tool
 
@@ -141,7 +141,7 @@ class Remote(unittest.TestCase):
         self.assertEqual(self.server.connections, 1)
 
     def asks(self, call):
-        """Runs `call`. Returns the number of requests and of bytes that it caused, and its result."""
+        """Runs `call`. Returns the number of requests and the number of bytes that it caused, and its result."""
         given, asked = self.server.given, len(self.server.asked)
         result = call()
         return len(self.server.asked) - asked, self.server.given - given, result

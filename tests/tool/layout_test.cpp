@@ -1,4 +1,4 @@
-// Tests of layout diagrams: the width is exact, and the picture is small and well-formed.
+// Tests of layout diagrams. The computed width is exact, and the picture is small and well-formed.
 #include "tool/layout.h"
 
 #include <gtest/gtest.h>

@@ -33,8 +33,8 @@ def snapshot(folder):
     return found
 
 
-# Each entry: a title; the words of a command, in which {} is the output and the other names are
-# files of setUp(); and the input that each attempt also uses as the output.
+# Each entry has a title, the words of a command, and the input that each attempt uses as the output, too. In the words,
+# {} is the output, and the other names are files of setUp().
 COMMANDS = [
     ("compress", ["compress", "mesh.vtk", "-o", "{}"], "mesh.vtk"),
     ("convert", ["convert", "mesh.vtk", "{}", "--format", "vtu"], "mesh.vtk"),
