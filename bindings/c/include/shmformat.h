@@ -89,20 +89,20 @@ extern "C" {
    version of the loaded library in the same form. */
 #define SHMF_VERSION (1000000 * SHMF_VERSION_MAJOR + 1000 * SHMF_VERSION_MINOR + SHMF_VERSION_PATCH)
 SHMF_API uint32_t shmf_version(void);
-SHMF_API const char* shmf_version_string(void); /* e.g. "0.10.0" */
+SHMF_API const char* shmf_version_string(void); /* For example "0.10.0". */
 
 /* Status of a call. The numbers are frozen; 1 to 7 are the same as in shm::ErrorCode. */
 typedef enum shmf_status {
   SHMF_OK = 0,
-  SHMF_IO = 1,          /* the system or a callback failed to deliver bytes */
-  SHMF_TRUNCATED = 2,   /* the file ends before it should */
-  SHMF_CORRUPT = 3,     /* the file contradicts itself or a checksum */
-  SHMF_UNSUPPORTED = 4, /* valid, but needs a feature that this library does not support */
-  SHMF_OVER_LIMIT = 5,  /* the file needs more than the limits in shmf_open_options */
-  SHMF_MISUSE = 6,      /* the caller violated the contract of a call */
-  SHMF_OUTPUT = 7,      /* the output could not be written */
+  SHMF_IO = 1,          /* The system or a callback failed to deliver bytes. */
+  SHMF_TRUNCATED = 2,   /* The file ends before it should. */
+  SHMF_CORRUPT = 3,     /* The file contradicts itself or a checksum. */
+  SHMF_UNSUPPORTED = 4, /* The file needs a feature that this library does not support. */
+  SHMF_OVER_LIMIT = 5,  /* The file exceeds a limit in shmf_open_options. */
+  SHMF_MISUSE = 6,      /* The caller violated the contract of a call. */
+  SHMF_OUTPUT = 7,      /* The output could not be written. */
   SHMF_NO_MEMORY = 8,
-  SHMF_CANCELLED = 9 /* progress() returned nonzero */
+  SHMF_CANCELLED = 9 /* progress() returned nonzero. */
 } shmf_status;
 /* Returns the name of a status, e.g. "corrupt"; "unknown" for other numbers. */
 SHMF_API const char* shmf_status_name(int32_t status);
@@ -114,9 +114,9 @@ SHMF_API const char* shmf_status_name(int32_t status);
 typedef struct shmf_error {
   int32_t status; /* a shmf_status */
   int32_t reserved;
-  uint64_t offset;   /* byte offset in the file, or SHMF_NO_OFFSET if unknown */
-  char section[120]; /* part of the file, e.g. "group 3, geometry" */
-  char detail[360];  /* one human-readable sentence, without the name of the file and the place */
+  uint64_t offset;   /* Byte offset in the file; SHMF_NO_OFFSET if unknown. */
+  char section[120]; /* Part of the file, e.g. "group 3, geometry". */
+  char detail[360];  /* One sentence for humans, without the file name and the place. */
   /* File, place and detail in one line: "run.shm: group 3, geometry, at byte 812: ..." */
   char message[528];
 } shmf_error;
@@ -161,11 +161,11 @@ typedef enum shmf_shape {
    SHMF_POLYHEDRON, and 42 for SHMF_FACES. */
 SHMF_API int32_t shmf_vtk_cell_type(int32_t shape, uint32_t nodes);
 
-enum { SHMF_POINT_DATA = 0, SHMF_CELL_DATA = 1 }; /* location of an array */
+enum { SHMF_POINT_DATA = 0, SHMF_CELL_DATA = 1 }; /* Location of an array. */
 enum { SHMF_ORDER_KEEP = 0, SHMF_ORDER_STREAM = 1, SHMF_ORDER_FREE = 2 };
 enum { SHMF_REFERS_TO_NOTHING = 0, SHMF_REFERS_TO_VERTICES = 1, SHMF_REFERS_TO_CELLS = 2 };
 enum { SHMF_LEVEL_DEFAULT = 0, SHMF_LEVEL_FAST = 1, SHMF_LEVEL_BEST = 2 };
-enum { SHMF_NODE_SET = 0, SHMF_SIDE_SET = 1, SHMF_ELEMENT_SET = 2 }; /* kind of a set */
+enum { SHMF_NODE_SET = 0, SHMF_SIDE_SET = 1, SHMF_ELEMENT_SET = 2 }; /* Kind of a set. */
 
 /* ---- Opening --------------------------------------------------------------------------------- */
 
@@ -197,7 +197,7 @@ typedef struct shmf_range {
 typedef struct shmf_source {
   size_t struct_size;
   void* context;
-  uint64_t bytes; /* size of the whole file */
+  uint64_t bytes; /* Size of the whole file in bytes. */
   /* Fills `into` with the `count` bytes from `offset` on and returns 0. Any other result is a
      failure (SHMF_IO); `why` may then receive a sentence of at most `why_bytes` bytes, including
      its terminating 0. */
@@ -244,24 +244,24 @@ typedef struct shmf_info {
   size_t struct_size;
   /* Counts of the whole mesh; for a damaged file the original counts, if they are known. */
   uint64_t vertices, cells, hexahedra;
-  uint64_t steps; /* number of time steps; each array has values at some of them */
+  uint64_t steps; /* Number of time steps; each array has values at some of them. */
   uint64_t file_bytes;
   uint32_t blocks, arrays, segments;
-  int32_t coordinate_type; /* a shmf_type: SHMF_FLOAT32 or SHMF_FLOAT64 */
-  int32_t order;           /* SHMF_ORDER_KEEP: vertices and cells have their original numbers */
+  int32_t coordinate_type; /* Type of coordinates: SHMF_FLOAT32 or SHMF_FLOAT64. */
+  int32_t order; /* With SHMF_ORDER_KEEP, vertices and cells have their original numbers. */
   int32_t reserved;
-  const char* source_format; /* "exodus", "vtk", "gmsh", ..., or "" */
-  double coordinate_error;   /* 0: lossless; otherwise the largest error of a coordinate */
+  const char* source_format; /* Source format: "exodus", "vtk", "gmsh", ..., or "". */
+  double coordinate_error;   /* Largest error of a coordinate; 0: lossless. */
 } shmf_info;
 SHMF_API shmf_status shmf_get_info(const shmf_file* file, shmf_info* info, shmf_error* error);
 
 typedef struct shmf_block {
   size_t struct_size;
-  int64_t id; /* id of the block in the source; need not be unique */
+  int64_t id; /* Id of the block in the source; need not be unique. */
   const char* name;
-  int32_t shape;           /* a shmf_shape */
-  uint32_t nodes_per_cell; /* 0: varies from cell to cell */
-  uint64_t cells;          /* number of cells; a writer ignores it */
+  int32_t shape;           /* Shape of the cells, a shmf_shape. */
+  uint32_t nodes_per_cell; /* Number of nodes per cell; 0: varies from cell to cell. */
+  uint64_t cells;          /* Number of cells. Writers ignore this member. */
 } shmf_block;
 SHMF_API shmf_status shmf_get_block(const shmf_file* file, uint32_t block, shmf_block* info,
                                     shmf_error* error);
@@ -269,19 +269,20 @@ SHMF_API shmf_status shmf_get_block(const shmf_file* file, uint32_t block, shmf_
 typedef struct shmf_array {
   size_t struct_size;
   const char* name;
-  const char* role; /* "" for data; otherwise the source's name for this kind of array:
-                       "exodus:node_num_map" */
-  int32_t location; /* SHMF_POINT_DATA or SHMF_CELL_DATA */
-  int32_t type;     /* a shmf_type */
+  /* "" for data; otherwise the source's name for this kind of array, e.g. "exodus:node_num_map". */
+  const char* role;
+  int32_t location; /* SHMF_POINT_DATA or SHMF_CELL_DATA. */
+  int32_t type;     /* Type of the values, a shmf_type. */
   uint32_t components;
-  int32_t per_step; /* 1: the array has values at each of some time steps; 0: the array is static */
+  /* 1: the array has values at each of some time steps; 0: the array is static. */
+  int32_t per_step;
   /* Number of vertices, or of cells in `blocks`, that have values. Writers ignore this member. */
   uint64_t elements;
   /* For cell data: indices of the blocks that have values, ascending; NULL: all blocks. */
   const uint32_t* blocks;
   uint32_t block_count;
   uint32_t reserved;
-  double error; /* 0: lossless; otherwise the largest error of a value */
+  double error; /* Largest error of a value; 0: lossless. */
 } shmf_array;
 SHMF_API shmf_status shmf_get_array(const shmf_file* file, uint32_t array, shmf_array* info,
                                     shmf_error* error);
@@ -291,9 +292,10 @@ SHMF_API int64_t shmf_find_array(const shmf_file* file, int32_t location, const 
 /* A segment: a run of cells that can be decoded independently. */
 typedef struct shmf_segment {
   size_t struct_size;
-  uint64_t first_cell, cells, first_vertex, vertices; /* numbers and counts in coding order */
-  uint64_t bytes;                                     /* size of the segment's groups in the file */
-  double box[6]; /* smallest x y z, largest x y z; +inf and -inf if the segment has no vertices */
+  /* Ranges of cells and vertices in coding order. */
+  uint64_t first_cell, cells, first_vertex, vertices;
+  uint64_t bytes; /* Size of the segment's groups in the file. */
+  double box[6];  /* Smallest x y z, largest x y z; +inf and -inf if the segment has no vertices. */
 } shmf_segment;
 SHMF_API shmf_status shmf_get_segment(const shmf_file* file, uint32_t segment, shmf_segment* info,
                                       shmf_error* error);
@@ -311,12 +313,12 @@ SHMF_API shmf_status shmf_get_steps(shmf_file* file, uint32_t array, const uint6
 typedef struct shmf_extra {
   size_t struct_size;
   const char* key;
-  int32_t type;          /* a shmf_type */
-  int32_t refers;        /* SHMF_REFERS_TO_...: kind of numbers that the values are */
-  const uint64_t* shape; /* size in each dimension, row-major */
+  int32_t type;          /* Type of the values, a shmf_type. */
+  int32_t refers;        /* SHMF_REFERS_TO_...: the kind of numbers that the values are. */
+  const uint64_t* shape; /* Size in each dimension, row-major. */
   const void* data;
   uint64_t bytes;
-  uint32_t dimensions; /* number of entries of `shape` */
+  uint32_t dimensions; /* Number of entries of `shape`. */
   uint32_t reserved;
 } shmf_extra;
 /* shmf_extra_count(), shmf_get_extra(), shmf_set_count() and shmf_get_set(): the first call of any
@@ -328,17 +330,17 @@ SHMF_API shmf_status shmf_get_extra(shmf_file* file, uint64_t extra, shmf_extra*
 /* A named set of any format, e.g. a set of Exodus or a physical group of Gmsh. */
 typedef struct shmf_set {
   size_t struct_size;
-  int32_t kind; /* SHMF_NODE_SET, SHMF_SIDE_SET or SHMF_ELEMENT_SET */
+  int32_t kind; /* SHMF_NODE_SET, SHMF_SIDE_SET or SHMF_ELEMENT_SET. */
   uint32_t block_count;
   int64_t id;
-  const char* name; /* "" if the set has no name */
+  const char* name; /* Name of the set; "" if it has no name. */
   uint64_t members;
   /* Vertex numbers of a node set, cell numbers of other sets; both refer to the whole mesh. */
   const uint64_t* numbers;
-  const int32_t* sides;   /* side sets: side of each cell, from 1, as in Exodus; otherwise NULL */
-  const uint32_t* blocks; /* element sets: blocks whose cells all belong to the set too */
+  const int32_t* sides; /* Side sets: side of each cell, from 1, as in Exodus; other sets: NULL. */
+  const uint32_t* blocks; /* Element sets: blocks whose cells all belong to the set too. */
   uint64_t factor_count;
-  const double* factors; /* distribution factors; NULL if all are 1 */
+  const double* factors; /* Distribution factors; NULL if all are 1. */
 } shmf_set;
 SHMF_API shmf_status shmf_set_count(shmf_file* file, uint64_t* count, shmf_error* error);
 SHMF_API shmf_status shmf_get_set(shmf_file* file, uint64_t set, shmf_set* info, shmf_error* error);
@@ -363,12 +365,12 @@ typedef struct shmf_run_options {
 /* Selects the cells that meet every given condition. */
 typedef struct shmf_selection {
   size_t struct_size;
-  uint64_t first_cell, end_cell; /* cell numbers first_cell to end_cell - 1; 0, 0: no condition */
-  const uint32_t* blocks;        /* indices of blocks, ascending; NULL: no condition */
+  uint64_t first_cell, end_cell; /* Cell numbers first_cell to end_cell - 1; 0, 0: no condition. */
+  const uint32_t* blocks;        /* Indices of blocks, ascending; NULL: no condition. */
   uint32_t block_count;
   int32_t has_box;
-  double box[6]; /* smallest x y z, largest x y z: selects cells with a vertex in this box */
-  const uint64_t* numbers; /* single cell numbers, ascending; NULL: no condition */
+  double box[6]; /* Smallest x y z, largest x y z: selects cells with a vertex in this box. */
+  const uint64_t* numbers; /* Individual cell numbers, ascending; NULL: no condition. */
   uint64_t number_count;
 } shmf_selection;
 
@@ -390,12 +392,12 @@ SHMF_API shmf_status shmf_select(shmf_file* file, const shmf_selection* selectio
 typedef enum shmf_what {
   /* 3 coordinates of each vertex; SHMF_FLOAT32 or SHMF_FLOAT64, converted if necessary. */
   SHMF_POINTS = 1,
-  SHMF_CORNERS = 2,        /* vertex number of each corner, cell after cell */
-  SHMF_CORNER_BEGIN = 3,   /* offset of each cell's first corner; cells + 1 elements */
-  SHMF_CELL_BLOCKS = 4,    /* block index of each cell; SHMF_UINT32 or SHMF_INT32 */
-  SHMF_CELL_TYPES = 5,     /* VTK's type of each cell; SHMF_UINT8 */
-  SHMF_VERTEX_NUMBERS = 6, /* number of each vertex in the whole mesh */
-  SHMF_CELL_NUMBERS = 7,   /* number of each cell in the whole mesh */
+  SHMF_CORNERS = 2,        /* Vertex number of each corner, cell after cell. */
+  SHMF_CORNER_BEGIN = 3,   /* Offset of each cell's first corner; cells + 1 elements. */
+  SHMF_CELL_BLOCKS = 4,    /* Block index of each cell; SHMF_UINT32 or SHMF_INT32. */
+  SHMF_CELL_TYPES = 5,     /* VTK's type of each cell; SHMF_UINT8. */
+  SHMF_VERTEX_NUMBERS = 6, /* Number of each vertex in the whole mesh. */
+  SHMF_CELL_NUMBERS = 7,   /* Number of each cell in the whole mesh. */
   /* Values of an array at a step (0 if the array is not per step): elements * components values of
      the array's type. An array of SHMF_FLOAT64 may be read as SHMF_FLOAT32 too. For cell data, the
      elements are the selected cells that have values, in order; see SHMF_FILL. */
@@ -409,17 +411,17 @@ enum { SHMF_FILL = 1 };
 /* One array that shmf_read() fills, or that shmf_writer_mesh() writes. */
 typedef struct shmf_target {
   size_t struct_size;
-  int32_t what;   /* a shmf_what */
-  int32_t type;   /* a shmf_type: the type in `data` */
-  uint32_t array; /* SHMF_VALUES: index of the array */
-  uint32_t flags; /* 0 or SHMF_FILL */
-  uint64_t step;  /* SHMF_VALUES: step of the array */
+  int32_t what;   /* Contents of the target, a shmf_what. */
+  int32_t type;   /* Type of the elements of `data`, a shmf_type. */
+  uint32_t array; /* For SHMF_VALUES: index of the array. */
+  uint32_t flags; /* Flags: 0 or SHMF_FILL. */
+  uint64_t step;  /* For SHMF_VALUES: time step of the array. */
   /* Memory of the caller, aligned for the type. If `data` is NULL, shmf_read() only sets `used`. */
   void* data;
   /* Size of `data`. Excess bytes are not touched. If `data` is too small, the call fails with
      SHMF_MISUSE before anything is read. */
   uint64_t bytes;
-  uint64_t used; /* output: the number of bytes needed, set even if `bytes` is too small */
+  uint64_t used; /* Output: the number of bytes needed, set even if `bytes` is too small. */
 } shmf_target;
 
 /* Fills all targets in one pass over the file, so that one call should request everything. Other
@@ -465,22 +467,22 @@ SHMF_API shmf_status shmf_find_boundary(shmf_file* file, const shmf_boundary_opt
 typedef struct shmf_surface {
   size_t struct_size;
   uint64_t vertices, faces, corners;
-  uint64_t left_out; /* number of cells whose faces are unknown: SHMF_OTHER, SHMF_POLYHEDRON ... */
-  const uint64_t* vertex_numbers; /* number of each vertex in the whole mesh */
-  const void* xyz;                /* 3 coordinates of each vertex, of the coordinate type */
-  const uint64_t* face_begin;     /* offset of each face's first corner; faces + 1 elements */
+  uint64_t left_out; /* Number of cells whose faces are unknown: SHMF_OTHER, SHMF_POLYHEDRON ... */
+  const uint64_t* vertex_numbers; /* Number of each vertex in the whole mesh. */
+  const void* xyz;                /* 3 coordinates of each vertex, of the coordinate type. */
+  const uint64_t* face_begin;     /* Offset of each face's first corner; faces + 1 elements. */
   /* Vertex indices of each face, counter-clockwise as seen from outside. A line has 2 indices, a
      point has 1. */
   const uint32_t* face_corners;
-  const uint64_t* cell_numbers; /* for each face: number of its cell in the whole mesh */
-  const uint32_t* cell_blocks;  /* for each face: index of the block of its cell */
+  const uint64_t* cell_numbers; /* For each face: number of its cell in the whole mesh. */
+  const uint32_t* cell_blocks;  /* For each face: index of the block of its cell. */
   /* For each face: side of its cell, as in shmf_set; 0: the face is the cell itself. */
   const uint32_t* sides;
   /* Values of options->arrays, each in the array's own type: one element per vertex or per face. A
      face whose cell has no values has NaN, or 0 for integers. */
   const void* const* array_values;
   const uint64_t* array_bytes;
-  int32_t coordinate_type; /* a shmf_type */
+  int32_t coordinate_type; /* Type of the coordinates, a shmf_type. */
   int32_t reserved;
 } shmf_surface;
 SHMF_API shmf_status shmf_get_surface(const shmf_boundary* boundary, shmf_surface* surface,
@@ -493,43 +495,43 @@ SHMF_API void shmf_boundary_free(shmf_boundary* boundary);
 typedef struct shmf_decoder shmf_decoder;
 
 typedef enum shmf_item_kind {
-  SHMF_NEED_INPUT = 0, /* no item is available; feed more bytes */
+  SHMF_NEED_INPUT = 0, /* No item is available; feed more bytes. */
   SHMF_MESH = 1,
   SHMF_STEP = 2,
   SHMF_TIMES = 3,
   SHMF_EXTRA = 4,
-  SHMF_END = 5 /* all items have been returned, and the whole stream was valid */
+  SHMF_END = 5 /* All items have been returned, and the whole stream was valid. */
 } shmf_item_kind;
 
 /* One item of a stream. Steps come after the mesh; times and extras can come anywhere. The pointers
    are valid until the next call for this decoder. */
 typedef struct shmf_item {
   size_t struct_size;
-  int32_t kind;   /* a shmf_item_kind */
-  uint32_t array; /* SHMF_STEP: index of the array */
-  /* SHMF_MESH: some vertices and cells in coding order. */
+  int32_t kind;   /* Kind of the item, a shmf_item_kind. */
+  uint32_t array; /* For SHMF_STEP: index of the array. */
+  /* For SHMF_MESH: some vertices and cells in coding order. */
   uint64_t vertices, cells, first_vertex, first_cell;
   /* Order keep: numbers of vertices and cells as in the source; other orders: numbers in the order
      of the stream. */
   const uint64_t *vertex_numbers, *cell_numbers;
-  const void* xyz; /* 3 coordinates of each vertex, of the coordinate type */
+  const void* xyz; /* 3 coordinates of each vertex, of the coordinate type. */
   const uint32_t* cell_blocks;
-  const uint64_t* corner_begin; /* offset of each cell's first corner; cells + 1 elements */
-  const uint64_t* corners;      /* vertex number of each corner */
-  const uint64_t* last_use;     /* for each cell: bit i is set if no later cell uses corner i */
+  const uint64_t* corner_begin; /* Offset of each cell's first corner; cells + 1 elements. */
+  const uint64_t* corners;      /* Vertex number of each corner. */
+  const uint64_t* last_use;     /* For each cell: bit i is set if no later cell uses corner i. */
   /* For each cell: number of vertices of this item that precede the cell. The cell uses no later
      vertices of this item. */
   const uint64_t* vertices_before_cell;
-  const void* const* array_values; /* by array index; NULL if the array has no values here */
-  const uint64_t* array_bytes;     /* size of the values in bytes, by array index */
-  /* SHMF_STEP: values of `array` at `step`, from element first_element on, in coding order. */
+  const void* const* array_values; /* Values by array index; NULL if an array has none here. */
+  const uint64_t* array_bytes;     /* Size of the values in bytes, by array index. */
+  /* For SHMF_STEP: values of `array` at `step`, from element first_element on, in coding order. */
   uint64_t step, first_element;
   const void* values;
   uint64_t values_bytes;
-  /* SHMF_TIMES: the time of each step. */
+  /* For SHMF_TIMES: the time of each step. */
   const double* times;
   uint64_t time_count;
-  /* SHMF_EXTRA: the extra. */
+  /* For SHMF_EXTRA: the extra. */
   const shmf_extra* extra;
 } shmf_item;
 
@@ -560,9 +562,9 @@ typedef struct shmf_writer shmf_writer;
 
 typedef struct shmf_write_options {
   size_t struct_size;
-  int32_t order;           /* SHMF_ORDER_KEEP (0), SHMF_ORDER_STREAM or SHMF_ORDER_FREE */
-  int32_t level;           /* SHMF_LEVEL_DEFAULT (0), SHMF_LEVEL_FAST or SHMF_LEVEL_BEST */
-  int32_t coordinate_type; /* SHMF_FLOAT64 or SHMF_FLOAT32; 0 means SHMF_FLOAT64 */
+  int32_t order;           /* Order: SHMF_ORDER_KEEP (0), SHMF_ORDER_STREAM or SHMF_ORDER_FREE. */
+  int32_t level;           /* Level: SHMF_LEVEL_DEFAULT (0), SHMF_LEVEL_FAST or SHMF_LEVEL_BEST. */
+  int32_t coordinate_type; /* SHMF_FLOAT64 or SHMF_FLOAT32; 0 means SHMF_FLOAT64. */
   /* Number of threads that encode segments in addition to the caller's thread. 0, 1: no such
      threads; SHMF_ALL_THREADS: one per core. The file does not depend on the number of threads. */
   uint32_t threads;
@@ -571,8 +573,9 @@ typedef struct shmf_write_options {
   /* Number of cells per segment. 0: segments begin where few vertices are shared with earlier
      segments. */
   uint64_t segment_cells;
-  const char* source_format; /* origin of the mesh, e.g. "exodus"; NULL: "" */
-  int32_t replace; /* shmf_writer_path(): 1 replaces an existing file; 0 fails with SHMF_OUTPUT */
+  const char* source_format; /* Origin of the mesh, e.g. "exodus"; NULL: "". */
+  /* For shmf_writer_path(): 1 replaces an existing file; 0 fails with SHMF_OUTPUT. */
+  int32_t replace;
   /* Among this many consecutive steps of an array, at least one refers to no other step. 0: the
      library's default; 1: no step refers to another step. */
   uint32_t key_steps;
