@@ -34,7 +34,7 @@ def described(header, folder):
     for kind, name, arguments in PROTOTYPE.findall(plain):
         body = "{}" if kind.strip() == "void" else "{ return 0; }"
         bodies.append(f"{kind}{name}{arguments} {body}")
-    source, library, out = "face.c", "libface.so", "face.abi"  # relative, so that the description contains no path of this machine
+    source, library, out = "face.c", "libface.so", "face.abi"  # relative paths, so that the description contains no path of this machine
     (folder / source).write_text('#include "shmformat.h"\n' + "\n".join(bodies) + "\n", encoding="utf-8")
     for command in (("gcc", "-std=c99", "-g", "-shared", "-fPIC", "-Wl,-soname,libshmformat_c.so.1", source, "-o", library),
                     ("abidw", "--no-show-locs", "--no-comp-dir-path", "--no-corpus-path", "--no-elf-needed", library,

@@ -175,7 +175,8 @@ void expect_piece(std::span<const std::byte> bytes, const shmf_selection& select
   for (const std::uint64_t v : vertices) copied(points, mesh->xyz, v, 24);
   EXPECT_EQ(wanted[0].bytes(), points);
   const auto corners = wanted[1].values<std::int32_t>(), begin = wanted[2].values<std::int32_t>();
-  std::vector<std::uint64_t> element(mesh->cell_count());  // number within the arrays on block 1
+  // Number of each cell within the arrays on block 1.
+  std::vector<std::uint64_t> element(mesh->cell_count());
   std::uint64_t next = 0;
   for (std::size_t c = 0; c < element.size(); ++c)
     if (mesh->cell_blocks[c] == 1) element[c] = next++;

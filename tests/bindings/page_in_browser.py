@@ -22,10 +22,11 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 from browser import PROGRAM, Browser  # noqa: E402
 
-MOST_SECONDS = 2.0  # until 35 thousand hexahedra are visible, by wall-clock time, on two cores
+MOST_SECONDS = 2.0  # maximum wall-clock time until 35 thousand hexahedra are visible, on two cores
 PAGE = SHM = FOLDER = None
 MESHES = {}
-FOUND = 24 << 10  # maximum number of bytes that the package reads to open a file: its beginning and its end
+# Maximum number of bytes that the package reads to open a file: its beginning and its end.
+FOUND = 24 << 10
 # Messages of the library for a file of another kind, an empty file, and a file without its end.
 FOREIGN, EMPTY, CUT = "this is not a .shm file", "the file is too short", "end record"
 # Messages of the package about a server.

@@ -204,7 +204,7 @@ class Reading(FolderTest):
             self.assertIsInstance(archive, shmformat.Archive)
             meshes = {name: archive[name] for name in archive}
         self.assertGreater(len(meshes), 1)
-        for mesh in meshes.values():  # they remain valid after the archive is closed
+        for mesh in meshes.values():  # the meshes remain valid after the archive is closed
             self.assertEqual(len(mesh.points), mesh.vertex_count)
 
     def test_cells_and_vertices_may_be_limited(self):
@@ -372,7 +372,7 @@ class Boundary(FolderTest):
             self.assertEqual(len(found), 10)
             self.assertEqual(sorted(set(found.cell_numbers)), [3, 4])
             self.assertEqual(sorted(found.vertex_numbers), list(range(12, 24)))
-            self.assertEqual(len(mesh.boundary(threads=2)), 38)  # the open piece does not affect the mesh
+            self.assertEqual(len(mesh.boundary(threads=2)), 38)  # the selection in the open piece does not affect the mesh
             self.assertEqual(len(piece.boundary()), 10)
 
     def test_values_at_steps(self):

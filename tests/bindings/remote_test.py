@@ -150,7 +150,7 @@ class Remote(unittest.TestCase):
         mesh, here = self.open(), shmformat.open(self.data)
         self.assertGreater(len(here.segments), 7)
         asked, _, arrays = self.asks(mesh.read)
-        self.assertLessEqual(asked, 2)  # headers of the groups, and the streams of points and cells
+        self.assertLessEqual(asked, 2)  # one request for the headers of the groups, and one for the streams of points and cells
         self.assertTrue(np.array_equal(arrays.points, here.points))
         asked, given, cells = self.asks(lambda: self.open().read(points=False).cells)
         self.assertLessEqual(asked, 5)

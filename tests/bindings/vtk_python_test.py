@@ -351,7 +351,7 @@ class Sets(Case):
 
     @staticmethod
     def points_of_face(cell, face):
-        ids = cell.GetFace(face).GetPointIds()  # the ids are overwritten when another face is requested
+        ids = cell.GetFace(face).GetPointIds()  # VTK overwrites these ids when another face is requested
         return [ids.GetId(at) for at in range(ids.GetNumberOfIds())]
 
     def test_sides_are_those_of_vtks_exodus_reader(self):
@@ -410,7 +410,7 @@ class Sets(Case):
         compared = {"node": 0, "side": 0}
         for source in exodus_files(SHM, self.path("a.shm")):
             if source.name == "libmesh__nontrivial_elem_num_map.exo":
-                continue  # quads in space: their sides are edges in Exodus, but sides of shells in .shm files
+                continue  # the sides of quads in space are edges in Exodus, but sides of shells in .shm files
             with self.subTest(source=source.name):
                 parts, exodus = self.read_sets(), Exodus(str(source))
                 self.assertEqual(set(parts), set(exodus.sets))

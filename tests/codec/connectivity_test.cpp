@@ -26,7 +26,8 @@ std::vector<CellTopology> expect_same_cells(const TestMesh& mesh, ConnectivityCo
   Connectivity<RangeEncoder> encoder(mesh.schema);
   encoder.set_codec(codec);
   std::map<std::uint64_t, std::uint32_t> slots;
-  std::vector<std::uint64_t> numbers_by_id;  // vertices in the order in which they were introduced
+  // Number of each vertex, in the order in which vertices were introduced.
+  std::vector<std::uint64_t> numbers_by_id;
   std::vector<CellTopology> coded, decoded;
   for (std::uint64_t c = 0; c < mesh.cells.size(); ++c) {
     CellTopology cell;

@@ -20,7 +20,8 @@ using Place = std::array<int, 3>;
 
 constexpr std::array<std::uint32_t, 7> kSteps = {1, 2, 4, 3, 5, 6, 7};  // axes, as bits
 constexpr std::uint32_t kRingBits = 12;
-constexpr std::uint64_t kClaimed = 1024;  // elements of the group: enough for the ring
+// Number of elements of the group; large enough for the ring.
+constexpr std::uint64_t kClaimed = 1024;
 
 /// Returns the number of a place in the grid. Numbers of rows and layers are far apart, so that no
 /// number is used two or three steps beyond the grid.

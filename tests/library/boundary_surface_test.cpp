@@ -446,7 +446,7 @@ TEST(BoundarySurface, WhatThreeCellsHaveIsInside) {
   mesh.cells.push_back({0, {4, 5, 7, 6, 8, 9, 11, 10}});
   mesh.cells.push_back({0, {4, 5, 7, 6, 12, 13, 15, 14}});
   EXPECT_EQ(expect_counted(mesh).face_count(), 15u);
-  mesh.cells.push_back(mesh.cells[0]);  // the same cell twice: all of its sides are shared
+  mesh.cells.push_back(mesh.cells[0]);  // with the same cell twice, all of its sides are shared
   EXPECT_EQ(expect_counted(mesh).face_count(), 10u);
 }
 
@@ -537,7 +537,7 @@ std::pair<std::size_t, std::size_t> most_kept(const TestMesh& mesh) {
 
 TEST(BoundarySurface, KeepsWhatTheActiveSurfaceNeeds) {
   const auto [sides, vertices] = most_kept(grid(2, 2, 1500));
-  EXPECT_LE(sides, 60u);  // about 12 for each layer of four cells
+  EXPECT_LE(sides, 60u);  // about 12 open sides for each layer of four cells
   EXPECT_LE(vertices, 30u);
   const auto [mixed, mixed_vertices] = most_kept(every_shape());
   EXPECT_GT(mixed, 0u);

@@ -306,7 +306,7 @@ TEST(PartWriter, RefusesWhatCannotFit) {
 
   options.segment_starts.clear();
   auto writer = PartWriter::create(mesh.schema, options, {}).value();
-  EXPECT_FALSE(writer.mesh_chunks());  // too early; later calls return the same error
+  EXPECT_FALSE(writer.mesh_chunks());  // called too early; later calls return the same error
   EXPECT_FALSE(writer.end_mesh());
   auto first = PartWriter::create(mesh.schema, options, {}).value();
   EXPECT_FALSE(first.add_imported_vertex(0, std::span(mesh.xyz).first(12)));

@@ -132,9 +132,8 @@ TEST(Segments, ImportsAreCheapOnACoherentMesh) {
     expect_round_trip(with_order(mesh, order, order == Order::keep, 0), {}, &whole);
     expect_round_trip(with_order(mesh, order, order == Order::keep, 0), cut_every(6750), &cut);
     EXPECT_EQ(cut.segments, 4u);
-    EXPECT_EQ(
-        cut.imported_vertices,
-        3u * 31 * 31 + 2 * 31);  // there is one cut between layers, and two are within a layer
+    EXPECT_EQ(cut.imported_vertices,
+              3u * 31 * 31 + 2 * 31);  // one cut is between layers, and two cuts are within a layer
     EXPECT_LE(cut.streams.at("imports"), 80u);
   }
   SizeReport shifts;

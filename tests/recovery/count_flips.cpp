@@ -94,13 +94,14 @@ struct Whole {
   std::string text;  // text of the whole file, read front to back
   Parts parts;
   bool is_mesh = true;
-  std::size_t end = 0;  // end of the file's trailer; parity may follow
+  std::size_t end = 0;  // offset after the file's trailer; parity may follow
 };
 
 struct Counts {
   std::uint64_t flips = 0, cuts = 0;   // finished or in progress
   std::uint64_t errors = 0, same = 0;  // results of reading front to back
-  std::uint64_t parts_same = 0;  // parts of damaged files that were read correctly by the index
+  /// Number of parts of damaged files that were read correctly by the index.
+  std::uint64_t parts_same = 0;
   std::uint64_t wrong = 0, crashes = 0, hangs = 0;
   std::uint64_t slowest_nanoseconds = 0;
 };

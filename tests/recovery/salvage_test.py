@@ -118,7 +118,7 @@ class Chunk:
                 begin += stream[3]
             assert begin == self.end
         if self.kind == VALUES:
-            self.parts = []  # for each part: array, step, group, and whether the part refers to an earlier step
+            self.parts = []  # for each part of step values: array, step, group, and whether the part refers to an earlier step
             place, size = (0, 0, 0), 0
             for _ in range(self.varint(data)):
                 place = tuple(before + self.signed(data) for before in place)

@@ -487,7 +487,7 @@ TEST(StepValues, DamagedBytesGiveAsManyValuesOrNone) {
 
 TEST(StepValues, AGroupMayTakeTooMuch) {
   ReadLimits limits;
-  limits.max_group_bytes = 20000;  // enough for the cells, but not for their neighbourhoods
+  limits.max_group_bytes = 20000;  // enough memory for the cells, but not for their neighbourhoods
   EXPECT_EQ(code_of(written(with_steps(grid(6, 6, 6), Order::stream)), limits),
             ErrorCode::over_limit);
   Stepped stepped;

@@ -40,8 +40,8 @@ struct TestMesh {
   std::vector<std::byte> xyz;  // coordinates of all vertices, packed
   std::uint64_t vertices = 0;
   std::vector<TestCell> cells;
-  std::vector<std::vector<std::byte>>
-      arrays;  // packed values of each static array, by element in input order
+  // Packed values of each static array; elements are in input order.
+  std::vector<std::vector<std::byte>> arrays;
 
   void set_points(const std::vector<std::array<double, 3>>& points) {
     xyz.clear();

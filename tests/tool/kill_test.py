@@ -17,7 +17,7 @@ from sample_meshes import exodus_text
 
 SHM = "shm"
 KILLS = 200
-SECONDS = 40  # for all kills together; on a busy machine there are fewer kills
+SECONDS = 40  # duration of all kills together; on a busy machine there are fewer kills
 
 
 class KillTest(FolderTest):

@@ -218,7 +218,7 @@ class OverwriteTest(FolderTest):
                     self.assertGreater(len(text), 100)
                 if words[0] in ("info", "layout"):  # these show the name
                     got, expected = len(got), len(expected) + len("pipe") - len("-")
-                if words[0] == "view":  # view contains the name too, in the element with the file
+                if words[0] == "view":  # the output of view contains the file name, too, in the element with the file
                     got, expected = ((text.partition(b">")[2]) for text in (got, expected))
                 self.assertEqual(got, expected)
 

@@ -365,7 +365,7 @@ class PreviewTest(FolderTest):
         for number, _, sentence in lines[::3 if SANITIZED else 1]:
             path = GOLDEN / "faulty" / (number + ".shm")
             with self.subTest(file=number, sentence=sentence):
-                code = self.attempt(path, out="-")  # a file would be flushed to the disk
+                code = self.attempt(path, out="-")  # writing to a file would be slower, because it is flushed to the disk
                 codes[code] += 1
                 if code != 0:
                     self.assertEqual(self.attempt(path), code)

@@ -582,7 +582,7 @@ class ToolTest(FolderTest):
             write(lines(numbers))
             self.shm("compress", self.mesh, "-o", packed, *free)
             self.shm("verify", packed, "--against", self.mesh, "--cell-order", order)
-        write(lines(shuffled)[:-1])  # without a line end after the last number
+        write(lines(shuffled)[:-1])  # the file has no line end after the last number
         self.shm("compress", self.mesh, "-o", packed, *free, "--bits", "12", "--segment-cells", "30")
         self.shm("verify", packed, "--against", self.mesh, "--cell-order", order)
         self.shm("verify", packed, "--against", self.mesh, code=1)  # no known order

@@ -229,8 +229,8 @@ std::vector<DomainKind> kinds_of(const DifferenceColumn::Encoded& encoded,
 
 // --- taps
 
-using Taps =
-    std::vector<std::pair<std::uint64_t, std::int64_t>>;  // each pair: how far back, and the factor
+/// Pairs of a distance back, and the factor of the value at that distance.
+using Taps = std::vector<std::pair<std::uint64_t, std::int64_t>>;
 Taps taps(const std::vector<Factor>& factors) {
   Taps list;
   for (const Tap& tap : taps_of(factors)) list.push_back({tap.back, tap.count});

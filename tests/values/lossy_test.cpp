@@ -217,7 +217,7 @@ TEST(Lossy, ThroughShifts) {
       std::size_t bytes = 0;
       const CompareReport report = round_trip(mesh, options, &bytes);
       EXPECT_TRUE(report.equal()) << part << "\n" << words(report);
-      EXPECT_GE(report.measured.size(), 2u);  // 40 bits of a float32 do not round
+      EXPECT_GE(report.measured.size(), 2u);  // quantization to 40 bits does not round a float32
       for (const MeasuredError& error : report.measured)
         EXPECT_LE(error.largest, error.promised) << error.what;
       EXPECT_GT(bytes, last);

@@ -453,7 +453,8 @@ TEST(Neighbourhood, ARepeatedCornerIsNotItsOwnNeighbour) {
       }
   const Seen& last = walk.vertices[5];  // position 6 is introduced last, at 7
   EXPECT_EQ(last.element, 5u);
-  EXPECT_TRUE(last.around.knows(Neighbourhood::kLattice));  // vertex 6 is at both corners by then
+  // At that time, vertex 6 is known at both corners.
+  EXPECT_TRUE(last.around.knows(Neighbourhood::kLattice));
   EXPECT_EQ(walk.vertices[6].around.known, 0);
 }
 

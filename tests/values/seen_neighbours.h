@@ -15,8 +15,8 @@ namespace shm {
 struct Seen {
   std::uint64_t element = 0, cell = 0;
   Neighbourhood around;
-  std::array<std::uint64_t, 13>
-      at{};  // numbers of the neighbours (of a vertex: vertices, of a cell: cells)
+  /// Numbers of the neighbours: vertices for a vertex, cells for a cell.
+  std::array<std::uint64_t, 13> at{};
 
   bool knows(std::uint32_t bits) const { return around.knows(bits); }
 };

@@ -106,7 +106,7 @@ const Elements& cells() {
 
 struct Plan {
   std::vector<std::size_t> groups,
-      tiles;  // ends of groups and of tiles as element indices, without the last end
+      tiles;  // element indices after the last element of each group or tile, except the last
   std::vector<char> covers;
   Level level = Level::standard;
   bool copies = true;

@@ -290,7 +290,8 @@ Result<void> MeshPass::append_values(const MeshBlock& block, std::size_t first, 
                                      Filled& filled) {
   Target& target = *filled.target;
   const std::byte* values = block.arrays[target.array()].data();
-  for (std::size_t c = first; c < end;) {  // for each run of cells with values, or without values
+  // Visits each run of cells that all have values, or all have none.
+  for (std::size_t c = first; c < end;) {
     const bool has = covers(filled, block.cell_blocks[c]);
     std::size_t run_end = c + 1;
     while (run_end < end && covers(filled, block.cell_blocks[run_end]) == has) ++run_end;

@@ -24,8 +24,8 @@ class Block:
     """A set of cells that share a shape: an element block of Exodus, an entity of Gmsh."""
     id: int
     name: str
-    shape: str  # "hexahedron", ...
-    nodes_per_cell: int  # 0: differs from cell to cell
+    shape: str  # Shape of the cells: "hexahedron", ...
+    nodes_per_cell: int  # Number of nodes of each cell; 0: differs from cell to cell.
     cells: int
 
 
@@ -37,19 +37,19 @@ class Segment:
     first_vertex: int
     vertices: int
     bytes: int
-    box: tuple[float, ...]  # smallest x y z, largest x y z
+    box: tuple[float, ...]  # Bounding box of the vertices: smallest x y z, largest x y z.
 
 
 @dataclass(frozen=True)
 class Set:
     """A named set of vertices, sides or cells. The numbers in it refer to the whole mesh."""
-    kind: str  # "node", "side" or "element"
+    kind: str  # Kind of the set: "node", "side" or "element".
     id: int
     name: str
     numbers: np.ndarray
-    sides: np.ndarray | None = None  # for side sets: the side of each cell, numbered from 1 as in Exodus
-    blocks: np.ndarray | None = None  # for element sets: blocks whose cells all belong to the set too
-    factors: np.ndarray | None = None  # distribution factors; None if all are 1
+    sides: np.ndarray | None = None  # For side sets: the side of each cell, numbered from 1 as in Exodus.
+    blocks: np.ndarray | None = None  # For element sets: blocks whose cells all belong to the set too.
+    factors: np.ndarray | None = None  # Distribution factors; None if all are 1.
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class Extra:
     """Data that the mesh model does not cover."""
     key: str
     values: np.ndarray
-    refers: str  # kind of numbers that the values are: "nothing", "vertices" or "cells"
+    refers: str  # What the values refer to by number: "nothing", "vertices" or "cells".
 
 
 @dataclass(frozen=True)
@@ -65,8 +65,8 @@ class Cells:
     """Cells in VTK's form: the vertices of cell i are connectivity[offsets[i]:offsets[i + 1]]."""
     offsets: np.ndarray
     connectivity: np.ndarray
-    types: np.ndarray  # VTK's type of each cell
-    blocks: np.ndarray  # index of the block of each cell
+    types: np.ndarray  # VTK's type of each cell.
+    blocks: np.ndarray  # Index of the block of each cell.
 
     def __len__(self) -> int:
         return len(self.types)
@@ -85,16 +85,16 @@ class Arrays:
 class Boundary:
     """The result of Mesh.boundary(). Face i has the points connectivity[offsets[i]:offsets[i + 1]], counter-clockwise as
     seen from outside. A line has 2 points, a vertex has 1."""
-    points: np.ndarray  # (n, 3): the points that the faces use
+    points: np.ndarray  # Coordinates of the points that the faces use; shape (n, 3).
     offsets: np.ndarray
     connectivity: np.ndarray
-    vertex_numbers: np.ndarray  # number of each point in the whole file
-    cell_numbers: np.ndarray  # for each face: number of its cell in the whole file
-    blocks: np.ndarray  # for each face: index of the block of its cell
-    sides: np.ndarray  # for each face: side of its cell, numbered from 1 as in Exodus; 0: the face is the cell itself
-    left_out: int  # number of cells whose faces are unknown
+    vertex_numbers: np.ndarray  # Number of each point in the whole file.
+    cell_numbers: np.ndarray  # For each face: number of its cell in the whole file.
+    blocks: np.ndarray  # For each face: index of the block of its cell.
+    sides: np.ndarray  # For each face: side of its cell, numbered from 1 as in Exodus; 0: the face is the cell itself.
+    left_out: int  # Number of cells whose faces are unknown.
     point_data: dict[str, np.ndarray] = field(default_factory=dict)
-    cell_data: dict[str, np.ndarray] = field(default_factory=dict)  # values of cell arrays, one element per face
+    cell_data: dict[str, np.ndarray] = field(default_factory=dict)  # Values of cell arrays, one element per face.
 
     def __len__(self) -> int:
         return len(self.cell_numbers)
@@ -180,10 +180,10 @@ class _Handle:
     def __init__(self, file: Any, *keep: Any):
         self.file = file
         self.keep = keep
-        self.remote: Remote | None = None  # closed with the file
-        self.error: BaseException | None = None  # the exception raised by a callback
-        self.origin = self  # the handle in whose `error` callbacks store their exceptions
-        self.selected: Any = None  # identifies the Mesh whose cells are selected in the file
+        self.remote: Remote | None = None  # The remote file, which is closed with the handle.
+        self.error: BaseException | None = None  # The exception that a callback raised.
+        self.origin = self  # The handle in whose `error` callbacks store their exceptions.
+        self.selected: Any = None  # Identifies the Mesh whose cells are selected in the file.
         self._calls = 0
 
     def close(self) -> None:
@@ -412,12 +412,12 @@ class Mesh:
 
     @property
     def source_format(self) -> str:
-        """"exodus", "vtk", "gmsh", or another origin of the mesh; may be empty."""
+        """Origin of the mesh, e.g. "exodus", "vtk" or "gmsh"; may be empty."""
         return self._source_format
 
     @property
     def coordinate_error(self) -> float:
-        """0 if coordinates are lossless, otherwise their largest error."""
+        """Largest error of a coordinate; 0 if coordinates are lossless."""
         return float(self._info.coordinate_error)
 
     @property

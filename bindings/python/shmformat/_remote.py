@@ -15,15 +15,15 @@ from typing import Protocol
 
 from ._library import Error
 
-_NEAR = 1 << 16  # bytes; ranges closer than this are fetched as one range
-_MOST_AT_ONCE = 16 << 20  # maximum bytes of announced ranges per request
-_MOST_RANGES = 64  # maximum number of ranges per request
-_MOST_OF_HEADERS = 1 << 12  # maximum size in bytes of the headers of each part of a response
-_MOST_KEPT = 64 << 20  # maximum bytes in the cache
-_MOST_PIECES = 1 << 12  # maximum number of pieces in the cache
+_NEAR = 1 << 16  # Distance in bytes: ranges closer than this are fetched as one range.
+_MOST_AT_ONCE = 16 << 20  # Maximum size in bytes of the announced ranges in a request.
+_MOST_RANGES = 64  # Maximum number of ranges per request.
+_MOST_OF_HEADERS = 1 << 12  # Maximum size in bytes of the headers of each part of a response.
+_MOST_KEPT = 64 << 20  # Maximum size of the cache in bytes.
+_MOST_PIECES = 1 << 12  # Maximum number of pieces in the cache.
 _MOST_REDIRECTS = 5
 
-Range = tuple[int, int]  # first byte, and the byte after the last
+Range = tuple[int, int]  # offset of the first byte, and offset after the last byte
 
 
 def _error(url: str, sentence: str) -> Error:
@@ -148,7 +148,7 @@ class _Http:
         if status != 206 or headers.get_content_type() != "multipart/byteranges":
             return None
         bodies, position = [], 0
-        for first, end in ranges:  # each part consists of headers, an empty line and the bytes
+        for first, end in ranges:  # each part of the response consists of headers, an empty line and the bytes
             begin = body.find(b"\r\n\r\n", position) + 4
             wanted = rb"(?i)content-range:\s*bytes %d-%d/%d\s" % (first, end - 1, self.size)
             if begin < 4 or not re.search(wanted, body[position:begin]) or len(body) - begin < end - first:
@@ -193,7 +193,7 @@ class Remote:
     def __init__(self, ranges: Ranges, tail: bytes = b""):
         self._ranges = ranges
         self.size = ranges.size
-        self._kept: list[tuple[int, bytes]] = []  # offset and bytes of each piece; the oldest first
+        self._kept: list[tuple[int, bytes]] = []  # pieces in the cache, each with its offset and its bytes; the oldest first
         self._kept_bytes = len(tail)
         self._told: list[Range] = []  # announced ranges, ascending and disjoint
         if tail:

@@ -162,7 +162,7 @@ export class Engine {
             throw wasm.lastWords(error);
           }
           if (error.status === "no memory") this.died(); // the only way to free its memory
-          else this.close(); // the failed call may have left the file in any state
+          else this.close(); // the failed call may have left the open file in an inconsistent state
           if (missing === null) throw error;
         } finally {
           if (this.wasm !== null) scratch.free();

@@ -90,7 +90,7 @@ export interface Block {
 export interface ArrayInfo {
   readonly index: number;
   readonly name: string;
-  /** "" for field data; otherwise its role in the source format, such as "exodus:node_num_map". */
+  /** Role of the array in the source format, such as "exodus:node_num_map"; "" for field data. */
   readonly role: string;
   readonly location: "point" | "cell";
   readonly type: ScalarType;
@@ -99,7 +99,7 @@ export interface ArrayInfo {
   readonly elements: number;
   /** For cell data: indices of the blocks whose cells have values; null: all blocks. */
   readonly blocks: number[] | null;
-  /** 0: lossless; otherwise the largest difference between a value and its source. */
+  /** Largest difference between a value and its source; 0: lossless. */
   readonly error: number;
   /** Time steps at which the array has values, ascending; null: the array is static. */
   readonly steps: number[] | null;
@@ -260,9 +260,9 @@ export interface Mesh {
   readonly segmentCount: number;
   readonly fileBytes: number;
   readonly coordinateType: "float32" | "float64";
-  /** 0: lossless; otherwise the largest difference between a coordinate and its source. */
+  /** Largest difference between a coordinate and its source; 0: lossless. */
   readonly coordinateError: number;
-  /** "keep": vertices and cells have the same numbers as in the source. */
+  /** Order of vertices and cells. With "keep", they have the same numbers as in the source. */
   readonly order: "keep" | "stream" | "free";
   /** Format of the source, such as "exodus", "vtk" or "gmsh"; "" if unknown. */
   readonly sourceFormat: string;
